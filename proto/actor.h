@@ -8,32 +8,33 @@
 
 namespace parray::proto {
 
-/// A state machine that lives on messages and time: the coordinator and the worker are two. It does
-/// no I/O and never sleeps, so that a test can drive it through any history.
+/// A state machine driven by messages and time, such as the coordinator and the worker. It does no
+/// I/O and never sleeps, so that a test can drive it through any history.
 class Actor {
  public:
   virtual ~Actor() = default;
 
-  /// Takes a message in.
+  /// Takes in a message.
   virtual void receive(Time now, Delivery delivery) = 0;
 
-  /// Does what is due. Returns when it wants to be called again; `never` if only for messages.
-  /// `drained`: everything that had arrived has been taken in, so that who seems silent is.
+  /// Does the work that is due. Returns the time of the next call; `never` if the actor waits only
+  /// for messages. `drained` means that the actor has received everything that had arrived. Only
+  /// then does a peer without messages count as silent.
   virtual Time tick(Time now, bool drained) = 0;
 
-  /// Messages to send, in order; empties the outbox.
+  /// Returns the messages to send, in order, and empties the outbox.
   virtual std::vector<Delivery> take_outbox() = 0;
 };
 
-/// One turn of an actor's loop: what has arrived, everything due, everything to send. Returns the
-/// actor's next deadline.
+/// Makes one turn of an actor's loop: takes in messages, does the due work and sends the outbox.
+/// Returns the actor's next deadline.
 inline Time take_turn(Actor& actor, Link& link, Time now) {
-  constexpr int most = 256;  // so that a flood of messages cannot keep deadlines waiting
+  constexpr int most = 256;  // bound that keeps a flood of messages from delaying deadlines
   bool drained = false;
   const auto send = [&] {
     for (Delivery& delivery : actor.take_outbox()) {
       link.send(delivery.peer,
-                std::move(delivery.content));  // a lost message is the actor's to repeat
+                std::move(delivery.content));  // the actor repeats lost messages
     }
   };
   for (int i = 0; i < most && !drained; ++i) {
@@ -41,7 +42,7 @@ inline Time take_turn(Actor& actor, Link& link, Time now) {
     drained = !delivery;
     if (delivery) {
       actor.receive(now, std::move(*delivery));
-      send();  // who asks is not to wait for all behind him
+      send();  // a sender gets its reply before later messages are read
     }
   }
   const Time deadline = actor.tick(now, drained);
@@ -49,7 +50,7 @@ inline Time take_turn(Actor& actor, Link& link, Time now) {
   return drained ? deadline : now;
 }
 
-/// Drives an actor until `stop` says so; `stop` is asked at least every 50 ms.
+/// Drives an actor until `stop` returns true; the loop calls `stop` at least every 50 ms.
 inline void run_actor(Actor& actor, Link& link, const Clock& clock,
                       const std::function<bool(Time)>& stop) {
   constexpr Time nap = milliseconds(50);

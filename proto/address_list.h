@@ -8,13 +8,13 @@
 
 namespace parray::proto {
 
-/// Addresses at which a coordinator may be found, a first one and its standbys: which of them to
-/// talk to. The first to begin with; whenever what was sent there has had no answer for 5 s and the
-/// time that its bytes take at 10 MB/s, the next one, round and round. A round without a word
-/// doubles the patience, up to 80 s, so that an answer that takes long is heard in the end.
+/// Chooses among the addresses of a coordinator: the primary and its standbys. It begins with the
+/// first address. It moves on to the next one, round and round, if a message has had no answer for
+/// 5 s plus the time for its bytes at 10 MB/s. A whole round without an answer doubles the
+/// patience, up to 80 s, so that slow answers are heard in the end.
 class AddressList {
  public:
-  /// `text`: addresses with commas between them. Throws InputError where one is empty or comes
+  /// `text` holds addresses separated by commas. Throws InputError if an address is empty or occurs
   /// twice.
   explicit AddressList(const std::string& text);
 
@@ -22,15 +22,15 @@ class AddressList {
   [[nodiscard]] const std::string& current() const { return addresses_[current_]; }
 
   void sent(Time now, std::size_t bytes);
-  void heard();  ///< something has arrived
-  /// Moves on to the next address if this one has been silent for too long; false: it has not, or
-  /// there is no other.
+  void heard();  ///< notes that a message has arrived
+  /// Moves on to the next address if the current one has been silent for too long. Returns false if
+  /// it has not, or if there is no other address.
   bool move_on(Time now);
 
  private:
   std::vector<std::string> addresses_;
   std::size_t current_ = 0;
-  std::size_t silent_ = 0;  ///< addresses, one after the other, without a word
+  std::size_t silent_ = 0;  ///< number of consecutive addresses without an answer
   Time give_up_at_ = never;
 };
 

@@ -6,7 +6,7 @@
 
 namespace parray::proto {
 
-/// Time since an arbitrary start. State machines take it as an argument and never ask for it.
+/// Time since an arbitrary start. State machines take it as an argument and never read a clock.
 using Time = std::chrono::nanoseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
@@ -14,10 +14,10 @@ using std::chrono::seconds;
 /// No deadline.
 inline constexpr Time never = Time::max();
 
-/// Seconds as a real number, for rates and reports.
+/// Returns seconds as a real number, for rates and reports.
 inline double to_seconds(Time t) { return std::chrono::duration<double>(t).count(); }
 
-/// Where the loops get the time from. Tests put a clock of their own in its place.
+/// The source of time for the loops. Tests replace it by their own clock.
 class Clock {
  public:
   virtual ~Clock() = default;

@@ -16,8 +16,8 @@ constexpr std::size_t max_control_bytes = std::size_t{1} << 20;
 constexpr std::size_t max_nesting = 8;
 constexpr std::size_t max_held_leases = 64;
 
-/// Makes a document as it is parsed, if it is no deeper than max_nesting: the library's own maker
-/// would make any, and its binary reader recurses once a level, so that hostile bytes would
+/// Builds a document during parsing if it is at most max_nesting deep. The library's own builder
+/// accepts any depth, and its binary reader recurses once per level. So hostile bytes would
 /// overflow the stack.
 class ShallowDocument : public nlohmann::json_sax<json> {
  public:
@@ -44,7 +44,7 @@ class ShallowDocument : public nlohmann::json_sax<json> {
   }
 
  private:
-  /// Where the next value belongs: the last key's, or behind the others of a list.
+  /// Returns the place of the next value: that of the last key, or the end of a list.
   json& place() {
     const bool in_list = depth_ > 0 && open_[depth_ - 1]->is_array();
     return in_list ? open_[depth_ - 1]->emplace_back(nullptr) : *place_;
@@ -101,7 +101,7 @@ void ControlWriter::text(const char* key, std::string& value, std::size_t longes
   map_[key] = printable(value, longest);
 }
 
-/// The range, and what the grid is made of.
+/// Writes the range and the numbers that make up the grid.
 void ControlWriter::batch(const char* key, CellBatch& value) {
   const GridShape& s = value.grid->shape();
   auto stages = json::array();
@@ -201,8 +201,8 @@ void ControlReader::flag(const char* key, bool& value) const {
   value = found.get<bool>();
 }
 
-/// Somebody else's text must neither act on a terminal or a log nor break what is written as JSON
-/// later, which is UTF-8.
+/// Text from other processes must not act on a terminal or a log. It must also be valid UTF-8,
+/// because it is written as JSON later.
 void ControlReader::text(const char* key, std::string& value, std::size_t longest,
                          std::size_t shortest) const {
   const json& found = at(key);
@@ -289,7 +289,7 @@ void ControlReader::settings(const char* key, RenderSettings& value) const {
   value = settings_from_json(at(key));
 }
 
-/// What is handed on as it is must be fit for JSON.
+/// Checks that content that is passed on unchanged can be written as JSON.
 static void check_utf8(const char* key, const json& value) {
   try {
     (void)value.dump();

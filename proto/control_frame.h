@@ -23,7 +23,7 @@ class ControlWriter {
               T /*highest*/ = std::numeric_limits<T>::max()) {
     map_[key] = value;
   }
-  /// The two of keys that may be missing: what was not known of them at first keeps its default.
+  /// Write keys that may be missing. ControlReader keeps the default of a missing key.
   template <typename T>
   void number_if_there(const char* key, T& value, T lowest = 0,
                        T highest = std::numeric_limits<T>::max()) {
@@ -35,7 +35,8 @@ class ControlWriter {
   void real(const char* key, double& value) { map_[key] = value; }
   void duration(const char* key, double& value) { map_[key] = value; }
   void flag(const char* key, bool& value) { map_[key] = value; }
-  /// What is not printable is escaped, what is too long is cut at a whole character.
+  /// Writes a text. Escapes characters that are not printable, and cuts a long text after a whole
+  /// character.
   void text(const char* key, std::string& value, std::size_t longest, std::size_t shortest = 0);
   void digest(const char* key, std::string& value) { map_[key] = value; }
   void version(std::uint32_t& value) { map_["v"] = value; }
@@ -44,23 +45,23 @@ class ControlWriter {
   void settings(const char* key, RenderSettings& value);
   void object(const char* key, nlohmann::json& value) { map_[key] = value; }
   void list(const char* key, nlohmann::json& value) { map_[key] = value; }
-  /// One of `names`, which has a name for each value of the enumeration.
+  /// Writes one of `names`, which has a name for each value of the enumeration.
   template <typename Enum, std::size_t N>
   void word(const char* key, Enum& value, const std::array<std::string_view, N>& names) {
     map_[key] = names[static_cast<std::size_t>(value)];
   }
 
-  /// The control frame.
+  /// Returns the control frame.
   [[nodiscard]] std::string frame() const;
 
  private:
   nlohmann::json map_;
 };
 
-/// Reads and checks them. Every member throws ProtocolError that names the key.
+/// Reads and checks a message's fields. Every member throws ProtocolError with the name of the key.
 class ControlReader {
  public:
-  /// Checks size and nesting before anything is parsed.
+  /// Checks size and nesting before it parses anything.
   explicit ControlReader(std::string_view frame);
 
   [[nodiscard]] const std::string& type() const { return type_; }
@@ -80,7 +81,7 @@ class ControlReader {
     if (map_.contains(key)) text(key, value, longest);
   }
   void real(const char* key, double& value) const;
-  /// Seconds: 0 to ten years.
+  /// Reads seconds: 0 to ten years.
   void duration(const char* key, double& value) const;
   void flag(const char* key, bool& value) const;
   void text(const char* key, std::string& value, std::size_t longest,
@@ -101,7 +102,7 @@ class ControlReader {
   [[nodiscard]] const nlohmann::json& at(const char* key) const;
   [[nodiscard]] std::uint64_t integer(const char* key, std::uint64_t lowest,
                                       std::uint64_t highest) const;
-  /// Of the text in `names`.
+  /// Returns the index in `names` of the text of `key`.
   [[nodiscard]] std::size_t index_of(const char* key,
                                      std::span<const std::string_view> names) const;
 

@@ -11,7 +11,8 @@
 
 namespace parray::proto {
 
-/// Bytes of a message as they travel: shared, so that handing them on copies nothing. Immutable.
+/// Bytes of a message as they travel. The bytes are shared, so that passing them on copies nothing.
+/// Immutable.
 class Frame {
  public:
   Frame() = default;
@@ -21,7 +22,7 @@ class Frame {
     view_ = *owned;
     owner_ = std::move(owned);
   }
-  /// `view` stays good as long as `owner` lives.
+  /// `view` must stay valid as long as `owner` lives.
   Frame(std::shared_ptr<const void> owner, std::string_view view)
       : owner_(std::move(owner)), view_(view) {}
 
@@ -36,7 +37,7 @@ class Frame {
   std::string_view view_;
 };
 
-/// A message as it travels: 1 or 2 frames, see PROTOCOL.md.
+/// A message as it travels: 1 or 2 frames; see PROTOCOL.md.
 using Frames = std::vector<Frame>;
 
 }  // namespace parray::proto

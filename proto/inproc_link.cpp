@@ -46,7 +46,7 @@ class InprocHub::Mailbox {
  private:
   static constexpr std::size_t most_waiting = 1000;
 
-  std::mutex mutex_;  // guards the two below
+  std::mutex mutex_;  // guards the next two members
   std::deque<Delivery> queue_;
   bool woken_ = false;
   std::condition_variable changed_;

@@ -12,23 +12,23 @@
 
 namespace parray::proto {
 
-/// A coordinator's end and any number of others, inside one process: what `parray render` uses in
-/// ZeroMQ's place. Any thread may connect(); each end belongs to one thread.
+/// Links a coordinator with any number of peers inside one process. `parray render` uses it in
+/// place of ZeroMQ. Any thread may call connect(); each end belongs to one thread.
 class InprocHub {
  public:
-  /// `on_arrival` is called, by any thread, when something has come for the coordinator.
+  /// Any thread calls `on_arrival` when something has arrived for the coordinator.
   explicit InprocHub(std::function<void()> on_arrival = {});
   ~InprocHub();
   InprocHub(const InprocHub&) = delete;
   InprocHub& operator=(const InprocHub&) = delete;
 
-  /// The coordinator's end; lives as long as the hub.
+  /// Returns the coordinator's end, which lives as long as the hub.
   Link& coordinator();
 
-  /// A new end whose one peer is the coordinator. Must not outlive the hub.
+  /// Returns a new end with the coordinator as its only peer. It must not outlive the hub.
   std::unique_ptr<Link> connect();
-  /// An end that speaks for `sender`. What it sends is encoded, so that the coordinator's decoder
-  /// looks at every range as it does at messages from outside.
+  /// Returns an end that speaks for `sender`. Its messages are encoded, so that the coordinator's
+  /// decoder checks every range as in messages from outside.
   std::unique_ptr<Link> connect_as(Sender sender);
 
  private:

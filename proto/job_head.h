@@ -13,20 +13,22 @@ namespace parray::proto {
 inline constexpr std::size_t max_name = 128;
 inline constexpr std::size_t max_line = 2000;
 
-/// What a client says of a job, and everything that keeps the job has: its submission, the message
-/// and the record.
+/// The properties of a job that a client states. Every stored form of a job contains them: its
+/// submission, the message and the record.
 struct JobHead {
-  std::string name;  ///< for people: the scene file's name
+  std::string name;  ///< name for people: that of the scene file
   std::uint32_t priority = 50;
   RenderSettings settings;  ///< resolved: nothing automatic
   std::string precision_reason;
   double load_seconds = 0;
-  /// Of a time limit, what is not the coordinator's: for loading and writing, where these count.
+  /// The part of a time limit for loading and writing, if these count. It is not available to the
+  /// coordinator.
   double reserved_seconds = 0;
-  std::uint64_t duplicates_removed = 0;  ///< spheres of its file that the scene does not have
-  std::uint32_t max_failures = 0;        ///< 0: as the coordinator has it
-  /// Of a frame of a series: the series' token, at most 48 characters, the frame's number, and how
-  /// many frames there are to be. The same frame is submitted once, however often it is tried.
+  std::uint64_t duplicates_removed = 0;  ///< spheres of the scene file that the scene leaves out
+  std::uint32_t max_failures = 0;        ///< 0: the coordinator's own setting
+  /// For a frame of a series: the series' token (at most 48 characters), the frame's number and the
+  /// expected number of frames. The job of a frame exists once, even if the client submits it
+  /// several times.
   std::string series{};
   std::uint32_t frame = 0;
   std::uint32_t frames = 0;
@@ -41,7 +43,7 @@ void head_fields(F& f, JobHead& head) {
   f.text("precision_reason", head.precision_reason, max_line);
   f.duration("load_seconds", head.load_seconds);
 }
-/// Describes the rest of it, which records of earlier versions do not have.
+/// Describes the remaining fields, which records of earlier versions do not have.
 template <typename F>
 void later_head_fields(F& f, JobHead& head) {
   f.duration("reserved_seconds", head.reserved_seconds);

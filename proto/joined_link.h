@@ -9,12 +9,12 @@
 
 namespace parray::proto {
 
-/// A coordinator's link to the outside and its end of a hub, as one. The hub's `on_arrival` has to
-/// wake `outer`. Peers of the hub have a zero byte before their ids: no ROUTER's peer can choose
-/// one that begins so.
+/// Joins a coordinator's link to the outside and its end of a hub. The hub's `on_arrival` must wake
+/// `outer`. The ids of the hub's peers begin with a zero byte. No peer of a ROUTER can choose such
+/// an id.
 class JoinedLink final : public Link {
  public:
-  /// Both must outlive this.
+  /// Both links must outlive this object.
   JoinedLink(Link& outer, Link& inner) : outer_(outer), inner_(inner) {}
 
   [[nodiscard]] Envelope seal(Message message) const override {
@@ -26,7 +26,7 @@ class JoinedLink final : public Link {
                                 : outer_.send(to, std::move(content));
   }
 
-  /// By turns, so that neither side can keep the other waiting.
+  /// Receives from both links in turns, so that neither can block the other.
   std::optional<Delivery> receive() override {
     inner_first_ = !inner_first_;
     auto delivery = inner_first_ ? from_inner() : outer_.receive();

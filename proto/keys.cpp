@@ -27,7 +27,7 @@ constexpr std::array roles = {Role::worker, Role::client, Role::admin};
 
 bool is_key(const std::string& text) {
   std::array<std::uint8_t, 32> raw{};
-  const bool whole = text.find('\0') == std::string::npos;  // where libzmq would end it
+  const bool whole = text.find('\0') == std::string::npos;  // libzmq ends the text at a zero byte
   return text.size() == key_length && whole && zmq_z85_decode(raw.data(), text.c_str()) != nullptr;
 }
 
@@ -43,7 +43,7 @@ bool is_name(const std::string& text) {
   throw RunError("writing " + file.string() + ": " + std::generic_category().message(errno));
 }
 
-/// A new file, or, where that may be, in place of one.
+/// Writes a new file, or replaces one where that is allowed.
 void write_key_file(const fs::path& file, const std::string& text, mode_t mode, bool fresh) {
   const fs::path made = fresh ? file : fs::path(file.string() + ".new");
   const int out =
@@ -73,7 +73,7 @@ std::string key_text(const fs::path& file) {
   return *std::move(text);
 }
 
-/// Values by name: lines "NAME VALUE"; those that begin with "# " say nothing.
+/// Reads values by name from lines "NAME VALUE"; lines that begin with "# " are comments.
 std::map<std::string, std::string> read_secret_file(const fs::path& file) {
   const std::string text = key_text(file);
   struct stat found {};
@@ -122,7 +122,7 @@ struct Member {
   double share = 1;
 };
 
-/// The rest of a line: nothing, or a share.
+/// Reads the rest of a line: nothing or a share.
 bool read_share(std::istringstream& words, double& share) {
   if (words >> std::ws; words.eof()) {
     return true;
@@ -214,7 +214,7 @@ void make_farm_keys(const fs::path& directory) {
     throw InputError(directory.string() + ": " + error.message() +
                      ": name a directory that can be made");
   }
-  // Whatever the umask.
+  // Independent of the umask.
   constexpr auto of_others = fs::perms::group_write | fs::perms::others_write;
   if (made) fs::permissions(directory, of_others, fs::perm_options::remove, error);
   refuse_if_others_can_write(directory);
@@ -254,7 +254,7 @@ void remove_member_key(const fs::path& directory, const std::string& name) {
                      allowed_file(directory).string());
   }
   write_members(allowed_file(directory), members, false);
-  std::error_code ignored;  // whoever has a copy has it all the same
+  std::error_code ignored;  // a copy elsewhere would remain anyway
   fs::remove(directory / (name + ".key"), ignored);
 }
 
@@ -288,7 +288,8 @@ MemberKey read_member_key(const fs::path& path, const std::string& name) {
 
 AllowList::AllowList(const fs::path& directory) : file_(allowed_file(directory)) { read(); }
 
-/// Always, whatever its time of change says: clocks of file systems are coarse. Throws InputError.
+/// Always reads the file and ignores its modification time, because the clocks of file systems are
+/// coarse. Throws InputError.
 void AllowList::read() {
   std::map<std::string, Sender> members;
   for (const Member& member : read_members(file_)) {
@@ -303,7 +304,8 @@ void AllowList::read_again(Time now) {
   try {
     read();
   } catch (const InputError&) {
-    // It is gone, a line is wrong, or others can write it: what it was counts until it is mended.
+    // The file is missing, has a wrong line, or others can write it. Its last valid content counts
+    // until the file is repaired.
   }
 }
 

@@ -10,17 +10,18 @@
 
 namespace parray::proto {
 
-/// Names one other side of a link. To workers and clients the coordinator's id is empty.
-/// Workers name each other, too: who asks by an id that only its answers need, who is asked by
-/// peer_at().
+/// The id of a peer of a link. For workers and clients the coordinator's id is empty. Workers have
+/// ids for each other, too. A worker that asks gets an id that is only used for the answers. A
+/// worker that is asked has the id from peer_at().
 using PeerId = std::string;
 
-/// The worker that listens at `address`, tcp://ADDRESS:PORT, as the owner of the public key `key`.
+/// Returns the id of the worker that listens at `address`, tcp://ADDRESS:PORT, and owns the public
+/// key `key`.
 inline PeerId peer_at(const std::string& address, const std::string& key) {
   return address + ' ' + key;
 }
 
-/// A message on its way: inside one process the message itself, else its frames.
+/// A message on its way: the message itself inside one process, otherwise its frames.
 class Envelope {
  public:
   Envelope() = default;
@@ -29,9 +30,9 @@ class Envelope {
   // NOLINTNEXTLINE(google-explicit-constructor)
   Envelope(Frames frames) : content_(std::move(frames)) {}
 
-  /// The message. Throws ProtocolError when the frames are none.
+  /// Returns the message. Throws ProtocolError if the frames are not a message.
   [[nodiscard]] Message open() const;
-  /// Its frames; encodes where need be.
+  /// Returns the frames; encodes the message if necessary.
   [[nodiscard]] Frames frames() const;
 
  private:
@@ -41,33 +42,33 @@ class Envelope {
 struct Delivery {
   PeerId peer;
   Envelope content;
-  Sender sender{};  ///< of what has arrived
+  Sender sender{};  ///< sender of a received message
 };
 
-/// One end of a connection that carries messages: the seam that every transport, and every test
-/// that loses messages, stands behind.
+/// One end of a connection that carries messages: the interface of every transport, and of every
+/// test that loses messages.
 ///
-/// A link may lose, repeat, delay and reorder; it never blocks in send() or receive(). One thread
-/// owns it; only wake() may be called from others.
+/// A link may lose, repeat, delay and reorder messages. send() and receive() never block. One
+/// thread owns a link; other threads may only call wake().
 class Link {
  public:
   virtual ~Link() = default;
 
-  /// A message made ready to be sent on this link, once or several times.
+  /// Prepares a message for sending on this link, once or several times.
   [[nodiscard]] virtual Envelope seal(Message message) const;
 
-  /// Hands a message over for delivery. False: the peer is unknown or its queue is full, and the
-  /// message is dropped.
+  /// Hands a message over for delivery. Returns false if the peer is unknown or its queue is full;
+  /// the message is then dropped.
   virtual bool send(const PeerId& to, Envelope content) = 0;
 
-  /// The next message that has arrived, if any.
+  /// Returns the next message that has arrived, if any.
   virtual std::optional<Delivery> receive() = 0;
 
-  /// Returns when a message is there, after wake(), or after `timeout`, whichever comes first.
-  /// May return early for no reason.
+  /// Waits for a message, for wake() or until `timeout`, whichever comes first. May return early
+  /// for no reason.
   virtual void wait(Time timeout) = 0;
 
-  /// Ends a wait(), now or the next one.
+  /// Ends the current or the next wait().
   virtual void wake() noexcept = 0;
 };
 

@@ -59,8 +59,8 @@ void put(const Address& address, __be32 (&to)[4], __be16& port) {
   }
 }
 
-/// The same address of the other family, where there is one: the other end of a connection may be a
-/// socket of either.
+/// Returns the same address in the other family, if it has one: the other end of a connection may
+/// be a socket of either family.
 bool other_family(Address& address) {
   Address other;
   if (address.family() == AF_INET) {
@@ -82,7 +82,8 @@ bool other_family(Address& address) {
   return true;
 }
 
-/// Asks the kernel for the socket from `from` to `to`. True if it is there; `user` is its owner.
+/// Asks the kernel for the socket from `from` to `to`. Returns true if it exists; `user` is then
+/// its owner.
 bool find_owner(const Address& from, const Address& to, std::uint32_t& user) {
   const int netlink = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_SOCK_DIAG);
   if (netlink < 0) {
@@ -146,7 +147,7 @@ bool OwnPeers::has(int socket) {
   if (socket < 0 || !peer_of(socket, peer)) {
     return false;
   }
-  // Of a socket file all peers look alike, and asking is cheap.
+  // All peers of a socket file look alike, and asking is cheap.
   const bool named = peer.family() != AF_UNIX;
   const std::string name(reinterpret_cast<const char*>(&peer.bytes), peer.size);
   const auto known = known_.find(socket);

@@ -13,19 +13,19 @@
 #include "common/schedule/traced_cells.h"
 #include "proto/frame.h"
 
-/// The large parts of messages. Between processes they are bytes; inside one process they are the
-/// things themselves, and nothing is encoded at all. Copies share; any thread.
+/// The large parts of messages. Between processes they are bytes. Inside one process they are the
+/// objects themselves, and nothing is encoded. Copies share their content. Thread-safe.
 namespace parray::proto {
 
-/// The bulk frame of a message, as it came. Whether its checksum is right is looked at by whoever
-/// opens it, because that takes time.
+/// The bulk frame of a message as received. The code that opens it verifies the checksum, because
+/// that takes time.
 struct Bulk {
   Frame data;
   std::uint64_t checksum = 0;
 
-  /// Throws ChecksumError when the checksum is wrong.
+  /// Returns the bytes. Throws ChecksumError if the checksum is wrong.
   [[nodiscard]] std::string_view verified() const;
-  /// Of bytes of our own.
+  /// Makes a bulk frame from this process's own bytes.
   static Bulk of(std::string bytes);
   static Bulk of(Frame bytes);
 };
@@ -36,15 +36,15 @@ class SceneParcel {
   explicit SceneParcel(std::shared_ptr<const Scene> scene) : content_(std::move(scene)) {}
   explicit SceneParcel(Bulk bytes) : content_(std::move(bytes)) {}
 
-  /// Decodes where need be. Throws DecodeError.
+  /// Returns the scene; decodes it if necessary. Throws DecodeError.
   [[nodiscard]] std::shared_ptr<const Scene> scene() const;
-  /// scene_to_bytes(). Throws DecodeError when the checksum is wrong.
+  /// Returns the bytes of scene_to_bytes(). Throws DecodeError if the checksum is wrong.
   [[nodiscard]] Bulk bytes() const;
-  /// scene_identity(). Throws DecodeError when the checksum is wrong.
+  /// Returns scene_identity(). Throws DecodeError if the checksum is wrong.
   [[nodiscard]] std::string identity() const;
-  /// Bytes that it takes in memory, roughly.
+  /// Returns the approximate number of bytes in memory.
   [[nodiscard]] std::uint64_t size() const;
-  /// The bytes that it holds, unchecked; null where it holds the scene itself.
+  /// Returns the stored bytes, unchecked; null if the parcel holds the scene itself.
   [[nodiscard]] const Bulk* held_bytes() const { return std::get_if<Bulk>(&content_); }
 
  private:
@@ -57,11 +57,12 @@ class CellsParcel {
   explicit CellsParcel(std::shared_ptr<const TracedCells> cells) : content_(std::move(cells)) {}
   explicit CellsParcel(Bulk packed) : content_(std::move(packed)) {}
 
-  /// What a worker has made of `batch`. Throws DecodeError when it is something else, or holds
-  /// impossible numbers: see unpack_cells().
+  /// Returns a worker's result for `batch`. Throws DecodeError if the content is something else, or
+  /// has impossible numbers: see unpack_cells().
   [[nodiscard]] std::shared_ptr<const TracedCells> open(const CellBatch& batch,
                                                         std::uint32_t max_depth) const;
-  /// pack_cells(); `grid` is the batch's. Throws DecodeError when the checksum is wrong.
+  /// Returns the bytes of pack_cells(); `grid` is the batch's grid. Throws DecodeError if the
+  /// checksum is wrong.
   [[nodiscard]] Bulk packed(const CellGrid& grid) const;
   [[nodiscard]] std::uint64_t size() const;
 
@@ -69,7 +70,7 @@ class CellsParcel {
   std::variant<std::shared_ptr<const TracedCells>, Bulk> content_;
 };
 
-/// A finished picture, or what there is of one.
+/// A finished picture, or the present state of one.
 class PictureParcel {
  public:
   PictureParcel() = default;
@@ -77,12 +78,13 @@ class PictureParcel {
       : content_(std::move(picture)) {}
   explicit PictureParcel(Bulk bytes) : content_(std::move(bytes)) {}
 
-  /// Throws DecodeError when it is no picture of this size.
+  /// Returns the picture. Throws DecodeError if the content is not a picture of this size.
   [[nodiscard]] std::shared_ptr<const PictureParts> picture(std::uint32_t width,
                                                             std::uint32_t height) const;
-  /// Throws ChecksumError when bytes have come that were changed on their way.
+  /// Throws ChecksumError if received bytes were changed on their way.
   void verify() const;
-  /// picture_to_bytes() of what is wanted and there. Throws ChecksumError.
+  /// Returns the bytes of picture_to_bytes(), with the wanted detail as far as the picture has it.
+  /// Throws ChecksumError.
   [[nodiscard]] Bulk bytes(PictureDetail detail) const;
 
  private:

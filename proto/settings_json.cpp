@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The settings that `wanted(setting, value)` says, with the names of words.
+/// Returns the settings for which `wanted(setting, value)` is true, with the names of words.
 template <typename Wanted>
 json map_of(const RenderSettings& settings, const Wanted& wanted) {
   json map;

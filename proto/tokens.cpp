@@ -49,14 +49,14 @@ void write_tokens(const fs::path& directory, const Tokens& tokens) {
   }
   out.close();
   std::error_code error;
-  // Whatever the umask.
+  // Independent of the umask.
   constexpr auto of_others = fs::perms::group_write | fs::perms::others_write;
   if (out) fs::permissions(fresh, of_others, fs::perm_options::remove, error);
   if (out && !error) fs::rename(fresh, file, error);
   if (!out || error) throw RunError("writing " + file.string() + " failed");
 }
 
-/// All characters are looked at, wherever the first difference is.
+/// Compares all characters, independent of the first difference.
 bool equal(const std::string& a, const std::string& b) {
   unsigned differ = a.size() == b.size() ? 0 : 1;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
@@ -111,7 +111,7 @@ std::optional<Sender> TokenList::find(Time now, const std::string& token) {
     try {
       tokens_ = read_tokens(directory_);
     } catch (const InputError&) {
-      // Others can write it: what it was counts until it is mended.
+      // Others can write the file. Its last valid content counts until the file is repaired.
     }
   }
   const std::string digest = digest_of(token);

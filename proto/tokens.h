@@ -8,30 +8,32 @@
 
 #include "proto/keys.h"
 
-/// Tokens stand for a farm's users where they come by HTTP. DIR/tokens has a line "NAME SHA-256"
-/// for each: a token is 256 random bits, so its hash tells nobody anything.
+/// Tokens identify a farm's users over HTTP. DIR/tokens has one line "NAME SHA-256" per token. A
+/// token is 256 random bits, so its hash reveals nothing.
 namespace parray::proto {
 
-/// A new token for NAME, in place of the one that there was; nobody can read it again. Throws
-/// InputError unless NAME is a client or an administrator of the farm whose keys are in
+/// Makes a new token for NAME and replaces the old one; the token cannot be read again later.
+/// Throws InputError unless NAME is a client or an administrator of the farm with its keys in
 /// `directory`.
 std::string make_token(const std::filesystem::path& directory, const std::string& name);
 
-/// NAME has no token any more, if there was one. Throws InputError, RunError.
+/// Removes the token of NAME if it has one. Throws InputError, RunError.
 void remove_token(const std::filesystem::path& directory, const std::string& name);
 
-/// Throws InputError when the lists in DIR cannot be read or others can write them: a running
-/// coordinator goes by what they said before.
+/// Throws InputError if the lists in DIR cannot be read or others can write them. A running
+/// coordinator then uses their last valid content.
 void check_key_lists(const std::filesystem::path& directory);
 
-/// DIR/tokens and DIR/allowed, read again once a second when it is asked: whoever is taken off the
-/// list has no token either. While others can write a file, what it said last counts. One thread.
+/// The content of DIR/tokens and DIR/allowed. A lookup reads them again if the last reading is a
+/// second old. A user who is removed from DIR/allowed has no token either. While others can write a
+/// file, its last valid content counts. Not thread-safe.
 class TokenList {
  public:
   /// Throws InputError.
   explicit TokenList(const std::filesystem::path& directory);
 
-  /// Whose token it is; nobody's: none. Takes as long whichever it is.
+  /// Returns the owner of the token; nothing if there is none. The time does not depend on the
+  /// token.
   [[nodiscard]] std::optional<Sender> find(Time now, const std::string& token);
 
  private:

@@ -13,11 +13,11 @@
 namespace parray::proto {
 namespace {
 
-/// Decides who is let in, as libzmq asks (ZAP, https://rfc.zeromq.org/spec/27), and who whoever has
-/// been let in is.
+/// Decides which peers are admitted when libzmq asks (ZAP, https://rfc.zeromq.org/spec/27), and
+/// identifies the admitted ones.
 class Authenticator {
  public:
-  /// Nobody: the key is not known.
+  /// Returns the owner of a key; nothing if the key is unknown.
   using Known = std::function<std::optional<Sender>(const std::string& key)>;
 
   Authenticator(zmq::context_t& context, Known known)
@@ -28,7 +28,7 @@ class Authenticator {
 
   void* handle() { return socket_.handle(); }
 
-  /// Answers what has been asked.
+  /// Answers the pending requests.
   void serve() {
     // Version, serial, domain, address, identity, mechanism, the client's public key.
     std::vector<zmq::message_t> question;
@@ -54,7 +54,7 @@ class Authenticator {
     }
   }
 
-  /// Of a connection that was let in; the list may have changed since.
+  /// Returns the sender of an admitted connection; the list may have changed since.
   Sender sender_of(const char* key) {
     const auto found = key == nullptr ? std::nullopt : known_(key);
     return found.value_or(Sender{Role::none, ""});
@@ -65,7 +65,7 @@ class Authenticator {
   zmq::socket_t socket_;
 };
 
-/// So that who asks something does not wait for thousands of others to shake hands.
+/// Keeps requests from waiting for thousands of handshakes.
 constexpr int threads_of_a_server = 4;
 
 class ZmqLink final : public Link {
@@ -76,7 +76,7 @@ class ZmqLink final : public Link {
 
   ZmqSocket& socket() { return socket_; }
 
-  /// Before it is bound.
+  /// Call it before the socket is bound.
   void admit_only(const std::filesystem::path& keys, Admits admits) {
     const KeyPair own = read_coordinator_key(keys);
     Authenticator::Known known = [open = own.open](const std::string& key) {

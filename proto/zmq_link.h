@@ -11,22 +11,22 @@
 
 namespace parray::proto {
 
-/// Largest message that either side accepts unless told otherwise.
+/// The largest message that both sides accept by default.
 inline constexpr std::size_t default_max_message_bytes = std::size_t{1} << 30;
 
-/// True for an endpoint that only this machine can reach: tcp://127.0.0.1:*, tcp://[::1]:*,
+/// Returns whether only this machine can reach an endpoint: tcp://127.0.0.1:*, tcp://[::1]:*,
 /// tcp://localhost:*, ipc://*.
 bool is_loopback(const std::string& endpoint);
 
-/// Whom a server with keys hears.
+/// The peers that a server with keys admits.
 enum class Admits : std::uint8_t {
-  members,  ///< whom the list names
-  itself,   ///< who has the coordinator's own key
+  members,  ///< the keys on the list
+  itself,   ///< the coordinator's own key
 };
 
 /// A ROUTER bound to `endpoint` (tcp://ADDRESS:PORT, port * for a free one; ipc://PATH). With
-/// `keys`, a directory (see keys.h), it hears only whom `admits` says; without, anybody. Throws
-/// RunError when it cannot be bound, InputError when the keys are no good.
+/// `keys`, a directory (see keys.h), it admits only the peers that `admits` says. Without keys it
+/// admits everyone. Throws RunError if it cannot be bound, InputError if the keys are unusable.
 class ZmqServer {
  public:
   ZmqServer(const std::string& endpoint, std::size_t max_message_bytes,
@@ -36,7 +36,7 @@ class ZmqServer {
   ZmqServer& operator=(const ZmqServer&) = delete;
 
   Link& link();
-  /// The endpoint as bound, with its real port.
+  /// Returns the endpoint as bound, with its real port.
   [[nodiscard]] const std::string& endpoint() const;
 
  private:
@@ -44,11 +44,11 @@ class ZmqServer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A DEALER connected to one of `addresses`, which have commas between them: the first, and the
-/// next one when that is silent (see AddressList); connects again by itself when the connection
-/// breaks. What is not sent when it is destroyed is dropped after `linger`. A server with keys
-/// hears it with one that it knows, and it hears only the server that this names. Throws InputError
-/// when one of `addresses` is none.
+/// Returns a DEALER connected to one of `addresses`, which are separated by commas: first to the
+/// first one, then to the next if the current one is silent (see AddressList). It reconnects by
+/// itself when the connection breaks. Unsent messages are dropped `linger` after its destruction. A
+/// server with keys accepts it only with a key that the server knows. The DEALER accepts only the
+/// server that its key names. Throws InputError if one of `addresses` is invalid.
 std::unique_ptr<Link> zmq_connect(const std::string& addresses, std::size_t max_message_bytes,
                                   Time linger, const std::optional<MemberKey>& key = {});
 

@@ -13,11 +13,11 @@
 namespace parray::proto {
 namespace {
 
-/// Of what workers ask each other, and of what they answer.
+/// Limits for the requests and answers between workers.
 constexpr std::size_t most_asked_bytes = 1U << 12;
 constexpr std::size_t most_answered_bytes = most_chunk_bytes + most_asked_bytes;
 
-/// Begins the id of who has asked; no address begins so.
+/// First byte of the id of a worker that asked; no address begins with it.
 constexpr char asker = '<';
 
 }  // namespace
@@ -51,7 +51,7 @@ class ZmqMesh::Impl {
     return connect(to) && source_->socket.send({}, content);
   }
 
-  /// Each by turns, so that none can keep the others waiting.
+  /// Receives from each socket in turns, so that none can block the others.
   std::optional<Delivery> receive() {
     for (int i = 0; i < 3; ++i) {
       turn_ = (turn_ + 1) % 3;
@@ -94,7 +94,7 @@ class ZmqMesh::Impl {
     port_ = static_cast<std::uint32_t>(std::stoul(bound.substr(bound.rfind(':') + 1)));
   }
 
-  /// Is connected to `to`, see peer_at(). False: it names nobody.
+  /// Connects to `to`; see peer_at(). Returns false if `to` is not such an id.
   bool connect(const PeerId& to) {
     if (source_ && source_->id == to) {
       return true;
@@ -129,10 +129,10 @@ class ZmqMesh::Impl {
 
   zmq::context_t context_{1};
   ZmqSocket coordinator_;
-  KeyPair own_;                     ///< made for this process; empty: it does not share
-  std::optional<ZmqSocket> asked_;  ///< where others ask
+  KeyPair own_;                     ///< key made for this process; empty: no sharing
+  std::optional<ZmqSocket> asked_;  ///< socket for requests of other workers
   std::uint32_t port_ = 0;
-  std::optional<Source> source_;  ///< who is asked
+  std::optional<Source> source_;  ///< the worker that this one asks
   WakeUp wake_up_;
   int turn_ = 0;
 };

@@ -11,30 +11,31 @@
 namespace parray::proto {
 
 struct ZmqMeshOptions {
-  std::string coordinator;  ///< addresses, as zmq_connect() has them
+  std::string coordinator;  ///< addresses in the form of zmq_connect()
   std::size_t max_message_bytes = 0;
-  Time linger = seconds(1);        ///< of what the coordinator has not got yet
-  std::optional<MemberKey> key{};  ///< for the coordinator
+  Time linger = seconds(1);        ///< for messages that the coordinator has not received yet
+  std::optional<MemberKey> key{};  ///< key for the coordinator
   bool sharing = true;
 };
 
-/// A worker's connections: to the coordinator, whose id is empty, and to other workers, with which
-/// it shares scenes. What it hands on is encrypted with a key that is made for this process, so
-/// that only whom the coordinator has told the key can be sure of whom they ask; everybody may ask.
+/// The connections of a worker: to the coordinator, with an empty id, and to other workers, with
+/// which it shares scenes. It encrypts shared chunks with a key made for this process. The
+/// coordinator tells workers this public key. Only they can be sure of the worker's identity, but
+/// everyone may ask.
 ///
-/// One connection to a worker that is asked is kept: sending to another one closes it.
+/// It keeps one connection to a worker that it asks: a message to another worker closes it.
 class ZmqMesh final : public Link {
  public:
-  /// Throws InputError when the coordinator's address is none.
+  /// Throws InputError if the coordinator's address is invalid.
   explicit ZmqMesh(const ZmqMeshOptions& options);
   ~ZmqMesh() override;
   ZmqMesh(const ZmqMesh&) = delete;
   ZmqMesh& operator=(const ZmqMesh&) = delete;
 
-  /// Where other workers may ask this one, on loopback if the coordinator is there, else on all of
-  /// the machine's addresses. 0: nowhere.
+  /// Returns the port for requests of other workers; 0: none. The port is on loopback if the
+  /// coordinator is there, otherwise on all of the machine's addresses.
   [[nodiscard]] std::uint32_t port() const;
-  /// Its public key; empty where there is no port.
+  /// Returns the public key of the port; empty without a port.
   [[nodiscard]] const std::string& key() const;
 
   bool send(const PeerId& to, Envelope content) override;

@@ -15,10 +15,10 @@
 namespace parray::proto {
 namespace {
 
-constexpr int most_waiting = 1000;  // messages a peer
+constexpr int most_waiting = 1000;  // messages per peer
 constexpr std::size_t most_parts = 16;
 
-/// The socket holds the frame until it is sent; small ones are cheaper to copy.
+/// The socket holds the frame until it is sent; copying a small frame is cheaper.
 zmq::message_t part_of(const Frame& frame) {
   constexpr std::size_t small = 4096;
   if (frame.size() <= small) {
@@ -38,7 +38,7 @@ Frame frame_of(zmq::message_t part) {
   return {held, {static_cast<const char*>(held->data()), held->size()}};
 }
 
-/// Fresh for every socket: a process that restarts is another peer.
+/// Makes a new id for every socket: a process that restarts is a different peer.
 std::string random_id() {
   std::random_device device;
   std::string id = "p";  // ids that begin with a zero byte are ZeroMQ's own
@@ -48,16 +48,16 @@ std::string random_id() {
   return id;
 }
 
-/// What ZeroMQ knows of the connection that a part came by; empty: nothing.
+/// Returns ZeroMQ's property of the connection of a received part; empty: unknown.
 std::string property(zmq::message_t& part, const char* name) {
   const char* const value = zmq_msg_gets(part.handle(), name);
   return value == nullptr ? "" : value;
 }
 
-/// Of the connection that a part came by; -1: unknown.
+/// Returns the file descriptor of the connection of a received part; -1: unknown.
 int socket_of(zmq::message_t& part) { return zmq_msg_get(part.handle(), ZMQ_SRCFD); }
 
-/// Whoever comes by a socket file (ipc://) is on this machine; ZeroMQ calls it
+/// Peers of a socket file (ipc://) are on this machine. ZeroMQ calls their address
 /// ":USER:GROUP:PROCESS".
 std::string address_of(std::string peer) {
   return peer.empty() || peer.front() == ':' ? "localhost" : std::move(peer);
@@ -73,19 +73,19 @@ ZmqSocket::ZmqSocket(zmq::context_t& context, zmq::socket_type type, std::size_t
   socket_.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(max_message_bytes));
   socket_.set(zmq::sockopt::sndhwm, most_waiting);
   socket_.set(zmq::sockopt::rcvhwm, most_waiting);
-  // A machine that is gone without a word holds no file descriptor for ever.
+  // A machine that vanished silently must not hold a file descriptor for ever.
   socket_.set(zmq::sockopt::tcp_keepalive, 1);
   socket_.set(zmq::sockopt::tcp_keepalive_idle, 20);
   socket_.set(zmq::sockopt::tcp_keepalive_intvl, 5);
   socket_.set(zmq::sockopt::tcp_keepalive_cnt, 4);
-  // Nor is one whose answers are lost on the way waited for, ever longer, as TCP would: a fresh
-  // connection finds a way that is open again at once.
+  // A connection with lost answers is closed early, too. TCP would wait longer and longer, but a
+  // new connection finds a restored path at once.
   socket_.set(zmq::sockopt::tcp_maxrt, 10000);
   socket_.set(zmq::sockopt::connect_timeout, 3000);
   if (router_) {
-    // Without it, messages for a peer that is gone or slow vanish in silence.
+    // Without this option, messages for a vanished or slow peer are lost silently.
     socket_.set(zmq::sockopt::router_mandatory, true);
-    // A peer that comes back under its old name takes its place over.
+    // A peer that returns under its old id replaces its old connection.
     socket_.set(zmq::sockopt::router_handover, true);
   } else {
     socket_.set(zmq::sockopt::routing_id, random_id());
@@ -105,7 +105,7 @@ void ZmqSocket::speak_as(const KeyPair& own, const std::string& server) {
 
 void ZmqSocket::connect(AddressList addresses) {
   for (const std::string& address : addresses.all()) {
-    connect_to(address);  // so that a bad one is told now
+    connect_to(address);  // so that a bad address is reported now
     if (address != addresses.current()) {
       socket_.disconnect(address);
     }
@@ -166,10 +166,10 @@ std::optional<Delivery> ZmqSocket::receive() {
       if (i == 0 && !dropping_) {
         leave_silent_address();
         return {};
-      }  // else it was a signal: the frames of a message arrive all at once
+      }  // otherwise a signal interrupted the call: the frames of a message arrive all at once
     }
     more = part.more();
-    if (router_ && !more) {  // the last part: the first may know nothing of its connection
+    if (router_ && !more) {  // the last part: ZeroMQ may not know the connection of the first one
       delivery.sender = identify_(zmq_msg_gets(part.handle(), "User-Id"));
       delivery.sender.address = address_of(property(part, "Peer-Address"));
       delivery.sender.ours = delivery.sender.address == "localhost" ||
@@ -194,7 +194,7 @@ std::optional<Delivery> ZmqSocket::receive() {
   return delivery;
 }
 
-/// False: nothing is there.
+/// Returns false if no part has arrived.
 bool ZmqSocket::receive_part(zmq::message_t& part) {
   try {
     return socket_.recv(part, zmq::recv_flags::dontwait).has_value();
@@ -219,23 +219,24 @@ void WakeUp::raise() const noexcept {
     return;
   }
   const std::uint64_t one = 1;
-  [[maybe_unused]] const auto written = write(fd_, &one, sizeof one);  // full means: raised
+  // A full counter is raised anyway.
+  [[maybe_unused]] const auto written = write(fd_, &one, sizeof one);
 }
 
 void WakeUp::poll(std::vector<zmq::pollitem_t> items, Time timeout) const {
   items.push_back({nullptr, fd_, ZMQ_POLLIN, 0});
   try {
-    // Rounded up, so that a deadline below a millisecond is slept for, not spun for.
+    // Rounded up, so that a deadline below a millisecond sleeps instead of spinning.
     zmq::poll(items, std::chrono::ceil<milliseconds>(timeout));
   } catch (const zmq::error_t& error) {
-    if (error.num() != EINTR) {  // a signal ends the wait, as its handler wants
+    if (error.num() != EINTR) {  // a signal ends the wait, as its handler intends
       throw RunError(std::string("waiting for messages: ") + error.what());
     }
   }
   if ((items.back().revents & ZMQ_POLLIN) != 0) {
     std::uint64_t count = 0;
     [[maybe_unused]] const auto got = read(fd_, &count, sizeof count);
-    raised_ = false;  // before whoever waited looks at what there is
+    raised_ = false;  // reset before the caller looks for messages
   }
 }
 

@@ -11,35 +11,36 @@
 #include "proto/link.h"
 #include "proto/own_peers.h"
 
-/// What the links over ZeroMQ are made of. For their sources only.
+/// Building blocks of the links over ZeroMQ. Only their sources include this file.
 namespace parray::proto {
 
-/// A socket that carries messages: a ROUTER, whose peers have ids, or a DEALER. One thread.
+/// A socket that carries messages: a ROUTER with peers that have ids, or a DEALER. Not thread-safe.
 class ZmqSocket {
  public:
-  /// Tells who is behind a key; null: the connection has none.
+  /// Returns the sender that owns a key; null: the connection has no key.
   using Identify = std::function<Sender(const char* key)>;
 
-  /// `linger`: how long what is not sent yet outlives the socket.
+  /// `linger` is the time that unsent messages outlive the socket.
   ZmqSocket(zmq::context_t& context, zmq::socket_type type, std::size_t max_message_bytes,
             Time linger);
 
   zmq::socket_t& raw() { return socket_; }
   void identify_by(Identify identify) { identify_ = std::move(identify); }
-  /// For whoever connects with the public key of `own`. Before it is bound.
+  /// Serves peers that connect with the public key of `own`. Call it before the socket is bound.
   void serve_as(const KeyPair& own);
-  /// Speaks as `own` to nobody but the owner of `server`. Before it is connected.
+  /// Speaks as `own`, only to the owner of `server`. Call it before the socket is connected.
   void speak_as(const KeyPair& own, const std::string& server);
 
-  /// To the first of the list; to the next when that is silent (see AddressList): what still waits
-  /// for it then is dropped, as the protocol repeats it. Throws InputError when one is no address.
+  /// Connects to the first address of the list, and to the next one if the current one is silent
+  /// (see AddressList). Messages that still wait for the silent address are dropped; the protocol
+  /// repeats them. Throws InputError if an address is invalid.
   void connect(AddressList addresses);
 
-  /// As Link::send(). Throws RunError where the socket is no good.
+  /// Sends like Link::send(). Throws RunError if the socket is unusable.
   bool send(const PeerId& to, const Envelope& content);
-  /// As Link::receive(). A message of more frames than any has is dropped as it is read, some
-  /// frames a call, so that nobody else waits for its end: each call delivers a message without
-  /// frames, which is none.
+  /// Receives like Link::receive(). A message with more frames than the protocol has is dropped
+  /// during reading, some frames per call, so that other peers need not wait for its end. Each such
+  /// call delivers a message without frames, which is no valid message.
   std::optional<Delivery> receive();
 
  private:
@@ -49,9 +50,9 @@ class ZmqSocket {
 
   zmq::socket_t socket_;
   const bool router_;
-  bool dropping_ = false;  ///< the rest of a message
+  bool dropping_ = false;  ///< dropping the rest of a message
   const SteadyClock clock_;
-  std::optional<AddressList> addresses_;  ///< of a DEALER
+  std::optional<AddressList> addresses_;  ///< addresses of a DEALER
   OwnPeers own_peers_;
   Identify identify_ = [](const char* /*key*/) { return Sender{}; };
 };
@@ -59,19 +60,19 @@ class ZmqSocket {
 /// A file descriptor that another thread can make readable, to end a poll.
 class WakeUp {
  public:
-  /// Throws RunError where there is none to be had.
+  /// Throws RunError if the system provides none.
   WakeUp();
   ~WakeUp();
   WakeUp(const WakeUp&) = delete;
   WakeUp& operator=(const WakeUp&) = delete;
 
   void raise() const noexcept;
-  /// Waits until it is raised, or one of `items` has something; and begins anew.
+  /// Waits until raise() is called or one of `items` is ready, and resets the state.
   void poll(std::vector<zmq::pollitem_t> items, Time timeout) const;
 
  private:
   int fd_;
-  mutable std::atomic<bool> raised_ = false;  ///< since it was polled: once is enough
+  mutable std::atomic<bool> raised_ = false;  ///< raised since the last poll: once is enough
 };
 
 }  // namespace parray::proto

@@ -8,22 +8,23 @@
 
 namespace parray::worker {
 
-/// The accelerator that was built last, so that whoever traces the same scene next need not build
-/// it again. Any thread.
+/// Keeps the accelerator that was built last, so that the next trace of the same scene does not
+/// build it again. Thread-safe.
 class AcceleratorCache {
  public:
   using Pointer = std::shared_ptr<const Accelerator>;
 
-  /// That of the scene whose scene_identity() is `scene_id`, by these settings; null if the last
-  /// one was another.
+  /// Returns the accelerator of the scene with scene_identity() `scene_id` and these settings.
+  /// Returns null if the last accelerator was another one.
   [[nodiscard]] Pointer find(const std::string& scene_id, const RenderSettings& settings) const;
 
-  /// Builds it, after the last one was forgotten: two may not fit. The caller holds none either.
+  /// Drops the last accelerator and then builds a new one, because two may not fit into memory. So
+  /// the caller must not hold an accelerator either.
   Pointer build(const std::string& scene_id, const Scene& scene, const RenderSettings& settings,
                 int threads);
 
  private:
-  mutable std::mutex mutex_;  // guards what follows, and is not held while one is built
+  mutable std::mutex mutex_;  // guards the members below; no build holds it
   std::string scene_id_;
   Pointer last_;
 };

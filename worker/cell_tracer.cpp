@@ -15,7 +15,7 @@
 namespace parray::worker {
 namespace {
 
-/// What a team of threads makes of some cells.
+/// Collects the results of the threads that trace some cells.
 class CellTracer {
  public:
   CellTracer(const PathTracer& tracer, const CellBatch& batch)
@@ -26,8 +26,8 @@ class CellTracer {
     result_.records.resize(batch.range.count() * record_bytes_);
   }
 
-  /// Any thread; `since` is when the thread began with it, and then when it ended. Returns how many
-  /// samples the cell has.
+  /// Traces a cell and returns its number of samples. `since` is the time when the thread began the
+  /// cell; the function sets it to the time when the cell ended. Thread-safe.
   std::uint64_t trace(std::uint64_t index, Time& since) {
     const std::vector<SampleRange> ranges = batch_.column_ranges_of(index);
     if (std::all_of(ranges.begin(), ranges.end(),
@@ -62,7 +62,7 @@ class CellTracer {
 
   [[nodiscard]] Time now() const { return clock_.now(); }
 
-  /// The cells before `end`. `samples`: of all that were traced.
+  /// Returns the result of the cells before `end`. `samples` is the number of all traced samples.
   TracedCells take(std::uint64_t end, std::uint64_t samples, Time began) {
     result_.samples = samples;
     if (end < batch_.range.end) {
@@ -73,7 +73,7 @@ class CellTracer {
         result_.excluded.push_back(some);
       }
     }
-    // Threads find them in any order; equal leases have equal bytes.
+    // Threads find excluded samples in any order. Sorting makes the bytes of equal leases equal.
     std::sort(result_.excluded.begin(), result_.excluded.end());
     result_.seconds = to_seconds(clock_.now() - began);
     return std::move(result_);
@@ -94,7 +94,7 @@ class CellTracer {
   const CellBatch& batch_;
   const std::size_t record_bytes_;
   const SteadyClock clock_;
-  std::mutex mutex_;  // guards excluded_; each record is one thread's alone
+  std::mutex mutex_;  // guards excluded_; only one thread writes a record
   std::vector<std::pair<std::uint64_t, ExcludedSamples>> excluded_;  // with the cells' indices
   TracedCells result_;
 };
@@ -120,7 +120,7 @@ TracedCells trace_cells(const PathTracer& tracer, const CellBatch& batch, int th
     for (std::uint64_t number = 0; number < pieces; ++number) {
       const std::uint64_t first = batch.range.begin + number * piece;
       if (longest > 0 && number > 0 && to_seconds(since - began) >= longest) {
-        end = std::min(end, first);  // each piece before it is traced, or lowers it
+        end = std::min(end, first);  // every earlier piece is traced, or lowers `end` itself
       }
       const std::uint64_t last = std::min({first + piece, batch.range.end, end});
       for (std::uint64_t index = first; index < last; ++index) {
@@ -131,7 +131,7 @@ TracedCells trace_cells(const PathTracer& tracer, const CellBatch& batch, int th
           const std::uint64_t count = cells.trace(index, since);
           samples += count;
           traced.fetch_add(count, std::memory_order_relaxed);
-        } catch (...) {  // none may leave a team of threads
+        } catch (...) {  // no exception may leave an OpenMP region
           if (!failed.exchange(true)) {
             failure = std::current_exception();
           }

@@ -9,13 +9,15 @@
 
 namespace parray::worker {
 
-/// Traces cells with `threads` OpenMP threads, which take shape().piece_cells of them at a time.
+/// Traces cells with `threads` OpenMP threads. Each thread takes shape().piece_cells cells at a
+/// time.
 ///
-/// `traced` grows by the samples of each cell as it is done. `stop` ends the work within a cell's
-/// time; the result is then incomplete. What a thread throws stops the others, and is thrown here.
+/// `traced` grows by the samples of each finished cell. `stop` ends the work within the time of one
+/// cell; the result is then incomplete. If a thread throws, the other threads stop, and the
+/// function rethrows the exception.
 ///
-/// After `longest` seconds (0: never) no thread begins another piece. The result then has the
-/// range's first cells alone, at least one piece of them.
+/// After `longest` seconds (0: no limit) no thread begins another piece. The result then contains
+/// only the first cells of the range, at least one piece.
 TracedCells trace_cells(const PathTracer& tracer, const CellBatch& batch, int threads,
                         std::atomic<std::uint64_t>& traced, const std::atomic<bool>& stop,
                         double longest = 0);

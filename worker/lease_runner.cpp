@@ -60,7 +60,8 @@ void LeaseRunner::hand_in() {
   }
   tracing_.reset();
   note(*finished);
-  // The team goes on while the result travels; copies of what others do are not worth its waiting.
+  // The team continues while the result travels. Copies of other workers' leases are not worth a
+  // delay of the result.
   keep_at_work(clock_.now(), false);
   const Time begin = clock_.now();
   source_.complete(begin, std::move(*finished));
@@ -94,7 +95,8 @@ void LeaseRunner::start_next(Time now) {
   team_.start(std::move(taken.lease));
   take_at_ = never;
   if (taken.samples > 0 && samples_per_second_ > 0) {
-    // Taken too early, a lease would be work that nobody does; too late, the team would wait.
+    // A lease taken too early would block work that another worker could do. A lease taken too late
+    // would make the team wait.
     const auto leases = static_cast<Time::rep>(std::max<std::uint64_t>(tally_.leases, 1));
     const Time lead = 2 * tally_.taking / leases + std::chrono::microseconds(200);
     const std::chrono::duration<double> length(taken.samples / samples_per_second_);
@@ -107,7 +109,7 @@ void LeaseRunner::take(Time now, bool idle) {
   wait_ = taken.answer == LeaseSource::Answer::wait && idle
               ? std::clamp(2 * wait_, shortest_wait, longest_wait)
               : Time(0);
-  // While the team is at work there is no hurry: hand_in() asks again.
+  // While the team works, there is no hurry: hand_in() asks again.
   take_at_ = wait_ > Time(0) ? now + wait_ : never;
   over_ = taken.answer == LeaseSource::Answer::over;
   if (taken.answer != LeaseSource::Answer::lease) {

@@ -8,24 +8,25 @@
 
 namespace parray::worker {
 
-/// Keeps a team at work: takes leases from a source and hands in what comes of them.
+/// Keeps a team at work: takes leases from a source and hands in their results.
 ///
-/// Plain state: `now` is an argument. The next lease is taken just before the team runs out of
-/// work, so that it never waits, and never holds much more than it is working on.
+/// Takes `now` as an argument. The runner takes the next lease just before the team runs out of
+/// work. So the team never waits, and the runner holds little more than the team's current lease.
 class LeaseRunner {
  public:
-  /// References outlive the object. `before`: what the team has done for earlier sources.
+  /// The references must outlive the object. `before` is the work that the team did for earlier
+  /// sources.
   LeaseRunner(LeaseSource& source, Team& team, const Clock& clock, WorkTally before = {});
 
-  /// Does what is due. Returns when it wants to be called again, at the latest; sooner when the
-  /// team is done, or something has arrived.
+  /// Does the work that is due. Returns the latest time of the next call. Call it sooner when the
+  /// team is done or something has arrived.
   Time tick(Time now);
 
-  /// Nothing is being traced, and no lease is at hand.
+  /// Returns whether the team traces nothing and no lease waits.
   [[nodiscard]] bool idle() const { return !next_ && !tracing_; }
-  /// Nothing will be left to do.
+  /// Returns whether no more work will follow.
   [[nodiscard]] bool over() const { return over_; }
-  /// Gives up what it holds, and reports to the source what the team has done.
+  /// Gives up all leases and reports the team's work to the source.
   void stop();
   [[nodiscard]] const WorkTally& tally() const { return tally_; }
 
@@ -45,7 +46,7 @@ class LeaseRunner {
   bool over_ = false;
   double samples_per_second_ = 0;
   Time take_at_{};  ///< when the next lease is due
-  Time wait_{};     ///< how long to wait after being told to
+  Time wait_{};     ///< delay after the answer `wait`
   WorkTally tally_;
 };
 

@@ -81,10 +81,10 @@ std::string fresh_instance() {
   return std::to_string(device()) + std::to_string(device());
 }
 
-/// Tells connections made and lost, by watching the worker's state.
+/// Logs connections that begin and end, by watching the worker's state.
 class Reporter {
  public:
-  /// `idle_exit`: seconds without work after which it is to stop; 0: never.
+  /// `idle_exit` is the number of seconds without work after which the worker stops; 0: never.
   Reporter(const Worker& worker, spdlog::logger& log, bool keys, double idle_exit)
       : worker_(worker), log_(log), keys_(keys), idle_exit_(idle_exit) {}
 
@@ -136,7 +136,7 @@ class Reporter {
   const double idle_exit_;
   const SteadyClock clock_;
   const Time began_ = clock_.now();
-  Time at_work_ = began_;  ///< when it last was
+  Time at_work_ = began_;  ///< last time with work
   bool connected_ = false;
   bool told_ = false;
   std::uint64_t told_scenes_ = 0;

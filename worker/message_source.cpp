@@ -5,7 +5,7 @@
 
 namespace parray::worker {
 
-/// Scenes kept at hand: the current job's and the next one's.
+/// Number of scenes kept in memory: the current job's and the next job's.
 static constexpr std::size_t scenes_kept = 2;
 
 static LeaseKey key_of(const msg::Grant& grant) { return {grant.job, grant.epoch}; }
@@ -20,7 +20,7 @@ void MessageSource::receive(Time now, const PeerId& from, const Envelope& conten
       std::visit([&](auto& m) { on(now, m); }, message);
     }
   } catch (const ProtocolError&) {
-    // Dropped: whatever it was, the protocol repeats it.
+    // Drops the message: the protocol repeats it.
   }
 }
 
@@ -64,7 +64,8 @@ void MessageSource::complete(Time now, Finished finished) {
 }
 
 void MessageSource::keep_until_heard(Time now, const LeaseKey& lease, Message message) {
-  // Encoded once, however often it is sent; inside one process never.
+  // The message is encoded once, even if it is sent several times. Within one process it is never
+  // encoded.
   Envelope envelope = options_.in_process ? Envelope(std::move(message)) : encode(message);
   if (connected_) {
     outbox_.push_back({{}, envelope});
@@ -86,7 +87,8 @@ Time MessageSource::tick(Time now, const TeamState& team) {
   return connected_ ? std::min(due, repeat_unacknowledged(now)) : due;
 }
 
-/// The scenes of leases that wait, one after the other. Returns when that is due again.
+/// Fetches the scenes of waiting leases, one after the other. Returns the time when it is due
+/// again.
 Time MessageSource::fetch_scenes(Time now) {
   const auto next = std::find_if(waiting_.begin(), waiting_.end(),
                                  [&](const msg::Grant& grant) { return !knows(grant.scene); });
@@ -97,7 +99,7 @@ Time MessageSource::fetch_scenes(Time now) {
       fail_waiting(now, opened->id, opened->failure);
     } else if (!knows(opened->id)) {
       scenes_.push_back({opened->id, std::move(opened->scene)});
-      due = now;  // somebody waits for it
+      due = now;  // a lease waits for it
     }
   }
   while (scenes_.size() > scenes_kept) {
@@ -120,7 +122,7 @@ bool MessageSource::knows(const std::string& scene) const {
                      [&](const KnownScene& known) { return known.id == scene; });
 }
 
-/// Returns when the next is due.
+/// Sends due results and failures again. Returns the time when the next one is due.
 Time MessageSource::repeat_unacknowledged(Time now) {
   Time next = never;
   for (auto& [lease, waiting] : unacknowledged_) {
@@ -180,10 +182,10 @@ void MessageSource::on(Time now, msg::Who& /*m*/) { forgotten(now); }
 void MessageSource::on(Time now, msg::Bye& /*m*/) { forgotten(now); }
 
 void MessageSource::on(Time now, msg::Grant& m) {
-  // More than was asked for is left alone: its deadline will pass.
+  // Ignores leases beyond the worker's capacity: their deadlines will pass.
   if (connected_ && !holds(key_of(m)) && waiting_.size() < options_.capacity) {
     waiting_.push_back(std::move(m));
-    next_beat_ = now;  // say at once that the lease has come
+    next_beat_ = now;  // report at once that the lease has arrived
   }
 }
 
@@ -196,7 +198,7 @@ void MessageSource::on(Time /*now*/, msg::Revoke& m) {
   unacknowledged_.erase(lease);
   std::erase_if(waiting_, [&](const msg::Grant& grant) { return key_of(grant) == lease; });
   if (tracing_ == lease) {
-    tracing_.reset();  // whoever traces it asks wants()
+    tracing_.reset();  // the runner learns it from wants()
   }
 }
 

@@ -16,37 +16,40 @@
 namespace parray::worker {
 
 struct WorkerOptions {
-  std::string name;      ///< for people: host name and process id, say
+  std::string name;      ///< name for people, for example host name and process id
   std::string instance;  ///< different for every start of a worker
   std::uint32_t threads = 1;
-  /// Leases in flight: one being traced, the next at hand, so that the team never waits for a
-  /// message. More only helps where a lease is shorter than a message's way.
+  /// Leases in flight: one that is traced and one that waits, so that the team never waits for a
+  /// message. More leases help only if a lease is shorter than a message's travel time.
   std::uint32_t capacity = 2;
   std::string fingerprint;
-  /// The coordinator is in this process: messages travel as they are, and scenes are believed.
+  /// The coordinator runs in this process: messages travel without encoding, and scenes are not
+  /// checked.
   bool in_process = false;
-  /// Of the machine: workers of one let a scene come to it once.
+  /// Name of the machine. Workers of one machine fetch a scene to it only once.
   std::string host{};
-  /// Where the link takes the requests of other workers, and the public key there; 0: nowhere.
+  /// Port for the requests of other workers, and the public key of that port. 0: no port.
   std::uint32_t share_port = 0;
   std::string share_key{};
-  /// Ends the link's wait from another thread; without it large scenes are opened in this one.
+  /// Ends the link's wait from another thread. Without it, large scenes are opened in this thread.
   std::function<void()> wake{};
 };
 
-/// Leases by messages, a worker's side of PROTOCOL.md: says hello, keeps scenes and granted leases,
-/// repeats results and failures until the coordinator has heard of them. Other workers are listened
-/// to where scenes are concerned, and nowhere else.
+/// Receives leases by messages: the worker's side of PROTOCOL.md. Says hello, keeps scenes and
+/// granted leases, and repeats results and failures until the coordinator acknowledges them. It
+/// accepts messages about scenes from other workers, and all other messages only from the
+/// coordinator.
 ///
-/// After a silence it says hello again but keeps what it holds: the coordinator revokes what is no
-/// longer this worker's. Only `who` and `bye` mean that it has forgotten: then leases that wait are
-/// dropped, because it will grant their cells again; results are kept all the same.
+/// After a silence it says hello again but keeps its leases and results. The coordinator revokes
+/// the leases that no longer belong to this worker. Only `who` and `bye` mean that the coordinator
+/// has forgotten the worker. Then the source drops waiting leases, because the coordinator will
+/// grant their cells again. It keeps results even then.
 class MessageSource final : public LeaseSource {
  public:
   explicit MessageSource(WorkerOptions options)
       : options_(std::move(options)), exchange_(options_.wake) {}
 
-  /// `from`: empty for the coordinator.
+  /// Takes in a message. `from` is empty for the coordinator.
   void receive(Time now, const PeerId& from, const Envelope& content);
 
   Taken take(Time now, double samples_per_second, bool idle) override;
@@ -54,20 +57,20 @@ class MessageSource final : public LeaseSource {
   [[nodiscard]] bool wants(const LeaseKey& lease) const override { return tracing_ == lease; }
   Time tick(Time now, const TeamState& team) override;
 
-  /// Messages to send, in order; empties the outbox.
+  /// Returns the messages to send, in order, and empties the outbox.
   std::vector<Delivery> take_outbox();
-  /// Says goodbye and drops everything.
+  /// Says goodbye to the coordinator and drops everything.
   void leave(const std::string& reason);
 
-  /// Not empty once the coordinator has refused this worker.
+  /// Returns the reason of the coordinator's refusal; empty if it has not refused this worker.
   [[nodiscard]] const std::string& refused() const { return refusal_; }
-  /// Leases that wait, or whose results nobody has acknowledged.
+  /// Returns whether there are waiting leases or unacknowledged results.
   [[nodiscard]] bool holds_any() const { return !waiting_.empty() || !unacknowledged_.empty(); }
   [[nodiscard]] bool connected() const { return connected_; }
   [[nodiscard]] const SceneExchange::Tally& scene_bytes() const { return exchange_.tally(); }
 
  private:
-  /// A result, or that there is none.
+  /// A result or the report of a failure.
   struct Unacknowledged {
     Envelope message;
     Time resend_at;
@@ -82,7 +85,7 @@ class MessageSource final : public LeaseSource {
   void on(Time now, msg::Revoke& m);
   void on(Time now, msg::Bye& m);
   template <typename Other>
-  void on(Time /*now*/, Other& /*m*/) {}  // not for workers: ignored
+  void on(Time /*now*/, Other& /*m*/) {}  // ignores messages that are not for workers
 
   void send(Message message) { outbox_.push_back({{}, std::move(message)}); }
   void reconnect(Time now);

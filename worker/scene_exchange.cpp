@@ -8,23 +8,23 @@
 namespace parray::worker {
 namespace {
 
-/// Chunks in flight: a connection is never idle while one travels.
+/// Most chunks in flight: enough that a connection is never idle while one travels.
 constexpr std::size_t most_in_flight = 16;
-/// Of those who wait for a chunk; others are told to ask elsewhere.
+/// Most workers that wait for a chunk; further ones are told to ask elsewhere.
 constexpr std::size_t most_waiting = 1024;
-/// Scenes whose chunks are kept.
+/// Number of scenes with stored chunks.
 constexpr std::size_t holdings_kept = 2;
 
 constexpr Time ask_again = seconds(1);
-/// A worker that answers nothing for so long is no source.
+/// A worker that is silent for this long is given up as a source.
 constexpr Time patience = seconds(3);
-/// Nor is one that answers, but has no chunk for so long.
+/// A worker that answers but sends no chunk for this long is given up, too.
 constexpr Time longest_standstill = seconds(30);
-/// What was asked for is asked for again after so long without a word, or, others coming, ten times
-/// as long.
+/// Time before a chunk is requested again: this long if the source is silent, ten times as long if
+/// other chunks arrive.
 constexpr Time first_quiet = seconds(1);
 constexpr Time longest_quiet = seconds(30);
-/// Chunks that nobody asks for are dropped: the scene itself is there.
+/// Unused chunks are dropped after this time: the scene itself is in memory.
 constexpr Time kept_for = seconds(60);
 
 }  // namespace
@@ -58,7 +58,7 @@ SceneExchange::Holding* SceneExchange::holding_of(const std::string& scene) {
   return found == holdings_.end() ? nullptr : &*found;
 }
 
-/// What there is of the scene, if it is cut so.
+/// Returns the stored chunks of the scene if they have this cut, otherwise an empty holding.
 SceneExchange::Holding& SceneExchange::hold(Time now, const std::string& scene,
                                             const ChunkCut& cut) {
   if (Holding* known = holding_of(scene); known != nullptr && known->content.cut == cut) {
@@ -74,7 +74,7 @@ SceneExchange::Holding& SceneExchange::hold(Time now, const std::string& scene,
   return holdings_.emplace_back(Holding{std::move(content), 0, now});
 }
 
-/// By value: it may be the name that the holding itself has.
+/// Drops the chunks of a scene. The argument is a copy, because it may be the holding's own name.
 void SceneExchange::drop(std::string scene) {  // NOLINT(performance-unnecessary-value-param)
   std::erase_if(holdings_, [&](const Holding& h) { return h.content.id == scene; });
 }
@@ -127,7 +127,7 @@ void SceneExchange::on(Time now, const PeerId& from, msg::Chunk& m) {
   try {
     (void)m.content.verified();
   } catch (const ChecksumError&) {
-    return;  // as if it were lost
+    return;  // treated as lost
   }
   ScenePiece& piece = holding->content.pieces[m.chunk];
   if (piece.here() || came == 0 || (m.packed ? came >= size : came != size)) {
@@ -164,7 +164,7 @@ void SceneExchange::on(Time now, const PeerId& from, msg::NoScene& m) {
     give_source_up(now);
     return;
   }
-  fetch_->source.reset();  // perhaps its job is not prepared yet
+  fetch_->source.reset();  // its job may not be prepared yet
   fetch_->ask_at = now + ask_again;
 }
 
@@ -222,7 +222,7 @@ Time SceneExchange::tick(Time now) {
   return now + first_quiet / 2;
 }
 
-/// Those who wait for a scene that does not come any more.
+/// Answers the workers that wait for a scene that is no longer fetched.
 void SceneExchange::send_away() {
   std::erase_if(waiting_, [&](const Waiting& w) {
     const bool comes = fetch_ && fetch_->scene == w.scene;
@@ -233,7 +233,7 @@ void SceneExchange::send_away() {
   });
 }
 
-/// The coordinator is never given up; it is asked again.
+/// Gives up a silent or stalled source. The coordinator is never given up; it is asked again.
 void SceneExchange::judge_source(Time now) {
   if (!fetch_->source || fetch_->source->empty()) {
     return;
@@ -250,8 +250,8 @@ void SceneExchange::give_source_up(Time now) {
   fetch_->ask_at = now;
 }
 
-/// Asks again for what seems lost. A coordinator that many ask is slow: it is asked ever less
-/// often.
+/// Requests chunks again that seem lost. A coordinator with many requests is slow, so each
+/// repetition doubles the time until the next.
 void SceneExchange::repeat(Time now) {
   const bool quiet = fetch_->heard + fetch_->quiet <= now;
   bool repeated = false;
@@ -268,11 +268,11 @@ void SceneExchange::repeat(Time now) {
   pull(now);
 }
 
-/// Keeps so many chunks in flight, in order: what others ask of us comes in that order, too.
+/// Keeps most_in_flight chunks in flight, in order. Other workers request chunks in the same order.
 void SceneExchange::pull(Time now) {
   const Holding* const holding = holding_of(fetch_->scene);
   if (holding == nullptr) {
-    give_source_up(now);  // it was long unused, and dropped
+    give_source_up(now);  // the chunks were unused for long and dropped
     return;
   }
   const std::vector<ScenePiece>& pieces = holding->content.pieces;
@@ -295,8 +295,8 @@ void SceneExchange::open_if_complete(Time now) {
   opener_.start(holding->content);
 }
 
-/// What is not the scene that it was asked for has come from a liar, or by one: the coordinator is
-/// left.
+/// Takes in an opened scene. If the content is not the requested scene, a faulty worker sent it or
+/// passed it on. The coordinator is then the only source left.
 void SceneExchange::note_opened(Time now) {
   auto opened = opener_.take();
   if (!opened) {

@@ -14,32 +14,34 @@
 
 namespace parray::worker {
 
-/// How scenes come to a worker and go on to others, its side of PROTOCOL.md: asks the coordinator
-/// for a source, pulls chunk after chunk from there, some at a time, and hands what it has to
-/// whoever asks, while later ones are still to come. A source that is silent, or stands still, is
-/// exchanged for another; the chunks that have come are kept. Plain state, driven by one thread.
+/// Fetches scenes for a worker and hands them on to other workers: its side of PROTOCOL.md. Asks
+/// the coordinator for a source and pulls the chunks from it, several at a time. Hands each chunk
+/// that it has to any worker that asks, even before later chunks have arrived. If a source is
+/// silent or makes no progress, the exchange replaces it and keeps the chunks received so far. Not
+/// thread-safe.
 class SceneExchange {
  public:
   /// `wake`: see SceneOpener.
   explicit SceneExchange(const std::function<void()>& wake) : opener_(wake) {}
 
-  /// The scene that is needed now; empty: none. What was needed before is given up, but for the
-  /// chunks that have come.
+  /// Sets the scene that is needed now; empty: none. Gives up the fetch of the previous scene, but
+  /// keeps its chunks.
   void want(const std::string& scene);
-  /// A scene that was wanted, once.
+  /// Returns a scene that was wanted, once.
   std::optional<OpenedScene> take_opened();
 
-  /// False: it is a message about something else. `from`: empty for the coordinator.
+  /// Takes in a message about scenes. Returns false for any other message. `from` is empty for the
+  /// coordinator.
   bool receive(Time now, const PeerId& from, Message& message);
-  /// Returns when it is due again.
+  /// Does the work that is due. Returns the time when it is due again.
   Time tick(Time now);
-  /// Messages to send, in order; empties the outbox.
+  /// Returns the messages to send, in order, and empties the outbox.
   std::vector<Delivery> take_outbox() { return std::exchange(outbox_, {}); }
 
   struct Tally {
-    std::uint64_t scenes = 0;  ///< that have come
-    Time took{};               ///< the last one, on its way
-    /// Bytes of chunks, and so on.
+    std::uint64_t scenes = 0;  ///< scenes received
+    Time took{};               ///< travel time of the last scene
+    /// Bytes of chunks, by source and direction.
     std::uint64_t from_coordinator = 0;
     std::uint64_t from_workers = 0;
     std::uint64_t handed_on = 0;
@@ -53,7 +55,7 @@ class SceneExchange {
   void on(Time now, const PeerId& from, msg::NoScene& m);
   void on(Time now, const PeerId& from, msg::NeedChunk& m);
 
-  /// Chunks of a scene.
+  /// The chunks of a scene.
   struct Holding {
     ScenePieces content;
     std::uint32_t have = 0;
@@ -61,20 +63,20 @@ class SceneExchange {
 
     [[nodiscard]] bool complete() const { return have > 0 && have == content.cut.count(); }
   };
-  /// Of the scene that is wanted.
+  /// The fetch of the wanted scene.
   struct Fetch {
     std::string scene;
-    std::uint32_t failed = 0;  ///< sources
+    std::uint32_t failed = 0;  ///< number of sources that failed
     Time began = never;
-    std::optional<PeerId> source;  ///< none: the coordinator is asked for one
-    Time ask_at = Time::min();     ///< it again
-    Time heard{};                  ///< anything from the source
-    Time progressed{};             ///< a chunk
-    Time quiet{};                  ///< so long before what is in flight is asked for again
-    std::map<std::uint32_t, Time> in_flight{};  ///< chunks, and when they were asked for
+    std::optional<PeerId> source;  ///< none: the coordinator is asked for a source
+    Time ask_at = Time::min();     ///< time to ask the coordinator again
+    Time heard{};                  ///< time of the last message from the source
+    Time progressed{};             ///< time of the last chunk
+    Time quiet{};                  ///< silence after which chunks in flight are requested again
+    std::map<std::uint32_t, Time> in_flight{};  ///< chunks and the times of their requests
     bool opening = false;
   };
-  /// Somebody who has asked for a chunk before it was here.
+  /// A worker that asked for a chunk before it was here.
   struct Waiting {
     PeerId peer;
     std::string scene;

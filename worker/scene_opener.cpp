@@ -25,7 +25,8 @@ std::string bytes_of(const ScenePieces& packed) {
   return bytes;
 }
 
-/// Bytes that are the scene's, but none that this program knows, come no better from elsewhere.
+/// Decodes the scene. If the bytes have the right identity but this program cannot read them,
+/// another source would not help: it reports a failure.
 void read(const std::string& bytes, OpenedScene& opened) {
   try {
     opened.scene = std::make_shared<const Scene>(scene_from_bytes(bytes));
@@ -42,7 +43,7 @@ OpenedScene open_scene(const ScenePieces& packed) {
     const std::string bytes = bytes_of(packed);
     if (scene_identity(bytes) == packed.id) read(bytes, opened);
   } catch (const DecodeError&) {
-    // Somebody has put something else in its place.
+    // A chunk was replaced by other content.
   } catch (const std::bad_alloc&) {
     opened.failure = "not enough memory for the scene";
   } catch (const std::exception& error) {

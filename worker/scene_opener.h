@@ -13,15 +13,15 @@
 
 namespace parray::worker {
 
-/// A chunk as it has come.
+/// A chunk as received.
 struct ScenePiece {
   bool packed = false;
-  Bulk content{};  ///< empty: it has not come
+  Bulk content{};  ///< empty: not received yet
 
   [[nodiscard]] bool here() const { return content.data.size() > 0; }
 };
 
-/// All of a scene, as it has come.
+/// All chunks of a scene, as received.
 struct ScenePieces {
   std::string id;  ///< scene_identity()
   ChunkCut cut;
@@ -34,24 +34,24 @@ struct OpenedScene {
   std::string failure{};               ///< why they could not be opened at all
 };
 
-/// Never throws.
+/// Opens a scene from its chunks. Never throws.
 OpenedScene open_scene(const ScenePieces& packed);
 
-/// Opens scenes, which takes seconds where they are large, beside the thread that owns it.
+/// Opens scenes on a background thread, because large scenes take seconds.
 class SceneOpener {
  public:
-  /// `wake`: called from another thread when a scene is open; without it, scenes are opened at
-  /// once.
+  /// The background thread calls `wake` when a scene is open. Without `wake`, scenes are opened at
+  /// once in the calling thread.
   explicit SceneOpener(const std::function<void()>& wake);
 
-  /// Only when idle.
+  /// Begins to open a scene. Call it only when idle.
   void start(ScenePieces packed);
   [[nodiscard]] bool idle() const;
-  /// The scene, once.
+  /// Returns the opened scene, once.
   std::optional<OpenedScene> take();
 
  private:
-  std::optional<OpenedScene> opened_;  ///< at once
+  std::optional<OpenedScene> opened_;  ///< scene opened without a background thread
   std::unique_ptr<TaskThread<ScenePieces, OpenedScene>> thread_;
 };
 

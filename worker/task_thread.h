@@ -13,15 +13,15 @@
 
 namespace parray::worker {
 
-/// A thread that does one task at a time for the thread that owns this object, so that the owner
-/// stays free for its link. The task's function may lead a team of its own.
+/// A background thread that does one task at a time for the owner of this object, so that the owner
+/// stays free for its link. The task's function may lead its own OpenMP team.
 template <typename Task, typename Result>
 class TaskThread {
  public:
-  /// Does a task; ends early, with any result, once `stop` is true. Must not throw.
+  /// Does a task. Ends early, with any result, once `stop` is true. Must not throw.
   using Work = std::function<Result(const Task& task, const std::atomic<bool>& stop)>;
 
-  /// `on_finished` is called from the thread when it has become idle or has a result.
+  /// The background thread calls `on_finished` when it has become idle or has a result.
   TaskThread(Work work, std::function<void()> on_finished)
       : work_(std::move(work)), on_finished_(std::move(on_finished)), thread_([this] { lead(); }) {}
 
@@ -37,7 +37,7 @@ class TaskThread {
   TaskThread(const TaskThread&) = delete;
   TaskThread& operator=(const TaskThread&) = delete;
 
-  /// Begins a task; only when idle.
+  /// Begins a task. Call it only when idle.
   void start(Task task) {
     {
       const std::scoped_lock lock(mutex_);
@@ -47,19 +47,19 @@ class TaskThread {
     changed_.notify_all();
   }
 
-  /// Neither at work nor with a result that has not been taken.
+  /// Returns whether the thread has no task and no result that waits.
   [[nodiscard]] bool idle() const {
     const std::scoped_lock lock(mutex_);
     return !busy_ && !finished_;
   }
 
-  /// The result, once.
+  /// Returns the result, once.
   std::optional<Result> take() {
     const std::scoped_lock lock(mutex_);
     return std::exchange(finished_, std::nullopt);
   }
 
-  /// Gives the current task up: it ends early and its result is dropped.
+  /// Gives up the current task: it ends early, and its result is dropped.
   void abandon() {
     const std::scoped_lock lock(mutex_);
     next_.reset();
@@ -70,7 +70,7 @@ class TaskThread {
     }
   }
 
-  /// Returns when the thread is not at work, or after `timeout`.
+  /// Waits until the thread has no task, or until `timeout`.
   void wait_until_done(Time timeout) {
     std::unique_lock lock(mutex_);
     done_.wait_for(lock, timeout, [this] { return !busy_; });
@@ -78,7 +78,7 @@ class TaskThread {
 
  private:
   void lead() {
-    const FloatMode ieee;  // building a kernel rounds too
+    const FloatMode ieee;  // building a kernel also rounds numbers
     std::unique_lock lock(mutex_);
     for (;;) {
       changed_.wait(lock, [this] { return quit_ || busy_; });
@@ -101,7 +101,8 @@ class TaskThread {
     }
   }
 
-  /// What a task refers to is let go before the result is there.
+  /// Does the task without the lock. Releases everything that the task refers to before the result
+  /// is visible.
   Result work_unlocked(std::unique_lock<std::mutex>& lock) {
     std::optional<Task> task = std::exchange(next_, std::nullopt);
     lock.unlock();
@@ -124,7 +125,7 @@ class TaskThread {
   std::optional<Result> finished_;
   bool quit_ = false;
 
-  std::thread thread_;  // last, so that it finds everything else in place
+  std::thread thread_;  // last member: it starts when all others exist
 };
 
 }  // namespace parray::worker

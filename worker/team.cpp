@@ -10,10 +10,10 @@
 namespace parray::worker {
 namespace {
 
-/// Bytes of a reason: a line.
+/// Longest reason of a failure, in bytes: one line.
 constexpr std::size_t longest_reason = 200;
 
-/// Whether a tracer for the one traces leases of the other.
+/// Returns whether a tracer for one of the settings also serves the other.
 bool same_tracer(const RenderSettings& a, const RenderSettings& b) {
   return a.picture() == b.picture() && a.accelerator == b.accelerator && a.isa == b.isa;
 }
@@ -52,7 +52,7 @@ void ThreadTeam::prepare(const Assignment& assignment) {
     throw std::logic_error("a lease without its scene");
   }
   preparing_ = true;
-  tracer_.reset();  // before the next one is built: two may not fit
+  tracer_.reset();  // dropped before the next one is built: two may not fit into memory
   tracer_ = tracer_for(assignment);
   scene_ = assignment.scene_id;
   settings_ = assignment.settings;
@@ -66,7 +66,7 @@ Finished ThreadTeam::trace(const Assignment& assignment, const std::atomic<bool>
   finished.epoch = assignment.epoch;
   finished.grid = assignment.cells.grid;
   const auto fail = [&](const char* what) {
-    tracer_.reset();  // first: there may be no memory for the words
+    tracer_.reset();  // first, because there may be no memory for the message
     preparing_ = false;
     finished.cells.reset();
     finished.failure = printable(what, longest_reason);

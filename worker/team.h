@@ -18,18 +18,18 @@
 
 namespace parray::worker {
 
-/// Job and epoch: what names a lease.
+/// The key of a lease: job and epoch.
 using LeaseKey = std::pair<std::uint64_t, std::uint64_t>;
 
-/// A lease with all that tracing it needs.
+/// A lease with all data that tracing it needs.
 struct Assignment {
   std::uint64_t job = 0;
   std::uint32_t pass = 0;
   std::uint64_t epoch = 0;
   CellBatch cells;
   RenderSettings settings;  ///< resolved
-  std::string scene_id;     ///< equal ids are equal scenes
-  /// Null only where the team's latest result was of the same scene and settings.
+  std::string scene_id;     ///< scenes with equal ids are equal
+  /// Null only if the team's latest result has the same scene and settings.
   std::shared_ptr<const Scene> scene;
   /// Seconds of tracing after which the team hands in what it has; 0: it traces all cells.
   double longest = 0;
@@ -37,50 +37,51 @@ struct Assignment {
   [[nodiscard]] LeaseKey key() const { return {job, epoch}; }
 };
 
-/// A lease that the team is through with.
+/// A lease that the team has finished.
 struct Finished {
   std::uint64_t job = 0;
   std::uint32_t pass = 0;
   std::uint64_t epoch = 0;
-  std::shared_ptr<const TracedCells> cells;  ///< null: it could not be traced
-  std::shared_ptr<const CellGrid> grid;      ///< of the cells
-  std::string failure;                       ///< why it could not, in one line; else empty
-  double build_seconds = 0;                  ///< spent building the accelerator, whenever that was
+  std::shared_ptr<const TracedCells> cells;  ///< null: the lease could not be traced
+  std::shared_ptr<const CellGrid> grid;      ///< grid of the cells
+  std::string failure;                       ///< reason of a failure, in one line; otherwise empty
+  double build_seconds = 0;  ///< time spent building the accelerator, possibly for an earlier lease
   std::uint64_t accelerator_bytes = 0;
   std::string isa;
 
   [[nodiscard]] LeaseKey key() const { return {job, epoch}; }
 };
 
-/// What traces leases, one at a time. Called from one thread.
+/// Traces leases, one at a time. One thread calls all functions.
 class Team {
  public:
   virtual ~Team() = default;
-  /// Begins to trace; only when idle.
+  /// Begins to trace. Call it only when idle.
   virtual void start(Assignment assignment) = 0;
-  /// Neither at work nor with a lease that has not been taken.
+  /// Returns whether the team has no work and no finished lease that waits.
   [[nodiscard]] virtual bool idle() const = 0;
-  /// The finished lease, once; the team is idle from then on. After a failure too, and it traces
-  /// other leases as before.
+  /// Returns the finished lease, once. The team is idle from then on. After a failed lease it is
+  /// idle, too, and traces other leases as before.
   virtual std::optional<Finished> take() = 0;
-  /// Gives the current lease up: within a few milliseconds the team is idle, without a result.
+  /// Gives up the current lease. The team is idle within a few milliseconds and has no result.
   virtual void abandon() = 0;
-  /// Samples traced since the start, by all threads; grows while the team is alive.
+  /// Returns the samples that all threads have traced since the start. The number grows while the
+  /// team is alive.
   [[nodiscard]] virtual std::uint64_t traced() const = 0;
-  /// Building an accelerator: alive, although traced() stands still.
+  /// Returns whether the team builds an accelerator: it is alive, although traced() does not grow.
   [[nodiscard]] virtual bool preparing() const = 0;
 };
 
-/// The real team: a thread of its own that leads an OpenMP team. It touches no sockets;
-/// `on_finished` is called from its thread when a lease is finished (to wake the thread that owns
-/// the link).
+/// The team of a real worker: a background thread that leads an OpenMP team. It uses no sockets.
+/// The background thread calls `on_finished` when a lease is finished, to wake the owner of the
+/// link.
 class ThreadTeam final : public Team {
  public:
-  /// Makes what traces a lease; threads build. May throw.
+  /// Makes the tracer of a lease with `threads` threads. May throw.
   using TracerSource =
       std::function<std::shared_ptr<const PathTracer>(const Assignment&, int threads)>;
 
-  /// What it builds, it leaves in `accelerators`; `tracers`, for tests, takes the place of that.
+  /// Stores the accelerators that it builds in `accelerators`. In tests, `tracers` replaces this.
   explicit ThreadTeam(
       int threads, std::function<void()> on_finished = [] {},
       std::shared_ptr<AcceleratorCache> accelerators = std::make_shared<AcceleratorCache>(),
@@ -93,7 +94,7 @@ class ThreadTeam final : public Team {
   [[nodiscard]] std::uint64_t traced() const override { return traced_; }
   [[nodiscard]] bool preparing() const override { return preparing_; }
 
-  /// Returns when the current lease is finished, or after `timeout`.
+  /// Waits until the current lease is finished, or until `timeout`.
   void wait(Time timeout) { thread_.wait_until_done(timeout); }
 
  private:
@@ -107,7 +108,7 @@ class ThreadTeam final : public Team {
   std::atomic<std::uint64_t> traced_ = 0;
   std::atomic<bool> preparing_ = false;
 
-  // Of the team's thread alone: the picture that was traced last.
+  // Only the background thread uses these members: the picture traced last.
   std::string scene_;
   RenderSettings settings_;
   std::shared_ptr<const PathTracer> tracer_;

@@ -10,11 +10,10 @@
 
 namespace parray::worker {
 
-/// A worker of a coordinator that is reached by messages: keeps its team at work from them. Plain
-/// state, driven by one thread.
+/// A worker that reaches its coordinator by messages and keeps its team at work. Not thread-safe.
 class Worker final : public Actor {
  public:
-  /// `team` outlives the worker.
+  /// `team` must outlive the worker.
   Worker(WorkerOptions options, Team& team)
       : source_(std::move(options)), runner_(source_, team, clock_) {}
 
@@ -27,21 +26,21 @@ class Worker final : public Actor {
   }
   std::vector<Delivery> take_outbox() override { return source_.take_outbox(); }
 
-  /// Says goodbye and drops all leases; the next outbox carries the message.
+  /// Says goodbye and drops all leases. The next outbox contains the message.
   void leave(const std::string& reason) {
     runner_.stop();
     source_.leave(reason);
   }
 
-  /// Not empty once the coordinator has refused this worker.
+  /// Returns the reason of the coordinator's refusal; empty if it has not refused this worker.
   [[nodiscard]] const std::string& refused() const { return source_.refused(); }
   [[nodiscard]] bool connected() const { return source_.connected(); }
-  /// It has nothing to trace, and no result that the coordinator has not heard of.
+  /// Returns whether the worker has nothing to trace and no unacknowledged result.
   [[nodiscard]] bool idle() const { return runner_.idle() && !source_.holds_any(); }
   [[nodiscard]] const SceneExchange::Tally& scene_bytes() const { return source_.scene_bytes(); }
 
  private:
-  /// Stands still within a turn.
+  /// A clock that stands still within a turn.
   struct TurnClock final : Clock {
     [[nodiscard]] Time now() const override { return time; }
     Time time{};

@@ -9,51 +9,57 @@
 
 namespace parray::adaptive {
 
-/// Where the samples of a picture serve best, from what the pixels around each have shown. A
-/// pixel's own samples have a say only as far as their number makes them: their mean would be
-/// biased if their luck decided how many follow.
+/// Computes where further samples of a picture help most, from the noise around each pixel. A
+/// pixel's own samples count only through their number. If their values decided how many samples
+/// follow, the pixel's mean would be biased.
 ///
-/// For the least mean square error a pixel's count is in proportion to the deviation of its samples
-/// (Neyman, "On the two different aspects of the representative method", 1934), for equal
-/// half-widths to their variance.
+/// For the least mean square error, a pixel's count is proportional to the standard deviation of
+/// its samples (Neyman, "On the two different aspects of the representative method", 1934). For
+/// equal half-widths, the count is proportional to their variance.
 class Allocation {
  public:
-  /// Each pixel of `state` has at least 2 samples. Of every `stride`-th row: of what follows, "all
-  /// pixels" are those of these rows. From a stride of 2 on, the 8 next to a pixel speak for all
-  /// that is around it: good enough to foresee what samples will bring, not to place them.
+  /// Reads every `stride`-th row of `state`. Each pixel must have at least 2 samples. Below, "all
+  /// pixels" means the pixels of these rows. With a stride of 2 or more, only the 8 neighbours of a
+  /// pixel stand for its surroundings. That is accurate enough to predict the effect of more
+  /// samples, but not to place them.
   Allocation(const FramebufferView& state, bool equal_half_widths, std::size_t stride = 1);
 
   [[nodiscard]] SampleShares shares() const { return {counts_, weights_}; }
   [[nodiscard]] const std::vector<float>& weights() const { return weights_; }  ///< of shares()
 
-  /// Samples, all pixels together, that are expected to bring the mean square error, or the square
-  /// of the half-width that 99 % of the pixels have, to `share` of what it is, 0 < share < 1.
+  /// Return the total number of samples, over all pixels, that is expected to reduce an error to
+  /// `share` of its present value, 0 < share < 1. The error is the mean square error, or the square
+  /// of the half-width that 99 % of the pixels stay within.
   [[nodiscard]] double total_for_square_error(double share) const;
   [[nodiscard]] double total_for_square_half_width(double share) const;
-  /// The other way round: what `total` samples, no fewer than there are, leave of the mean square
-  /// error; 1 if there is none.
+  /// Returns the inverse: the share of the present mean square error that is expected to remain
+  /// with `total` samples. `total` must not be below the present number. Returns 1 if there is no
+  /// error.
   [[nodiscard]] double share_of_square_error(double total) const;
 
-  /// Rays that it takes to bring the mean square error to `share` of what it is, over those of
-  /// equal numbers of samples for all pixels, which have equal numbers now. `rays`: of a sample, on
-  /// average so far; those of a pixel without noise, which sees the sky, count as one.
+  /// Returns the cost of reducing the mean square error to `share` of its present value, relative
+  /// to equal numbers of samples for all pixels. Cost is counted in rays. All pixels must have
+  /// equal numbers of samples now. `rays` is the average number of rays per sample so far. A sample
+  /// of a pixel without noise, which sees the sky, counts as one ray.
   [[nodiscard]] double relative_cost(double share, double rays) const;
 
  private:
-  /// Sum of the expected square errors of all pixels and channels at a level of shares().
+  /// Returns the sum of the expected square errors of all pixels and channels at a level of
+  /// shares().
   [[nodiscard]] double square_error_at(double level) const;
   [[nodiscard]] double level_for_square_error(double share) const;
 
   std::vector<std::uint32_t> counts_;
-  std::vector<float> weights_;  ///< of squares, or of their roots, over the largest radiance's
-  /// In the same unit: mean square errors times counts by the pixels' own variances: each says
-  /// little, their sum is right, since weights hardly know of their pixels' luck.
+  std::vector<float> weights_;  ///< of squares or of their roots, in units of the largest radiance
+  /// Mean square error times count of each pixel, from its own variance, in the same unit. A single
+  /// value says little. Their sum is right, because the weights hardly depend on the pixels' own
+  /// luck.
   std::vector<float> squares_;
   std::vector<char> quiet_;  ///< 1 for pixels with next to no noise
 };
 
-/// Whether the next samples serve so much better where the noise is that all it takes to place them
-/// is well paid. All pixels have the same number of samples; `rays`: see relative_cost().
+/// Returns whether adaptive placement of the next samples saves clearly more than it costs. All
+/// pixels must have the same number of samples. `rays`: see relative_cost().
 bool adaptive_pays(const Allocation& allocation, double rays);
 
 }  // namespace parray::adaptive

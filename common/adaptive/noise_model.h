@@ -10,89 +10,93 @@
 
 namespace parray::adaptive {
 
-/// Half the width of a normal's 95 % interval.
+/// Half-width of the 95 % interval of a standard normal distribution.
 inline constexpr double normal_95 = 1.959964;
 
-/// What a NoiseModel says of the pixels of a row, 3 values a pixel: mean square errors and a square
-/// of half-widths, each to be divided by the pixel's count.
+/// A NoiseModel's forecast for the pixels of a row, 3 values per pixel: mean square errors and
+/// squared half-widths. Divide each value by the pixel's count.
 struct NoiseForecast {
   explicit NoiseForecast(std::size_t width)
       : own(3 * width), expected(3 * width), half_width(3 * width) {}
-  std::vector<double> own;         ///< by the pixel's own variance
-  std::vector<double> expected;    ///< by what surrounds it
-  std::vector<double> half_width;  ///< by what surrounds it
+  std::vector<double> own;         ///< mean square error, from the pixel's own variance
+  std::vector<double> expected;    ///< mean square error, from the surroundings
+  std::vector<double> half_width;  ///< squared half-width, from the surroundings
 };
 
-/// Square of the half-width of the 95 % interval, from two answers, averaged as squares. By the
-/// variance around the pixel (`by_around`): what covers 95 % of the pixels with such surroundings;
-/// a pixel that has seen none of its rare bright samples cannot fool it, but one unlike its
-/// surroundings can. By the pixel's own mean square error: the other way round.
+/// Returns the square of the half-width of the 95 % confidence interval: the mean of two squares,
+/// and at least 0.8 of the second. The first (`by_around`) comes from the variance around the pixel
+/// and covers 95 % of the pixels with such surroundings. It cannot be misled by a pixel that missed
+/// its rare bright samples, but by a pixel that differs from its surroundings. The second comes
+/// from the pixel's own mean square error (`own_square`), and the reverse holds for it.
 inline double half_width_square(double own_square, double by_around) {
-  // A pixel much noisier than its surroundings keeps that share of what its own variance says.
+  // A pixel much noisier than its surroundings keeps this share of its own estimate.
   constexpr double alone = 0.8;
   const double by_own = normal_95 * normal_95 * own_square;
   return std::max((by_own + by_around) / 2, alone * by_own);
 }
 
-/// Half-widths of a row's values, `count` samples each.
+/// Computes the half-widths of a row's values from the counts and the forecast.
 void half_widths(std::span<const double> count, const NoiseForecast& forecast,
                  std::span<float> half_widths);
 
-/// What the picture's replicates say about the errors of its pixels, by how noisy a pixel's own
-/// samples and the pixels around it are. The half difference (A - B) / 2 of two replicates and the
-/// error (A + B) / 2 - mu of their mean are alike but for the sign of a half: so a sampler that
-/// does better than independent samples is measured, not assumed. Values are of one pixel and
-/// channel; all are added before any is asked for.
+/// Predicts the errors of pixels from the picture's replicates. The model groups pixels by the
+/// noise of their own samples and by the noise around them. The half difference (A - B) / 2 of two
+/// replicates and the error (A + B) / 2 - mu of their mean differ only in the sign of one half. So
+/// the model measures the gain of a sampler over independent samples and does not assume it. A
+/// value belongs to one pixel and channel. The constructor adds all values before the first
+/// forecast.
 class NoiseModel {
  public:
-  /// Each pixel has at least 2 samples. Of large pictures rows are asked of some `asked` pixels.
-  /// `horizon`: of the surroundings that it is going to be asked about.
+  /// Fits the model to `state`. Each pixel must have at least 2 samples. In a large picture the
+  /// model reads only rows with about `asked` pixels in total. `horizon` is the reach of the
+  /// surroundings that later calls of foresee() pass.
   NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon,
              std::size_t asked = std::size_t{1} << 17);
 
-  /// Says it of a row; `forecast` is that of as many pixels.
+  /// Computes the forecast of a row. `forecast` must have room for as many pixels.
   void foresee(const NoiseNearby& row, NoiseForecast& forecast) const;
 
  private:
-  static constexpr std::size_t levels = 160;  ///< of variance, two to an octave; level 0: none
-  static constexpr std::size_t ratios = 256;  ///< of |difference| / deviation, 16 to an octave
+  static constexpr std::size_t levels = 160;  ///< of variance, two per octave; level 0: none
+  static constexpr std::size_t ratios = 256;  ///< of |difference| / deviation, 16 per octave
   static constexpr std::size_t kinds = 4;     ///< of surroundings, by ridge / mean
   static constexpr std::size_t places = kinds * levels;
   struct Around {
     std::array<std::uint32_t, ratios> found{};
     double values = 0;
-    double squares = 0;    ///< sum, of differences times their counts
+    double squares = 0;    ///< sum of squared differences times counts
     double variances = 0;  ///< sum
   };
   struct Own {
     double values = 0;
     double differences = 0;  ///< sum of squares
-    double variances = 0;    ///< sum, of means
+    double variances = 0;    ///< sum of the means' variances
   };
 
-  /// What is found in some of the rows.
+  /// Sums over some of the rows.
   struct Findings {
     std::vector<Around> around = std::vector<Around>(places);
     std::array<Own, levels> own{};
-    double samples = 0;  ///< of all values
-    // Level 0.
-    double unseen_squares = 0;  ///< of differences, times count
+    double samples = 0;  ///< summed over all values
+    // Of level 0.
+    double unseen_squares = 0;  ///< of differences, times counts
     double unseen_values = 0;
     double unseen_samples = 0;
 
     Findings& operator+=(const Findings& other);
   };
 
-  /// Of independent samples of variance 1, by what surrounds a pixel.
+  /// Factors for independent samples of variance 1, by the surroundings of a pixel.
   struct Factors {
     double expected = 0;    ///< mean square error
-    double half_width = 0;  ///< its square
+    double half_width = 0;  ///< square of the half-width
   };
 
   void add(const NoiseNearby& row, Findings& findings) const;
   [[nodiscard]] std::size_t level_of(double variance) const;
   [[nodiscard]] std::size_t place_of(double variance, double ridge) const;
-  /// Places whose findings one goes by; the first and the last have values, if any has.
+  /// The range of places that are used together. The first and the last have values if any place
+  /// has.
   struct Levels {
     std::size_t first = 0;
     std::size_t last = 0;

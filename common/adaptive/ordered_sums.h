@@ -9,9 +9,9 @@
 
 namespace parray::adaptive {
 
-/// Adds up sum_of(begin, end), a Sum, over parts of 0 .. `items` - 1, side by side. How they are
-/// cut depends on `items` alone, and they are added in their order: the same bits for any number of
-/// threads.
+/// Adds up sum_of(begin, end), a Sum, over consecutive parts of 0 .. `items` - 1, in parallel. The
+/// parts depend on `items` alone and are added in order. So the result has the same bits for any
+/// number of threads.
 template <typename Sum, typename SumOf>
 Sum ordered_sum(std::size_t items, const SumOf& sum_of) {
   constexpr std::size_t least_items = std::size_t{1} << 15;

@@ -12,47 +12,51 @@
 
 namespace parray::adaptive {
 
-/// How long a picture has taken so far, in seconds: what passes under a time limit are sized by.
+/// Seconds that the picture has taken so far. They determine the size of the next pass under a time
+/// limit.
 struct PassTimes {
-  double total = 0;     ///< with all that must come before and after tracing
-  double pass = 0;      ///< tracing the latest pass alone; 0: not known
-  double deciding = 0;  ///< deciding on the next pass, as far as can be told
-  double stating = 0;   ///< stating the picture's error at the end
+  double total = 0;     ///< including all work before and after tracing
+  double pass = 0;      ///< tracing of the latest pass; 0: unknown
+  double deciding = 0;  ///< estimated time to decide on the next pass
+  double stating = 0;   ///< estimating the picture's error at the end
 };
 
-/// The passes of one picture, whoever traces them: decides what each is to add, from the sums of
-/// those before. A picture that does not go in passes has one or, if it is `progressive`, three at
-/// most: one sample of each pixel, coarse lattices first; some; all. Plain state; one thread.
+/// Decides what each pass of one picture adds, from the sums of the previous passes. A picture
+/// without adaptive passes has a single pass, or up to three if it is `progressive`: one sample of
+/// each pixel (coarse lattices first), some samples, all samples. Not thread-safe.
 class PassController {
  public:
-  /// `begun`: samples of the passes that have begun in an earlier life of the job, all pixels
-  /// together; they are repeated, not decided anew.
-  /// `judge`: of the denoised picture, where the settings have that as their target. Throws
-  /// std::logic_error where it is needed and missing.
+  /// `begun` lists the samples, over all pixels, of each pass that began before a restart of the
+  /// job. The controller repeats these passes and does not decide them again. `judge` estimates the
+  /// error of the denoised picture. Throws std::logic_error if the settings have a target for the
+  /// denoised picture and `judge` is missing.
   PassController(const RenderSettings& settings, double largest_radiance,
                  std::vector<std::uint64_t> begun = {}, PictureJudge judge = {});
 
-  /// Begins the next pass: all samples of the one before are in `framebuffer`. None when the
-  /// picture is complete, which it never is before the first.
+  /// Begins the next pass. `framebuffer` must contain all samples of the previous pass. Returns
+  /// nothing if the picture is complete; the first call always returns a pass.
   std::optional<Pass> next(const Framebuffer& framebuffer, const PassTimes& times = {});
 
-  /// What is in `framebuffer` now was not traced in the time that PassTimes::pass will count.
+  /// Marks the samples now in `framebuffer` as traced before the time that PassTimes::pass counts.
   void begin_timing(const Framebuffer& framebuffer) {
     samples_before_ = framebuffer.counts().samples;
   }
 
-  /// Number of the pass under way, from 0. Only once one has begun.
+  /// Returns the number of the current pass, from 0. Call it only after the first pass has begun.
   [[nodiscard]] std::uint32_t pass() const { return passes_ - 1; }
-  /// Samples of each pass that has begun, for whoever keeps the job; empty without passes.
+  /// Returns the samples of each pass that has begun, so that the job can be stored. Empty for a
+  /// picture without adaptive passes.
   [[nodiscard]] const std::vector<std::uint64_t>& begun() const { return begun_; }
-  /// Whether the latest pass repeats one of an earlier life.
+  /// Returns whether the latest pass repeats one from before a restart.
   [[nodiscard]] bool repeats() const { return repeats_; }
   [[nodiscard]] StopReason stopped_by() const { return stopped_by_; }
-  /// Of the finished picture, as far as can be told now; 0: unknown.
+  /// Returns the expected samples of the finished picture; 0: unknown.
   [[nodiscard]] std::uint64_t expected_samples() const { return expected_; }
-  /// Of the passes that were complete when a target last had it estimated; not known before that.
+  /// Returns the error of the picture at the last estimate that a target needed; unknown before the
+  /// first.
   [[nodiscard]] const ErrorFigures& error() const { return error_; }
-  /// Of the finished picture, where a target of half-widths had it estimated; else unknown.
+  /// Returns the error of the finished picture if a target of half-widths needed its estimate;
+  /// otherwise unknown.
   [[nodiscard]] const ErrorEstimate& final_error() const { return final_error_; }
 
  private:
@@ -68,7 +72,7 @@ class PassController {
   std::vector<std::uint64_t> begun_;
   PictureJudge judge_;
   std::uint32_t passes_ = 0;
-  std::uint64_t samples_before_ = 0;  ///< the latest pass
+  std::uint64_t samples_before_ = 0;  ///< samples before the latest pass
   bool repeats_ = false;
   StopReason stopped_by_ = StopReason::samples;
   std::uint64_t expected_ = 0;

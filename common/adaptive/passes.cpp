@@ -27,26 +27,30 @@ PassSize towards_denoised(const FramebufferView& state, double target, std::uint
   return {std::min(most, static_cast<std::uint64_t>(lacking)), StopReason::samples, 0, error};
 }
 
-/// Some rows of a large picture tell that a target is not met, if they are that many times beyond
-/// it: more than some rows were seen to differ from all.
+/// Limits for an estimate from some rows of a large picture. The rows prove that a target is missed
+/// if their error exceeds it by these factors. In measurements, some rows differed from all rows by
+/// less.
 struct Look {
   std::size_t pixels;
   double error;
   double half_width;
-  /// Of a closer look nearly all rows are read, if not for themselves then for those beside them.
+  /// Least stride between rows. A closer look reads nearly all rows, either for themselves or for
+  /// the rows beside them.
   std::size_t least_stride;
 };
 constexpr std::array<Look, 2> looks{
     {{std::size_t{1} << 14, 1.06, 1.03, 2}, {std::size_t{1} << 16, 1.015, 1.01, 8}}};
 
-/// Of some rows; the interval as narrow as all of them would have it.
+/// Returns the error of every `stride`-th row. Its interval is scaled to the width that all rows
+/// would give.
 ErrorEstimate error_of_rows(const FramebufferView& state, bool widths, std::size_t stride) {
   ErrorEstimate error = widths ? estimate_error(state, stride) : estimate_rmse(state, stride);
   error.high = error.rmse + (error.high - error.rmse) / std::sqrt(static_cast<double>(stride));
   return error;
 }
 
-/// The picture's error; that of some of its rows where they show it to be beyond the targets.
+/// Returns the picture's error. Returns the error of some rows if it already shows that the targets
+/// are missed.
 ErrorEstimate error_of(const FramebufferView& state, const StopSettings& settings) {
   const bool widths = settings.target_half_width > 0;
   for (const Look& look : looks) {
@@ -61,7 +65,8 @@ ErrorEstimate error_of(const FramebufferView& state, const StopSettings& setting
   return widths ? estimate_error(state) : estimate_rmse(state);
 }
 
-/// What the picture still lacks of the targets: samples, or why it is done.
+/// Returns the samples that the picture still lacks to meet its targets, or the reason why it is
+/// complete.
 PassSize towards_targets(const FramebufferView& state, const RenderSettings& settings,
                          std::uint64_t most, const PictureJudge& judge, Placement& placement) {
   if (settings.target_denoised) {
@@ -95,8 +100,9 @@ PassSize towards_targets(const FramebufferView& state, const RenderSettings& set
   return {wanted, StopReason::samples, 0, std::move(error)};
 }
 
-/// Of a picture that has fewer than two samples of each pixel, and a time limit: as much as half of
-/// the time left allows. Whole pairs where it is enough for them, else lattices.
+/// Sizes a pass under a time limit while some pixels have fewer than two samples: as much as half
+/// of the remaining time allows. The pass consists of whole pairs if the time allows them,
+/// otherwise of lattices.
 PassSize towards_pairs(const FramebufferView& state, std::uint64_t traced, std::uint64_t left,
                        const Affordable& affordable) {
   const std::uint64_t pixels = pixels_of(state);
@@ -122,7 +128,7 @@ PassSize towards_pairs(const FramebufferView& state, std::uint64_t traced, std::
   return {std::min(left, most), most > 0 ? StopReason::samples : StopReason::time};
 }
 
-/// Passes that are not placed give every pixel the same.
+/// Rounds the size of a pass that gives every pixel the same number of samples.
 PassSize whole_layers(PassSize size, const StopSettings& settings, std::uint64_t left,
                       std::uint64_t pixels, std::uint64_t affordable) {
   if (size.samples == 0) {
@@ -136,7 +142,7 @@ PassSize whole_layers(PassSize size, const StopSettings& settings, std::uint64_t
   return size;
 }
 
-/// Placed ones add pairs.
+/// Rounds the size of an adaptive pass to pairs of samples.
 PassSize pairs(PassSize size) {
   size.samples = size.samples > 0 ? std::max<std::uint64_t>(size.samples / 2 * 2, 2) : 0;
   return size;

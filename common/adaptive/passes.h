@@ -14,85 +14,89 @@
 
 namespace parray::adaptive {
 
-/// The error of what is made of the samples, such as a denoised picture; all pixels have at
-/// least 2.
+/// Estimates the error of a picture made from the samples, such as a denoised picture. All pixels
+/// must have at least 2 samples.
 using PictureJudge = std::function<ErrorFigures(const FramebufferView&)>;
 
 enum class StopReason : std::uint8_t { samples, error, half_width, time, passes };
 std::string_view name_of(StopReason reason);
 
-/// How large the next pass is to be, or why there is none.
+/// The size of the next pass, or the reason why there is none.
 struct PassSize {
-  std::uint64_t samples = 0;  ///< of all pixels together; 0: the picture is done
+  std::uint64_t samples = 0;  ///< total over all pixels; 0: the picture is complete
   StopReason stop = StopReason::samples;
-  /// Samples that the finished picture is going to have, as far as can be told now; 0: nothing is
-  /// known yet. More than there will be if time runs out.
+  /// Expected samples of the finished picture, from what is known now; 0: unknown. The picture gets
+  /// fewer samples if the time limit ends it.
   std::uint64_t expected = 0;
-  /// Of what there is, where a target had it estimated: of all rows if that ends the picture.
+  /// Error of the present picture if a target needed its estimate. If the estimate ends the
+  /// picture, it covers all rows.
   ErrorEstimate error{};
 };
 
-/// Samples a pixel with which a picture begins that has a target: enough to tell its error.
+/// Samples per pixel of the first pass of a picture with a target: enough to estimate its error.
 inline constexpr std::uint64_t first_samples = 8;
-/// Samples a pixel with which the noise is known well enough to place more by it, and with which a
-/// picture begins that has no target to meet earlier.
+/// Samples per pixel from which the noise is known well enough to place further samples by it. The
+/// first pass of a picture without a target that could be met earlier has that many, too.
 inline constexpr std::uint64_t pilot_samples = 32;
-/// The share of the present square error to go for, where a target is `share` of it, 0 < share <=
-/// 1: for evenly spread points as if the error fell with their number, not with its root, as it
-/// does at times just below powers of two.
+/// Returns the share of the present square error to aim at, where a target needs `share`, 0 < share
+/// <= 1. For evenly spread points the result assumes that the error falls with their number, not
+/// with its root. Just below powers of two the error sometimes falls that fast.
 double share_to_go_for(double share, Sampler sampler);
-/// Samples to add to `traced` where `total` are expected to meet a target of RMSE: some, lest the
-/// last little bit takes many passes.
+/// Returns the samples to add to `traced`, where `total` are expected to meet an RMSE target. The
+/// result includes a margin, so that the last small step does not take many passes.
 double lacking_for_error(double total, double traced);
-/// Of `lacking` samples, those of the next pass: early passes learn, the last one goes all the way.
+/// Returns the samples of the next pass, at most `lacking`. Early passes add a part to learn from.
+/// The last pass adds all that is lacking.
 std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced);
-/// As much of `wanted` samples as the time left allows, in which `affordable` can be traced: at
-/// most half of it, so that a pass that takes twice as long as the one before still ends in time.
-/// 0: time is up.
+/// Returns as many of `wanted` samples as the remaining time allows, in which `affordable` samples
+/// can be traced. The result is at most half of `affordable`, so that a pass that takes twice as
+/// long as the previous one still ends in time. 0: the time is up.
 std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint64_t affordable);
 
-/// Samples that the time left allows, at the speed of the passes before.
+/// Samples that the remaining time allows at the speed of the previous passes.
 struct Affordable {
   std::uint64_t samples = std::numeric_limits<std::uint64_t>::max();
-  /// Of those, how many there are no longer once every pixel has two: the time that it takes to
-  /// state the picture's error.
+  /// The part of `samples` that is lost once every pixel has two samples: the estimate of the
+  /// picture's error at the end takes that long.
   std::uint64_t stating = 0;
 };
 
-/// The size of pass number `pass` (0: the first), from the limits of `settings` and what the passes
-/// before it have found. `affordable` is only asked for with a time limit. A function of its
-/// arguments alone, in arithmetic that is the same everywhere.
+/// Returns the size of pass number `pass` (0: the first), from the limits of `settings` and the
+/// results of the previous passes. `affordable` is used only under a time limit. The result depends
+/// on the arguments alone and is the same on every machine.
 ///
-/// The first pass has first_samples a pixel with a target, else pilot_samples, fewer if
-/// samples_per_pixel say so; later ones double or quadruple the picture until the last goes all the
-/// way. A target error is met by the upper end of the RMSE's interval, a target half-width by 99 %
-/// of the pixels and channels; the first of both targets that is met ends the picture. How much
-/// evenly spread points gain is not known beforehand: with these the passes come near a target in
-/// steps that do not go beyond it.
+/// The first pass has first_samples per pixel with a target, otherwise pilot_samples, or fewer if
+/// samples_per_pixel is lower. Later passes double or quadruple the picture until the last pass
+/// adds all that is lacking. The upper end of the RMSE's confidence interval must meet a target
+/// error. 99 % of the pixels and channels must meet a target half-width. The first target that is
+/// met ends the picture. The gain of evenly spread points is not known in advance. With such points
+/// the passes approach a target in steps that do not overshoot it.
 ///
-/// With target_denoised, `judge` says how far the denoised picture is. That costs as much as many
-/// samples, and a filter's error falls slower than that of samples: so the passes add half at least
-/// of what there is, and no more than thrice as much.
+/// With target_denoised, `judge` estimates the error of the denoised picture. The estimate costs as
+/// much as many samples, and the error of a filtered picture falls more slowly than that of
+/// samples. So each pass adds at least half and at most three times the present samples.
 ///
-/// With a time limit the first pass has one sample each of some thousand pixels, which are there
-/// however short the time is. Later ones add nested_lattices() until each pixel has one sample,
-/// then two, or go to several at once where time allows. No pass takes more than half of the time
-/// left, at the speed of the one before; there is none when it would be too small to matter.
+/// Under a time limit the first pass has one sample in each of some thousand pixels. These samples
+/// exist even if the time is very short. Later passes add nested_lattices() until each pixel has
+/// one sample, then two; they add several lattices at once if time allows. A pass takes at most
+/// half of the remaining time at the speed of the previous one. There is no further pass if it
+/// would be too small to matter.
 ///
-/// A pass adds exactly that many samples (see Placement::counts()), so that settings.passes from a
-/// report repeats the picture, if `adaptive` and which target is set are the same.
+/// A pass adds exactly that many samples (see Placement::counts()). So settings.passes from a
+/// report repeats the picture if `adaptive` and the kind of target are the same.
 PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
                         std::uint32_t pass, const Affordable& affordable = {},
                         const PictureJudge& judge = {});
-/// The same with a Placement of `state` and `settings`, which the pass's counts can be had from.
+/// Does the same with a Placement of `state` and `settings`. The placement then also gives the
+/// counts of the pass.
 PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
                         std::uint32_t pass, Placement& placement, const Affordable& affordable = {},
                         const PictureJudge& judge = {});
 
-/// The pass of `samples` where it leaves some pixels with one sample, or two, fewer than others:
-/// lattices that have not been traced yet. Empty: it does not; Placement::counts() says which.
-/// `traced`: samples before it, all pixels together. More samples than asked for where a lattice
-/// has more.
+/// Returns the lattices to trace in a pass of `samples` that gives only some of the pixels their
+/// first or second sample. `traced` is the number of samples before the pass, over all pixels. The
+/// pass has more samples than `samples` if a lattice has more. Returns nothing for any other pass;
+/// then Placement::counts() gives the counts.
 std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, std::uint64_t traced,
                                     std::uint64_t samples);
 

@@ -9,7 +9,7 @@
 namespace parray::adaptive {
 namespace {
 
-/// As many samples of the largest radiance, seen close by, weigh as much as what is seen around.
+/// This many samples of the largest radiance in the neighbours weigh as much as the wider window.
 constexpr double few = 8;
 
 std::size_t before(std::size_t i, std::size_t size) {
@@ -20,8 +20,9 @@ std::size_t after(std::size_t i, std::size_t size) {
   return i + 1 < size ? i + 1 : i - std::min<std::size_t>(1, i);
 }
 
-/// A variance, in units of the largest radiance squared, for which `samples` speak, as if bright
-/// ones came like rain: that of the gamma distribution's mean, with `wide` before they are seen.
+/// Returns a variance, in units of the largest radiance squared, that mixes `variance`, supported
+/// by `samples`, with that of a wider window, `wide`. Bright samples are modelled as a Poisson
+/// process: the result is the mean of the gamma distribution with `wide` as the prior.
 double mixed_with(double wide, double variance, double samples) {
   const double divisor = wide > 0 ? wide : 1;
   const double mixed = (few + samples * variance) / (few / divisor + samples);
@@ -31,14 +32,16 @@ double mixed_with(double wide, double variance, double samples) {
 /// Sums of 2^24 samples fit 63 bits, and signed numbers are converted by one instruction.
 double number_of(std::uint64_t sum) { return static_cast<double>(static_cast<std::int64_t>(sum)); }
 
-/// max(value, 0) without a branch, which noise takes by turns.
+/// Returns max(value, 0) without a branch, because noise would make the branch unpredictable.
 double positive_part(double value) { return (value + std::abs(value)) / 2; }
 
-/// What noise_of() needs of a pixel's count alone; zeros, which make all noise 0, of less than 2.
+/// Factors of noise_of() that depend on a pixel's count alone. They are zeros for counts below 2,
+/// which makes all noise 0.
 struct CountFactors {
   std::uint32_t count = 0;
-  double mean = 0;    ///< of a sum; units are powers of two, which may be multiplied in any order
-  double square = 0;  ///< mean of squares, of their sum
+  /// Factor of a sum; units are powers of two, which can be multiplied in any order.
+  double mean = 0;
+  double square = 0;  ///< factor of a sum of squares
   double unbiased = 0;
   double odds = 0;
   double evens = 0;
@@ -65,8 +68,7 @@ struct CountFactors {
       const double own_square = number_of(pixel.sum_of_squares[channel]) * square;
       const double odd = number_of(pixel.odd[channel]);
       const double even = number_of(pixel.sum[channel] - pixel.odd[channel]);
-      // Squares are stored rounded down: samples that are all alike may seem to have less than
-      // none.
+      // Squares are stored rounded down, so the computed variance of equal samples may be negative.
       noise.variance[channel] = positive_part((own_square - own_mean * own_mean) * unbiased);
       noise.mean[channel] = own_mean;
       noise.difference[channel] = (even * odds - odd * evens) * weight;
@@ -75,15 +77,15 @@ struct CountFactors {
   }
 };
 
-/// Values of three rows around a pixel's: `up`, `own` and `down` point to the row's first pixel,
-/// with another one before and one behind the last.
+/// Values of three rows around a pixel. `up`, `own` and `down` point to the row's first pixel; one
+/// more pixel lies before the first and one behind the last.
 struct ThreeRows {
   const double* up;
   const double* own;
   const double* down;
 };
 
-/// Means of the 8 around each of `values`.
+/// Computes the means of the 8 neighbours of each of `values`.
 void mean_around(const ThreeRows& rows, std::span<double> values) {
   const auto [up, own, down] = rows;
   double* const mean = values.data();
@@ -95,7 +97,7 @@ void mean_around(const ThreeRows& rows, std::span<double> values) {
   }
 }
 
-/// The largest that two opposite ones of the 8 reach.
+/// Computes the largest value that both of two opposite neighbours reach.
 void ridge_around(const ThreeRows& rows, std::span<double> values) {
   const auto [up, own, down] = rows;
   double* const ridge = values.data();
@@ -109,7 +111,7 @@ void ridge_around(const ThreeRows& rows, std::span<double> values) {
   }
 }
 
-/// Without the mirrored pixels of either end.
+/// Returns the values without the mirrored pixels at both ends.
 std::span<const double> inner(const std::vector<double>& values) {
   return std::span(values).subspan(3, values.size() - 6);
 }
@@ -121,7 +123,7 @@ PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceS
 }
 
 std::size_t noise_bands(std::size_t height) {
-  // A band looks at up to 32 rows beyond it, which its neighbours look at, too.
+  // A band also reads up to 32 rows beyond it, which the neighbouring bands read as well.
   constexpr std::size_t least_rows = 128;
   constexpr std::size_t most = 16;
   return std::clamp<std::size_t>(height / least_rows, 1, most);

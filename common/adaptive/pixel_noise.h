@@ -13,24 +13,25 @@
 
 namespace parray::adaptive {
 
-/// What a pixel's own samples say about its noise, by channel.
+/// The noise of a pixel, from its own samples, by channel.
 struct PixelNoise {
   std::array<double, 3> mean{};  ///< radiance
-  /// Of one sample, unbiased, in squared radiance; >= 0.
+  /// Unbiased variance of one sample, in squared radiance; >= 0.
   std::array<double, 3> variance{};
-  /// Of the means of the two replicates, scaled so that its mean square is that of the error of the
-  /// pixel's mean, whatever the sampler; in radiance.
+  /// Difference between the means of the two replicates, in radiance. It is scaled so that its mean
+  /// square equals that of the error of the pixel's mean, with any sampler.
   std::array<double, 3> difference{};
 };
 
-/// Of a pixel with `count` samples; zeros if less than 2. The replicates A and B have a and b
-/// samples, and the difference is (A - B) sqrt(ab) / (a + b): with a = b, half of A - B, where the
-/// error of the mean is half of the sum of theirs. Arithmetic that is the same everywhere.
+/// Returns the noise of a pixel with `count` samples; zeros if `count` is less than 2. The
+/// replicates A and B have a and b samples, and the difference is (A - B) sqrt(ab) / (a + b). With
+/// a = b it is half of A - B, and the error of the mean is half of the sum of both errors. The
+/// result has the same bits on every machine.
 PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceScale& scale);
 
-// Of rows of pixels, 3 values (R, G, B) a pixel. Views.
+// Views of rows of pixels, 3 values (R, G, B) per pixel.
 
-/// PixelNoise, and the number of samples of the value's pixel.
+/// PixelNoise of a row, and for each value the number of samples of its pixel.
 struct NoiseRow {
   std::span<const double> count;
   std::span<const double> mean;
@@ -38,16 +39,18 @@ struct NoiseRow {
   std::span<const double> difference;
 };
 
-/// What the pixels around a pixel say about its noise: all that can be known of it without asking
-/// its own samples, whose luck would decide the answer.
+/// The noise around each pixel of a row. It does not use the pixel's own samples, because their
+/// luck would influence the decision.
 struct NeighbourhoodRow {
-  std::span<const double> mean;  ///< variance; see NeighbourhoodSize
-  /// The largest variance that two opposite neighbours reach: high on an edge, low beside it.
+  std::span<const double> mean;  ///< mean variance; see NeighbourhoodSize
+  /// The largest variance that both of two opposite neighbours reach: high on an edge, low beside
+  /// it.
   std::span<const double> ridge;
   // Only with NeighbourhoodSize::windows.
-  std::span<const double> radiance;  ///< mean of the up to 8 next to it
-  /// How many samples of the largest radiance that variance would take in the 8, had they as many
-  /// samples as the pixels of the window. Independent of the pixel's own, nearly.
+  std::span<const double> radiance;  ///< mean radiance of the up to 8 neighbours
+  /// The number of samples of the largest radiance that would give this variance in the 8
+  /// neighbours, if these had as many samples as the pixels of the window. It is nearly independent
+  /// of the pixel's own samples.
   std::span<const double> seen;
 };
 
@@ -56,18 +59,19 @@ struct NoiseNearby {
   NeighbourhoodRow around;
 };
 
-/// Means over a square around each pixel of a row, cut at the border. Variances are rounded so that
-/// all sums are exact, and one without its own pixel knows nothing of that.
+/// Means over a square around each pixel of a row, cut at the border. The window rounds variances
+/// so that all sums are exact. So a mean without the pixel itself contains nothing of that pixel.
 class NoiseWindow {
  public:
-  /// Values of a row, 4 a pixel: variances by channel, in units of the largest radiance squared,
+  /// Values of a row, 4 per pixel: variances by channel, in units of the largest radiance squared,
   /// and the number of samples.
   using Row = std::span<const double>;
   static double rounded(double variance) { return (variance + 0x1p14) - 0x1p14; }
 
   NoiseWindow(std::size_t reach, std::size_t width);
-  /// Makes it a window around row y of `height`; y must not fall. `row_at(y)`: Row; asks for rows
-  /// y - 3 * reach - 1 and on, none as much as 2 * reach + 2 rows above the last one.
+  /// Moves the window to row y of `height`; y must not decrease. `row_at(y)` returns a Row. The
+  /// window asks for rows from y - 3 * reach - 1 on, and for no row that lies 2 * reach + 2 or more
+  /// rows above the last one it asked for.
   template <typename RowAt>
   void move_to(std::size_t y, std::size_t height, RowAt&& row_at) {
     const std::size_t first = y - std::min(y, reach_);
@@ -85,8 +89,8 @@ class NoiseWindow {
       add(row_at(first_++), -1);
     }
   }
-  /// Means over the windows around the row's pixels without these, which are `own`: of variances
-  /// and of samples, 3 values a pixel each.
+  /// Computes means over the windows around the row's pixels without the pixels themselves, which
+  /// are `own`. Writes mean variances and mean numbers of samples, 3 values per pixel each.
   void means(Row own, std::span<double> variances, std::span<double> samples);
 
  private:
@@ -94,33 +98,35 @@ class NoiseWindow {
 
   std::size_t reach_;
   std::size_t width_;
-  /// Sums over rows first_ .. end_ - 1, 4 a pixel; nothing beyond both ends of the row.
+  /// Sums over rows first_ .. end_ - 1, 4 per pixel; zeros beyond both ends of the row.
   std::vector<double> columns_;
-  std::vector<double> others_;  ///< 3 a pixel: how many are in the window around it
+  std::vector<double> others_;  ///< 3 per pixel: number of other pixels in the window around it
   std::size_t first_ = 0;
   std::size_t end_ = 0;
 };
 
-/// How far NeighbourhoodRow.mean looks.
+/// The reach of NeighbourhoodRow.mean.
 enum class NeighbourhoodSize : std::uint8_t {
-  /// To the 8 pixels next to it.
+  /// The 8 neighbours.
   neighbours,
-  /// That of the 8, mixed with that of wider windows by as much as the 8 may have missed. Where few
-  /// bright samples are seen, an estimate of the 8 alone is 0 or far too high by turns: it would
-  /// send samples after luck, more of them where that shows more, and so tell a pixel of its own
-  /// luck in the end. Nor does it matter how many samples the 8 have: that, too, would tell.
+  /// The mean of the 8 neighbours, mixed with that of wider windows. The wider windows weigh as
+  /// much as the 8 may have missed. Where few bright samples are seen, an estimate from the 8 alone
+  /// is sometimes 0 and sometimes far too high. It would send samples where luck showed noise, and
+  /// so let a pixel's own luck decide its number of samples in the end. The result also does not
+  /// depend on the number of samples of the 8, for the same reason.
   windows,
 };
 
-/// NoiseNearby of a picture's rows. The 8 next to a pixel are mirrored at the border.
-/// Memory: some 40 rows.
+/// Computes NoiseNearby for the rows of a picture. The 8 neighbours of a pixel are mirrored at the
+/// border. Keeps some 40 rows in memory.
 class NoiseRows {
  public:
-  /// A view of `state`.
+  /// Keeps a view of `state`.
   NoiseRows(const FramebufferView& state, NeighbourhoodSize horizon);
-  /// Of row y, which is below the last one asked for. Valid until the next call.
+  /// Returns the noise of row y, which must lie below the row of the previous call. The result is
+  /// valid until the next call.
   NoiseNearby row(std::size_t y);
-  /// The same without what is around.
+  /// Returns the same without the surroundings.
   NoiseRow own(std::size_t y);
 
  private:
@@ -128,7 +134,7 @@ class NoiseRows {
   static constexpr std::size_t far = 16;
   using Values = std::vector<double>;
   struct Kept {
-    // With the mirrored pixels of either end.
+    // Each includes the mirrored pixels at both ends.
     Values count;
     Values mean;
     Values variance;
@@ -148,7 +154,7 @@ class NoiseRows {
   RadianceScale scale_;
   double unit_;  ///< of variance: the largest radiance squared
   std::vector<Kept> kept_;
-  std::size_t have_ = 0;  ///< rows above this one are kept, or were
+  std::size_t have_ = 0;  ///< the rows above this one are kept, or were kept
   NoiseWindow near_;
   NoiseWindow far_;
   Values close_by_;
@@ -160,23 +166,25 @@ class NoiseRows {
   Values seen_;
 };
 
-/// Rows of a picture that one thread goes through. How many bands there are depends on the picture
-/// alone: sums over each, added up in their order, have the same bits for any number of threads.
+/// Rows of a picture that one thread processes. The number of bands depends on the picture alone.
+/// So sums of each band, added in the order of the bands, have the same bits for any number of
+/// threads.
 struct NoiseBand {
   std::size_t number = 0;
   std::size_t begin = 0;
   std::size_t end = 0;
-  /// The first of every `stride`-th row of the picture.
+  /// Returns the first row of the band among every `stride`-th row of the picture.
   [[nodiscard]] std::size_t first(std::size_t stride) const {
     return (begin + stride - 1) / stride * stride;
   }
 };
 std::size_t noise_bands(std::size_t height);
-/// Calls work(NoiseBand) for all bands, on `threads`, 0: as many as OpenMP gives the caller. Throws
-/// what one of them has thrown.
+/// Calls work(NoiseBand) for all bands on `threads` threads; 0: as many as OpenMP gives the caller.
+/// Rethrows an exception of one of them.
 void for_noise_bands(std::size_t height, int threads,
                      const std::function<void(const NoiseBand&)>& work);
-/// For every `stride`-th row: some rows are read sooner than threads begin.
+/// Returns the number of threads for every `stride`-th row. Few rows are read sooner than threads
+/// start.
 inline int noise_threads(std::size_t stride) { return stride > 4 ? 1 : 0; }
 
 /// Calls visit(band's number, y, NoiseNearby) for every `stride`-th row, in order within a band.

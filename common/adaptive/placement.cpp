@@ -9,10 +9,11 @@
 namespace parray::adaptive {
 namespace {
 
-/// Of a large picture, of which rows are asked what more samples will bring.
+/// Number of pixels of a large picture that predict the effect of more samples.
 constexpr std::size_t asked = std::size_t{1} << 15;
 
-/// Pixels with the fewest may have more than their share.
+/// Returns the present counts as weights, and 0 for pixels with the fewest samples: they may have
+/// more than their share.
 std::vector<float> present_shares(std::span<const std::uint32_t> counts, std::uint32_t least) {
   std::vector<float> weights(counts.size());
   std::transform(counts.begin(), counts.end(), weights.begin(), [least](std::uint32_t count) {
@@ -48,10 +49,10 @@ Placement::Kind Placement::kind_of(std::uint64_t samples) {
   if (least_ < most_) {
     return half_widths_ || !is_little(samples, traced_) ? Kind::by_noise : Kind::as_before;
   }
-  if (half_widths_) {  // those of the few worst pixels
+  if (half_widths_) {  // the target concerns the few worst pixels
     return Kind::by_noise;
   }
-  if (samples < traced_ / 2) {  // to find out where they go takes as long as some of them
+  if (samples < traced_ / 2) {  // finding their places takes as long as tracing some of them
     return Kind::even;
   }
   if (!pays_) {
@@ -67,7 +68,7 @@ const Allocation& Placement::foreseen() {
 
 double Placement::total_for(double share) {
   const auto traced = static_cast<double>(traced_);
-  constexpr double most = 1e18;  // far beyond any picture's, and a number of 64 bits
+  constexpr double most = 1e18;  // far beyond any picture, and still a 64-bit number
   const double lacking = std::min(traced / share - traced, most);
   switch (kind_of(static_cast<std::uint64_t>(lacking))) {
     case Kind::even:

@@ -11,45 +11,47 @@
 
 namespace parray::adaptive {
 
-/// Whether `samples` more are so few that a picture of `traced`, once it is adaptive, keeps to the
-/// proportions that it has.
+/// Returns whether `samples` more are so few that an adaptive picture of `traced` samples keeps its
+/// present proportions.
 bool is_little(std::uint64_t samples, std::uint64_t traced);
 
-/// What placing samples has found out of a picture for later passes: weights of SampleShares, from
-/// when it had `samples`.
+/// Weights of SampleShares that a placement computed when the picture had `samples`, for later
+/// passes.
 struct NoiseWeights {
   std::vector<float> weights{};
   std::uint64_t samples = 0;
 };
 
-/// Where the samples of a picture's next pass go: a function of the picture's state and of what it
-/// is to stop at, in arithmetic that is the same everywhere. What is found out for one question is
-/// kept for the next.
+/// Places the samples of a picture's next pass. The result depends only on the picture's state and
+/// on its stop settings, and has the same bits on every machine. The object caches what one
+/// question needed for the next.
 ///
-/// All pixels get the same unless settings.adaptive; then from pilot_samples on, and where
-/// adaptive_pays(), as common/adaptive/allocation.h says, for equal half-widths with a
-/// target_half_width and for the least RMSE without. A pass that adds little keeps to the
-/// proportions that there are. How many samples that takes is foreseen from some rows of a large
-/// picture.
+/// All pixels get the same number of samples unless settings.adaptive is set. With it, samples
+/// follow common/adaptive/allocation.h from pilot_samples on, where adaptive_pays() holds. They are
+/// placed for equal half-widths with a target_half_width, otherwise for the least RMSE. A pass that
+/// adds little keeps the present proportions. In a large picture, the number of samples needed is
+/// predicted from some rows.
 class Placement {
  public:
-  /// Refers to `state`, which has pixels, and to `found`: what earlier passes of the same picture
-  /// have found is used until there are twice as many samples, and then replaced.
+  /// Refers to `state`, which must have pixels, and to `found`. The weights that earlier passes of
+  /// the same picture left in `found` are used until the picture has twice as many samples; then
+  /// they are replaced.
   Placement(const FramebufferView& state, const StopSettings& settings,
             NoiseWeights* found = nullptr);
 
   [[nodiscard]] std::uint64_t traced() const { return traced_; }  ///< all pixels together
 
-  /// Whether a pass of `samples`, all pixels together, gives every pixel the same.
+  /// Returns whether a pass of `samples`, over all pixels, gives every pixel the same number.
   [[nodiscard]] bool is_even(std::uint64_t samples) { return kind_of(samples) == Kind::even; }
-  /// Samples, all pixels together, with which the mean square error, or the square of the
-  /// half-width of 99 % of the pixels, is expected to be `share` of what it is, 0 < share <= 1.
+  /// Returns the total samples, over all pixels, that are expected to reduce the mean square error,
+  /// or the square of the half-width of 99 % of the pixels, to `share` of its present value, 0 <
+  /// share <= 1.
   [[nodiscard]] double total_for(double share);
-  /// Samples that each pixel has after a pass of `samples` more; none has fewer than before. More
-  /// than asked for, where equal counts need them.
+  /// Returns the samples of each pixel after a pass of `samples` more; no pixel has fewer than
+  /// before. The total is larger than requested where equal counts need it.
   [[nodiscard]] std::vector<std::uint32_t> counts(std::uint64_t samples);
-  /// The samples that every pixel has, and those after the pass, where all have the same before and
-  /// after; else zeros.
+  /// Returns the samples per pixel before and after the pass if all pixels have the same number
+  /// both times; otherwise zeros.
   [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> even_counts(std::uint64_t samples);
 
  private:
@@ -63,9 +65,10 @@ class Placement {
   FramebufferView state_;
   bool adaptive_;
   bool half_widths_;
-  std::size_t stride_;  ///< of the rows that are asked
+  std::size_t stride_;  ///< of the rows that are read
   std::uint64_t traced_ = 0;
-  std::uint32_t least_ = 0;  ///< of a pixel
+  std::uint32_t least_ = 0;  ///< fewest samples of a pixel
+  /// Most samples of a pixel.
   std::uint32_t most_ = 0;
   std::optional<bool> pays_;
   std::optional<Allocation> foreseen_;

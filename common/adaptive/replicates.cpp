@@ -25,7 +25,7 @@ void put_means(const FramebufferView& state, Replicates& out) {
 }
 
 void put_noise(const FramebufferView& state, std::vector<float>& out) {
-  std::vector<double> independent(out.size());  // square errors, if samples were independent
+  std::vector<double> independent(out.size());  // square errors of independent samples
   struct Sums {
     double squares = 0;
     double variances = 0;
@@ -51,7 +51,7 @@ void put_noise(const FramebufferView& state, std::vector<float>& out) {
     squares += band.squares;
     variances += band.variances;
   }
-  // By how much the sampler does better than independent samples.
+  // Mean square error of the sampler relative to independent samples.
   const double gain = variances > 0 ? squares / variances : 0;
   for (std::size_t i = 0; i < out.size(); ++i) {
     out[i] = static_cast<float>(std::sqrt(independent[i] * gain));

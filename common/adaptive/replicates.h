@@ -5,9 +5,9 @@
 
 namespace parray::adaptive {
 
-/// The halves of a picture. Where a pixel has a single sample both are that, and the noise of the
-/// whole picture is not known: 0. Samples that were not finite count as black. In arithmetic that
-/// is the same everywhere.
+/// Returns the two halves of a picture's samples. A pixel with a single sample has it in both
+/// halves, and then the noise of the whole picture is unknown: 0. Non-finite samples count as
+/// black. The result has the same bits on every machine.
 Replicates replicates_of(const FramebufferView& state);
 
 }  // namespace parray::adaptive

@@ -6,17 +6,18 @@
 
 namespace parray::adaptive {
 
-/// Checks that an error can be reached although a picture holds 32-bit numbers.
+/// Checks that 32-bit picture values can represent an error.
 ///
 /// `error` is the value of `option`: an RMSE or a half-width in linear radiance; 0: none. The
-/// passes of its render aim at `share` of it, in (0, 1]. Values near `largest_radiance`, that of
-/// the scene's sky, are rounded most. Throws InputError where half of the aim is below their
-/// rounding error: more samples would not show in the file, and the render would take for ever.
+/// passes of the render aim at `share` of it, in (0, 1]. Values near `largest_radiance`, the
+/// radiance of the scene's sky, have the largest rounding error. Throws InputError if half of the
+/// aim is below that rounding error: more samples would not change the file, and the render would
+/// never end.
 void check_above_rounding(std::string_view option, double error, double largest_radiance,
                           double share = 1);
 
-/// Checks both targets of a job like this. Passes of a recipe decide by themselves when they end:
-/// their targets are not checked. Throws InputError.
+/// Checks both targets of a job in the same way. Throws InputError. A recipe's passes define their
+/// own end, so its targets are not checked.
 void check_targets(const StopSettings& settings, double largest_radiance);
 
 }  // namespace parray::adaptive

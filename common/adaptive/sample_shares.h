@@ -9,21 +9,21 @@
 
 namespace parray::adaptive {
 
-/// Samples of pixels that are to be in proportion to weights, where a pixel may already have more
-/// than its share: samples are not taken away. At a level L a pixel of weight w has at least L w.
-/// A view. Sums are the same for any number of threads.
+/// Distributes samples over pixels in proportion to weights. Samples are never taken away, so a
+/// pixel may keep more than its share. At a level L, a pixel of weight w has at least L w samples.
+/// The object is a view. Its sums are the same for any number of threads.
 class SampleShares {
  public:
-  /// As many counts as weights, which are finite and not negative.
+  /// Takes one count and one weight per pixel. Weights are finite and not negative.
   SampleShares(std::span<const std::uint32_t> counts, std::span<const float> weights)
       : counts_(counts), weights_(weights) {}
 
-  /// Counts of `total` samples, all pixels together. What a pixel gets is even; so is `total`, and
-  /// it is met exactly unless limits::max_samples_per_pixel is in the way.
+  /// Returns the counts for `total` samples over all pixels. Each pixel gets an even number.
+  /// `total` is even, too, and is met exactly unless limits::max_samples_per_pixel prevents it.
   [[nodiscard]] std::vector<std::uint32_t> counts_of(double total) const;
-  /// Samples, all pixels together, at a level.
+  /// Returns the samples, over all pixels, at a level.
   [[nodiscard]] double total_at(double level) const;
-  /// The level at which the pixels have `total` samples.
+  /// Returns the level at which the pixels have `total` samples.
   [[nodiscard]] double level_for(double total) const;
 
   [[nodiscard]] std::size_t size() const { return counts_.size(); }

@@ -17,7 +17,7 @@ void* allocate_aligned(std::size_t bytes) {
     throw std::bad_alloc();
   }
   if (alignment == large_page) {
-    madvise(memory, rounded, MADV_HUGEPAGE);  // a wish: nothing is lost where it is not granted
+    madvise(memory, rounded, MADV_HUGEPAGE);  // only a hint: the system may ignore it
   }
   return memory;
 }

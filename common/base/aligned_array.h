@@ -8,12 +8,12 @@
 
 namespace parray::base {
 
-/// Uninitialised memory for `bytes` bytes on a cache line's border, in large pages where it is so
-/// large that they pay. Throws std::bad_alloc.
+/// Allocates uninitialised memory of `bytes` bytes, aligned to a cache line. Uses large pages if
+/// the memory is large enough to profit from them. Throws std::bad_alloc.
 void* allocate_aligned(std::size_t bytes);
 void free_aligned(void* memory) noexcept;
 
-/// A fixed number of plain elements on a cache line's border, not initialised.
+/// A fixed number of plain elements, aligned to a cache line and not initialised.
 template <typename T>
 class AlignedArray {
   static_assert(std::is_trivially_destructible_v<T>);

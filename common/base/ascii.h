@@ -2,7 +2,7 @@
 
 #include "common/rooms.h"
 
-/// Kinds of characters, of ASCII alone and whatever the locale.
+/// Character classes of ASCII, independent of the locale.
 namespace parray::base::ascii {
 
 constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }

@@ -35,19 +35,19 @@ class ByteWriter {
   std::string bytes_;
 };
 
-/// A byte string ended early or carried something out of range.
+/// Thrown if a byte string ends early or contains a value out of range.
 class DecodeError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Bytes were changed on their way.
+/// Thrown if bytes were changed on their way.
 class ChecksumError : public DecodeError {
  public:
   using DecodeError::DecodeError;
 };
 
-/// Reads what ByteWriter wrote. Every read is checked; past the end it throws DecodeError.
+/// Reads the output of ByteWriter. Checks every read and throws DecodeError past the end.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
@@ -68,10 +68,10 @@ class ByteReader {
     return result;
   }
 
-  /// Bytes not read yet.
+  /// Returns the number of unread bytes.
   [[nodiscard]] std::size_t left() const { return bytes_.size(); }
 
-  /// Throws unless everything has been read.
+  /// Throws DecodeError unless everything has been read.
   void expect_end() const {
     if (!bytes_.empty()) {
       throw DecodeError("data goes on after its end");

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A line of /proc/self/cgroup: "4:cpu,cpuacct:/job"; of version 2, "0::/job".
+/// A line of /proc/self/cgroup: "4:cpu,cpuacct:/job", or "0::/job" in version 2.
 struct Membership {
   std::string controllers;
   std::string path;
@@ -25,7 +25,7 @@ struct Membership {
 
 /// A line of /proc/self/mountinfo, of a cgroup file system.
 struct Mount {
-  std::string root;  ///< the group that is mounted
+  std::string root;  ///< the mounted group
   std::string point;
   std::string controllers;  ///< empty: version 2
 };
@@ -67,8 +67,8 @@ std::vector<Mount> read_mounts(const fs::path& root) {
   return found;
 }
 
-/// Where the group `path` is below a mount of `root`. A container may see a mount of its own group
-/// under a path that only its host can tell: then that mount is the group.
+/// Returns the place of the group `path` below a mount of `root`. A container may see a mount of
+/// its own group under a path that only its host knows. Then the mount is the group.
 fs::path inside(const std::string& path, const std::string& root) {
   const std::string prefix = root == "/" ? root : root + "/";
   if (!path.starts_with(prefix) || path.starts_with("/..")) return {};
@@ -97,7 +97,7 @@ void lower(CgroupLimits& limits, const fs::path& group) {
   }
 }
 
-/// The CPUs of the process's affinity mask, which cpusets and batch systems set.
+/// Returns the number of CPUs in the process's affinity mask, which cpusets and batch systems set.
 int allowed_cpus() {
   cpu_set_t set;
   CPU_ZERO(&set);
@@ -130,7 +130,7 @@ CgroupLimits cgroup_limits(const fs::path& root) {
 
 int usable_cpus() {
   const int allowed = allowed_cpus();
-  // Of one and a half CPUs two threads get all, one would not.
+  // With one and a half CPUs, two threads use all of the quota and one thread does not.
   const double granted = std::ceil(cgroup_limits().cpus);
   return granted < allowed ? std::max(static_cast<int>(granted), 1) : allowed;
 }

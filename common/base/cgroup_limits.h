@@ -8,17 +8,19 @@
 
 namespace parray::base {
 
-/// What the control groups of this process allow it, of both versions (man 7 cgroups): the least of
-/// its own group's limit and those above it, as far as they are mounted here.
+/// The limits that the control groups of this process set, in both versions (man 7 cgroups). Each
+/// is the smallest limit of the process's own group and of those above it, as far as they are
+/// mounted here.
 struct CgroupLimits {
-  double cpus = std::numeric_limits<double>::infinity();  ///< processor seconds a second, above 0
+  double cpus = std::numeric_limits<double>::infinity();  ///< processor seconds per second, above 0
   std::uint64_t memory = std::numeric_limits<std::uint64_t>::max();  ///< bytes
 };
 
-/// Limits as files below `root` tell them; what is not there or not understood limits nothing.
+/// Reads the limits from files below `root`. A missing or unreadable file sets no limit.
 CgroupLimits cgroup_limits(const std::filesystem::path& root = "/");
 
-/// Bytes of memory that this process may use: the machine's, or fewer where a group limits it.
+/// Returns the bytes of memory that this process may use: the machine's memory, or less if a group
+/// limits it.
 std::uint64_t usable_memory();
 
 }  // namespace parray::base

@@ -4,9 +4,9 @@
 
 namespace parray::base {
 
-/// CPUs that this process may use; at least 1. Not the machine's: an affinity mask (taskset,
-/// cpusets, batch systems) or a quota of CPU time (cgroups: containers, systemd), which counts
-/// rounded up, may allow fewer.
+/// Returns the number of CPUs that this process may use; at least 1. The number may be below the
+/// machine's. An affinity mask (taskset, cpusets, batch systems) limits it, and so does a quota of
+/// CPU time (cgroups: containers, systemd), rounded up.
 int usable_cpus();
 
 }  // namespace parray::base

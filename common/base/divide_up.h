@@ -6,7 +6,7 @@
 
 namespace parray::base {
 
-/// a / b, rounded up; b > 0. No sum on the way that could be too large.
+/// Returns a / b, rounded up; b > 0. No intermediate result overflows.
 constexpr std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) {
   return a / b + (a % b != 0 ? 1 : 0);
 }

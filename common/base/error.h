@@ -7,15 +7,15 @@
 
 namespace parray::base {
 
-/// Bad input or bad usage: somebody outside the program can mend it. `what()` is one line that
-/// names the file, the place and the remedy. Programs print it and exit with status 2.
+/// Bad input or bad usage, which the user can correct. `what()` is one line with the file, the
+/// place and the remedy. Programs print it and exit with status 2.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// The work itself failed (disk full, coordinator gone, job failed). `what()` is one line that
-/// says what was being done. Programs print it and exit with status 1.
+/// A failure of the work itself (disk full, coordinator gone, job failed). `what()` is one line
+/// that says which operation failed. Programs print it and exit with status 1.
 class RunError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -7,13 +7,13 @@
 
 namespace parray::base {
 
-/// A host and a port of TCP.
+/// A TCP host and port.
 struct HostPort {
   std::string host;  ///< a name or a number; IPv6 without its brackets
   int port = 0;      ///< 0 .. 65535
 };
 
-/// Of "HOST:PORT" or "[IPV6]:PORT"; nothing of any other text.
+/// Parses "HOST:PORT" or "[IPV6]:PORT". Returns nothing for any other text.
 std::optional<HostPort> parse_host_port(const std::string& text);
 
 }  // namespace parray::base

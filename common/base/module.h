@@ -6,9 +6,10 @@
 
 namespace parray::base {
 
-/// What a module exports under the name `entry`, loaded from bin/../lib/parray, where it is built
-/// and where it is installed, or from beside a program that is there itself. Stays loaded until the
-/// program ends. Throws RunError "loading WHAT: ...: REMEDY" when it is not there.
+/// Loads a module and returns the symbol `entry` that it exports. The module lies in
+/// bin/../lib/parray, both in the build and when installed, or beside a program in that folder. It
+/// stays loaded until the program ends. Throws RunError "loading WHAT: ...: REMEDY" if the module
+/// is missing.
 void* module_entry(const std::string& file, const char* entry, const std::string& what,
                    const std::string& remedy);
 

@@ -16,7 +16,8 @@ unsigned char byte_at(std::string_view text, std::size_t i) {
   return static_cast<unsigned char>(text[i]);
 }
 
-/// The character that starts `text`, which is not empty. Overlong forms and surrogates are refused.
+/// Decodes the first character of `text`, which must not be empty. Rejects overlong forms and
+/// surrogates.
 CodePoint first_character(std::string_view text) {
   const unsigned char lead = byte_at(text, 0);
   if (lead < 0x80) return {1, lead};
@@ -53,7 +54,7 @@ std::string escape(char kind, std::uint32_t value, int digits) {
 std::string printable(std::string_view text, std::size_t max_bytes) {
   constexpr std::string_view ellipsis = "...";
   std::string out;
-  std::size_t cut = 0;  // where `out` may end so that the ellipsis still fits
+  std::size_t cut = 0;  // last place where `out` may end so that the ellipsis fits
   while (!text.empty()) {
     const CodePoint c = first_character(text);
     const std::size_t taken = c.length == 0 ? 1 : c.length;

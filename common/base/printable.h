@@ -8,15 +8,15 @@
 
 namespace parray::base {
 
-/// `text` made fit for a one-line message on a terminal.
+/// Returns `text` in a form for a one-line message on a terminal.
 ///
-/// Control characters, invisible characters that reorder a line and bytes that are not UTF-8
-/// become escapes (\x1b, \u202e), so that a file's contents cannot drive the reader's terminal.
-/// A text whose escaped form is longer than `max_bytes` is cut at a whole character and ends in
+/// Control characters, invisible characters that reorder a line, and bytes that are not UTF-8
+/// become escapes (\x1b, \u202e). So the contents of a file cannot control the reader's terminal.
+/// If the escaped form is longer than `max_bytes`, it is cut after a whole character and ends in
 /// "...".
 std::string printable(std::string_view text, std::size_t max_bytes = 60);
 
-/// The shortest decimal text that reads back as `value`: "0.1", "1e+30", "-3".
+/// Returns the shortest decimal text that reads back as `value`: "0.1", "1e+30", "-3".
 std::string number_text(double value);
 
 }  // namespace parray::base

@@ -9,7 +9,7 @@
 
 namespace parray::base {
 
-/// SHA-256 of bytes that come in parts.
+/// Computes the SHA-256 of bytes that arrive in parts.
 class Sha256 {
  public:
   Sha256();
@@ -18,7 +18,7 @@ class Sha256 {
   Sha256& operator=(const Sha256&) = delete;
 
   void add(std::span<const std::byte> bytes);
-  /// 64 lower-case hexadecimal digits; nothing can be added any more.
+  /// Returns 64 lower-case hexadecimal digits. Nothing can be added afterwards.
   std::string hex();
 
  private:
@@ -26,7 +26,7 @@ class Sha256 {
   std::unique_ptr<State> state_;
 };
 
-/// Of `bytes`.
+/// Returns the SHA-256 of `bytes` as 64 lower-case hexadecimal digits.
 std::string sha256_hex(std::span<const std::byte> bytes);
 
 }  // namespace parray::base

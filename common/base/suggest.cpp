@@ -10,10 +10,10 @@
 namespace parray::base {
 namespace {
 
-// Longer words are not compared: the cost is quadratic and nobody mistypes a word of this length.
+// Longest compared word: the cost is quadratic, and a longer word is hardly a mistyped name.
 constexpr std::size_t max_word = 64;
 
-/// Optimal string alignment distance (Damerau 1964, each swapped pair edited once).
+/// Returns the optimal string alignment distance (Damerau 1964, each swapped pair edited once).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1);
   std::vector<std::size_t> above(b.size() + 1);
@@ -41,7 +41,7 @@ NearestWord::NearestWord(std::string_view word)
       limit_(word_.size() > max_word ? 0 : std::max<std::size_t>(1, word_.size() / 3) + 1) {}
 
 void NearestWord::offer(std::string_view known) {
-  // The difference in length bounds the distance from below.
+  // The difference in length is a lower bound of the distance.
   const std::size_t difference =
       std::max(known.size(), word_.size()) - std::min(known.size(), word_.size());
   if (known.empty() || known.size() > max_word || difference >= limit_) return;

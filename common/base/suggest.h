@@ -9,18 +9,19 @@
 
 namespace parray::base {
 
-/// Finds the known word that somebody who wrote `word` may have meant.
+/// Finds the known word that a user may have meant by `word`.
 ///
-/// Near is: few insertions, deletions, substitutions and swaps of neighbours, letter case aside
-/// (optimal string alignment distance; at most a third of the word's length, and at least one).
-/// Of equally near words the first offered wins. The words are copied; nothing else is kept.
+/// A known word is near if few edits separate both: insertions, deletions, substitutions and swaps
+/// of neighbours, ignoring letter case (optimal string alignment distance). The limit is a third of
+/// the word's length, and at least one edit. Of equally near words the first one offered wins. The
+/// object copies the words and keeps nothing else.
 class NearestWord {
  public:
   explicit NearestWord(std::string_view word);
 
   void offer(std::string_view known);
 
-  /// The nearest word offered so far; empty when none is near.
+  /// Returns the nearest word offered so far; empty if none is near.
   const std::string& best() const { return best_; }
 
  private:
@@ -29,16 +30,16 @@ class NearestWord {
   std::size_t limit_;  // a word must be nearer than this to become the best
 };
 
-/// What to do about the unknown name `word`, as the end of a message: "did you mean 'vfov'?" or,
-/// when nothing is near, "known: look_from, look_at".
+/// Returns the remedy for the unknown name `word`, as the end of a message: "did you mean 'vfov'?"
+/// or, if no name is near, "known: look_from, look_at".
 std::string remedy_for_name(std::string_view word, std::span<const std::string_view> known);
 
-/// Returns the place of `word` among `known`. Throws InputError "unknown WHAT 'WORD': remedy" if it
-/// is none of them.
+/// Returns the index of `word` in `known`. Throws InputError "unknown WHAT 'WORD': remedy" if it is
+/// not there.
 std::size_t known_place(std::string_view what, std::string_view word,
                         std::span<const std::string_view> known);
 
-/// "a, b, c".
+/// Returns the names in the form "a, b, c".
 std::string list_names(std::span<const std::string_view> names);
 
 }  // namespace parray::base

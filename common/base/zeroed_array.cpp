@@ -16,7 +16,7 @@ void* allocate_zeroed(std::size_t bytes, bool large_pages) {
     throw std::bad_alloc();
   }
   if (large_pages && bytes >= 2 * large_page) {
-    madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: nothing is lost where it is not granted
+    madvise(memory, bytes, MADV_HUGEPAGE);  // only a hint: the system may ignore it
   }
   return memory;
 }

@@ -10,13 +10,14 @@
 
 namespace parray::base {
 
-/// Memory of zeros, straight from the system, which clears no page before it is touched; in large
-/// pages where it is so large that they pay, if `large_pages`. Throws std::bad_alloc.
+/// Allocates zeroed memory directly from the system, which clears a page only when it is touched.
+/// If `large_pages`, uses large pages for memory large enough to profit from them. Throws
+/// std::bad_alloc.
 void* allocate_zeroed(std::size_t bytes, bool large_pages = true);
 void free_zeroed(void* memory, std::size_t bytes) noexcept;
 
-/// A fixed number of plain elements, all bits zero to begin with: for arrays by the pixel, which
-/// are so large that clearing them first would cost as much as filling them.
+/// A fixed number of plain elements that begin with all bits zero. It is meant for arrays with an
+/// element per pixel: clearing them first would cost as much as filling them.
 template <typename T>
 class ZeroedArray {
   static_assert(std::is_trivially_copyable_v<T>);

@@ -8,7 +8,8 @@
 namespace parray::image {
 
 std::uint64_t cell_digest(std::span<const std::byte> record) {
-  // Not the sums by a seed of the counts: for each seed XXH3 makes a table.
+  // The header holds the digest of the sums. Seeding with it would be slower: XXH3 makes a table
+  // for each seed.
   const auto sums = record.subspan(sizeof(CellHeader));
   CellHeader header = header_of(record);
   header.nanoseconds = XXH3_64bits(sums.data(), sums.size());

@@ -38,7 +38,8 @@ void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSum
 
 void Framebuffer::expect(std::uint32_t y, std::uint32_t x) const {
   constexpr std::size_t line = 64;
-  constexpr std::size_t fetched = 5 * line;  // four pixels; the processor sees the rest coming
+  // Four pixels; the processor prefetches the following ones itself.
+  constexpr std::size_t fetched = 5 * line;
   const std::size_t pixel = std::size_t{y} * width_ + x;
   const auto* const sums = reinterpret_cast<const std::byte*>(&pixels()[pixel]);
   for (std::size_t at = 0; at < fetched; at += line) {

@@ -16,14 +16,15 @@ struct Image {
   std::vector<float> rgb;
 };
 
-/// Mean radiance of `count` finite samples that add up to `sums`; 0 where there are none.
+/// Returns the mean radiance of `count` finite samples with the sums `sums`; 0 if `count` is 0.
 std::array<float, 3> mean_radiance(const PixelSums& sums, std::uint32_t count,
                                    const RadianceScale& scale);
 
-/// Mean radiance of every pixel over the finite samples that it holds; 0 where there are none.
+/// Computes the mean radiance of every pixel over its finite samples; 0 for a pixel without any.
 Image resolve_image(const Framebuffer& framebuffer, double largest_radiance);
 
-/// SHA-256 of the values as little-endian float32: the proof that two pictures are the same.
+/// Returns the SHA-256 of the values as little-endian float32. Equal hashes prove that two pictures
+/// are the same.
 std::string image_sha256(const Image& image);
 
 }  // namespace parray::image

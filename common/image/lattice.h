@@ -8,13 +8,14 @@
 
 namespace parray::image {
 
-/// Every `step`-th pixel in x and in y, from (x, y) on.
+/// A lattice of pixels: every `step`-th pixel in x and in y, starting at (x, y).
 struct Lattice {
   std::uint32_t x = 0;     ///< < step
   std::uint32_t y = 0;     ///< < step
   std::uint32_t step = 1;  ///< > 0
 
-  /// How many there are across an image of that width; down one of that height.
+  /// Return the number of the lattice's pixels across an image of this width, and down an image of
+  /// this height.
   [[nodiscard]] std::uint32_t across(std::uint32_t width) const { return count(x, width); }
   [[nodiscard]] std::uint32_t down(std::uint32_t height) const { return count(y, height); }
   [[nodiscard]] std::uint64_t pixels(std::uint32_t width, std::uint32_t height) const {
@@ -29,25 +30,28 @@ struct Lattice {
   }
 };
 
-/// Lattices that share no pixel and make up an image, coarse ones first, so that any number of them
-/// from the start is spread evenly: one of at most 4096 pixels, then three for each halving of the
-/// step (the one in the middle of its squares first). None is empty.
+/// Returns lattices that share no pixel and together cover an image, coarse ones first. So the
+/// first lattices, however many, are spread evenly. The first one has at most 4096 pixels. Then
+/// follow three for each halving of the step; the one in the middle of the squares comes first. No
+/// lattice is empty.
 std::vector<Lattice> nested_lattices(std::uint32_t width, std::uint32_t height);
 
-/// What stands in for pixels without a sample.
+/// The filling of pixels without a sample.
 struct Fill {
-  std::uint64_t pixels = 0;  ///< that are filled; 0: the picture needs none
+  std::uint64_t pixels = 0;  ///< filled pixels; 0: every pixel has a sample
   std::uint32_t block = 1;   ///< side of the largest block that one traced pixel fills, in pixels
 };
 
-/// The traced pixel that pixel (x, y) shows: itself, or else the corner of the smallest block of
-/// side 2, 4, 8 ..., placed at multiples of its side, that has been traced. (0, 0) if none has.
-/// `samples`: of each pixel, image order.
+/// The traced pixel that stands for pixel (x, y): the pixel itself, or the corner of the smallest
+/// block whose corner has been traced. Blocks have sides of 2, 4, 8 ... and start at multiples of
+/// their side. (0, 0) if no such corner has been traced.
 struct BlockCorner {
   std::uint32_t x = 0;
   std::uint32_t y = 0;
   std::uint32_t block = 1;  ///< side of the block, in pixels
 };
+/// Returns the corner that stands for pixel (x, y). `samples` holds the number of samples of each
+/// pixel, in image order.
 BlockCorner block_corner(std::span<const std::uint32_t> samples, std::uint32_t width,
                          std::uint32_t x, std::uint32_t y);
 

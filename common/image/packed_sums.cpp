@@ -21,7 +21,8 @@ constexpr unsigned word_bits = 64;
 constexpr std::size_t word_bytes = 8;
 static_assert(sizeof(PixelSums) == columns * word_bytes, "a pixel is its columns");
 
-/// Calls `body` with each column's number as a constant: its values stay in registers.
+/// Calls `body` with each column's number as a constant, so that the column's values stay in
+/// registers.
 template <typename Body>
 void for_each_column(const Body& body) {
   const auto call = [&]<std::size_t... C>(std::index_sequence<C...> /*all*/) {
@@ -30,7 +31,7 @@ void for_each_column(const Body& body) {
   call(std::make_index_sequence<columns>{});
 }
 
-/// A column of a pixel, const or not.
+/// Returns a column of a pixel, which may be const.
 template <std::size_t C, typename Pixel>
 auto& at(Pixel& pixel) {
   constexpr std::array groups = {&PixelSums::sum, &PixelSums::sum_of_squares, &PixelSums::odd};
@@ -54,27 +55,28 @@ bool odd_follows(const PixelSums& pixel) {
 
 unsigned bits_of(std::uint64_t value) { return static_cast<unsigned>(std::bit_width(value)); }
 
-/// `width` 0 .. 64.
+/// Returns a mask of the low `width` bits, 0 .. 64.
 std::uint64_t low_bits(unsigned width) {
   return width == 0 ? 0 : ~std::uint64_t{0} >> (word_bits - width);
 }
 
-/// Writes whole words: up to 8 bytes beyond the bits that were put.
+/// Writes bits in whole words: up to 8 bytes beyond the last bit.
 class BitWriter {
  public:
   explicit BitWriter(char* to) : to_(to) {}
 
-  /// `value` < 2^width, `width` 1 .. 64.
+  /// Appends the low `width` bits of `value`. `value` must be below 2^width, `width` in 1 .. 64.
   void put(std::uint64_t value, unsigned width) {
     word_ |= value << fill_;
     std::memcpy(to_, &word_, word_bytes);
     const bool full = fill_ + width >= word_bits;
-    // What did not fit; in two shifts, because one by 64 is undefined.
+    // Keeps the bits that did not fit. The shift has two steps, because one shift by 64 is
+    // undefined.
     word_ = full ? value >> 1 >> (word_bits - 1 - fill_) : word_;
     to_ += full ? word_bytes : 0;
     fill_ = (fill_ + width) % word_bits;
   }
-  /// After the last put().
+  /// Writes the remaining bits. Call it after the last put().
   void finish() { std::memcpy(to_, &word_, word_bytes); }
 
  private:
@@ -85,26 +87,27 @@ class BitWriter {
 
 struct Column {
   unsigned width = 0;      ///< bits, 0 .. 64
-  std::uint64_t base = 0;  ///< none of the low `width` bits
-  // Where the bits are in a pixel's record.
-  std::size_t byte = 0;     ///< that the first one is in
-  unsigned shift = 0;       ///< of the first one in that byte, 0 .. 7
-  bool fills_word = false;  ///< the last one is at the end of the 8 bytes from `byte`, or beyond
+  std::uint64_t base = 0;  ///< has none of the low `width` bits
+  // Position of the bits in a pixel's record.
+  std::size_t byte = 0;     ///< byte of the first bit
+  unsigned shift = 0;       ///< place of the first bit in that byte, 0 .. 7
+  bool fills_word = false;  ///< the last bit is at the end of the 8 bytes from `byte`, or beyond
   std::uint64_t mask = 0;   ///< the low `width` bits
 };
 
-/// How a cell is packed.
+/// The layout of a packed cell.
 class Layout {
  public:
   Layout() = default;
-  /// Of `pixels`; what `known` leaves out is known to follow.
+  /// Chooses the layout for `pixels`. Columns that `known` leaves out are known to follow from
+  /// others.
   Layout(std::span<const PixelSums> pixels, const Layout& known);
   explicit Layout(ByteReader& header);
 
   [[nodiscard]] std::string header() const;
-  /// Of a pixel.
+  /// Returns the bytes of a pixel's record.
   [[nodiscard]] std::size_t record_bytes() const { return (record_bits_ + 7) / 8; }
-  /// Of a record's last byte, the bits that no column has.
+  /// Returns a mask of the bits in a record's last byte that no column uses.
   [[nodiscard]] unsigned spare() const { return 0xFFU << (8 - spare_bits()) & 0xFFU; }
 
   void pack(const PixelSums& pixel, BitWriter& to) const;
@@ -117,7 +120,7 @@ class Layout {
   [[nodiscard]] unsigned spare_bits() const {
     return static_cast<unsigned>(record_bytes() * 8 - record_bits_);
   }
-  /// Gives every column its place in the record.
+  /// Computes the position of every column in the record.
   void place();
 
   bool squares_follow_ = false;
@@ -200,7 +203,7 @@ void Layout::pack(const PixelSums& pixel, BitWriter& to) const {
   }
 }
 
-/// Reads up to a word beyond the record.
+/// Unpacks a pixel. Reads up to one word beyond the record.
 void Layout::unpack(const char* from, PixelSums& pixel) const {
   for_each_column([&](auto c) {
     const Column& column = columns_[c];
@@ -250,14 +253,14 @@ std::size_t unpack_sums(std::string_view bytes, std::span<PixelSums> pixels) {
   for (PixelSums& pixel : pixels) {
     const char* from = records.data() + begin;
     if (records.size() - begin < size + word_bytes) {
-      std::memcpy(last.data(), from, size);  // whose word beyond the record may be read
+      std::memcpy(last.data(), from, size);  // here the word beyond the record may be read
       from = last.data();
     }
     layout.unpack(from, pixel);
     stray |= size > 0 ? static_cast<unsigned char>(from[size - 1]) & layout.spare() : 0;
     begin += size;
   }
-  // One rule for all that could be written in more ways than one.
+  // This check rejects every form but the one that pack_sums() writes.
   if (stray != 0 || !bytes.starts_with(Layout(pixels, layout).header())) {
     throw DecodeError("packed sums are not as they would be packed");
   }

@@ -9,34 +9,36 @@
 
 namespace parray::image {
 
-/// What is known of each pixel besides its radiance.
+/// Data of each pixel besides its radiance.
 struct PictureStatistics {
-  std::vector<std::uint32_t> samples;  ///< that its mean is of
-  /// Of its 95 % interval: 3 values a pixel; infinite where the picture has no error to state.
+  std::vector<std::uint32_t> samples;  ///< number of samples in the pixel's mean
+  /// Half-widths of the 95 % confidence intervals: 3 values per pixel; infinite if the picture's
+  /// error is unknown.
   std::vector<float> half_width;
-  Replicates replicates{};  ///< if the job was to keep them
+  Replicates replicates{};  ///< filled if the job keeps them
 };
 
-/// How much of a picture is kept or sent; each has all of the one before.
+/// How much of a picture is stored or sent. Each level includes the previous one.
 enum class PictureDetail : std::uint8_t { image, statistics, replicates };
 
-/// A picture as it is kept and sent: float32 RGB, top row first; then, as far as its statistics go,
-/// samples and half-widths, 4 and 12 bytes a pixel; then the replicates, even and odd half and
-/// noise, 12, 12 and 4 bytes a pixel. Little-endian, no padding.
+/// Returns the stored and transmitted form of a picture: float32 RGB, top row first. Then follow,
+/// if present, the numbers of samples and half-widths, 4 and 12 bytes per pixel. Then follow, if
+/// present, the replicates: even half, odd half and noise, 12, 12 and 4 bytes per pixel.
+/// Little-endian, no padding.
 std::string picture_to_bytes(const Image& image, const PictureStatistics& statistics);
 
-/// The same bytes in pieces, as they lie in memory: nothing is copied.
+/// Returns the same bytes in pieces that refer to the memory of the arguments; copies nothing.
 std::vector<std::string_view> picture_pieces(const Image& image,
                                              const PictureStatistics& statistics);
 
-/// Bytes of such a picture.
+/// Returns the number of bytes of a picture with this detail.
 std::uint64_t picture_size(std::uint64_t width, std::uint64_t height, PictureDetail detail);
 
 struct PictureParts {
   Image image;
   PictureStatistics statistics;  ///< empty if the bytes have none
 };
-/// Throws DecodeError when the bytes are no picture of this size.
+/// Reads a picture of this size. Throws DecodeError if the bytes are not such a picture.
 PictureParts picture_from_bytes(std::uint32_t width, std::uint32_t height, std::string_view bytes);
 
 }  // namespace parray::image

@@ -8,12 +8,12 @@
 
 namespace parray::image {
 
-/// What a pixel remembers of its samples: per channel the sum, the sum of squares, and the sum of
-/// the samples with odd numbers, in the fixed point of RadianceScale. Adding is exact and
+/// The sums of a pixel's samples. Each channel has the sum, the sum of squares, and the sum of the
+/// samples with odd numbers, in the fixed point of RadianceScale. Addition is exact and
 /// associative.
 ///
-/// Samples with even and with odd numbers are two independent replicates of the pixel, whatever the
-/// sampler: what they differ by says how large its error is.
+/// Samples with even and with odd numbers form two independent replicates of the pixel, with any
+/// sampler. Their difference shows the size of the pixel's error.
 struct PixelSums {
   std::array<std::uint64_t, 3> sum{};
   std::array<std::uint64_t, 3> sum_of_squares{};
@@ -41,25 +41,26 @@ struct PixelSums {
   friend bool operator==(const PixelSums&, const PixelSums&) = default;
 };
 
-/// What of a pixel's samples is background: those whose camera ray meets nothing.
+/// The background samples of a pixel: those with a camera ray that hits nothing.
 struct SkySamples {
   std::uint32_t count = 0;
-  std::array<std::uint64_t, 3> sum{};  ///< of their radiance, in the fixed point of RadianceScale
+  /// Sum of their radiance, in the fixed point of RadianceScale.
+  std::array<std::uint64_t, 3> sum{};
 
   friend bool operator==(const SkySamples&, const SkySamples&) = default;
 };
 
-/// Counts of the work behind some samples. Adding is exact and associative.
+/// Counts of the work behind some samples. Addition is exact and associative.
 struct TraceCounts {
   std::uint64_t samples = 0;
   std::uint64_t rays = 0;       ///< path segments traced
   std::uint64_t nonfinite = 0;  ///< samples excluded because they were NaN or infinite
-  /// Light that max_depth may have cut off: the throughput, its largest channel, of the paths that
-  /// had not ended by then, in units of lost_unit, each rounded up.
+  /// Light that max_depth may have cut off. The sum covers the paths that had not ended by then:
+  /// the largest channel of each throughput, in units of lost_unit, rounded up.
   std::uint64_t lost = 0;
 
   static constexpr double lost_unit = 0x1p-24;
-  /// What a path of throughput `largest`, 0 .. 1, adds to `lost`.
+  /// Returns the amount that a path of throughput `largest`, 0 .. 1, adds to `lost`.
   static PARRAY_INLINE std::uint64_t lost_of(double largest) {
     return static_cast<std::uint64_t>(largest / lost_unit) + 1;
   }
@@ -72,7 +73,7 @@ struct TraceCounts {
     return *this;
   }
 
-  /// `other` is a part of these.
+  /// Subtracts `other`, which must be a part of these counts.
   TraceCounts& operator-=(const TraceCounts& other) {
     samples -= other.samples;
     rays -= other.rays;

@@ -7,14 +7,14 @@
 
 namespace parray::image {
 
-/// The two halves of a picture's samples, those with even and those with odd numbers: independent
-/// pictures of the same scene, which differ by noise alone. Pixels by image row.
+/// The two halves of a picture's samples, with even and with odd numbers. They are independent
+/// pictures of the same scene that differ only in noise. Pixels are stored by image row.
 struct Replicates {
-  /// Linear radiance, 3 values (R, G, B) a pixel: of the even half, of the odd half.
+  /// Linear radiance of the even half and of the odd half, 3 values (R, G, B) per pixel.
   std::array<std::vector<float>, 2> mean;
-  /// One value a pixel: the root mean square error, over the channels, that a half is expected to
-  /// have there, by the samples of the pixels around it. The pixel's own samples have no say, but
-  /// for one factor of the whole picture.
+  /// Expected root mean square error of a half over the channels, one value per pixel. It comes
+  /// from the samples of the surrounding pixels. The pixel's own samples enter only through one
+  /// factor of the whole picture.
   std::vector<float> noise;
 
   [[nodiscard]] bool empty() const { return noise.empty(); }

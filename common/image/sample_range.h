@@ -9,7 +9,7 @@
 
 namespace parray::image {
 
-/// Half-open range of sample indices of a pixel.
+/// A half-open range of sample indices of a pixel.
 struct SampleRange {
   std::uint32_t begin = 0;
   std::uint32_t end = 0;
@@ -18,20 +18,20 @@ struct SampleRange {
   friend bool operator==(const SampleRange&, const SampleRange&) = default;
 };
 
-/// What both have; empty where they are apart.
+/// Returns the intersection of both ranges; empty if they are disjoint.
 inline SampleRange common_of(const SampleRange& a, const SampleRange& b) {
   const std::uint32_t begin = std::max(a.begin, b.begin);
   return {begin, std::max(begin, std::min(a.end, b.end))};
 }
 
-/// Samples of each pixel of a run: the same of all, or a range of its own for each. A view.
+/// The samples of each pixel of a run: one range for all pixels, or one range per pixel. A view.
 class RunSamples {
  public:
   explicit RunSamples(const SampleRange& all) : all_(all) {}
-  /// A range for each pixel, which may be empty; `each` outlives the view.
+  /// Takes one range per pixel, which may be empty; `each` must outlive the view.
   explicit RunSamples(std::span<const SampleRange> each) : each_(each) {}
 
-  /// Of the pixel `index` pixels right of the run's first.
+  /// Returns the range of pixel number `index` of the run, from the left.
   [[nodiscard]] SampleRange operator[](std::size_t index) const {
     return each_.empty() ? all_ : each_[index];
   }

@@ -5,12 +5,12 @@
 #include "common/math/real.h"
 #include "common/math/vec.h"
 
-/// Maps from uniform numbers in [0, 1) to shapes, in + - * / sqrt only: no libm, so that every
-/// machine draws the same points.
+/// Maps uniform numbers in [0, 1) to shapes with + - * / and sqrt only. It uses no libm, so that
+/// every machine draws the same points.
 namespace parray::math {
 
-/// 1/n for the small n of the Taylor series, rounded once at compile time: a multiplication costs a
-/// fifth of a division.
+/// Returns 1/n for the small n of the Taylor series, rounded once at compile time: a multiplication
+/// costs a fifth of a division.
 template <typename Real>
 PARRAY_INLINE Real reciprocal(std::size_t n) {
   using Scalar = decltype(RealTraits<Real>::unit_roundoff + 0);
@@ -23,7 +23,7 @@ struct CosSin {
   Real sin;
 };
 
-/// Cosine and sine of x in [-pi/4, pi/4]: Taylor polynomials in Horner form.
+/// Returns cosine and sine of x in [-pi/4, pi/4]: Taylor polynomials in Horner form.
 template <typename Real>
 PARRAY_INLINE CosSin<Real> sincos_near_zero(Real x) {
   const Real xx = x * x;
@@ -36,8 +36,8 @@ PARRAY_INLINE CosSin<Real> sincos_near_zero(Real x) {
   return {cosine, sine * x};
 }
 
-/// Cosine and sine of 2 pi u for u in [0, 1), from the nearest quarter turn. Error: below 2 ulp of
-/// 1.
+/// Returns cosine and sine of 2 pi u for u in [0, 1), computed from the nearest quarter turn.
+/// Error: below 2 ulp of 1.
 template <typename Real>
 PARRAY_INLINE CosSin<Real> sincos_2pi(Real u) {
   const Real quarters = Real(4) * u;
@@ -57,9 +57,9 @@ PARRAY_INLINE CosSin<Real> sincos_2pi(Real u) {
                  select(third, -cosine, select(second, -sine, select(first, cosine, sine))))};
 }
 
-/// Uniform point of the unit sphere's surface (Archimedes: y is uniform). u, v in [0, 1). The poles
-/// are the sky's, whose light depends on y: evenly spread u spread evenly what directions find of
-/// it.
+/// Returns a uniform point of the unit sphere's surface (Archimedes: y is uniform). u, v in [0, 1).
+/// The poles are those of the sky, and its light depends on y. So evenly spread u give an even
+/// spread of the sky's light over directions.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> uniform_direction(Real u, Real v) {
   const Real y = Real(1) - Real(2) * u;
@@ -68,8 +68,8 @@ PARRAY_INLINE Vec3<Real> uniform_direction(Real u, Real v) {
   return {rho * phi.sin, y, rho * phi.cos};
 }
 
-/// Uniform point of the unit ball: the largest of three uniform numbers is distributed as the
-/// radius is (its distribution function is r^3), which spares a cube root.
+/// Returns a uniform point of the unit ball. The largest of three uniform numbers has the
+/// distribution of the radius (distribution function r^3), which avoids a cube root.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> uniform_ball(Real u, Real v, Real r1, Real r2, Real r3) {
   return max_of(r1, max_of(r2, r3)) * uniform_direction(u, v);
@@ -81,9 +81,9 @@ struct Disc {
   Real y;
 };
 
-/// Uniform point of the unit disc. u, v in [0, 1): squares about the centre become circles, so that
-/// evenly spread numbers make evenly spread points.
-/// Source: Shirley and Chiu, "A low distortion map between disk and square", 1997.
+/// Returns a uniform point of the unit disc. u, v in [0, 1). Squares about the centre become
+/// circles, so that evenly spread numbers give evenly spread points. Source: Shirley and Chiu, "A
+/// low distortion map between disk and square", 1997.
 template <typename Real>
 PARRAY_INLINE Disc<Real> uniform_disc(Real u, Real v) {
   const Real a = Real(2) * u - Real(1);

@@ -8,17 +8,17 @@
 
 namespace parray::math {
 
-/// The word that controls a thread's floating point (x86-64: MXCSR, aarch64: FPCR), as IEEE 754
-/// wants it, and the bits that then differ. Where a processor has another one, nothing is known of
-/// it, and it is left alone.
+/// The control word of a thread's floating point (x86-64: MXCSR, aarch64: FPCR): its value for IEEE
+/// 754, and the bits that deviate from it. On other processors the word is unknown and left alone.
 namespace float_control {
 
 #if defined(__x86_64__)
 inline constexpr unsigned ieee = 0x1F80;               ///< the value after a processor reset
-inline constexpr unsigned denormal_results = 0x8000;   ///< become 0
-inline constexpr unsigned denormal_operands = 0x0040;  ///< count as 0
-inline constexpr unsigned rounding = 0x6000;           ///< not to nearest
-inline constexpr unsigned exceptions = 0x1F80;         ///< stop the program
+inline constexpr unsigned denormal_results = 0x8000;   ///< denormal results become 0
+inline constexpr unsigned denormal_operands = 0x0040;  ///< denormal operands count as 0
+inline constexpr unsigned rounding = 0x6000;           ///< rounding other than to nearest
+/// Bits that control whether exceptions stop the program.
+inline constexpr unsigned exceptions = 0x1F80;
 inline unsigned read() { return _mm_getcsr(); }
 inline void write(unsigned control) { _mm_setcsr(control); }
 #elif defined(__aarch64__)
@@ -47,9 +47,9 @@ inline void write(unsigned) {}
 
 }  // namespace float_control
 
-/// Sets the calling thread's floating-point mode for its lifetime: round to nearest, denormals as
-/// IEEE 754 has them (no flush to zero), exceptions masked. A library, or a parent thread, may have
-/// left another mode behind, and the last bits of a picture would depend on it.
+/// Sets the calling thread's floating-point mode for its lifetime: round to nearest, denormals by
+/// IEEE 754 (no flush to zero), exceptions masked. A library or a parent thread may have left
+/// another mode, and the last bits of a picture would depend on it.
 class FloatMode {
  public:
   FloatMode() : before_(float_control::read()) { float_control::write(float_control::ieee); }

@@ -1,7 +1,8 @@
 #pragma once
 
-/// Marks every function that a kernel may call. Kernels are compiled once for each instruction set;
-/// a shared inline function that the compiler leaves out of line would exist once a set, the linker
-/// would keep any one of them, and an old processor could meet new instructions. Inlined by force,
-/// none is left for the linker to pick. (tests/integration/isa_symbols_test.py looks.)
+/// Marks every function that a kernel may call. The build compiles kernels once for each
+/// instruction set. If the compiler left a shared inline function out of line, each set would have
+/// its own copy. The linker would keep any one of the copies, and an old processor could meet new
+/// instructions. Forced inlining leaves no copy for the linker to choose.
+/// (tests/integration/isa_symbols_test.py checks this.)
 #define PARRAY_INLINE __attribute__((always_inline)) inline

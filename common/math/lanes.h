@@ -5,29 +5,30 @@
 #include "common/math/inline.h"
 #include "common/math/real.h"
 
-/// Numbers side by side. The arithmetic of a path is written once, as templates on a type that
-/// behaves like a real number: float, double, a wider type as an oracle, or lanes of them. Lanes
-/// hold `count` numbers and do to each what the scalar does, to the bit. Each instruction set has
-/// a header of lanes: lanes_scalar.h, which describes the members and functions, lanes_avx2.h,
-/// lanes_avx512.h and lanes_neon.h.
+/// Lanes: several numbers in one vector. The arithmetic of a path is written once, as templates on
+/// a type that behaves like a real number: float, double, a wider type as an oracle, or lanes.
+/// Lanes hold `count` numbers and give for each exactly the bits of the scalar operation. Each
+/// instruction set has a header of lanes: lanes_scalar.h, which describes the members and
+/// functions, lanes_avx2.h, lanes_avx512.h and lanes_neon.h.
 ///
-/// A comparison of lanes yields a mask; `select(mask, a, b)` is a where the mask is set. For
-/// scalars a mask is bool.
+/// A comparison of lanes returns a mask. `select(mask, a, b)` returns a where the mask is set,
+/// otherwise b. For scalars a mask is bool.
 namespace parray::math {
 
-/// What comparing two of them yields.
+/// The result type of a comparison.
 template <typename Real>
 using MaskOf = decltype(Real{} < Real{});
 
 PARRAY_INLINE bool any(bool mask) { return mask; }
 
 template <typename Real>
-requires(!requires(Real real) { real.x; })  // those with components choose one by one: see vec.h
-    PARRAY_INLINE Real select(bool mask, const Real& a, const Real& b) {
+// Types with components choose component by component: see vec.h.
+requires(!requires(Real real) { real.x; }) PARRAY_INLINE Real
+    select(bool mask, const Real& a, const Real& b) {
   return mask ? a : b;
 }
 
-/// `first`, `first` + 1 ...
+/// Returns `first`, `first` + 1 ...
 template <typename Uint>
 PARRAY_INLINE Uint counting_from(std::uint32_t first) {
   alignas(64) static constexpr std::uint32_t numbers[16] = {0, 1, 2,  3,  4,  5,  6,  7,
@@ -35,7 +36,7 @@ PARRAY_INLINE Uint counting_from(std::uint32_t first) {
   return Uint::load(numbers) + Uint(first);
 }
 
-/// Both halves of the 64-bit products a b.
+/// The low and high halves of the 64-bit products a b.
 template <typename Uint>
 struct WideProduct {
   Uint high;
@@ -45,7 +46,7 @@ PARRAY_INLINE WideProduct<std::uint32_t> multiply_wide(std::uint32_t a, std::uin
   const std::uint64_t product = std::uint64_t{a} * b;
   return {static_cast<std::uint32_t>(product >> 32), static_cast<std::uint32_t>(product)};
 }
-/// An integer below 2^24, or lanes of them, as reals.
+/// Converts an integer below 2^24, or lanes of them, to reals.
 template <typename Real, typename Uint>
 PARRAY_INLINE Real real_from(const Uint& integer) {
   if constexpr (requires { Real::from(integer); }) {

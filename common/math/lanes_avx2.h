@@ -7,11 +7,12 @@
 #include "common/math/inline.h"
 #include "common/math/lanes.h"
 
-/// Lanes of AVX2: 8 floats, 4 doubles. Members and functions as in lanes_scalar.h. (Fused is
-/// multiply_add() alone: every instruction set has to give the same bits.)
+/// Lanes of AVX2: 8 floats, 4 doubles. lanes_scalar.h describes members and functions. (Only
+/// multiply_add() is fused: every instruction set must give the same bits.)
 namespace parray::math::avx2 {
 
-/// Where lanes go that are stored one after the other: entry `set` has the numbers of its set bits.
+/// Places of lanes that are stored one after the other: entry `set` has the numbers of its set
+/// bits.
 struct CompressTable {
   std::uint8_t lane[256][8];
 
@@ -359,7 +360,7 @@ PARRAY_INLINE void compress_store(std::uint32_t* to, std::uint32_t set, Uint4 a)
   permute(a, Double4::load_order(compress_table.lane[set])).store(to);
 }
 
-/// Those of the kernels.
+/// The lanes that the kernels use.
 using FloatLanes = Float8;
 using DoubleLanes = Double4;
 

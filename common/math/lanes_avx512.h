@@ -7,8 +7,8 @@
 #include "common/math/inline.h"
 #include "common/math/lanes.h"
 
-/// Lanes of AVX-512 (F, DQ, VL, BW): 16 floats, 8 doubles. Members and functions as in
-/// lanes_scalar.h.
+/// Lanes of AVX-512 (F, DQ, VL, BW): 16 floats, 8 doubles. lanes_scalar.h describes members and
+/// functions.
 namespace parray::math::avx512 {
 
 template <int N>
@@ -315,7 +315,8 @@ PARRAY_INLINE Double8 permute(Double8 a, Order8 order) {
 PARRAY_INLINE Uint8 permute(Uint8 a, Order8 order) {
   return Uint8(_mm256_permutevar8x32_epi32(a.v, order.lane));
 }
-// In a register first: the instruction that compresses into memory is slow on AMD processors.
+// Compresses in a register first: the instruction that compresses into memory is slow on AMD
+// processors.
 PARRAY_INLINE void compress_store(float* to, std::uint32_t set, Float16 a) {
   _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(set), a.v));
 }
@@ -330,7 +331,7 @@ PARRAY_INLINE void compress_store(std::uint32_t* to, std::uint32_t set, Uint8 a)
                       _mm256_maskz_compress_epi32(static_cast<__mmask8>(set), a.v));
 }
 
-/// Those of the kernels.
+/// The lanes that the kernels use.
 using FloatLanes = Float16;
 using DoubleLanes = Double8;
 

@@ -7,9 +7,9 @@
 #include "common/math/inline.h"
 #include "common/math/lanes.h"
 
-/// Lanes of NEON (aarch64): 4 floats in one register, 4 doubles in two. Members and functions as in
-/// lanes_scalar.h. (Fused is multiply_add() alone: every instruction set has to give the same bits;
-/// and there is no fmin or fmax, which have other ideas of NaN and -0. Eight floats in two
+/// Lanes of NEON (aarch64): 4 floats in one register, 4 doubles in two. lanes_scalar.h describes
+/// members and functions. (Only multiply_add() is fused: every instruction set must give the same
+/// bits. fmin and fmax are not used, because they treat NaN and -0 differently. Eight floats in two
 /// registers take as many instructions, or up to a tenth more.)
 namespace parray::math::neon {
 
@@ -19,7 +19,7 @@ template <>
 struct Register<float> {
   using Type = float32x4_t;
   using Bits = uint32x4_t;
-  static constexpr int count = 1;  ///< that 4 lanes take
+  static constexpr int count = 1;  ///< registers of 4 lanes
 };
 template <>
 struct Register<double> {
@@ -39,7 +39,7 @@ PARRAY_INLINE float64x2_t choose(uint64x2_t mask, float64x2_t a, float64x2_t b) 
   return vbslq_f64(mask, a, b);
 }
 
-/// All ones in lane i where bit i is set.
+/// Returns all ones in lane i if bit i is set.
 PARRAY_INLINE uint32x4_t spread(std::uint32_t bits) {
   constexpr uint32x4_t bit{1, 2, 4, 8};
   return vtstq_u32(vdupq_n_u32(bits), bit);
@@ -51,7 +51,7 @@ struct Mask {
   static constexpr int registers = Register<T>::count;
   typename Register<T>::Bits m[registers];
 
-  /// From and to the mask of 32-bit numbers.
+  /// Convert from and to the mask of 32-bit numbers.
   static PARRAY_INLINE Mask from(uint32x4_t words) {
     if constexpr (registers == 1) {
       return {{words}};
@@ -96,7 +96,7 @@ PARRAY_INLINE bool any(const Mask<T>& mask) {
 struct Order {
   uint8x16_t lane;
 
-  /// Where the bytes of register `i` come from that lanes of `Size` bytes fill in this order.
+  /// Returns the source bytes of register `i` if lanes have `Size` bytes and this order.
   template <int Size>
   [[nodiscard]] PARRAY_INLINE uint8x16_t bytes(int i) const {
     constexpr std::uint8_t size = Size;
@@ -106,7 +106,7 @@ struct Order {
   }
 };
 
-/// Which bytes of a register stay when the lanes of set bits are stored one after the other.
+/// The bytes of a register that remain when the lanes of set bits are stored one after the other.
 template <int Size>
 struct CompressTable {
   alignas(16) std::uint8_t byte[1 << (16 / Size)][16];
@@ -125,7 +125,7 @@ struct CompressTable {
 template <int Size>
 inline constexpr CompressTable<Size> compress_table;
 
-/// Those lanes of a register; returns how many.
+/// Stores these lanes of a register and returns their number.
 template <typename Element, typename Type>
 PARRAY_INLINE int compress_register(Element* to, std::uint32_t set, Type a) {
   constexpr int size = sizeof(Element);
@@ -157,7 +157,7 @@ struct Uints {
   friend PARRAY_INLINE Uints operator>>(Uints a, int count) { return Uints(a.v >> count); }
   friend PARRAY_INLINE Uints operator<<(Uints a, int count) { return Uints(a.v << count); }
 };
-// The instruction shifts by the lowest byte alone.
+// The instruction uses only the lowest byte of the shift.
 template <typename T>
 PARRAY_INLINE Uints<T> one_shifted_by(Uints<T> count) {
   const uint32x4_t shifted = vshlq_u32(vdupq_n_u32(1), vreinterpretq_s32_u32(count.v));
@@ -327,7 +327,7 @@ PARRAY_INLINE Reals<T> square_root(const Reals<T>& a) {
   }
   return r;
 }
-// Here fmin is right: none is NaN.
+// fmin is correct here, because no lane is NaN.
 PARRAY_INLINE Reals<float> least_of(const Reals<float>& a) {
   return Reals<float>(vminvq_f32(a.v[0]));
 }
@@ -355,7 +355,7 @@ PARRAY_INLINE void compress_store(T* to, std::uint32_t set, const Reals<T>& a) {
   }
 }
 
-/// Those of the kernels.
+/// The lanes that the kernels use.
 using FloatLanes = Reals<float>;
 using DoubleLanes = Reals<double>;
 

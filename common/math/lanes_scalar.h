@@ -9,9 +9,9 @@
 #include "common/math/inline.h"
 #include "common/math/lanes.h"
 
-/// Lanes of any processor: 4 floats in one vector of 16 bytes, 4 doubles in two. The vectors are
-/// the compilers' own, which become registers where a processor has them and loops elsewhere.
-/// Members and functions are those of every header of lanes.
+/// Lanes of any processor: 4 floats in one vector of 16 bytes, 4 doubles in two. The compiler's own
+/// vectors become registers if the processor has them, and loops otherwise. Every header of lanes
+/// has these members and functions.
 namespace parray::math::scalar {
 
 using Words = std::uint32_t __attribute__((vector_size(16)));
@@ -23,8 +23,8 @@ template <>
 struct Register<float> {
   using Type = float __attribute__((vector_size(16)));
   using Bits = Words;
-  static constexpr int count = 1;  ///< that 4 lanes take
-  static constexpr int lanes = 4;  ///< of one
+  static constexpr int count = 1;  ///< vectors of 4 lanes
+  static constexpr int lanes = 4;  ///< lanes of one vector
 };
 template <>
 struct Register<double> {
@@ -38,7 +38,7 @@ using HalfFloats = float __attribute__((vector_size(8)));
 using Doubles = Register<double>::Type;
 using LongWords = Register<double>::Bits;
 
-// What compilers do not find by themselves.
+// Operations that compilers do not find by themselves.
 #ifdef __SSE2__
 PARRAY_INLINE Floats root(Floats a) { return _mm_sqrt_ps(a); }
 PARRAY_INLINE Doubles root(Doubles a) { return _mm_sqrt_pd(a); }
@@ -52,7 +52,7 @@ PARRAY_INLINE std::uint32_t signs(Words a) {
 PARRAY_INLINE std::uint32_t signs(LongWords a) {
   return static_cast<std::uint32_t>(_mm_movemask_pd(reinterpret_cast<__m128d>(a)));
 }
-/// The 64-bit products of lanes 0 and 2.
+/// Returns the 64-bit products of lanes 0 and 2.
 PARRAY_INLINE Words even_products(Words a, Words b) {
   return reinterpret_cast<Words>(
       _mm_mul_epu32(reinterpret_cast<__m128i>(a), reinterpret_cast<__m128i>(b)));
@@ -87,14 +87,14 @@ PARRAY_INLINE Words even_products(Words a, Words b) {
 }
 #endif
 
-/// `a` where the mask is set.
+/// Returns `a` where the mask is set, otherwise `b`.
 template <typename Bits, typename V>
 PARRAY_INLINE V choose(Bits mask, V a, V b) {
   return reinterpret_cast<V>((reinterpret_cast<Bits>(a) & mask) |
                              (reinterpret_cast<Bits>(b) & ~mask));
 }
 
-/// All ones in lane i where bit i is set.
+/// Returns all ones in lane i if bit i is set.
 PARRAY_INLINE Words spread(std::uint32_t bits) {
   constexpr Words bit{1, 2, 4, 8};
   const Words all{bits, bits, bits, bits};
@@ -107,7 +107,7 @@ struct Mask {
   static constexpr int registers = Register<T>::count;
   typename Register<T>::Bits m[registers];
 
-  /// From and to the mask of 32-bit numbers.
+  /// Convert from and to the mask of 32-bit numbers.
   static PARRAY_INLINE Mask from(Words words) {
     if constexpr (registers == 1) {
       return {{words}};
@@ -139,7 +139,7 @@ struct Mask {
     return r;
   }
 };
-/// The mask as an integer, bit i for lane i.
+/// Returns the mask as an integer, bit i for lane i.
 template <typename T>
 PARRAY_INLINE std::uint32_t bits_of(const Mask<T>& mask) {
   std::uint32_t bits = signs(mask.m[0]);
@@ -167,7 +167,7 @@ struct Uints {
     return r;
   }
   PARRAY_INLINE void store(std::uint32_t* to) const { __builtin_memcpy(to, &v, sizeof v); }
-  /// table[index[i]] in lane i.
+  /// Returns table[index[i]] in lane i.
   static PARRAY_INLINE Uints gather(const std::uint32_t* table, Uints index) {
     const Words at = index.v;
     return Uints(Words{table[at[0]], table[at[1]], table[at[2]], table[at[3]]});
@@ -179,7 +179,7 @@ struct Uints {
   friend PARRAY_INLINE Uints operator>>(Uints a, int count) { return Uints(a.v >> count); }
   friend PARRAY_INLINE Uints operator<<(Uints a, int count) { return Uints(a.v << count); }
 };
-/// 1 << count in each lane; 0 where `count` is 32 or more.
+/// Returns 1 << count in each lane; 0 if `count` is 32 or more.
 template <typename T>
 PARRAY_INLINE Uints<T> one_shifted_by(Uints<T> count) {
   Uints<T> r;
@@ -204,7 +204,7 @@ template <typename T>
 PARRAY_INLINE Uints<T> select(const Mask<T>& mask, Uints<T> a, Uints<T> b) {
   return Uints<T>(choose(mask.words(), a.v, b.v));
 }
-/// The same with a mask as bits.
+/// Does the same with a mask as bits.
 template <typename T>
 PARRAY_INLINE Uints<T> select_bits(std::uint32_t bits, Uints<T> a, Uints<T> b) {
   return Uints<T>(choose(spread(bits), a.v, b.v));
@@ -238,13 +238,13 @@ struct Reals {
       }
     }
   }
-  /// `count` numbers; no alignment asked for.
+  /// Loads `count` numbers, which need not be aligned.
   static PARRAY_INLINE Reals load(const T* from) {
     Reals r;
     __builtin_memcpy(r.v, from, sizeof r.v);
     return r;
   }
-  /// Numbers of a narrower type.
+  /// Loads numbers of a narrower type.
   static PARRAY_INLINE Reals load(const float* from) requires(registers == 2) {
     HalfFloats half[2];
     __builtin_memcpy(half, from, sizeof half);
@@ -253,21 +253,21 @@ struct Reals {
     r.v[1] = __builtin_convertvector(half[1], Doubles);
     return r;
   }
-  /// Numbers of a wider type, rounded to nearest.
+  /// Loads numbers of a wider type, rounded to nearest.
   static PARRAY_INLINE Reals narrow(const double* from) requires(registers == 1) {
     Reals r;
     r.v[0] = Floats{static_cast<float>(from[0]), static_cast<float>(from[1]),
                     static_cast<float>(from[2]), static_cast<float>(from[3])};
     return r;
   }
-  /// table[index[i]] in lane i; the table's type may be narrower.
+  /// Returns table[index[i]] in lane i; the table's type may be narrower.
   template <typename From>
   static PARRAY_INLINE Reals gather(const From* table, Uint index) {
     const From found[4] = {table[index.v[0]], table[index.v[1]], table[index.v[2]],
                            table[index.v[3]]};
     return load(found);
   }
-  /// Exact for integers below 2^24.
+  /// Converts integers; exact below 2^24.
   static PARRAY_INLINE Reals from(Uint integer) {
     using Signed = std::int32_t __attribute__((vector_size(16)));
     using HalfSigned = std::int32_t __attribute__((vector_size(8)));
@@ -282,7 +282,7 @@ struct Reals {
     return r;
   }
   PARRAY_INLINE void store(T* to) const { __builtin_memcpy(to, v, sizeof v); }
-  /// An order of the lanes, as permute() wants it, from the lanes' numbers.
+  /// Makes an order of the lanes for permute() from the lanes' numbers.
   static PARRAY_INLINE const std::uint8_t* load_order(const std::uint8_t* order) { return order; }
 
 #define PARRAY_REALS_OPERATOR(op)                                          \
@@ -348,7 +348,7 @@ PARRAY_INLINE Reals<T> max_of(const Reals<T>& a, const Reals<T>& b) {
   }
   return r;
 }
-/// a b + c, rounded once or twice: for bounds only, never for what a picture is made of.
+/// Returns a b + c, rounded once or twice. Use it for bounds only, never for values of the picture.
 template <typename T>
 PARRAY_INLINE Reals<T> multiply_add(const Reals<T>& a, const Reals<T>& b, const Reals<T>& c) {
   return a * b + c;
@@ -361,7 +361,7 @@ PARRAY_INLINE Reals<T> square_root(const Reals<T>& a) {
   }
   return r;
 }
-/// The least of the lanes, in every lane; none is NaN.
+/// Returns the smallest lane in every lane; no lane may be NaN.
 PARRAY_INLINE Reals<float> least_of(const Reals<float>& a) {
   const Floats crossed = __builtin_shufflevector(a.v[0], a.v[0], 2, 3, 0, 1);
   const Floats two = smaller(a.v[0], crossed);
@@ -382,7 +382,7 @@ template <typename T>
 PARRAY_INLINE T first_of(const Reals<T>& a) {
   return a.v[0][0];
 }
-/// Lane order[i] of `a` in lane i. One order serves reals and integers.
+/// Returns lane order[i] of `a` in lane i. One order serves reals and integers.
 template <typename T>
 PARRAY_INLINE Reals<T> permute(const Reals<T>& a, const std::uint8_t* order) {
   T lane[4];
@@ -390,7 +390,7 @@ PARRAY_INLINE Reals<T> permute(const Reals<T>& a, const std::uint8_t* order) {
   const T ordered[4] = {lane[order[0]], lane[order[1]], lane[order[2]], lane[order[3]]};
   return Reals<T>::load(ordered);
 }
-/// Stores the lanes whose bit is set one after the other; may write up to `count` elements.
+/// Stores the lanes with set bits one after the other; may write up to `count` elements.
 template <typename L, typename T>
 PARRAY_INLINE void compress_store(T* to, std::uint32_t set, const L& a) {
   T lane[4];
@@ -402,7 +402,7 @@ PARRAY_INLINE void compress_store(T* to, std::uint32_t set, const L& a) {
   }
 }
 
-/// Those of the kernels.
+/// The lanes that the kernels use.
 using FloatLanes = Reals<float>;
 using DoubleLanes = Reals<double>;
 

@@ -6,8 +6,8 @@
 
 namespace parray::math {
 
-/// 128 bits: a Philox counter, or the random block that it stands for. `Uint` is a 32-bit unsigned
-/// integer or lanes of them.
+/// 128 bits: a Philox counter or its random block. `Uint` is a 32-bit unsigned integer or lanes of
+/// them.
 template <typename Uint>
 struct PhiloxBlock {
   Uint a, b, c, d;
@@ -17,7 +17,7 @@ struct PhiloxKey {
   std::uint32_t low, high;
 };
 
-/// Philox4x32 with 10 rounds: 128 random bits for each (counter, key), with no state.
+/// Computes Philox4x32 with 10 rounds: 128 random bits for each (counter, key), without state.
 /// Source: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011.
 template <typename Uint>
 PARRAY_INLINE PhiloxBlock<Uint> philox4x32(PhiloxBlock<Uint> counter, PhiloxKey key) {

@@ -7,8 +7,8 @@
 
 namespace parray::math {
 
-/// What the templates ask of a real type beyond + - * / and comparison. Another type (a wider one
-/// as a test oracle) joins by specialising this.
+/// The properties of a real type that the templates need beyond + - * / and comparison. A
+/// specialisation adds another type, such as a wider one as a test oracle.
 template <typename Real>
 struct RealTraits;
 
@@ -16,7 +16,7 @@ template <>
 struct RealTraits<float> {
   static constexpr float unit_roundoff = 0x1p-24F;
   static constexpr float infinity = std::numeric_limits<float>::infinity();
-  static constexpr int sine_terms = 5;  ///< Taylor terms that leave less than half an ulp
+  static constexpr int sine_terms = 5;  ///< Taylor terms with an error below half an ulp
   // One correctly rounded instruction.
   static PARRAY_INLINE float sqrt(float x) { return __builtin_sqrtf(x); }
 };
@@ -29,14 +29,14 @@ struct RealTraits<double> {
   static PARRAY_INLINE double sqrt(double x) { return __builtin_sqrt(x); }
 };
 
-/// Correctly rounded square root; `x` >= 0.
+/// Returns the correctly rounded square root; `x` >= 0.
 template <typename Real>
 PARRAY_INLINE Real square_root(Real x) {
   return RealTraits<Real>::sqrt(x);
 }
 
-/// The comparisons of min and max, spelled out because NaN's place in them matters: a NaN in the
-/// first argument yields the second.
+/// Return the minimum and the maximum. The comparisons are spelled out, because the place of a NaN
+/// matters: a NaN in the first argument returns the second.
 template <typename Real>
 PARRAY_INLINE constexpr Real min_of(Real a, Real b) {
   return a < b ? a : b;

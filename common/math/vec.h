@@ -8,8 +8,8 @@ namespace parray::math {
 
 /// Three components of a real type: a point, a direction or a linear RGB colour.
 ///
-/// Every operation is built from + - * / and sqrt alone, each correctly rounded by IEEE 754, so
-/// that a value depends on its inputs and on nothing else (compilers, instruction sets).
+/// Every operation uses only + - * / and sqrt, each correctly rounded by IEEE 754. So a value
+/// depends on its inputs alone, not on compilers or instruction sets.
 template <typename Real>
 struct Vec3 {
   Real x{};
@@ -49,20 +49,20 @@ PARRAY_INLINE Real length(const Vec3<Real>& a) {
   return square_root(dot(a, a));
 }
 
-/// Unit vector along `a`; `a` must be neither zero nor so long or short that its square leaves
-/// the range of Real.
+/// Returns the unit vector along `a`. `a` must not be zero, and its square must be within the range
+/// of Real.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> normalize(const Vec3<Real>& a) {
   return (Real(1) / length(a)) * a;
 }
 
-/// Component-wise choice: see lanes.h.
+/// Chooses component by component: see lanes.h.
 template <typename Mask, typename Real>
 PARRAY_INLINE Vec3<Real> select(Mask mask, const Vec3<Real>& a, const Vec3<Real>& b) {
   return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
 }
 
-/// Component-wise conversion, rounded to nearest.
+/// Converts each component, rounded to nearest.
 template <typename To, typename From>
 PARRAY_INLINE constexpr Vec3<To> vec_cast(const Vec3<From>& a) {
   return {static_cast<To>(a.x), static_cast<To>(a.y), static_cast<To>(a.z)};

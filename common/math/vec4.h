@@ -11,11 +11,12 @@
 
 namespace parray::math {
 
-/// Numbers that fill 16 bytes, the vectors that all processors have.
+/// Numbers that fill 16 bytes, a vector size that all processors have.
 template <typename T>
 using Vector16 __attribute__((vector_size(16))) = T;
 
-// Component-wise; of a NaN and a number, `b`. (Compilers know no vector minimum that says so.)
+// Component by component; for a NaN and a number, returns `b`. (Compilers have no vector minimum
+// with this rule.)
 template <typename V>
 PARRAY_INLINE V least(V a, V b) {
   return a < b ? a : b;
@@ -43,8 +44,8 @@ PARRAY_INLINE Vector16<double> largest(Vector16<double> a, Vector16<double> b) {
 }
 #endif
 
-/// Four numbers side by side, x, y, z and one more, for code that is compiled for any processor.
-/// (Compilers take vectors of 32 bytes apart where a processor has none, number by number.)
+/// Four numbers in one vector, x, y, z and one more, for code that is compiled for any processor.
+/// (If a processor has no vectors of 32 bytes, compilers split them into single numbers.)
 template <typename T>
 struct Vec4;
 
@@ -114,7 +115,7 @@ template <typename T>
 PARRAY_INLINE Vec4<T> max_of(const Vec4<T>& a, const Vec4<T>& b) {
   return Vec4<T>::each(a, b, [](auto x, auto y) { return largest(x, y); });
 }
-/// `a` where number < limit, else `b`; without a branch.
+/// Returns `a` if number < limit, otherwise `b`, without a branch.
 template <typename T>
 PARRAY_INLINE Vec4<T> select_below(T number, T limit, const Vec4<T>& a, const Vec4<T>& b) {
   const auto below = Vec4<T>(number).first() < Vec4<T>(limit).first();

@@ -34,7 +34,7 @@ std::string unknown_command(const CLI::App& app, const std::string& word) {
   return "unknown command '" + printable(word) + "'" + did_you_mean(nearest);
 }
 
-/// About the first word that nobody expected.
+/// Returns the message about the first unexpected word.
 std::string about_extra(const CLI::App& app, const CLI::App& command, const std::string& word) {
   if (word.starts_with("-")) {
     const std::string name = word.substr(0, word.find('='));
@@ -44,7 +44,8 @@ std::string about_extra(const CLI::App& app, const CLI::App& command, const std:
   return "unexpected argument '" + printable(word) + "'";
 }
 
-/// "--spp: 1 required N missing" and "--spp: At Most 1 required but received 2", in other words.
+/// Rewords CLI11's messages "--spp: 1 required N missing" and "--spp: At Most 1 required but
+/// received 2".
 std::string about_mismatch(const std::string& message) {
   const std::string option = message.substr(0, message.find(':'));
   if (!message.ends_with("missing")) return option + " may be given only once";
@@ -70,7 +71,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   return message + (message.ends_with("?") ? " See `" : "; see `") + help + "`";
 }
 
-/// "-o" and "--output" of "-o,--output"; nothing of an argument's "SCENE".
+/// Returns "-o" and "--output" of "-o,--output", and nothing for an argument such as "SCENE".
 std::vector<std::string> names_in(const std::string& names) {
   std::vector<std::string> found;
   for (const std::string_view name : split_at(',', names)) {

@@ -15,48 +15,48 @@ class App;
 class Option;
 }  // namespace CLI
 
-/// What programs need of CLI11, without its headers, which take longer to compile than most of our
-/// sources: command_line.cpp alone includes them. What an option refers to must stay where it is
-/// while the command line is parsed.
+/// The part of CLI11 that programs need, without its headers, which take longer to compile than
+/// most of our sources: only command_line.cpp includes them. The target of an option must stay in
+/// place while the command line is parsed.
 namespace parray::process {
 
-/// The command line cannot be understood.
+/// Thrown if the command line cannot be understood.
 class UsageError : public InputError {
  public:
   using InputError::InputError;
 };
 
-/// An option, or an argument that has a place instead of a name. Every call returns the same
-/// option.
+/// An option, or a positional argument. Every function returns the same option.
 class Option {
  public:
   Option() = default;
   Option(CLI::Option* option, OptionText* text) : option_(option), text_(text) {}
 
   Option& required(bool is_required = true);
-  /// What stands for the value in the help.
+  /// Sets the word that stands for the value in the help.
   Option& type_name(const std::string& name);
-  /// The heading of the help that it stands under.
+  /// Sets the heading of the help under which the option stands.
   Option& group(const std::string& name);
-  /// The help shows what the target holds now.
+  /// Shows the present value of the target in the help.
   Option& show_default();
-  /// An environment variable that counts where the option is not given.
+  /// Sets an environment variable that applies if the option is not given.
   Option& environment(const std::string& name);
-  /// Given twice is an error.
+  /// Makes it an error to give the option twice.
   Option& only_once();
-  /// May be given several times, with one value each.
+  /// Allows the option several times, with one value each.
   Option& one_value_each();
   /// Refuses an empty value, which would read as "not given".
   Option& forbid_empty();
-  /// Refuses any other.
+  /// Refuses all values outside `known`.
   Option& one_of(const std::vector<std::string>& known);
-  /// Known words, for help and shells; whoever reads the value refuses others. `list`: several,
-  /// with commas between.
+  /// Sets known words for the help and for shells. The code that reads the value refuses other
+  /// words. `list`: the value is several words, separated by commas.
   Option& words(const std::vector<std::string>& words, bool list = false);
   Option& completes(Completes what);
-  /// For experiments: --help of a command leaves it out, `help COMMAND --all` shows it.
+  /// Marks the option as one for experiments: --help of a command leaves it out, `help COMMAND
+  /// --all` shows it.
   Option& special();
-  /// Makes sense only beside `other`.
+  /// Makes the option valid only together with `other`.
   Option& needs(const Option& other);
 
  private:
@@ -68,24 +68,25 @@ class Option {
 struct GivenOption {
   std::string name;
   std::string group;
-  std::string value;  ///< the last
+  std::string value;  ///< the last value
 };
 
-/// A command with its options: what `parray render` takes.
+/// A command with its options, such as `parray render`.
 class Command {
  public:
   Command(CLI::App* app, CommandText* text) : app_(app), text_(text) {}
 
   // `names` as CLI11 has them: "-o,--output", or "SCENE" for an argument.
   Option option(const std::string& names, std::string& target, const std::string& description);
-  /// All that are given.
+  /// Adds an option that collects all given values.
   Option option(const std::string& names, std::vector<std::string>& target,
                 const std::string& description);
-  /// `set` gets the text as the user wrote it; the InputError that it throws becomes a UsageError
-  /// that names the option. Given twice, the last counts.
+  /// Adds an option that calls `set` with the text as the user wrote it. An InputError from `set`
+  /// becomes a UsageError that names the option. If the option is given twice, the last value
+  /// counts.
   Option option(const std::string& names, std::function<void(const std::string&)> set,
                 const std::string& description);
-  /// A number from `least` to `most`, as CLI11 reads numbers.
+  /// Adds an option for a number from `least` to `most`, in CLI11's syntax of numbers.
   Option number(const std::string& names, int& target, int least, int most,
                 const std::string& description);
   Option number(const std::string& names, std::size_t& target, std::size_t least, std::size_t most,
@@ -93,19 +94,20 @@ class Command {
   Option number(const std::string& names, double& target, double least, double most,
                 const std::string& description);
   Option flag(const std::string& names, bool& target, const std::string& description);
-  /// A switch with the values on and off. The target stays empty where it is not given.
+  /// Adds a switch with the values on and off. The target stays empty if the switch is not given.
   Option on_off(const std::string& name, std::optional<bool>& target,
                 const std::string& description);
-  /// A spelling of earlier versions: an error that names what to write `now`, as "--labels off".
+  /// Adds the spelling of an earlier version. Its use is an error that names the present spelling
+  /// `now`, such as "--labels off".
   void renamed(const std::string& old, const std::string& now);
 
-  /// A command to copy, and what it does. One that is not understood fails --describe, and with it
-  /// the build.
+  /// Adds an example: a command to copy, and its effect. An example that the program does not
+  /// understand fails --describe, and with it the build.
   void example(const std::string& command, const std::string& about);
-  /// For the man page, in the form of manual_page.h.
+  /// Sets the text for the man page, in the form of manual_page.h.
   void manual(const std::string& text);
 
-  /// `chosen` is called once the user has been understood to want this command.
+  /// Sets the function that is called when the user has chosen this command.
   void on_chosen(std::function<void()> chosen);
   [[nodiscard]] std::vector<GivenOption> given_options() const;
 
@@ -128,25 +130,25 @@ class CommandLine : public Command {
   CommandLine(const CommandLine&) = delete;
   CommandLine& operator=(const CommandLine&) = delete;
 
-  /// What --version prints.
+  /// Sets the output of --version.
   void version(const std::string& text);
-  /// What starts the program: "mpirun -n P ".
+  /// Sets the words that start the program: "mpirun -n P ".
   void launcher(const std::string& words);
-  /// Commands that are declared from now on stand under this heading of the help.
+  /// Sets the heading of the help for the commands declared from now on.
   void heading(const std::string& name) { heading_ = name; }
   Command command(const std::string& name, const std::string& description);
-  /// manual() of the program and of every command, by their last words.
+  /// Sets the manual text of the program and of every command: `manual_of` of their last words.
   void add_manuals(const std::function<std::string(const std::string&)>& manual_of);
-  /// help [COMMAND]: prints what --help does.
+  /// Adds the command help [COMMAND], which prints the same as --help.
   void add_help_command();
   [[nodiscard]] std::string help() const;
   [[nodiscard]] ProgramText description() const;
 
-  /// What is to be printed where the user has only asked for that: --help, --version. Throws
-  /// UsageError: one line that says what is wrong, names the option, the nearest known one if it is
-  /// unknown, and the help to read.
+  /// Parses the command line. If the user only asked for information (--help, --version), returns
+  /// the text to print. Throws UsageError. Its one line says what is wrong, names the option, for
+  /// an unknown option the nearest known one, and the help to read.
   std::optional<std::string> parse(int argc, const char* const* argv);
-  /// Options alone, as in a shell. Throws UsageError.
+  /// Parses options alone, as in a shell. Throws UsageError.
   void parse(const std::string& words);
 
  private:
@@ -155,8 +157,8 @@ class CommandLine : public Command {
   std::unique_ptr<CLI::App> root_;
   ProgramText program_;
   std::string heading_ = "Commands";
-  std::string topic_;         ///< of the help command
-  bool all_options_ = false;  ///< likewise
+  std::string topic_;         ///< command named after `help`
+  bool all_options_ = false;  ///< --all is given with `help`
 };
 
 }  // namespace parray::process

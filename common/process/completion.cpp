@@ -7,7 +7,8 @@
 namespace parray::process {
 namespace {
 
-/// Numbers of the coordinator's jobs, one a line; nothing if it does not answer at once.
+/// A command that prints the numbers of the coordinator's jobs, one per line, or nothing if the
+/// coordinator does not answer at once.
 constexpr const char* list_jobs = "timeout 1 parray jobs 2>/dev/null | awk 'NR > 1 {print $1}'";
 
 std::string joined(const std::vector<std::string>& words) {
@@ -41,12 +42,12 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text;
 }
 
-/// In single quotes, as these shells read it.
+/// Returns the text in single quotes, in the syntax of these shells.
 std::string quoted(const std::string& text) { return "'" + replaced(text, "'", "'\\''") + "'"; }
 
 // ---- bash ------------------------------------------------------------------------------------
 
-/// With parts to be put in between @.
+/// A template with parts to insert between @.
 constexpr const char* bash_template = R"bash(@FUNCTION@() {
   local cur=${COMP_WORDS[COMP_CWORD]} command='' option='' kind=nothing flags='' before i at=0
   local -a arguments=()
@@ -97,7 +98,7 @@ complete -F @FUNCTION@ @PROGRAM@
 constexpr const char* bash_take_command =
     "    elif [[ -z $command ]]; then\n      command=${COMP_WORDS[i]}\n";
 
-/// What the function is to offer for a value.
+/// Returns the word that tells the function which candidates to offer for a value.
 std::string bash_kind(const ProgramText& program, const OptionText& option) {
   const std::string words = joined(option.words);
   if (!option.words.empty()) return quoted((option.list ? "list " : "words ") + words);
@@ -138,7 +139,7 @@ std::string bash_case(const ProgramText& program, const CommandText& command,
          (values.empty() ? "" : "      case $option in\n" + values + "      esac\n") + "      ;;\n";
 }
 
-/// Options of any command that take a value: a name means one thing in all of them.
+/// Returns the options of all commands that take a value: a name means the same in all of them.
 std::string valued_options(const ProgramText& program) {
   std::set<std::string> names;
   const auto collect = [&](const CommandText& command) {
@@ -179,7 +180,7 @@ std::string zsh_text(const std::string& text) {
   return out;
 }
 
-/// A line of _arguments for each option.
+/// Returns a line of _arguments for each option.
 std::string zsh_specs(const CommandText& command) {
   std::string lines;
   for (const OptionText& option : command.options) {
@@ -203,7 +204,7 @@ std::string zsh_specs(const CommandText& command) {
 
 // ---- fish ------------------------------------------------------------------------------------
 
-/// What `complete` is told of a value: which candidates there are. Empty: none.
+/// Returns the arguments of `complete` with the candidates for a value; empty: none.
 std::string fish_candidates(const ProgramText& program, const OptionText& option) {
   if (option.list) return " -a " + quoted("(__fish_append , " + joined(option.words) + ")");
   if (!option.words.empty()) return " -a " + quoted(joined(option.words));

@@ -4,7 +4,8 @@
 
 #include "common/process/description.h"
 
-/// What makes shells complete commands, options, their values, files and numbers of jobs.
+/// Returns scripts with which shells complete commands, options, their values, files and job
+/// numbers. Each script is a file of its own: PROGRAM, _PROGRAM, PROGRAM.fish.
 namespace parray::process {
 
 /// Functions that stand in files of their own: PROGRAM, _PROGRAM, PROGRAM.fish.

@@ -8,7 +8,7 @@
 namespace parray::process {
 namespace {
 
-/// Plain text, safe anywhere but at the beginning of a line.
+/// Escapes plain text so that it is safe everywhere except at the beginning of a line.
 std::string escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -43,7 +43,7 @@ std::string escaped(std::string_view text) {
 
 std::string bold(std::string_view text) { return "\\fB" + escaped(text) + "\\fR"; }
 
-/// A line of text, whose backticks make words literal.
+/// Returns a line of text; words in backticks become literal.
 std::string text_line(std::string_view text) {
   std::string out = text.starts_with(".") ? "\\&" : "";
   bool literal = false;
@@ -65,7 +65,7 @@ std::string upper(std::string text) {
 
 std::string page_of(const std::string& name) { return bold(name) + "(1)"; }
 
-/// The form of `manual` as macros.
+/// Converts the form of `manual` to macros.
 class ManualText {
  public:
   std::string macros(const std::string& manual) {
@@ -113,12 +113,12 @@ class ManualText {
 
   std::string out_;
   bool literal_ = false;    ///< in an indented block
-  bool in_list_ = false;    ///< which belongs to a point of a list
+  bool in_list_ = false;    ///< in text that belongs to a point of a list
   bool paragraph_ = false;  ///< in a point of a list
-  bool empty_ = false;      ///< there was an empty line
+  bool empty_ = false;      ///< the previous line was empty
 };
 
-/// ".TP", the option and what is to be known of it.
+/// Returns ".TP", the option and its description.
 std::string option_entry(const OptionText& option) {
   std::string names;
   for (const std::string& name : option.names) names += (names.empty() ? "" : ", ") + bold(name);

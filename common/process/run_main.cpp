@@ -19,8 +19,9 @@ namespace parray::process {
 
 namespace {
 
-/// glibc reserves 64 to 128 MiB of addresses for each thread's heap. Under `ulimit -v` they would
-/// be missing where the stack grows, which ends a process by SIGSEGV: threads share one heap then.
+/// glibc reserves 64 to 128 MiB of addresses for the heap of each thread. Under `ulimit -v` the
+/// stack may then be unable to grow, which ends the process by SIGSEGV. In that case all threads
+/// share one heap.
 void use_one_heap_under_a_limit() {
   rlimit addresses{};
   if (getrlimit(RLIMIT_AS, &addresses) == 0 && addresses.rlim_cur != RLIM_INFINITY) {
@@ -32,7 +33,7 @@ void use_one_heap_under_a_limit() {
 
 int fail(const char* program, int status, std::string message) {
   std::replace(message.begin(), message.end(), '\n', ' ');
-  // In one piece: mpirun, for one, mixes what comes in parts with the output of others.
+  // Printed in one piece: mpirun, for example, mixes partial output with that of other processes.
   std::cerr << std::string(program) + ": " + message + "\n" << std::flush;
   return status;
 }
@@ -86,7 +87,7 @@ int run_main(const Program& program, int argc, const char* const* argv,
       return program.speaks ? fail(program.name, 2, error.what()) : 0;
     }
     return run_action(program.name, action);
-  } catch (...) {  // not even the message could be made
+  } catch (...) {  // even making the message failed
     return 1;
   }
 }

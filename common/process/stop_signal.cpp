@@ -10,8 +10,8 @@
 namespace parray::process {
 namespace {
 
-// The program's only global state: a signal handler takes no argument, so what it talks to has to
-// be reachable without one. Lock-free atomics are what a handler may touch.
+// The program's only global state. A signal handler takes no argument, so its data must be global.
+// A handler may only use lock-free atomics.
 std::atomic<bool> deferred = false;
 std::atomic<bool> noted = false;
 static_assert(std::atomic<bool>::is_always_lock_free);

@@ -5,12 +5,12 @@
 
 #include "common/rooms.h"
 
-/// What a program does about SIGINT and the like. Ignored in any case are SIGPIPE and SIGXFSZ, so
-/// that a closed pipe and a file-size limit are errors where they happen.
+/// Handling of SIGINT and similar signals. SIGPIPE and SIGXFSZ are always ignored, so that a closed
+/// pipe and a file-size limit become errors of the call that meets them.
 namespace parray::process {
 
-/// The user, or the system, has asked the program to stop. Not a failure: the program cleans up
-/// and exits with interrupted_status.
+/// Thrown if the user or the system has asked the program to stop. It is not a failure: the program
+/// cleans up and exits with interrupted_status.
 class Interrupted : public std::runtime_error {
  public:
   /// `what`: one line for the user.
@@ -20,17 +20,17 @@ class Interrupted : public std::runtime_error {
 /// Exit status after SIGINT, SIGTERM or SIGHUP.
 inline constexpr int interrupted_status = 130;
 
-/// For programs that a person waits for: SIGINT, SIGTERM and SIGHUP end the program at once with
-/// one line on stderr and interrupted_status; SIGHUP only where it is not ignored (nohup).
+/// For interactive programs. SIGINT, SIGTERM and SIGHUP end the program at once with one line on
+/// stderr and interrupted_status. SIGHUP does so only if it is not ignored (nohup).
 void stop_at_signals();
 
-/// For services, whose loop asks interrupt_noted(): SIGINT and SIGTERM leave a note; a second one
-/// ends the process at once.
+/// For services, which poll interrupt_noted() in their loop. SIGINT and SIGTERM are only noted; a
+/// second signal ends the process at once.
 void note_signals();
 
-/// While one exists, stop_at_signals() only leaves a note, too, for check_interrupted(): what is
-/// under way has something to clean up or to say. Its owner calls check_interrupted() several times
-/// a second. Do not nest.
+/// While an object exists, the signals of stop_at_signals() are only noted, for
+/// check_interrupted(): the current operation must clean up or report something. The owner calls
+/// check_interrupted() several times a second. Objects must not be nested.
 class DeferredInterrupts {
  public:
   DeferredInterrupts();
@@ -39,9 +39,9 @@ class DeferredInterrupts {
   DeferredInterrupts& operator=(const DeferredInterrupts&) = delete;
 };
 
-/// A signal has come. Any thread.
+/// Returns whether a signal has arrived. Thread-safe.
 bool interrupt_noted();
-/// Throws Interrupted if a signal has come. Any thread.
+/// Throws Interrupted if a signal has arrived. Thread-safe.
 void check_interrupted();
 
 }  // namespace parray::process

@@ -6,8 +6,8 @@
 
 namespace parray::scene {
 
-/// Largest radiance that a sample under this sky can have, because no surface adds any; the
-/// fixed-point scale of sums follows from it.
+/// Returns the largest radiance that a sample under this sky can have, because no surface adds
+/// radiance. It determines the fixed-point scale of sums.
 inline double largest_radiance(const Sky& sky) {
   const Vec3d& a = sky.horizon;
   const Vec3d& b = sky.zenith;

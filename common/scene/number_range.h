@@ -6,7 +6,7 @@
 
 namespace parray::scene {
 
-// Both ends belong to a range.
+// Ranges include both ends.
 struct NumberRange {
   double least;
   double most;

@@ -13,16 +13,16 @@
 namespace parray::scene {
 namespace {
 
-/// Medians of a value of each sphere, whose value is `Value(sphere)`. Not of some spheres: which
-/// ones would depend on their order.
+/// Computes medians of a value of each sphere, `Value(sphere)`. It uses all spheres, because a
+/// choice of some would depend on their order.
 template <typename Value>
 class Median {
  public:
   Median(const std::vector<Sphere>& spheres, const Value& value, int threads)
       : spheres_(spheres), value_(value), bands_(spheres.size(), threads) {}
 
-  /// A sample says about where it is; then those values alone are looked at that are there.
-  /// Whatever the sample says, the result is exact.
+  /// A sample gives a bracket for the median. Then only the values in the bracket are examined. The
+  /// result is exact for every sample.
   double find() const {
     const Bracket bracket = sampled();
     if (const std::optional<double> found = within(bracket)) return *found;
@@ -34,13 +34,14 @@ class Median {
     double least = -std::numeric_limits<double>::infinity();
     double most = std::numeric_limits<double>::infinity();
   };
-  /// What lies below a bracket, and in it.
+  /// The number of values below a bracket, and the values in it.
   struct Part {
     std::size_t below = 0;
     std::vector<double> inside;
   };
 
-  /// Holds the median unless chance, one in ten thousand, or some regularity is against it.
+  /// Returns a bracket that contains the median, except by chance (one in ten thousand) or if the
+  /// values have some regularity.
   [[nodiscard]] Bracket sampled() const {
     constexpr std::size_t size = 4096;
     constexpr std::size_t reach = 128;  // four standard deviations of the sample's median
@@ -52,7 +53,7 @@ class Median {
     return {sample[size / 2 - reach], sample[size / 2 + reach]};
   }
 
-  /// The median, if it is there.
+  /// Returns the median if the bracket contains it.
   [[nodiscard]] std::optional<double> within(const Bracket& bracket) const {
     std::vector<Part> parts(bands_.count());
     bands_.run([&](std::size_t band, std::size_t begin, std::size_t end) {
@@ -87,7 +88,7 @@ double median_of(const Scene& scene, int threads, const Value& value) {
   return Median(scene.spheres, value, threads).find();
 }
 
-/// How far from `origin` the camera and half of the spheres lie.
+/// Returns the distance from `origin` within which the camera and half of the spheres lie.
 double reach(const Scene& scene, const Vec3d& origin, int threads) {
   const auto distance = [&](const Sphere& s) { return largest_component(s.center - origin); };
   return std::max(median_of(scene, threads, distance),
@@ -103,7 +104,7 @@ Vec3d scene_origin(const Scene& scene, int threads) {
   const Vec3d middle{median_of(scene, threads, [](const Sphere& s) { return s.center.x; }),
                      median_of(scene, threads, [](const Sphere& s) { return s.center.y; }),
                      median_of(scene, threads, [](const Sphere& s) { return s.center.z; })};
-  // By the triangle inequality no scene is four times nearer then, and most end here.
+  // By the triangle inequality no scene can then come four times nearer; most scenes end here.
   if (3 * largest_component(scene.camera.look_from - middle) > largest_component(middle)) {
     return {};
   }

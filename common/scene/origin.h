@@ -4,14 +4,15 @@
 
 namespace parray::scene {
 
-/// The point that kernels measure positions from, in the scene's coordinates.
+/// Returns the point, in the scene's coordinates, from which kernels measure positions.
 ///
-/// Positions are double until they are taken relative to this point; only then are they rounded to
-/// the precision of the kernel. It is 0 unless another point brings the camera and most spheres at
-/// least four times nearer: scenes whose coordinates are large for no reason but where they happen
-/// to lie. (Of an orthographic camera look_from counts, not how far around it its rays begin:
-/// another origin brings that no nearer, and no farther.) A function of the scene alone, whatever
-/// the order of its spheres and the number of threads; takes time in proportion to their number.
+/// Positions are double until they are taken relative to this point. Only then are they rounded to
+/// the precision of the kernel. The point is 0 unless another point brings the camera and most
+/// spheres at least four times nearer. That is the case in scenes with large coordinates only
+/// because they lie far from 0. (For an orthographic camera only look_from counts. Another origin
+/// does not change the distance between look_from and the starts of its rays.) The result depends
+/// on the scene alone, not on the order of its spheres or the number of threads. The time is
+/// proportional to the number of spheres.
 Vec3d scene_origin(const Scene& scene, int threads = 1);
 
 }  // namespace parray::scene

@@ -13,14 +13,15 @@
 namespace parray::scene {
 namespace {
 
-/// Shifts of surfaces that stay unseen, as a share of the smallest radius (particles smaller than
-/// a pixel keep their cross-section) and of the picture's height at the nearest surface [measured
-/// by tests/extremes/precision_test.cpp: 2^-5 and 2^-12.5 are the least that showed].
+/// Largest shifts of surfaces that stay invisible, as parts of the smallest radius (particles
+/// smaller than a pixel keep their cross-section) and of the picture's height at the nearest
+/// surface. Source: tests/extremes/precision_test.cpp [measured: 2^-5 and 2^-12.5 are the smallest
+/// visible shifts].
 constexpr double share_of_radius = 0x1p-8;
 constexpr double share_of_view = 0x1p-13;
 
-/// Spheres up to which trying all is at least as fast as the tree [measured by tests/bench/one-core
-/// on One Weekend scenes: f32 is even at 64, mixed and f64 at 32].
+/// Number of spheres up to which testing all is at least as fast as the tree [measured by
+/// tests/bench/one-core on One Weekend scenes: f32 is even at 64, mixed and f64 at 32].
 std::size_t largest_linear(Precision precision) { return precision == Precision::f32 ? 48 : 28; }
 
 std::string number(double value) {
@@ -29,7 +30,7 @@ std::string number(double value) {
   return {text.data(), static_cast<std::size_t>(length)};
 }
 
-/// "1/4096" of something, "less than a millionth", "3.5 times" it.
+/// Returns a part as text: "1/4096" of something, "less than a millionth", "3.5 times" it.
 std::string share(double value) {
   if (value >= 1) return number(value) + " times";
   if (value < 1e-6) return "less than a millionth of";
@@ -60,12 +61,13 @@ std::vector<std::string> Requirements::features() const {
 
 namespace {
 
-/// How far storing it in single precision moves a number.
+/// Returns the change of a number by storing it in single precision.
 double single_precision_shift(double x) {
   return std::abs(static_cast<double>(static_cast<float>(x)) - x);
 }
 
-/// Of `center`, which is relative to the scene's origin, and `radius`.
+/// Updates extent, stored_shift and nearest with a sphere; `center` is relative to the scene's
+/// origin.
 void add_conditioning(const Vec3d& center, double radius, const Vec3d& eye, Requirements& result) {
   result.extent = std::max({result.extent, largest_component(center), radius});
   result.stored_shift = std::max(
@@ -85,7 +87,7 @@ void add_sphere(const Sphere& sphere, const Scene& scene, const Vec3d& eye, Requ
   add_conditioning(sphere.center - result.origin, sphere.radius, eye, result);
 }
 
-/// What spheres of `part` add to those of `whole`: counts and extremes, in whatever order.
+/// Adds the spheres of `part` to `whole`: counts and extremes, independent of the order.
 void add_part(const Requirements& part, Requirements& whole) {
   whole.diffuse += part.diffuse;
   whole.metal += part.metal;
@@ -106,7 +108,7 @@ Requirements requirements_of(const Scene& scene, int threads) {
   result.lens = scene.camera.aperture > 0;
   result.origin = scene_origin(scene, threads);
   const Vec3d eye = scene.camera.look_from - result.origin;
-  // An orthographic camera's rays begin all over the picture, taken as a square one here.
+  // The rays of an orthographic camera begin all over the picture, which counts as a square here.
   result.extent = largest_component(eye) + scene.camera.view_height / 2 + scene.camera.aperture / 2;
   result.smallest_radius = result.nearest = std::numeric_limits<double>::infinity();
   const Bands bands(scene.spheres.size(), threads);
@@ -129,15 +131,15 @@ Requirements requirements_of(const Scene& scene, int threads) {
 
 namespace {
 
-/// A shift of surfaces against what limits it most.
+/// A shift of surfaces relative to the length that limits it most.
 struct Sight {
   double shift;
-  double part;   ///< of `whole`
-  double limit;  ///< the largest part that is unseen
+  double part;   ///< shift as a part of `whole`
+  double limit;  ///< largest invisible part
   const char* whole;
 
   [[nodiscard]] bool unseen() const { return part <= limit; }
-  /// "6e-05, 1/3355 of the smallest radius (unseen: 1/256)"
+  /// Returns text such as "6e-05, 1/3355 of the smallest radius (unseen: 1/256)".
   [[nodiscard]] std::string text() const {
     return number(shift) + ", " + share(part) + " " + whole + " (unseen: up to 1/" +
            std::to_string(std::lround(1 / limit)) + ")";
@@ -145,7 +147,7 @@ struct Sight {
 };
 
 Sight sight_of(double shift, const Requirements& r) {
-  // An eye on a surface sees every shift but none.
+  // An eye on a surface sees every shift except 0.
   const auto part = [shift](double whole) { return shift > 0 ? shift / whole : 0; };
   const Sight radius{shift, part(r.smallest_radius), share_of_radius, "the smallest radius"};
   const Sight view{shift, part(r.view_height), share_of_view,

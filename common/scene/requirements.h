@@ -8,7 +8,8 @@
 
 namespace parray::scene {
 
-/// What a scene contains and therefore needs; everything else costs it nothing.
+/// The contents of a scene, which determine what its render needs. Features that it lacks cost
+/// nothing.
 struct Requirements {
   std::size_t spheres = 0;
   std::size_t diffuse = 0;  ///< spheres of each kind
@@ -20,40 +21,42 @@ struct Requirements {
   double smallest_radius = 0;  ///< 0 without spheres
   double largest_radius = 0;
 
-  // How well single precision resolves what is seen. Lengths are in the scene's unit.
-  Vec3d origin;  ///< scene_origin(): what positions are measured from
-  /// Largest coordinate of a centre, or of where camera rays begin, from there, or radius.
+  // Data on how well single precision resolves the visible scene. Lengths are in the scene's unit.
+  Vec3d origin;  ///< scene_origin(): the origin of positions
+  /// The largest of all coordinates of centres and of starts of camera rays, relative to `origin`,
+  /// and of all radii.
   double extent = 0;
-  /// Farthest that storing the spheres in single precision moves a coordinate or a radius.
+  /// The largest change of a coordinate or a radius by storing the spheres in single precision.
   double stored_shift = 0;
-  double nearest = 0;      ///< from the eye to the nearest surface; 0 without spheres
-  double view_height = 0;  ///< of what the picture shows at that distance
+  double nearest = 0;      ///< distance from the eye to the nearest surface; 0 without spheres
+  double view_height = 0;  ///< height of the visible area at that distance
 
-  /// How far computing in single precision moves surfaces: half an ulp of the largest number.
+  /// Returns the distance by which computing in single precision moves surfaces: half an ulp of the
+  /// largest number.
   [[nodiscard]] double computed_shift() const;
-  /// extent / smallest_radius: the largest distance in radii; 0 without spheres.
+  /// Returns extent / smallest_radius: the largest distance in radii; 0 without spheres.
   [[nodiscard]] double spread() const;
 
-  /// Names for the report: "diffuse", "metal", "fuzz", "dielectric", "lens", ...
+  /// Returns names for the report: "diffuse", "metal", "fuzz", "dielectric", "lens", ...
   [[nodiscard]] std::vector<std::string> features() const;
 };
 
-/// The same for any number of threads.
+/// Computes the requirements of a scene. The result is the same for any number of threads.
 Requirements requirements_of(const Scene& scene, int threads = 1);
 
-/// Settings with every `automatic` decided, and why.
+/// Settings in which every `automatic` is decided, with the reasons.
 struct ResolvedSettings {
   RenderSettings settings;
   std::string precision_reason;
   std::string accelerator_reason;
 };
 
-/// Decides what was left automatic, from the scene alone, so that everybody decides alike.
+/// Decides all `automatic` settings from the scene alone, so that every process decides alike.
 ///
-/// Precision: single precision moves surfaces, by computing (computed_shift()) or only by storing
-/// the spheres (stored_shift). What moves by little enough of the smallest radius, and of the
-/// picture's height where surfaces are nearest, is unseen. f32 if computing goes unseen, mixed if
-/// storing does, else f64.
+/// Precision: single precision moves surfaces, either by computing (computed_shift()) or only by
+/// storing the spheres (stored_shift). A shift is invisible if it is a small enough part of the
+/// smallest radius and of the picture's height at the nearest surface. The result is f32 if the
+/// shift of computing is invisible, mixed if that of storing is, otherwise f64.
 ResolvedSettings resolve_settings(const Requirements& requirements, const RenderSettings& asked);
 
 }  // namespace parray::scene

@@ -7,8 +7,9 @@
 
 namespace parray::scene {
 
-/// The scene as every side knows it. Lengths are in the scene's own unit, colours are linear RGB.
-/// Plain data in double precision; immutable once loaded, so any thread may read it.
+/// The scene in the form that all parts of the program share. Lengths are in the scene's own unit,
+/// colours are linear RGB. Plain data in double precision; immutable once loaded, so any thread may
+/// read it.
 
 enum class MaterialType : std::uint8_t { diffuse = 0, metal = 1, dielectric = 2 };  // wire values
 
@@ -31,14 +32,14 @@ struct Sphere {
   friend bool operator==(const Sphere&, const Sphere&) = default;
 };
 
-/// Where a camera's rays begin, and where they go: see common/trace/integrator/camera_rays.h.
+/// The starts and directions of a camera's rays: see common/trace/integrator/camera_rays.h.
 enum class Projection : std::uint8_t {
   perspective,  ///< from one eye through all pixels
-  orthographic  ///< side by side, so that things look equally large however far they are
+  orthographic  ///< parallel rays, so that size does not depend on distance
 };
 
-/// Thin-lens camera; the lens is a uniform disc. What the projection does not use is 0, so that
-/// equal cameras compare equal.
+/// A thin-lens camera; the lens is a uniform disc. Values that the projection does not use are 0,
+/// so that equal cameras compare equal.
 struct Camera {
   Vec3d look_from{13, 2, 3};
   Vec3d look_at{0, 0, 0};
@@ -46,8 +47,8 @@ struct Camera {
   double vfov = 20;            ///< perspective: vertical angle of view, degrees, in (0, 180)
   double aperture = 0.1;       ///< lens diameter, >= 0; 0 is a pinhole
   double focus_distance = 10;  ///< > 0
-  /// tan(vfov / 2). Computed once by whoever loads the scene and sent as bits: the one value that
-  /// needs libm, whose last bit differs between machines.
+  /// tan(vfov / 2). The loader of the scene computes it once and sends its bits. It is the only
+  /// value that needs libm, which gives different last bits on different machines.
   double tan_half_vfov = 0;
   Projection projection = Projection::perspective;
   double view_height = 0;  ///< orthographic: height of the picture in the scene's unit, > 0
@@ -55,7 +56,8 @@ struct Camera {
   friend bool operator==(const Camera&, const Camera&) = default;
 };
 
-/// Radiance of a ray that leaves the scene: lerp(horizon, zenith, (y + 1) / 2) of its direction.
+/// The radiance of a ray that leaves the scene: lerp(horizon, zenith, (y + 1) / 2) with the y of
+/// its direction.
 struct Sky {
   Vec3d horizon{1, 1, 1};
   Vec3d zenith{0.5, 0.7, 1.0};

@@ -16,11 +16,11 @@ namespace {
 constexpr std::string_view perspective_magic = "PRSCENE1";
 constexpr std::string_view orthographic_magic = "PRSCENE2";
 constexpr std::size_t material_bytes = 1 + 5 * sizeof(double);
-/// What the readers' range of vfov comes to, and some room.
+/// Bounds for the tangents of the readers' range of vfov, with some room.
 constexpr double least_tangent = 1e-9;
 constexpr double largest_tangent = 1e6;
 
-/// Hashes what is put into it, without ever holding more than a part.
+/// Hashes its input and never holds more than a part of it.
 class HashWriter {
  public:
   template <typename T>
@@ -75,7 +75,7 @@ Vec3d get_vec(ByteReader& in, double lowest, double highest) {
   return v;
 }
 
-/// By the first bytes.
+/// Determines the projection from the first bytes.
 Projection get_projection(ByteReader& in) {
   const std::string_view magic = in.get_bytes(perspective_magic.size());
   if (magic == perspective_magic) return Projection::perspective;
@@ -127,7 +127,8 @@ Sphere get_sphere(ByteReader& in, std::size_t material_count) {
   return sphere;
 }
 
-/// A count that the bytes left can hold, so that a false one cannot make us allocate.
+/// Reads a count that fits the remaining bytes, so that a false count cannot cause a large
+/// allocation.
 std::size_t get_count(ByteReader& in, std::uint64_t most, std::size_t item_bytes) {
   const auto count = in.get<std::uint64_t>();
   if (count > most || count > in.left() / item_bytes) {

@@ -9,22 +9,24 @@
 
 namespace parray::scene {
 
-/// Centre, radius, material: the last and largest part of a scene's bytes is a list of these.
+/// Bytes of a sphere: centre, radius, material. The last and largest part of a scene's bytes is a
+/// list of spheres.
 inline constexpr std::size_t scene_bytes_of_sphere = 4 * sizeof(double) + sizeof(std::uint32_t);
 
-/// The scene's one binary form: what travels to workers, and what its identity is the SHA-256 of.
-/// Equal scenes have equal bytes, whichever file format they were read from. A scene of a
-/// perspective camera begins with "PRSCENE1", one of an orthographic camera, which programs without
-/// that camera refuse, with "PRSCENE2": view_height stands in the place of vfov, and no tangent.
+/// Returns the only binary form of a scene. Workers receive it, and its SHA-256 is the scene's
+/// identity. Equal scenes have equal bytes, independent of the file format that they were read
+/// from. The form begins with "PRSCENE1" for a perspective camera and with "PRSCENE2" for an
+/// orthographic one. Programs without the orthographic camera refuse "PRSCENE2". It has view_height
+/// in the place of vfov, and no tangent.
 std::string scene_to_bytes(const Scene& scene);
 
-/// Inverse of scene_to_bytes. Checks every bound before it allocates and every value that the
-/// kernel relies on. Throws DecodeError.
+/// Reads the form of scene_to_bytes(). Checks every bound before it allocates, and every value that
+/// the kernel relies on. Throws DecodeError.
 Scene scene_from_bytes(std::string_view bytes);
 
-/// SHA-256 of scene_to_bytes(scene), 64 hexadecimal digits.
+/// Returns the SHA-256 of scene_to_bytes(scene), 64 hexadecimal digits.
 std::string scene_identity(std::string_view scene_bytes);
-/// The same without making them.
+/// Returns the same without making the bytes.
 std::string scene_identity(const Scene& scene);
 
 }  // namespace parray::scene

@@ -8,11 +8,12 @@
 namespace parray::scene {
 namespace {
 
-/// A sphere's bytes in scene_bytes.cpp. Wherever in a record a chunk begins, bytes this far apart
-/// are alike.
+/// Bytes of a sphere in scene_bytes.cpp. Bytes this far apart are similar, at whatever place in a
+/// record a chunk begins.
 constexpr std::size_t stride = scene_bytes_of_sphere;
 
-/// Bytes 0, stride, 2 stride .. first, then 1, stride + 1 ..; what is no whole record stays last.
+/// Reorders bytes: 0, stride, 2 stride .. first, then 1, stride + 1 ..; an incomplete record stays
+/// at the end.
 std::string apart(std::string_view chunk) {
   std::string columns(chunk);
   const std::size_t records = chunk.size() / stride;
@@ -24,7 +25,7 @@ std::string apart(std::string_view chunk) {
   return columns;
 }
 
-/// Inverse of apart().
+/// Reverses apart().
 void together(std::string_view columns, std::span<char> chunk) {
   const std::size_t records = chunk.size() / stride;
   for (std::size_t column = 0; column < stride; ++column) {
@@ -45,7 +46,8 @@ std::string pack_chunk(std::string_view chunk) {
   std::string packed(chunk.size() - chunk.size() / 16, '\0');
   const std::size_t size =
       ZSTD_compress(packed.data(), packed.size(), columns.data(), columns.size(), fastest);
-  packed.resize(ZSTD_isError(size) != 0U ? 0 : size);  // an error is: more than there is room for
+  // An error means: more bytes than there is room for.
+  packed.resize(ZSTD_isError(size) != 0U ? 0 : size);
   return packed;
 }
 

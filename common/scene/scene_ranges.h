@@ -3,14 +3,14 @@
 #include "common/scene/limits.h"
 #include "common/scene/number_range.h"
 
-/// What numbers of a scene may be, the same in every format that holds one.
+/// The ranges of a scene's numbers, which are the same in every format of scenes.
 namespace parray::scene::ranges {
 
 inline constexpr NumberRange coordinate{-limits::max_length, limits::max_length};
 inline constexpr NumberRange length{limits::min_radius, limits::max_length};
 inline constexpr NumberRange aperture{0, limits::max_length};
-/// Degrees. Below, the picture is one point of the scene; above, its edge is 100 000 times its
-/// middle.
+/// In degrees. Below the range, the picture shows one point of the scene. Above it, the edge of the
+/// picture is 100 000 times its middle.
 inline constexpr NumberRange vfov{1e-6, 179.999};
 inline constexpr NumberRange unit_interval{0, 1};  ///< albedo, fuzz
 inline constexpr NumberRange ior{1e-3, 1e3};

@@ -13,60 +13,61 @@
 #include "common/scene/scene_ranges.h"
 #include "common/scene/settings.h"
 
-/// The description of every setting: key, help, range and words. Options, scene files, messages,
-/// recipes, reports, the HTTP service, the schema of scenes and the keywords of Python come from
-/// it. Few sources include this header; settings.h is for all others.
+/// Describes every setting: key, help, range and words. Options, scene files, messages, recipes,
+/// reports, the HTTP service, the schema of scenes and the keywords of Python come from this
+/// description. Few sources include this header; all others use settings.h.
 ///
 /// A description calls the visitor `f(const Setting&, rule, values...)` for each setting. The rule
-/// says what values there are. The values are the same member of all objects that the description
-/// was called with: of none, of one, or of two that are compared or copied.
+/// defines the valid values. `values` are the same member of all objects passed to the description:
+/// no object, one object, or two that are compared or copied.
 namespace parray::scene {
 
-/// What is true of a setting, beside its rule.
+/// The traits of a setting, besides its rule.
 namespace traits {
 enum : unsigned {
-  image = 1U << 0,      ///< a scene file has it in that section
-  render = 1U << 1,     ///< likewise
-  accuracy = 1U << 2,   ///< its option says when a picture is good enough
+  image = 1U << 0,      ///< in section "image" of a scene file
+  render = 1U << 1,     ///< in section "render" of a scene file
+  accuracy = 1U << 2,   ///< its option determines when a picture is good enough
   speed = 1U << 3,      ///< its option never changes the picture
   special = 1U << 4,    ///< its option is for experiments
-  since = 1U << 5,      ///< messages and records of earlier versions lack it and mean 0
-  in_passes = 1U << 6,  ///< messages lack it and mean 0, unless the picture is made in passes
-  if_set = 1U << 7,     ///< messages, records and sections lack it where it is 0
+  since = 1U << 5,      ///< missing in messages and records of earlier versions, which means 0
+  in_passes = 1U << 6,  ///< missing in messages means 0, unless the picture is made in passes
+  if_set = 1U << 7,     ///< missing in messages, records and sections if it is 0
   no_report = 1U << 8,  ///< a report does not repeat it
   recipe = 1U << 9,     ///< a recipe has the report's value
-  resolved = 1U << 10,  ///< a worker does not take `automatic`
+  resolved = 1U << 10,  ///< a worker refuses `automatic`
   required = 1U << 11,  ///< a section must have it
 };
 }  // namespace traits
 
 struct Setting {
-  const char* key;             ///< in files and messages
-  const char* help = nullptr;  ///< of its option; null: it has none
+  const char* key;             ///< key in files and messages
+  const char* help = nullptr;  ///< help of its option; null: it has no option
   unsigned traits = 0;
-  const char* value = nullptr;    ///< what stands for it in the help; null: goes by the rule
-  const char* keyword = nullptr;  ///< of its option, where it is not the key
+  const char* value = nullptr;  ///< placeholder of the value in the help; null: chosen by the rule
+  const char* keyword = nullptr;  ///< name of its option if it differs from the key
 
   [[nodiscard]] bool is(unsigned any) const { return (traits & any) != 0; }
 };
 
-/// The name of a setting in Python and in the HTTP service: "max_depth".
+/// Returns the name of a setting in Python and in the HTTP service: "max_depth".
 std::string keyword_of(const Setting& setting);
-/// The name of its option: "--max-depth".
+/// Returns the name of its option: "--max-depth".
 std::string option_of(const Setting& setting);
 
-// Rules; others are in number_range.h. Of settings, NumberRange allows 0, which means none, too.
+// Rules; number_range.h has further ones. For settings, NumberRange also allows 0, which means
+// none.
 struct OnOff {};   ///< a boolean
 struct Passes {};  ///< a list of numbers of samples
 
 /// The words of an enumeration, in the order of its values.
 struct Words {
-  const char* what;  ///< what a message calls them
+  const char* what;  ///< name of the setting in messages
   std::span<const std::string_view> names;
 };
-/// The index of a word. Throws InputError that lists the known words.
+/// Returns the index of a word. Throws InputError with the known words.
 std::size_t index_in(const Words& words, std::string_view name);
-/// The word of an index; "unknown" for any other.
+/// Returns the word of an index; "unknown" for any other index.
 std::string_view name_in(const Words& words, std::size_t index);
 
 namespace words {

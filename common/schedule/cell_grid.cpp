@@ -82,7 +82,7 @@ CellGrid::Place CellGrid::place_of(std::uint64_t cell) const {
 
 Cell CellGrid::cell(std::uint64_t index) const { return cell_at(place_of(index)); }
 
-/// Down each column of a band only the row changes.
+/// Within a column of a band only the row changes.
 std::vector<Cell> CellGrid::cells_of(const CellRange& range) const {
   std::vector<Cell> cells;
   cells.reserve(range.count());

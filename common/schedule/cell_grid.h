@@ -11,20 +11,20 @@
 
 namespace parray::schedule {
 
-/// A horizontal run of pixels of one row, or every `step`-th of one, and a range of their samples:
-/// the unit of work.
+/// The unit of work: a run of pixels in one row (every `step`-th pixel) and a range of their
+/// samples.
 struct Cell {
   std::uint32_t y = 0;        ///< row of the image
   std::uint32_t x_begin = 0;  ///< columns [x_begin, x_end)
   std::uint32_t x_end = 0;
-  SampleRange samples;     ///< where each pixel has a range of its own, what is left of it in here
+  SampleRange samples;     ///< if pixels have their own ranges: bounds that cut them
   std::uint32_t step = 1;  ///< columns from one pixel to the next
 
   [[nodiscard]] std::uint32_t pixels() const { return (x_end - x_begin + step - 1) / step; }
   friend bool operator==(const Cell&, const Cell&) = default;
 };
 
-/// Cells [begin, end) of a pass: what is leased.
+/// A range of cells [begin, end) of a pass: the content of a lease.
 struct CellRange {
   std::uint64_t begin = 0;
   std::uint64_t end = 0;
@@ -33,103 +33,105 @@ struct CellRange {
   friend bool operator==(const CellRange&, const CellRange&) = default;
 };
 
-/// Samples that every pixel of a lattice is to have, handed out together.
+/// A range of samples that is traced for every pixel of one lattice before the next stage starts.
 struct Stage : SampleRange {
   Stage() = default;
   Stage(std::uint32_t first, std::uint32_t last, Lattice its_lattice = {})
       : SampleRange{first, last}, lattice(its_lattice) {}
 
-  Lattice lattice{};  ///< of the image
+  Lattice lattice{};  ///< pixels of the image that the stage covers
 
   friend bool operator==(const Stage&, const Stage&) = default;
 };
 
-/// The numbers that say how the samples of a pass are cut into cells: few enough to travel with
-/// every lease.
+/// The numbers that determine how the samples of a pass are cut into cells. They are few enough to
+/// travel with every lease.
 struct GridShape {
   std::uint32_t width = 1;   ///< pixels of the image, 1 .. limits::max_image_side
-  std::uint32_t height = 1;  ///< likewise
+  std::uint32_t height = 1;  ///< pixels, 1 .. limits::max_image_side
   RowOrder row_order = RowOrder::sequential;
-  std::uint32_t band_rows = 1;      ///< rows that are cut across together, 1 .. 2^16
-  std::uint32_t cell_pixels = 1;    ///< of a cell, but for the last of a row: 1 .. width
-  std::uint32_t layer_samples = 1;  ///< of a pixel in one cell, at most: > 0
-  std::uint32_t piece_cells = 1;    ///< that a thread takes at a time, 1 .. 2^16
-  /// One handed out after the other: 1 .. 64, none empty. Of one lattice ascending and apart; those
-  /// of different lattices share no pixel.
+  std::uint32_t band_rows = 1;  ///< rows of a band, 1 .. 2^16
+  /// Pixels of a cell, 1 .. width; the last cell of a row may have fewer.
+  std::uint32_t cell_pixels = 1;
+  std::uint32_t layer_samples = 1;  ///< most samples of a pixel in one cell, > 0
+  std::uint32_t piece_cells = 1;    ///< cells that a thread takes at a time, 1 .. 2^16
+  /// Stages in the order of tracing: 1 to 64, none empty. Stages of the same lattice have
+  /// ascending, disjoint sample ranges. Stages of different lattices share no pixel.
   std::vector<Stage> stages{{0, 1}};
 
   friend bool operator==(const GridShape&, const GridShape&) = default;
 };
 
-/// Numbers the cells of a pass, in the order in which they are handed out: stage, layer of samples,
-/// band of rows, column, row of the band. A band has one row where policies deal out whole rows.
-/// Immutable; any thread.
+/// Numbers the cells of a pass in the order in which they are leased: by stage, layer of samples,
+/// band of rows, column, row of the band. A band has one row if the policy leases whole rows.
+/// Immutable and thread-safe.
 class CellGrid {
  public:
-  /// Throws InputError when a number is out of its range, or there would be 2^40 cells or more.
+  /// Throws InputError if a number is out of its range, or if the grid would have 2^40 cells or
+  /// more.
   explicit CellGrid(GridShape shape);
 
   [[nodiscard]] const GridShape& shape() const { return shape_; }
   [[nodiscard]] std::uint64_t cells() const { return first_cell_.back(); }
-  /// `index` is below cells().
+  /// Returns cell `index`, which must be below cells().
   [[nodiscard]] Cell cell(std::uint64_t index) const;
-  /// All cells of a range, for less than one by one.
+  /// Returns all cells of a range, faster than cell() for each of them.
   [[nodiscard]] std::vector<Cell> cells_of(const CellRange& range) const;
-  /// Cells of a whole row of the image (of one layer of samples, if those are cut); where there
-  /// are lattices, of the last.
+  /// Returns the number of cells in a whole row of the image, in one layer of samples. With several
+  /// lattices, the row is one of the last lattice.
   [[nodiscard]] std::uint64_t cells_per_row() const { return parts_.back().columns; }
-  /// Rows of the image, or of the last lattice, in the order in which they are handed out.
+  /// Returns the rows of the image, or of the last lattice, in the order in which they are leased.
   [[nodiscard]] const std::vector<std::uint32_t>& rows() const { return parts_.back().row_at; }
-  /// Every cell that holds samples of the pixels of `cell`, it included.
+  /// Returns every cell that holds samples of the pixels of `cell`, including `cell`.
   [[nodiscard]] std::vector<std::uint64_t> cells_of_same_pixels(std::uint64_t cell) const;
 
  private:
   struct Place {
     std::size_t stage;
     std::uint64_t layer;
-    std::uint64_t position;  ///< of the row in the row order
+    std::uint64_t position;  ///< position of the row in the row order
     std::uint64_t column;
-    std::uint64_t rows_left;     ///< of the band, from this one on
+    std::uint64_t rows_left;     ///< rows of the band from this one on
     std::uint64_t within_layer;  ///< number of the cell among those of its layer
   };
   [[nodiscard]] Place place_of(std::uint64_t cell) const;
   [[nodiscard]] Cell cell_at(const Place& place) const;
-  /// What the cells of a stage are numbered by.
+  /// Sizes that determine the numbers of a stage's cells.
   struct Part {
     std::uint64_t columns = 0;          ///< cells across
-    std::vector<std::uint32_t> row_at;  ///< rows of the lattice, in their order
+    std::vector<std::uint32_t> row_at;  ///< rows of the lattice, in row order
     std::uint64_t layers = 0;
 
     [[nodiscard]] std::uint64_t layer_cells() const { return row_at.size() * columns; }
   };
 
   GridShape shape_;
-  std::vector<Part> parts_;                ///< of each stage
-  std::vector<std::uint64_t> first_cell_;  ///< of each stage, and the total
+  std::vector<Part> parts_;                ///< one per stage
+  std::vector<std::uint64_t> first_cell_;  ///< first cell of each stage, then the total
 };
 
-/// Cells with all that says which samples they are made of: what a worker gets to trace.
+/// Cells together with the data that determines their samples: a worker's task.
 struct CellBatch {
   std::shared_ptr<const CellGrid> grid;
   CellRange range;
-  /// Of each pixel of each cell, cell after cell, shape().cell_pixels of each; empty: of each pixel
-  /// all samples of its cell.
+  /// Sample ranges of all pixels, stored cell by cell with shape().cell_pixels entries each. Empty:
+  /// every pixel gets all samples of its cell.
   std::vector<SampleRange> samples;
 
-  /// Of each pixel of cell `index`, which lies in `range`.
+  /// Returns the sample range of each pixel of cell `index`, which must lie in `range`.
   [[nodiscard]] std::vector<SampleRange> ranges_of(std::uint64_t index) const;
-  /// The same of every column from the cell's first to its last: those between its pixels have
-  /// none.
+  /// Returns the sample range of each column from the cell's first to its last. Columns between its
+  /// pixels have empty ranges.
   [[nodiscard]] std::vector<SampleRange> column_ranges_of(std::uint64_t index) const;
-  /// Of each pixel of the cell; a view of this.
+  /// Returns the sample ranges of the cell's pixels as a view of this object.
   [[nodiscard]] RunSamples run_samples(std::uint64_t index) const {
     return run_samples(index, samples.empty() ? grid->cell(index) : Cell());
   }
-  /// The same of a cell that is at hand.
+  /// Does the same for a cell that the caller already has.
   [[nodiscard]] RunSamples run_samples(std::uint64_t index, const Cell& cell) const;
-  /// How many samples all cells have together.
+  /// Returns the number of samples of all cells.
   [[nodiscard]] std::uint64_t sample_count() const { return sample_count(grid->cells_of(range)); }
-  /// The same with the range's cells at hand.
+  /// Does the same with the cells of the range, which the caller already has.
   [[nodiscard]] std::uint64_t sample_count(std::span<const Cell> cells) const;
 };
 

@@ -7,17 +7,17 @@
 
 namespace parray::schedule {
 
-/// Some cells of a plan, counted through from 0. Immutable; any thread.
+/// A list of some cells of a plan, with places counted from 0. Immutable and thread-safe.
 class CellList {
  public:
   CellList() = default;
-  /// `ranges` ascend, are apart and not empty.
+  /// `ranges` must be ascending, disjoint and not empty.
   explicit CellList(std::vector<CellRange> ranges);
 
   [[nodiscard]] std::uint64_t count() const { return first_.empty() ? 0 : first_.back(); }
   [[nodiscard]] const std::vector<CellRange>& ranges() const { return ranges_; }
-  /// The cells whose places in the list are `places`, which lie below count(): as few ranges as
-  /// there can be.
+  /// Returns the cells at `places` of the list, which must lie below count(), as the smallest
+  /// possible number of ranges.
   [[nodiscard]] std::vector<CellRange> cells_at(const CellRange& places) const;
 
  private:

@@ -7,35 +7,37 @@
 
 namespace parray::schedule {
 
-/// What a policy may look at. Work is counted in units, as a rule cells; a whole row is `row_units`
-/// of them.
+/// The input of a policy. Work is counted in units, usually cells; a whole row has `row_units`
+/// units.
 struct ChunkRequest {
-  std::uint64_t total = 0;          ///< units of the whole job, > 0
-  std::uint64_t remaining = 0;      ///< units not handed out yet, 1 .. total
-  std::uint64_t step = 0;           ///< chunks handed out before this one
-  std::uint64_t row_units = 1;      ///< units of one whole row, > 0
-  std::uint32_t workers = 1;        ///< P > 0
-  std::uint32_t threads = 1;        ///< threads of the asking worker, > 0
-  double share = 1;                 ///< its measured speed over the sum of all, in (0, 1]
-  std::uint64_t least = 1;          ///< units below which a lease costs more than it spreads, > 0
+  std::uint64_t total = 0;      ///< units of the whole job, > 0
+  std::uint64_t remaining = 0;  ///< units not leased yet, 1 .. total
+  std::uint64_t step = 0;       ///< chunks leased before this one
+  std::uint64_t row_units = 1;  ///< units of one whole row, > 0
+  std::uint32_t workers = 1;    ///< number of workers P, > 0
+  std::uint32_t threads = 1;    ///< threads of the requesting worker, > 0
+  double share = 1;             ///< its measured speed divided by the sum of all, in (0, 1]
+  /// Units below which a lease costs more than spreading the work gains, > 0.
+  std::uint64_t least = 1;
   std::uint64_t most = UINT64_MAX;  ///< units that one lease should not exceed, >= least
 };
 
-/// Units of the next chunk, 1 .. remaining. Pure: the same request has the same answer on every
-/// side, so a simulator and an MPI rank compute what the coordinator would.
+/// Returns the units of the next chunk, 1 .. remaining. The function is pure: a simulator and an
+/// MPI rank compute the same result as the coordinator.
 ///
-/// - static: total / P each, in whole rows.
-/// - guided: ceil(R / P) rows, never below 2 rows a thread (the seed report, section 3.5;
-///   Polychronopoulos and Kuck, 1987).
-/// - factoring: batches of P equal chunks, each batch half of what is left, in whole rows
-///   (Hummel, Schonberg, Flynn, 1992).
-/// - weighted: half of the asking worker's share of what is left, by measured speed, parts of rows
-///   included, between `least` and `most` (Hummel et al., 1996, weighted factoring).
+/// - static: total / P units per worker, in whole rows.
+/// - guided: ceil(R / P) rows of the R that remain, at least 2 rows per thread (the seed report,
+///   section 3.5; Polychronopoulos and Kuck, 1987).
+/// - factoring: batches of P equal chunks; each batch takes half of the remaining work, in whole
+///   rows (Hummel, Schonberg, Flynn, 1992).
+/// - weighted: half of the requesting worker's share of the remaining work, by measured speed,
+///   including parts of rows, between `least` and `most` (Hummel et al., 1996, weighted factoring).
 std::uint64_t chunk_units(SchedulePolicy policy, const ChunkRequest& request);
 
-/// Where every chunk of a job begins, and the total at the end, when all askers are alike: chunk
-/// `step` is [result[step], result[step + 1]). What lets a worker compute its chunk from nothing
-/// but a step number. Not for `weighted`, whose chunks depend on who asks.
+/// Returns the first unit of every chunk of a job, and the total at the end, for workers that are
+/// all alike. Chunk `step` is [result[step], result[step + 1]). So a worker computes its chunk from
+/// a step number alone. `policy` must not be `weighted`, because its chunks depend on the
+/// requesting worker.
 std::vector<std::uint64_t> chunk_starts(SchedulePolicy policy, ChunkRequest job);
 
 }  // namespace parray::schedule

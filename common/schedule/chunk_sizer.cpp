@@ -4,11 +4,11 @@
 
 namespace parray::schedule {
 
-/// Samples, a thread, of a lease to a worker that is not measured yet: about 10 ms on a core of 10
-/// M samples/s.
+/// Samples per thread of a lease to a worker that has not been measured yet: about 10 ms on a core
+/// of 10 M samples/s.
 static constexpr double first_lease_samples = 1e5;
 
-/// A number that may be beyond all cells that there can be.
+/// Converts a number of cells, which may exceed every possible number of cells.
 static std::uint64_t cells_of(double number) {
   return static_cast<std::uint64_t>(std::min(number, 0x1p62));
 }
@@ -29,7 +29,7 @@ ChunkSizer::ChunkSizer(SchedulePolicy policy, const ChunkGrain& grain, LeaseLeng
 
 std::uint64_t ChunkSizer::cells(const LeaseRequest& request, const FarmSpeed& farm,
                                 std::uint64_t remaining, std::uint64_t step) const {
-  // Who is not measured yet counts as fast, a thread, as those that are.
+  // A worker without a measurement counts as fast per thread as the measured workers.
   const double per_thread =
       farm.measured_threads > 0
           ? farm.samples_per_second / static_cast<double>(farm.measured_threads)
@@ -49,7 +49,7 @@ std::uint64_t ChunkSizer::cells(const LeaseRequest& request, const FarmSpeed& fa
   chunk.row_units = grain_.row_cells;
   chunk.workers = std::max(farm.workers, 1U);
   chunk.threads = request.threads;
-  const double share = speed / all;  // of two that are infinite: no number
+  const double share = speed / all;  // NaN if both are infinite
   chunk.share = share > 1e-9 ? std::min(share, 1.0) : 1e-9;
   chunk.least = std::max<std::uint64_t>(cells_of(least / grain_.cell_samples),
                                         std::uint64_t{request.threads} * grain_.piece_cells);

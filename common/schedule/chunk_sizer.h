@@ -9,51 +9,52 @@
 
 namespace parray::schedule {
 
-/// Speeds of all workers of a job together, as far as they are measured.
+/// The combined speed of all workers of a job, as far as it has been measured.
 struct FarmSpeed {
-  double samples_per_second = 0;       ///< of those that are measured, together
-  std::uint64_t measured_threads = 0;  ///< their threads
-  std::uint64_t threads = 1;           ///< of all workers
+  double samples_per_second = 0;       ///< total of the measured workers
+  std::uint64_t measured_threads = 0;  ///< threads of the measured workers
+  std::uint64_t threads = 1;           ///< threads of all workers
   std::uint32_t workers = 1;
 };
 
-/// Who asks for a lease.
+/// The worker that requests a lease.
 struct LeaseRequest {
   std::uint32_t threads = 1;
-  double samples_per_second = 0;  ///< as measured; 0: not yet
+  double samples_per_second = 0;  ///< measured speed; 0: not measured yet
 };
 
 struct LeaseLength {
-  /// Weighted leases are between these two long, by measured speed, in seconds: shorter costs
-  /// messages, longer costs more when a worker is lost, and makes progress jerk.
+  /// Bounds for the length of weighted leases, in seconds, by measured speed. Shorter leases cost
+  /// messages. Longer leases lose more work with a worker and make progress uneven.
   double shortest = 0.002;
   double longest = 1;
 };
 
-/// What a chunk's size depends on of a plan.
+/// The properties of a plan that determine the size of a chunk.
 struct ChunkGrain {
   std::uint64_t cells = 0;
-  std::uint64_t row_cells = 1;    ///< of one whole row
-  std::uint32_t piece_cells = 1;  ///< that a thread takes at a time
-  double cell_samples = 1;        ///< on average; > 0
+  std::uint64_t row_cells = 1;    ///< cells of one whole row
+  std::uint32_t piece_cells = 1;  ///< cells that a thread takes at a time
+  double cell_samples = 1;        ///< average samples of a cell, > 0
 };
 ChunkGrain grain_of(const WorkPlan& plan);
 
-/// How many cells the next lease has, whichever way leases are handed out. Immutable.
+/// Computes the number of cells of the next lease, for every transport. Immutable.
 class ChunkSizer {
  public:
-  /// Of a plan's cells, or of `cells` of them.
+  /// For all cells of a plan, or for `cells` of them.
   ChunkSizer(SchedulePolicy policy, const WorkPlan& plan, LeaseLength length,
              std::optional<std::uint64_t> cells = {});
-  /// Of any plan of that grain.
+  /// For any plan with this grain.
   ChunkSizer(SchedulePolicy policy, const ChunkGrain& grain, LeaseLength length);
 
-  /// Of `remaining` > 0 cells; `step` chunks have been handed out before. 1 .. remaining.
+  /// Returns the number of cells of the next lease, 1 .. remaining. `remaining` must be > 0; `step`
+  /// chunks have been leased before.
   [[nodiscard]] std::uint64_t cells(const LeaseRequest& request, const FarmSpeed& farm,
                                     std::uint64_t remaining, std::uint64_t step) const;
 
-  /// Where every chunk begins, and the number of cells at the end, when all askers are alike; not
-  /// for `weighted`. See chunk_starts().
+  /// Returns the first cell of every chunk, and the number of cells at the end, for workers that
+  /// are all alike. The policy must not be `weighted`. See chunk_starts().
   [[nodiscard]] std::vector<std::uint64_t> starts(std::uint32_t workers,
                                                   std::uint32_t threads_each) const;
 

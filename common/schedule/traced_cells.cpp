@@ -15,7 +15,8 @@ namespace parray::schedule {
 namespace {
 
 constexpr std::uint64_t one = std::uint64_t{1} << 32;  // RadianceScale::one
-/// Of a packed cell: three counts, and sums that are all alike and leave out what follows.
+/// Fewest bytes of a packed cell: three counts, and the sums in their shortest form, in which all
+/// pixels have equal sums and columns that follow from others are left out.
 constexpr std::size_t least_cell_bytes = 3 * sizeof(std::uint64_t) + 4;
 
 bool within_bounds(const PixelSums& sums, std::uint64_t samples) {
@@ -28,7 +29,7 @@ bool within_bounds(const PixelSums& sums, std::uint64_t samples) {
   return true;
 }
 
-/// Of one cell; sets `nonfinite`.
+/// Checks one cell and sets `nonfinite`.
 const char* fault_of_cell(std::span<const std::byte> record, std::uint32_t pixels,
                           const RunSamples& ranges, std::uint32_t max_depth,
                           std::uint64_t& nonfinite, std::uint64_t& samples) {
@@ -52,7 +53,7 @@ const char* fault_of_cell(std::span<const std::byte> record, std::uint32_t pixel
   return nullptr;
 }
 
-/// Cells of a batch by row, first column and first sample.
+/// Finds cells of a batch by row, first column and first sample.
 using CellPlaces = std::map<std::array<std::uint32_t, 3>, std::uint64_t>;
 
 CellPlaces places_of(const CellBatch& batch) {
@@ -64,7 +65,8 @@ CellPlaces places_of(const CellBatch& batch) {
   return places;
 }
 
-/// Where the cells begin that hold samples of the pixel, by the one lattice that has it.
+/// Returns the first column of the cells that hold samples of the pixel; exactly one lattice has
+/// the pixel.
 std::optional<std::uint32_t> first_column(const ExcludedSamples& some, const GridShape& shape) {
   for (const Stage& stage : shape.stages) {
     const Lattice& lattice = stage.lattice;
@@ -76,7 +78,8 @@ std::optional<std::uint32_t> first_column(const ExcludedSamples& some, const Gri
   return {};
 }
 
-/// The cell that holds sample `some.first` of its pixel, if that has it and those that follow.
+/// Returns the cell that holds sample `some.first` of its pixel, if it also holds the samples that
+/// follow.
 std::optional<std::uint64_t> cell_of(const ExcludedSamples& some, const CellPlaces& places,
                                      const CellBatch& batch) {
   const auto column = first_column(some, batch.grid->shape());
@@ -95,8 +98,8 @@ std::optional<std::uint64_t> cell_of(const ExcludedSamples& some, const CellPlac
   return has ? std::optional(found->second) : std::nullopt;
 }
 
-/// They account for every sample that is missing, in order, and each once. `nonfinite`: of each
-/// cell.
+/// Checks that the excluded samples account for every missing sample, in order and once each.
+/// `nonfinite` has one number per cell.
 const char* fault_of_excluded(const std::vector<ExcludedSamples>& excluded, const CellBatch& batch,
                               std::vector<std::uint64_t> nonfinite) {
   const CellPlaces places = excluded.empty() ? CellPlaces() : places_of(batch);
@@ -181,7 +184,8 @@ std::string pack_cells(const TracedCells& traced, const CellGrid& grid) {
 }
 
 TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::uint32_t max_depth) {
-  if (bytes.size() / least_cell_bytes < batch.range.count()) {  // before they take memory
+  // Checked before the cells take memory.
+  if (bytes.size() / least_cell_bytes < batch.range.count()) {
     throw DecodeError("a result of fewer cells than were leased");
   }
   ByteReader in(bytes);
@@ -205,7 +209,7 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
     const auto record = std::span(traced.records).subspan(i * size, size);
     std::memcpy(record.data(), &header, sizeof header);
     std::memcpy(record.data() + sizeof header, cell.data(), cell.size_bytes());
-    // Each while it is at hand: they are many.
+    // Checks each cell while it is in the cache: there are many.
     fault = fault_of_cell(record, static_cast<std::uint32_t>(cell.size()), batch.run_samples(index),
                           max_depth, nonfinite[i], samples);
   }

@@ -12,12 +12,13 @@
 
 namespace parray::schedule {
 
-/// What has come of tracing some cells.
+/// The result of tracing some cells.
 struct TracedCells {
   CellRange range;
-  /// Of each cell, one after the other, record_bytes(cell_pixels): see cell_records.h.
+  /// One record per cell, each of record_bytes(cell_pixels) bytes: see cell_records.h.
   std::vector<std::byte> records;
-  /// Where the headers' `nonfinite` come from: sorted, at most one entry a pixel and cell.
+  /// The samples that the headers count as `nonfinite`: sorted, at most one entry per pixel and
+  /// cell.
   std::vector<ExcludedSamples> excluded;
   std::uint64_t samples = 0;
   double seconds = 0;  ///< spent tracing
@@ -25,20 +26,23 @@ struct TracedCells {
   friend bool operator==(const TracedCells&, const TracedCells&) = default;
 };
 
-/// As it travels and is kept: of each cell rays, non-finite samples and lost throughput (u64 each)
-/// and its sums in as few bits as they need (packed_sums.h), then the excluded samples (4 times u32
-/// each). Equal counts and sums have equal bytes; times are left out.
+/// Returns the form in which results are sent and stored. Each cell has its rays, non-finite
+/// samples and lost throughput (u64 each) and its sums in as few bits as they need (packed_sums.h).
+/// Then follow the excluded samples (4 times u32 each). Equal counts and sums give equal bytes;
+/// times are left out.
 std::string pack_cells(const TracedCells& traced, const CellGrid& grid);
 
-/// Inverse of pack_cells() for cells of `batch`; `samples` is the batch's, seconds are 0. Throws
-/// DecodeError for anything else, and for numbers that tracing these samples cannot have given:
-/// sums above their samples' bound, more rays than `max_depth` a sample, other excluded samples
-/// than each cell's pixels have and its count says, or those in another order.
+/// Unpacks the output of pack_cells() for the cells of `batch`. `samples` becomes the batch's
+/// number, `seconds` 0. Throws DecodeError for any other bytes, and for numbers that tracing these
+/// samples cannot give. Such numbers are: sums above the bound of their samples, more rays per
+/// sample than `max_depth`, excluded samples that the cell's pixels do not have or that differ from
+/// its count, or excluded samples in another order.
 TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::uint32_t max_depth);
 
-/// The same checks of cells that have come another way. Empty: nothing is wrong.
+/// Makes the same checks for cells that arrived in another form. Returns an empty string if nothing
+/// is wrong.
 std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uint32_t max_depth);
-/// The same with the batch's cells at hand.
+/// Does the same with the cells of the batch, which the caller already has.
 std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::span<const Cell> cells,
                      std::uint32_t max_depth);
 

@@ -8,17 +8,17 @@
 namespace parray::schedule {
 namespace {
 
-/// Small enough that the threads of a team end together, large enough that dealing cells out costs
-/// nothing.
+/// Fewest samples of a full cell: low enough that the threads of a team end together, high enough
+/// that leasing cells costs nothing.
 constexpr std::uint64_t least_cell_samples = 2048;
-/// More cells would only cost memory.
+/// Bound on the number of cells; more would only cost memory.
 constexpr std::uint64_t most_cells = 1U << 22;
-/// Of a cell of a tile, or of one where some pixels have many more samples than others: about a
-/// tenth of a second.
+/// Bound on the samples of a cell of a tile, or of a cell in which some pixels have many more
+/// samples than others: about a tenth of a second.
 constexpr std::uint64_t most_cell_samples = 1U << 20;
-/// Interleaved rows that are cut across together: a lease of this many cells samples as many rows
-/// of the whole image, so that what it costs says how fast a worker is, and not where it was at
-/// work.
+/// Rows of a band in interleaved order. A lease of this many cells samples as many rows of the
+/// whole image. So its cost shows the speed of a worker, and not the part of the image that it
+/// traced.
 constexpr std::uint32_t interleaved_band = 16;
 
 }  // namespace
@@ -34,10 +34,10 @@ WorkPlan::WorkPlan(const RenderSettings& settings, Pass pass, std::uint32_t tile
     shape.band_rows = shape.piece_cells = tile;
   } else if (settings.schedule == SchedulePolicy::weighted &&
              settings.row_order != RowOrder::sequential) {
-    shape.band_rows = interleaved_band;  // the other policies deal out whole rows
+    shape.band_rows = interleaved_band;  // the other policies lease whole rows
   }
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
-  std::uint32_t most = 1;  // samples that a pixel has
+  std::uint32_t most = 1;  // most samples of a pixel
   if (samples_.empty()) {
     for (const Stage& stage : shape.stages) {
       total_ += stage.count() * stage.lattice.pixels(shape.width, shape.height);
@@ -57,7 +57,7 @@ WorkPlan::WorkPlan(const RenderSettings& settings, Pass pass, std::uint32_t tile
   cell_samples_ = std::max(static_cast<double>(total_) / static_cast<double>(cells()), 1.0);
 }
 
-/// Samples are cut like pixels.
+/// Cuts samples like pixels.
 GridShape WorkPlan::evenly(GridShape shape, std::uint32_t tile) const {
   std::uint32_t most = 1;
   std::uint32_t widest = 1;
@@ -71,15 +71,16 @@ GridShape WorkPlan::evenly(GridShape shape, std::uint32_t tile) const {
   shape.layer_samples = static_cast<std::uint32_t>(std::min<std::uint64_t>(grain, most));
   if (tile > 1) {
     shape.cell_pixels = std::min(tile, widest);
-    // A tile's cells are longer, but not so long that a worker could not be told to stop.
+    // A tile's cells are longer, but short enough that a worker can stop in time.
     shape.layer_samples = static_cast<std::uint32_t>(std::min<std::uint64_t>(
         most, divide_up(std::max(most_cell_samples, grain), shape.cell_pixels)));
   }
   return shape;
 }
 
-/// By the mean, and all samples of a pixel together if possible: of layers that few pixels have,
-/// most cells would be empty, and a record is as long for nothing.
+/// Sizes cells by the mean number of samples, and keeps all samples of a pixel together if
+/// possible. In layers that few pixels have, most cells would be empty, and an empty record is as
+/// long as a full one.
 GridShape WorkPlan::ragged(GridShape shape, std::uint32_t tile, std::uint32_t most) const {
   const std::uint64_t pixels = samples_.size();
   const std::uint64_t grain = std::max(least_cell_samples, divide_up(total_, most_cells));

@@ -8,33 +8,34 @@
 
 namespace parray::schedule {
 
-/// What a pass is to add to a picture.
+/// The samples that a pass adds to a picture.
 struct Pass {
-  /// Ranges of samples, one handed out after the other; see GridShape.
+  /// Ranges of samples in the order of tracing; see GridShape.
   std::vector<Stage> stages;
-  /// Of each pixel, image order; empty: of each pixel all that the stages hold. Only with stages of
-  /// the whole image.
+  /// Sample range of each pixel, in image order. Empty: every pixel gets all samples of the stages.
+  /// Must be empty unless the stages cover the whole image.
   std::vector<SampleRange> samples;
 };
 
-/// A pass cut into cells of about a fifth of a millisecond, in the order in which they are handed
-/// out. Fixed when the pass begins, whatever is done of it already, and the same wherever it is
-/// computed: a number names a cell for as long as the pass lasts. Immutable; any thread.
+/// A pass cut into cells of about a fifth of a millisecond, in the order in which they are leased.
+/// The plan is fixed when the pass begins, whatever part of it is done already, and is the same on
+/// every machine. So a number names the same cell throughout the pass. Immutable and thread-safe.
 class WorkPlan {
  public:
-  /// `settings` are resolved. `tile` > 1: square tiles of that many pixels a side (the seed report,
-  /// section 4.6), of which a thread takes one at a time.
+  /// `settings` must be resolved. If `tile` > 1, the plan has square tiles of `tile` pixels a side
+  /// (the seed report, section 4.6), and a thread takes one tile at a time.
   WorkPlan(const RenderSettings& settings, Pass pass, std::uint32_t tile = 0);
 
   [[nodiscard]] const std::shared_ptr<const CellGrid>& grid() const { return grid_; }
   [[nodiscard]] std::uint64_t cells() const { return grid_->cells(); }
   [[nodiscard]] Cell cell(std::uint64_t index) const { return grid_->cell(index); }
-  [[nodiscard]] std::uint64_t samples() const { return total_; }  ///< of all cells
-  /// Of a cell, on average; > 0.
+  [[nodiscard]] std::uint64_t samples() const { return total_; }  ///< samples of all cells
+  /// Returns the average samples of a cell, > 0.
   [[nodiscard]] double cell_samples() const { return cell_samples_; }
-  /// Of each pixel, image order; empty: of each pixel all that the stages hold.
+  /// Returns the sample range of each pixel, in image order. Empty: every pixel gets all samples of
+  /// the stages.
   [[nodiscard]] const std::vector<SampleRange>& pixel_samples() const { return samples_; }
-  /// What tracing cells of the plan takes.
+  /// Returns the batch that a worker needs to trace the cells of `range`.
   [[nodiscard]] CellBatch batch(const CellRange& range) const;
 
  private:

@@ -7,8 +7,8 @@
 
 namespace parray::trace {
 
-/// The spheres that each path of a batch is inside of: chains of links in one pool. A path holds
-/// the number of its first link. One batch at a time; not thread-safe.
+/// Lists of the spheres that each path of a batch is inside of: chains of links in one pool. A path
+/// holds the number of its first link. Serves one batch at a time; not thread-safe.
 class InsideLists {
  public:
   static constexpr std::uint32_t none = no_sphere;
@@ -18,7 +18,7 @@ class InsideLists {
   InsideLists(const InsideLists&) = delete;
   InsideLists& operator=(const InsideLists&) = delete;
 
-  /// All lists are empty again.
+  /// Empties all lists.
   PARRAY_INLINE void clear() {
     used_ = 0;
     free_ = none;
@@ -26,7 +26,7 @@ class InsideLists {
   PARRAY_INLINE std::uint32_t sphere(std::uint32_t link) const { return links_[link].sphere; }
   PARRAY_INLINE std::uint32_t next(std::uint32_t link) const { return links_[link].next; }
 
-  /// The list `head` with a sphere before it.
+  /// Returns the list `head` with a sphere in front of it.
   PARRAY_INLINE std::uint32_t push(std::uint32_t head, std::uint32_t sphere) {
     std::uint32_t link = free_;
     if (link != none) {
@@ -40,7 +40,7 @@ class InsideLists {
     links_[link] = {sphere, head};
     return link;
   }
-  /// The list `head` without `sphere`, which is in it.
+  /// Returns the list `head` without `sphere`, which must be in it.
   PARRAY_INLINE std::uint32_t remove(std::uint32_t head, std::uint32_t sphere) {
     std::uint32_t* to = &head;
     while (links_[*to].sphere != sphere) {
@@ -52,7 +52,7 @@ class InsideLists {
     free_ = link;
     return head;
   }
-  /// Gives the links of a path that has ended back.
+  /// Frees the links of a path that has ended.
   PARRAY_INLINE void release(std::uint32_t head) {
     while (head != none) {
       const std::uint32_t after = links_[head].next;

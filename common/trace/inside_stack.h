@@ -8,12 +8,13 @@
 
 namespace parray::trace {
 
-/// Which side of every sphere a path is on: the spheres that it is inside of, and the one whose
-/// surface it stands on.
+/// Tracks the side of every sphere that a path is on: the spheres that the path is inside of, and
+/// the sphere that it stands on.
 ///
-/// Material events change it (a refraction flips a side, nothing else does); no sign of a computed
-/// distance ever does. That is why a path can neither hit the surface it leaves nor leak out of a
-/// closed sphere, whatever the rounding. One path at a time; not thread-safe.
+/// Only material events change the sides: a refraction flips one, and nothing else does. The sign
+/// of a computed distance never changes a side. So rounding can neither make a path hit the surface
+/// that it leaves nor let it leak out of a closed sphere. Serves one path at a time; not
+/// thread-safe.
 template <typename Real>
 class InsideStack {
  public:
@@ -29,7 +30,7 @@ class InsideStack {
     normal_ = normal;
   }
 
-  /// The path passes through the surface of `sphere`.
+  /// Moves the path through the surface of `sphere`: out of it if `leaving`, otherwise into it.
   void cross(std::uint32_t sphere, bool leaving) {
     if (leaving) {
       inside_.erase(std::find(inside_.begin(), inside_.end(), sphere));
@@ -42,8 +43,8 @@ class InsideStack {
   [[nodiscard]] bool stands_on(std::uint32_t sphere) const { return sphere == surface_; }
   [[nodiscard]] const Vec3<Real>& normal() const { return normal_; }
 
-  /// True for a sphere that the path cannot enter: it is inside already, or stands on its outside,
-  /// and a convex body cannot be met by a ray that leaves it.
+  /// Returns whether the path cannot enter a sphere. That is so if the path is inside already, or
+  /// stands on its outside: a ray that leaves a convex body cannot meet it again.
   [[nodiscard]] bool cannot_enter(std::uint32_t sphere) const {
     return sphere == surface_ || std::find(inside_.begin(), inside_.end(), sphere) != inside_.end();
   }

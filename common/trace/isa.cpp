@@ -16,7 +16,7 @@ bool runs_on_this_machine(Isa isa) {
              __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2") &&
              __builtin_cpu_supports("popcnt");
 #elif defined(__aarch64__)
-    case Isa::neon:  // every processor of that kind has it
+    case Isa::neon:  // every aarch64 processor has it
       return true;
 #endif
     default:

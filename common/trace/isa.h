@@ -4,7 +4,7 @@
 
 #include "common/scene/settings.h"
 
-/// X(isa) for each instruction set that kernels are compiled for here, by name: see
+/// Applies X(isa) to the name of each instruction set with kernels in this build: see
 /// common/CMakeLists.txt.
 #if defined(__x86_64__)
 #define PARRAY_FOR_EACH_ISA(X) X(scalar) X(avx2) X(avx512)
@@ -16,10 +16,10 @@
 
 namespace parray::trace {
 
-/// Whether this processor, and its operating system, can run it.
+/// Returns whether this processor and its operating system can run `isa`.
 bool runs_on_this_machine(Isa isa);
 
-/// Those that it can, the best one last.
+/// Returns the instruction sets that this machine can run, the best one last.
 std::vector<Isa> instruction_sets();
 Isa best_isa();
 

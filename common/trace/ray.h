@@ -6,10 +6,10 @@
 
 namespace parray::trace {
 
-/// Index of no sphere.
+/// The index that stands for no sphere.
 inline constexpr std::uint32_t no_sphere = 0xFFFFFFFF;
 
-/// A half-line. `direction` is finite and not zero; unit length but for rounding.
+/// A half-line. `direction` is finite, not zero, and of unit length except for rounding.
 template <typename Real>
 struct Ray {
   Vec3<Real> origin;
@@ -18,13 +18,13 @@ struct Ray {
 
   PARRAY_INLINE Ray(const Vec3<Real>& o, const Vec3<Real>& d)
       : origin(o), direction(d), inverse_square(Real(1) / dot(d, d)) {}
-  /// For one whose `inverse_square` is known.
+  /// Makes a ray with a known `inverse_square`.
   PARRAY_INLINE Ray(const Vec3<Real>& o, const Vec3<Real>& d, Real s)
       : origin(o), direction(d), inverse_square(s) {}
 };
 
-/// The nearest crossing found so far. Equal distances go to the lower index, whatever the order in
-/// which spheres are tried.
+/// The nearest crossing found so far. Of crossings at equal distances, the sphere with the lower
+/// index wins, independent of the order of the tests.
 template <typename Real>
 struct Hit {
   Real t = RealTraits<Real>::infinity;

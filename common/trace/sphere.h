@@ -17,11 +17,11 @@ PARRAY_INLINE Real half_chord(const Real& depth_squared, const Real& inverse_squ
   return square_root(max_of(depth_squared, Real(0)) * inverse_square);
 }
 
-/// Where a line passes a sphere: the foot of the perpendicular from the centre, and how deep
-/// inside the surface it lies. Subtracting before squaring keeps the error at a few ulp of
-/// max(radius, distance) for every impact parameter. Hit or miss is wrong within 2 such ulp of
-/// tangency only [measured], 3 where the radius is less than 4 of them.
-/// Source: Haines, Guenther, Akenine-Moeller, "Precision improvements for ray/sphere
+/// The point where a line is closest to a sphere's centre: the foot of the perpendicular from the
+/// centre, and its depth inside the surface. Subtracting before squaring keeps the error at a few
+/// ulp of max(radius, distance) for every impact parameter. The decision between hit and miss is
+/// wrong only within 2 such ulp of tangency [measured], or within 3 if the radius is less than 4 of
+/// them. Source: Haines, Guenther, Akenine-Moeller, "Precision improvements for ray/sphere
 /// intersection", Ray Tracing Gems, 2019, chapter 7.
 template <typename Real>
 struct ClosestApproach {
@@ -36,29 +36,30 @@ struct ClosestApproach {
     depth_squared = sphere.radius * sphere.radius - dot(perpendicular, perpendicular);
   }
 
-  /// True where a ray that starts outside enters the sphere.
+  /// Returns whether a ray that starts outside enters the sphere.
   [[nodiscard]] PARRAY_INLINE MaskOf<Real> approaches() const {
     return (foot > Real(0)) & (depth_squared >= Real(0));
   }
 
-  /// Half the chord in units of the ray parameter; 0 where rounding says that the line misses.
+  /// Returns half the chord in units of the ray parameter; 0 if rounding makes the line miss.
   [[nodiscard]] PARRAY_INLINE Real half_chord(const Ray<Real>& ray) const {
     return trace::half_chord(depth_squared, ray.inverse_square);
   }
 };
 
-/// Where a ray that approaches a sphere enters it, from the numbers of a ClosestApproach; >= 0.
+/// Returns the ray parameter, >= 0, at which a ray that approaches a sphere enters it, from the
+/// values of a ClosestApproach.
 template <typename Real>
 PARRAY_INLINE Real entry_distance(const Real& foot, const Real& depth_squared,
                                   const Real& inverse_square) {
   return max_of(foot - half_chord(depth_squared, inverse_square), Real(0));
 }
 
-/// Finds where a ray that is outside a sphere enters it; true and `t` >= 0 if it does. `t` is not
-/// set where no lane enters.
+/// Finds the point where a ray from outside enters a sphere. Returns whether it enters; if so, sets
+/// `t` >= 0. `t` is undefined if no lane enters.
 ///
-/// The path knows that it is outside, so the far crossing is never asked for, and a crossing that
-/// rounding places behind the origin of an approaching ray (surfaces that touch) is at 0. No
+/// The path knows that it is outside, so the far crossing is never needed. On an approaching ray,
+/// rounding may place a crossing behind the origin (surfaces that touch); its `t` becomes 0. No
 /// epsilon is needed.
 template <typename Real>
 PARRAY_INLINE MaskOf<Real> enters(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real& t) {
@@ -67,16 +68,16 @@ PARRAY_INLINE MaskOf<Real> enters(const Ray<Real>& ray, const SphereShape<Real>&
   return passage.approaches();
 }
 
-/// Where a ray that is inside a sphere leaves it: always somewhere, `t` >= 0. A path can leave a
-/// sphere through an event of its material only, never through a rounding error.
+/// Returns the ray parameter, >= 0, at which a ray from inside leaves a sphere. Such a ray always
+/// leaves. Only an event of its material lets a path leave a sphere, never a rounding error.
 template <typename Real>
 PARRAY_INLINE Real exit_distance(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
   const ClosestApproach<Real> passage(ray, sphere);
   return max_of(passage.foot + passage.half_chord(ray), Real(0));
 }
 
-/// The same for a ray that starts on the sphere's own surface, at outward unit normal `normal`:
-/// the other end of the chord, with no cancellation.
+/// Returns the same for a ray that starts on the sphere's surface, at outward unit normal `normal`:
+/// the other end of the chord, without cancellation.
 template <typename Real>
 PARRAY_INLINE Real chord_from_surface(const Ray<Real>& ray, const SphereShape<Real>& sphere,
                                       const Vec3<Real>& normal) {
@@ -84,8 +85,9 @@ PARRAY_INLINE Real chord_from_surface(const Ray<Real>& ray, const SphereShape<Re
   return max_of(t, Real(0));
 }
 
-/// Outward unit normal where the line of `ray` enters (`leaving` false) or leaves the sphere,
-/// from the perpendicular rather than from origin + t direction, which cancels at a distance.
+/// Returns the outward unit normal where the line of `ray` enters (`leaving` false) or leaves the
+/// sphere. The normal is computed from the perpendicular, because origin + t direction cancels at a
+/// distance.
 template <typename Real, typename Mask>
 PARRAY_INLINE Vec3<Real> normal_at(const Ray<Real>& ray, const SphereShape<Real>& sphere,
                                    Mask leaving) {
@@ -95,7 +97,7 @@ PARRAY_INLINE Vec3<Real> normal_at(const Ray<Real>& ray, const SphereShape<Real>
   return normalize(along * ray.direction - passage.perpendicular);
 }
 
-/// normal_at() for a ray that enters.
+/// Returns normal_at() for a ray that enters.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> normal_entering(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
   const ClosestApproach<Real> passage(ray, sphere);

@@ -10,12 +10,12 @@
 
 namespace parray::trace {
 
-/// What finds the first sphere that a ray enters. Built from the spheres in input order; immutable
-/// afterwards, so any number of threads may ask it.
+/// Finds the first sphere that a ray enters. A search is built from the spheres in input order and
+/// is immutable afterwards, so any number of threads may use it.
 ///
 /// `enter` improves `best` with the nearest sphere that the ray enters and that `sides` does not
-/// rule out. All searches call enters() of sphere.h on the same numbers and break ties by index, so
-/// that all give the same bits.
+/// exclude. All searches call enters() of sphere.h on the same numbers and break ties by index, so
+/// all give the same bits.
 template <typename S, typename Real>
 concept SphereSearch = std::constructible_from < S,
         const std::vector<SphereShape<Real>>

@@ -6,22 +6,24 @@
 
 namespace parray::trace {
 
-/// Builds the accelerator of a scene; nothing is `automatic` but perhaps `isa`: an instruction set
-/// that the machine lacks, too, is replaced by its best. Fewer than 2^26 spheres; time and memory
-/// are in proportion to them.
+/// Builds the accelerator of a scene. Only `isa` may be `automatic`. The best instruction set of
+/// the machine then replaces it, and likewise one that the machine lacks. The scene must have fewer
+/// than 2^26 spheres. Time and memory are proportional to their number.
 std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene, Precision precision,
                                                     AcceleratorKind kind, Isa isa,
                                                     const BuildOptions& options = {});
 
-/// Whether `accelerator` is what make_accelerator() would make of its scene by these settings.
+/// Returns whether make_accelerator() would make an accelerator like `accelerator` from its scene
+/// with these settings.
 bool serves(const Accelerator& accelerator, const RenderSettings& settings);
 
-/// The tracer of the scene's own camera, and an accelerator for it alone, by settings that
-/// resolve_settings() has completed.
+/// Makes the tracer of the scene's own camera with its own accelerator. resolve_settings() must
+/// have completed the settings.
 std::unique_ptr<PathTracer> make_path_tracer(const Scene& scene, const RenderSettings& settings,
                                              const BuildOptions& options = {});
 
-/// The definition of the same picture: path.h by linear search, whatever settings.accelerator says.
+/// Makes the tracer that defines the same picture: path.h with linear search, independent of
+/// settings.accelerator.
 std::unique_ptr<PathTracer> make_scalar_tracer(const Scene& scene, const RenderSettings& settings);
 
 }  // namespace parray::trace

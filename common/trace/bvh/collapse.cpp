@@ -5,7 +5,7 @@
 namespace parray::trace {
 namespace {
 
-/// Levels of the tree whose left sides are tasks of their own.
+/// Number of tree levels at which the left sides are tasks of their own.
 constexpr std::uint32_t task_levels = 8;
 
 template <typename Store>
@@ -47,7 +47,7 @@ typename Collapse<Store, W>::Costs Collapse<Store, W>::solve(std::uint32_t node,
   }
   costs.fill(std::numeric_limits<Store>::infinity());
   Shares& shares = shares_[node];
-  shares.fill(1);  // where areas overflow
+  shares.fill(1);  // for areas that overflow
   for (std::size_t k = 1; k < W; ++k) {
     for (std::size_t i = k + 1; i <= W; ++i) {
       const Store cost = left[k - 1] + right[i - k - 1];

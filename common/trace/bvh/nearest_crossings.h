@@ -8,8 +8,8 @@
 
 namespace parray::trace {
 
-/// The nearest crossing of each ray so far, made nearer by lanes of spheres at a time. `L` are
-/// lanes of the real type.
+/// Keeps the nearest crossing of each ray and improves it with several lanes of spheres at a time.
+/// `L` are lanes of the real type.
 template <typename L, typename Store>
 class NearestCrossings {
  public:
@@ -18,13 +18,15 @@ class NearestCrossings {
   PARRAY_INLINE NearestCrossings(const SlotLabels& labels, Queries<Real, Store>& queries)
       : labels_(labels), queries_(queries) {}
 
-  /// Whether, of two spheres at the same distance, the first is met: the input's order says.
+  /// Returns whether the sphere in `slot` precedes that in `other` at the same distance; the order
+  /// of the input decides.
   PARRAY_INLINE bool wins_tie(std::uint32_t slot, std::uint32_t other) const {
     return other == no_sphere || labels_.index(slot) < labels_.index(other);
   }
 
-  /// Ray `i` enters the spheres of some lanes, whose bits are set, at `t`; `before`: its nearest
-  /// crossing, in every lane. Returns what that is then. `slot_of(lane)`: a sphere's slot.
+  /// Takes in the spheres that ray `i` enters at `t`: the lanes with set bits in `candidates`.
+  /// `before` is the ray's nearest crossing, in every lane. Returns the new nearest crossing.
+  /// `slot_of(lane)` returns a sphere's slot.
   template <typename SlotOf>
   PARRAY_INLINE L take(std::uint32_t i, const L& t, std::uint32_t candidates, const L& before,
                        const SlotOf& slot_of) {
@@ -36,7 +38,7 @@ class NearestCrossings {
       take_tied(i, first_of(nearest), equal, slot_of);
       return L(queries_.t[i]);
     }
-    // Bits instead of a branch, because nobody could predict it.
+    // Bits instead of a branch, because the branch would be unpredictable.
     const std::uint32_t better = -(bits_of(nearest < before) & 1U);
     const std::uint32_t slot =
         slot_of(static_cast<std::uint32_t>(__builtin_ctz(equal | 1U << (L::count - 1))));
@@ -48,7 +50,7 @@ class NearestCrossings {
   }
 
  private:
-  /// The same where several spheres are equally near.
+  /// Does the same if several spheres are equally near.
   template <typename SlotOf>
   void take_tied(std::uint32_t i, Real nearest, std::uint32_t equal, const SlotOf& slot_of) {
     for (; equal != 0; equal &= equal - 1) {

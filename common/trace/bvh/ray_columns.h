@@ -6,12 +6,12 @@
 #include "common/math/vec.h"
 #include "common/trace/inside_lists.h"
 
-/// Rays as traversal reads them, column by column, so that lanes load and store them, and its
-/// scratch memory. Columns have room for a whole vector beyond the last ray. Nothing is
-/// initialised.
+/// Rays in the form that traversal reads, column by column, so that lanes load and store them, and
+/// the scratch memory of traversal. Columns have room for a whole vector beyond the last ray.
+/// Nothing is initialised.
 namespace parray::trace {
 
-inline constexpr std::uint32_t most_rays = 1024;              ///< that are traced side by side
+inline constexpr std::uint32_t most_rays = 1024;  ///< most rays that are traced together
 inline constexpr std::uint32_t column_size = most_rays + 16;  ///< whole vectors are read
 
 template <typename T>
@@ -42,7 +42,7 @@ struct VecColumns {
     v.y.store(&y[i]);
     v.z.store(&z[i]);
   }
-  /// Stores the lanes whose bit is set, one ray after the other.
+  /// Stores the lanes with set bits, one ray after the other.
   template <typename L>
   PARRAY_INLINE void compress(std::uint32_t i, std::uint32_t set, const Vec3<L>& v) {
     compress_store(&x[i], set, v.x);
@@ -51,27 +51,27 @@ struct VecColumns {
   }
 };
 
-/// Where each ray begins, and which spheres it cannot enter.
+/// The start of each ray, and the spheres that it cannot enter.
 template <typename Real>
 struct RayColumns {
   std::uint32_t count;
   VecColumns<Real> origin, direction;
-  Column<std::uint32_t> surface;  ///< slot that the ray stands on, or no_sphere
-  // Only where rays can be inside something.
-  VecColumns<Real> normal;       ///< outward, of the surface
-  Column<std::uint32_t> inside;  ///< head in InsideLists
+  Column<std::uint32_t> surface;  ///< slot of the sphere that the ray stands on, or no_sphere
+  // Only used if rays can be inside a sphere.
+  VecColumns<Real> normal;       ///< outward normal of the surface
+  Column<std::uint32_t> inside;  ///< head of a list in InsideLists
 };
 
-/// What screening spheres needs to know of each ray: see screen.h.
+/// The data of each ray for screening spheres: see screen.h.
 template <typename Store>
 struct ScreenColumns {
   VecColumns<Store> origin, direction;
   Column<Store> inverse_square;
-  Column<Store> margin;  ///< what radii grow by
-  Column<Store> behind;  ///< centres whose vector times the direction is less are behind the ray
+  Column<Store> margin;  ///< amount that is added to radii
+  Column<Store> behind;  ///< a centre is behind the ray if its vector times the direction is less
 };
 
-/// Those spheres of a block that pass.
+/// The spheres of a block that pass the screen.
 template <typename Store>
 struct Candidates {
   static constexpr int most = 16;
@@ -79,18 +79,18 @@ struct Candidates {
   std::uint32_t slot[most];
 };
 
-/// What finding the next surface needs to know of each ray besides, and what it finds.
+/// The remaining data of each ray for finding its next surface, and the result.
 template <typename Real, typename Store>
 struct Queries {
   Column<Real> inverse_square;
-  /// Of the ray: 1 / direction, and what plane / direction is moved by for planes of boxes on the
-  /// near and on the far side (see Traversal::Slab).
+  /// 1 / direction of the ray, and the amounts that are added to plane / direction for planes of
+  /// boxes on the near and on the far side (see Traversal::Slab).
   VecColumns<Store> inverse, near_shift, far_shift;
-  Column<std::uint32_t> octant;    ///< bit: the direction is < 0 on that axis
-  Column<std::uint32_t> numbers;   ///< of the rays of one octant
-  Column<std::uint32_t> excluded;  ///< which of some 32 open spheres it cannot enter, as bits
+  Column<std::uint32_t> octant;    ///< bit set: the direction is < 0 on that axis
+  Column<std::uint32_t> numbers;   ///< numbers of the rays of one octant
+  Column<std::uint32_t> excluded;  ///< bits of the open spheres, of some 32, that it cannot enter
   Column<Real> t;                  ///< nearest crossing so far
-  Column<std::uint32_t> slot;      ///< its sphere, or no_sphere
+  Column<std::uint32_t> slot;      ///< slot of the sphere of that crossing, or no_sphere
   Column<std::uint32_t> leaving;
   struct None {};
   std::conditional_t<sizeof(Real) == sizeof(Store), None, ScreenColumns<Store>> screen;
@@ -101,7 +101,8 @@ struct TraversalSpace {
   Queries<Real, Store> queries;
   InsideLists inside;
   Candidates<Store> candidates;
-  /// Rays traverse in groups; a ray's pending children lie one after the other.
+  /// Number of stack entries. Rays traverse in groups; the pending children of a ray lie one after
+  /// the other.
   static constexpr std::uint32_t stack_entries = 16384;
   alignas(64) Store stack_t[stack_entries];
   alignas(64) std::uint32_t stack_child[stack_entries];

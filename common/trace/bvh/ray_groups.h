@@ -5,11 +5,11 @@
 
 #include "common/math/lanes.h"
 
-/// Rays that go through a tree side by side, taking their steps by turns, and their distances to
-/// the planes of its boxes.
+/// Groups of rays that traverse a tree together, each taking its steps in turn, and their distances
+/// to the planes of its boxes.
 namespace parray::trace {
 
-/// Rays of a group that wait for a step of one kind, each with the child that it is to enter.
+/// Rays of a group that wait for the same kind of step, each with the child that it enters next.
 struct Waiting {
   static constexpr std::uint32_t most = 64;
 
@@ -17,7 +17,7 @@ struct Waiting {
   std::uint32_t child[most];
   std::uint32_t count = 0;
 
-  /// `waits`: 1, or 0 for one that does not.
+  /// Adds a ray if `waits` is 1; 0 leaves it out.
   PARRAY_INLINE void add(std::uint32_t k, std::uint32_t next, std::uint32_t waits) {
     ray[count] = k;
     child[count] = next;
@@ -25,13 +25,13 @@ struct Waiting {
   }
 };
 
-/// Rays whose directions have the same signs, and what follows from these: places in a node.
+/// Rays with directions of the same signs, and the places in a node that follow from the signs.
 template <std::uint32_t Width>
 struct RayGroup {
-  const std::uint32_t* ray;  ///< numbers in the columns
+  const std::uint32_t* ray;  ///< numbers of the rays in the columns
   std::uint32_t count;
   std::uint32_t octant;
-  std::uint32_t near_x, near_y, near_z;  ///< of the planes on their near side
+  std::uint32_t near_x, near_y, near_z;  ///< places of the planes on the near side
 
   PARRAY_INLINE RayGroup(const std::uint32_t* rays, std::uint32_t size, std::uint32_t signs)
       : ray(rays),
@@ -42,18 +42,18 @@ struct RayGroup {
         near_z(4 * Width + (signs >> 2 & 1) * Width) {}
 };
 
-/// A ray's distance to a plane across an axis is plane x inverse + shift. `near` and `far` are
-/// the shifts for planes on its near and far side, moved by `margin` so that the first appear
-/// nearer and the second farther (see wide_bvh.h). Rounding, of products that are fused or not,
-/// moves a plane by 4 roundoffs of its coordinate and the origin's at most: a part of what boxes
-/// and margins are grown by.
+/// A ray's distances to planes: for a plane across an axis, plane x inverse + shift. `near` and
+/// `far` are the shifts for planes on the ray's near and far side. `margin` moves them so that near
+/// planes appear nearer and far planes farther (see wide_bvh.h). Rounding, of fused products or of
+/// others, moves a plane by at most 4 roundoffs of its coordinate and the origin's. That is a part
+/// of the amount by which boxes and margins grow.
 ///
-/// A ray that runs along the planes is turned a little, until `inverse` is `steepest`. With R for
-/// the largest coordinate of its origin and M for that of a box, in single precision, its new slope
-/// is 2^-102 max(R, 2^-24). A direction is about as long as 1, so the box is at a distance of
-/// 4 (R + M) at most, and the ray is off by 2^-100 max(R, 2^-24) (R + M) there: no part of a
-/// roundoff of R + M, R being far below 2^76. Shifts stay below 2^103. Where plane x inverse
-/// overflows, the plane is so far from the origin that the sign of infinity says on which side.
+/// A ray that runs along the planes is turned a little, until `inverse` is `steepest`. Let R be the
+/// largest coordinate of its origin and M that of a box. In single precision the new slope is
+/// 2^-102 max(R, 2^-24). A direction has a length of about 1, so the distance of the box is at most
+/// 4 (R + M). There the ray is off by 2^-100 max(R, 2^-24) (R + M). That is far below a roundoff of
+/// R + M, because R is far below 2^76. Shifts stay below 2^103. If plane x inverse overflows, the
+/// plane is so far from the origin that the sign of infinity tells its side.
 template <typename B>
 struct Slab {
   using Store = typename B::Scalar;
@@ -69,11 +69,12 @@ struct Slab {
     far = -(origin - shift) * inverse;
   }
 
-  /// What |inverse| is at most, for rays with this largest coordinate of their origins: finite.
+  /// Returns the largest |inverse|, which is finite, for rays with this largest coordinate of their
+  /// origins.
   static PARRAY_INLINE B steepest(const B& reach) {
     constexpr Store roundoff = RealTraits<Store>::unit_roundoff;
     constexpr Store most = roundoff / std::numeric_limits<Store>::min();
-    return B(most) / max_of(reach, B(roundoff));  // reach may be -0 or no number
+    return B(most) / max_of(reach, B(roundoff));  // reach may be -0 or NaN
   }
 };
 

@@ -14,16 +14,16 @@ namespace {
 
 constexpr std::size_t bin_count = 16;
 constexpr std::uint32_t one_axis_from = 1U << 13;
-/// Trees of so many spheres have full blocks, for their memory: ranges up to a size are cut at
-/// whole blocks. Smaller trees are cut where the heuristic says, which is up to 5 % faster.
+/// From this many spheres on, trees have full blocks, to save memory: ranges up to a size are cut
+/// at whole blocks. Smaller trees are cut where the heuristic chooses, which is up to 5 % faster.
 constexpr std::size_t filled_from = 1U << 12;
 constexpr std::uint32_t filled_range = 1U << 10;
-/// Ranges of more spheres are split by tasks of their own.
+/// Ranges of more spheres are separate tasks.
 constexpr std::uint32_t task_size = 1U << 15;
-/// From this depth on ranges are halved, which ends within 30 levels.
+/// From this depth on, ranges are halved, so that the recursion ends within 30 levels.
 constexpr std::uint32_t halving_from = max_tree_depth - 32;
 
-/// Bounds with an unused fourth component, as the builder computes with them.
+/// Bounds with an unused fourth component, in the form of the builder's computations.
 template <typename Store>
 struct WideBounds {
   static constexpr Store inf = std::numeric_limits<Store>::infinity();
@@ -64,7 +64,7 @@ class Builder {
 
   Builder(std::span<Sphere> spheres, std::uint32_t leaf_size, int threads)
       : spheres_(spheres), leaf_size_(leaf_size), threads_(threads) {
-    // Mostly never touched, and therefore never there.
+    // Most pages are never touched and thus never allocated.
     tree_.capacity = 2 * spheres.size();
     tree_.nodes = std::make_unique_for_overwrite<BinaryNode<Store>[]>(tree_.capacity);
     scratch_ = AlignedArray<Sphere>(spheres.size());
@@ -97,7 +97,7 @@ class Builder {
   };
   using Bins = std::array<Bin, bin_count>;
 
-  /// A thread's part of a range, its bins along the range's longest axis, and where it goes.
+  /// A thread's part of a range, its bins along the range's longest axis, and its destination.
   struct Part {
     Range range{};
     Bins bins{};
@@ -106,7 +106,7 @@ class Builder {
   };
   using Parts = std::vector<Part>;
 
-  /// Where to cut a range: bins below `bin` of `axis` go left. axis < 0: no useful plane.
+  /// The cut of a range: bins below `bin` of `axis` go left. axis < 0: no useful plane.
   struct Plane {
     int axis = -1;
     std::size_t bin = 0;
@@ -133,9 +133,9 @@ class Builder {
       }
     }
     static constexpr std::size_t none = 3;
-    std::size_t longest = none;  ///< the only axis to look along; none: all three
+    std::size_t longest = none;  ///< the only axis to examine; none: all three
 
-    /// Bins of a sphere along x, y and z.
+    /// Returns the bins of a sphere along x, y and z.
     [[nodiscard]] PARRAY_INLINE Vec4<Store> bins_of(const Vec4<Store>& sphere) const {
       constexpr auto last = static_cast<Store>(bin_count - 1);
       return min_of((sphere - lo) * scale, Vec4<Store>(last));
@@ -193,7 +193,7 @@ class Builder {
     }
   }
 
-  /// Block tests that a number of spheres costs.
+  /// Returns the number of block tests for a number of spheres.
   [[nodiscard]] Store blocks(std::uint32_t count) const {
     const std::uint32_t filled = (count + leaf_size_ - 1) / leaf_size_;
     return static_cast<Store>(filled);
@@ -357,7 +357,7 @@ class Builder {
     return parts;
   }
 
-  /// Calls work(part) for all of them, as tasks.
+  /// Calls work(part) for all parts, as tasks.
   template <typename Work>
   static void side_by_side(Parts& parts, const Work& work) {
     for (Part& part : parts) {
@@ -368,7 +368,7 @@ class Builder {
 #pragma omp taskwait
   }
 
-  /// All spheres.
+  /// The range of all spheres.
   [[nodiscard]] Range measured_side_by_side() const {
     Range all{0, static_cast<std::uint32_t>(spheres_.size())};
     Parts parts = parts_of(all);
@@ -451,7 +451,7 @@ class Builder {
   }
 
   std::span<Sphere> spheres_;
-  AlignedArray<Sphere> scratch_;  ///< as many
+  AlignedArray<Sphere> scratch_;  ///< as many as the spheres
   std::uint32_t leaf_size_;
   int threads_;
   BinaryTree<Store> tree_;

@@ -10,12 +10,12 @@
 
 namespace parray::trace {
 
-/// A sphere as the builder moves it about.
+/// A sphere in the form that the builder reorders.
 template <typename Store>
 struct BuildSphere {
   Store x, y, z;
   Store radius;
-  std::uint32_t index;  ///< in the input
+  std::uint32_t index;  ///< index in the input
 };
 
 template <typename Store>
@@ -24,10 +24,10 @@ struct Bounds {
   Vec3<Store> hi;
 };
 
-/// Node of a binary tree over a range of spheres; leaves hold at most `leaf_size`.
+/// A node of a binary tree over a range of spheres; leaves hold at most `leaf_size`.
 template <typename Store>
 struct BinaryNode {
-  Bounds<Store> box;    ///< of the spheres, not inflated
+  Bounds<Store> box;    ///< box of the spheres, not inflated
   std::uint32_t begin;  ///< range of spheres below it
   std::uint32_t end;
   std::uint32_t left;  ///< 0: a leaf
@@ -44,10 +44,10 @@ struct BinaryTree {
 
 inline constexpr std::uint32_t max_tree_depth = 64;
 
-/// Builds a tree top-down by the surface area heuristic with 16 bins an axis, where a range costs
-/// as many block tests as blocks of `leaf_size` spheres it fills. Reorders `spheres`. At least one
-/// sphere, at most 2^30. The tree does not depend on `threads`.
-/// Source: Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007.
+/// Builds a tree top-down by the surface area heuristic with 16 bins per axis. The cost of a range
+/// is the number of blocks of `leaf_size` spheres that it fills. Reorders `spheres`: at least one,
+/// at most 2^30. The tree does not depend on `threads`. Source: Wald, "On fast construction of
+/// SAH-based bounding volume hierarchies", 2007.
 template <typename Store>
 BinaryTree<Store> build_binary_tree(std::span<BuildSphere<Store>> spheres, std::uint32_t leaf_size,
                                     int threads);

@@ -5,20 +5,21 @@
 #include "common/trace/bvh/bvh_view.h"
 #include "common/trace/bvh/ray_columns.h"
 
-/// Which spheres of a block a ray may enter, told in the type that spheres are stored in, where
-/// paths are of a wider one: many lanes at once, and never fewer than those that it enters.
+/// Selects the spheres of a block that a ray may enter. It computes in the type of the stored
+/// spheres, where paths have a wider type. That tests many lanes at once, and it never misses a
+/// sphere that the ray enters.
 ///
-/// With u for the roundoff of the stored type and X for the largest coordinates of the ray's origin
-/// and of the tree's spheres, radii included, added up: rounding the ray, then the vector to the
-/// centre, its foot on the ray and the difference of both moves the perpendicular by 2, 2, 6 and 4
-/// roundoffs of that vector's length at most, which is less than 2 X, that is by 28 u X. Radii
-/// grow by 32 u X: what is left, 4 u X, is more than squaring loses, 7 u / 2 of a radius below X.
-/// The foot is off by less than 20 u X. Radii are above 1e-15 and lengths below 1e15 (limits.h):
-/// their squares are finite and lose no bits.
+/// Let u be the roundoff of the stored type. Let X be the sum of the largest coordinates of the
+/// ray's origin and of the tree's spheres, radii included. Four values are rounded: the ray, the
+/// vector to the centre, its foot on the ray, and the difference of both. They move the
+/// perpendicular by at most 2, 2, 6 and 4 roundoffs of that vector's length. The length is less
+/// than 2 X, so the total is 28 u X. Radii grow by 32 u X. The remaining 4 u X exceed the loss by
+/// squaring, 7 u / 2 of a radius below X. The error of the foot is below 20 u X. Radii are above
+/// 1e-15 and lengths below 1e15 (limits.h), so their squares are finite and lose no bits.
 namespace parray::trace {
 
-/// Rays i, i + 1, ... of a vector. `reach`: the largest coordinates of their origins; `extent`: of
-/// the tree's spheres.
+/// Prepares rays i, i + 1, ... of a vector. `reach` holds the largest coordinates of their origins,
+/// `extent` that of the tree's spheres.
 template <typename B>
 PARRAY_INLINE void prepare_screen(ScreenColumns<typename B::Scalar>& to, std::uint32_t i,
                                   const Vec3<B>& origin, const Vec3<B>& direction, const B& reach,
@@ -34,7 +35,8 @@ PARRAY_INLINE void prepare_screen(ScreenColumns<typename B::Scalar>& to, std::ui
   (B(Store(-2)) * margin * max_of(square, B(Store(1)))).store(&to.behind[i]);
 }
 
-/// Lanes of the spheres that ray `i` may enter, as bits; none without a sphere (NaN).
+/// Returns the lanes of the spheres that ray `i` may enter, as bits; never lanes without a sphere
+/// (NaN).
 template <typename B, int W>
 PARRAY_INLINE std::uint32_t may_enter(const ScreenColumns<typename B::Scalar>& rays,
                                       std::uint32_t i,

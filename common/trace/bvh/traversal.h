@@ -9,14 +9,14 @@
 #include "common/trace/bvh/ray_groups.h"
 #include "common/trace/bvh/screen.h"
 
-/// Finding the next surface of many rays. Each ray is tested against all children of a node, or all
-/// spheres of a block, at once; and the rays of a group advance in turns, one step each, so that no
-/// step waits for the outcome of the one before (no mispredicted branch, no cache miss in sight).
-/// Source for traversal by octant order and compaction instead of sorting: Fuetterling, Lojewski,
+/// Finds the next surface of many rays. Each ray is tested against all children of a node, or all
+/// spheres of a block, at once. The rays of a group advance in turns, one step each. So no step
+/// waits for the result of the previous one (no mispredicted branch, no exposed cache miss). Source
+/// for traversal by octant order and compaction instead of sorting: Fuetterling, Lojewski,
 /// Pfreundt, Hamann, Ebert, "Accelerated single ray tracing for wide vector units", HPG 2017.
 namespace parray::trace {
 
-/// `L` are lanes of the real type, `B` lanes of the stored one.
+/// `L` are lanes of the real type, `B` lanes of the stored type.
 template <typename L, typename B>
 class Traversal {
  public:
@@ -38,7 +38,7 @@ class Traversal {
         nearest_(bvh.labels, space.queries),
         space_(space) {}
 
-  /// Sets queries.t, .slot and .leaving for every ray. `InsideStack`: rays can be inside something.
+  /// Sets queries.t, .slot and .leaving for every ray. `InsideStack`: rays can be inside a sphere.
   template <bool InsideStack>
   PARRAY_INLINE void find_all() {
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
@@ -59,7 +59,7 @@ class Traversal {
   }
 
  private:
-  /// Whether paths are of a wider type than what is stored.
+  /// True if paths have a wider type than the stored data.
   static constexpr bool screened = sizeof(Real) != sizeof(Store);
   static constexpr std::uint32_t group_size = Waiting::most;
   static constexpr std::uint32_t bar_bits = 32;
@@ -77,7 +77,7 @@ class Traversal {
     typename L::Uint(0U).store(&queries_.leaving[i]);
   }
 
-  /// The ray's share of the rounding: 32 roundoffs of its origin.
+  /// Returns the ray's part of the rounding: 32 roundoffs of its origin.
   PARRAY_INLINE void prepare_boxes(std::uint32_t i) {
     const Vec3<B> o = load_store_lanes(rays_.origin, i);
     const Vec3<B> d = load_store_lanes(rays_.direction, i);
@@ -89,7 +89,7 @@ class Traversal {
     const Slab<B> z(o.z, d.z, margin, steepest);
     const B sum = (o.x + o.y + o.z) + (d.x + d.y + d.z);
     // NOLINTNEXTLINE(misc-redundant-expression): a NaN is not
-    const auto number = sum == sum;  // what is none meets nothing, see enters_at: z comes last
+    const auto number = sum == sum;  // a NaN direction meets nothing, see enters_at: z comes last
     const B nowhere(infinity_stored);
     const B z_inverse = select(number, z.inverse, B(Store(0)));
     queries_.inverse.store(i, Vec3<B>{x.inverse, y.inverse, z_inverse});
@@ -105,7 +105,7 @@ class Traversal {
     (bit(x.down, 1) + bit(y.down, 2) + bit(z.down, 4)).store(&queries_.octant[i]);
   }
 
-  /// Columns of the real type as lanes of the stored one.
+  /// Loads columns of the real type as lanes of the stored type.
   static PARRAY_INLINE Vec3<B> load_store_lanes(const VecColumns<Real>& columns, std::uint32_t i) {
     if constexpr (sizeof(Real) == sizeof(Store)) {
       return columns.template load<B>(i);
@@ -124,7 +124,7 @@ class Traversal {
     return sphere_at<Real>(blocks_, slot);
   }
 
-  /// Open spheres [first, first + bar_bits), one after the other, for lanes of rays.
+  /// Tests open spheres [first, first + bar_bits), one after the other, against lanes of rays.
   template <bool InsideStack>
   PARRAY_INLINE void try_open_spheres(std::uint32_t first) {
     const std::uint32_t left = open_spheres_ - first;
@@ -149,10 +149,10 @@ class Traversal {
         const auto allowed = equal(excluded & typename L::Uint(1U << k), typename L::Uint(0U));
         const auto met = passage.approaches() & allowed;
         if (!any(met)) {
-          continue;  // without the root, which is dear
+          continue;  // without the square root, which is expensive
         }
         const L t = entry_distance(passage.foot, passage.depth_squared, rays.inverse_square);
-        // Input order: an equal distance belongs to the earlier one.
+        // Tests run in input order: an equal distance belongs to the earlier sphere.
         const auto better = met & (t < nearest);
         nearest = select(better, t, nearest);
         slot = select(better, typename L::Uint(first + k), slot);
@@ -162,7 +162,7 @@ class Traversal {
     }
   }
 
-  /// Calls f(i) for every ray that is inside something.
+  /// Calls f(i) for every ray that is inside a sphere.
   template <bool InsideStack, typename F>
   PARRAY_INLINE void each_inside(const F& f) const {
     using Uint = typename L::Uint;
@@ -176,7 +176,7 @@ class Traversal {
     }
   }
 
-  /// Nearest exit out of the spheres that a path is inside of.
+  /// Finds the nearest exit out of the spheres that a path is inside of.
   PARRAY_INLINE void find_exit(std::uint32_t i) {
     for (std::uint32_t link = rays_.inside[i]; link != InsideLists::none;
          link = space_.inside.next(link)) {
@@ -192,8 +192,8 @@ class Traversal {
     }
   }
 
-  /// Which of `Count` slots from `first_slot` on a path cannot enter: the surface that it stands
-  /// on, and what it is inside of (see inside_stack.h).
+  /// Returns which of `Count` slots from `first_slot` on a path cannot enter: the surface that it
+  /// stands on, and the spheres that it is inside of (see inside_stack.h).
   template <bool InsideStack, std::uint32_t Count>
   PARRAY_INLINE std::uint32_t cannot_enter(std::uint32_t i, std::uint32_t first_slot) const {
     std::uint32_t lanes = bit_below<Count>(rays_.surface[i] - first_slot);
@@ -210,9 +210,9 @@ class Traversal {
     return static_cast<std::uint32_t>(number < Count) << (number % 32);
   }
 
-  /// Which spheres of a block a ray may enter, and where its line passes them, kept between
-  /// test_block() and take_nearest(). Where the stored type is narrower, blocks are screened: the
-  /// line is not asked for until take_nearest().
+  /// The spheres of a block that a ray may enter, and the passage of its line, kept between
+  /// test_block() and take_nearest(). If the stored type is narrower, test_block() only screens the
+  /// block, and take_nearest() computes the line.
   struct Passages {
     L foot[screened ? 1 : width / L::count];
     L depth_squared[screened ? 1 : width / L::count];
@@ -220,8 +220,8 @@ class Traversal {
     std::uint32_t first_slot;
   };
 
-  /// Which spheres of a block the ray enters, near or far. The dear part, where and which first, is
-  /// left to take_nearest(), for the rays that need it.
+  /// Finds the spheres of a block that the ray enters at any distance. take_nearest() does the
+  /// expensive part, the distances and their order, for the rays that need it.
   template <bool InsideStack>
   PARRAY_INLINE void test_block(std::uint32_t i, std::uint32_t index, Passages& out) const {
     const SphereBlock<Store, width>& block = blocks_[index];
@@ -246,7 +246,7 @@ class Traversal {
     return {{L::load(x + k), L::load(y + k), L::load(z + k)}, L::load(radius + k)};
   }
 
-  /// Improves the ray's nearest crossing; returns it in every lane.
+  /// Improves the ray's nearest crossing and returns it in every lane.
   PARRAY_INLINE L take_nearest(std::uint32_t i, const Passages& passages) {
     if constexpr (screened) {
       return take_nearest_screened(i, passages);
@@ -263,7 +263,7 @@ class Traversal {
     return nearest;
   }
 
-  /// The same with the candidates alone, side by side.
+  /// Does the same with the candidates alone, packed into lanes.
   PARRAY_INLINE L take_nearest_screened(std::uint32_t i, const Passages& passages) {
     Candidates<Store>& few = space_.candidates;
     const SphereBlock<Store, width>& block = blocks_[passages.first_slot / width];
@@ -287,7 +287,7 @@ class Traversal {
     return nearest;
   }
 
-  /// All rays of an octant through the tree, in groups.
+  /// Moves all rays of an octant through the tree, in groups.
   template <bool InsideStack>
   PARRAY_INLINE void traverse_octant(std::uint32_t octant) {
     std::uint32_t* const numbers = space_.queries.numbers.at;
@@ -310,7 +310,7 @@ class Traversal {
 
   template <bool InsideStack>
   void traverse(const Group& group) {
-    Traversal here = *this;  // copies whose addresses nobody has
+    Traversal here = *this;  // copies without a visible address
     const Group same = group;
     here.template traverse_group<InsideStack>(same);
   }
@@ -320,7 +320,7 @@ class Traversal {
     Waiting nodes[2];
     Waiting blocks[2];
     Passages passages[group_size];
-    std::uint32_t top[group_size];  // places in the space's stacks, of each ray's last child
+    std::uint32_t top[group_size];  // places of each ray's last child in the stacks of the space
     enter_root(group, top);
     for (std::uint32_t k = 0; k < group.count; ++k) {
       wait_for_next(k, top[k], nodes[0], blocks[0]);
@@ -336,7 +336,7 @@ class Traversal {
         const std::uint32_t k = nodes[now].ray[n];
         wait_for_next(k, top[k], nodes[now ^ 1], blocks[now]);
       }
-      Waiting entering;  // those of `blocks` that enter a sphere
+      Waiting entering;  // rays of `blocks` that enter a sphere
       Waiting passing;   // the others
       for (std::uint32_t n = 0; n < blocks[now].count; ++n) {
         const std::uint32_t k = blocks[now].ray[n];
@@ -362,18 +362,18 @@ class Traversal {
     }
   }
 
-  /// Queues a ray for what lies on top of its stack, if anything does.
+  /// Queues a ray for the child on top of its stack, if there is one.
   PARRAY_INLINE void wait_for_next(std::uint32_t k, std::uint32_t top, Waiting& nodes,
                                    Waiting& blocks) const {
     const std::uint32_t child = space_.stack_child[top];
     const std::uint32_t number = child & ChildRef::number;
-    // Numbers instead of comparisons, or compilers make branches that nobody could predict.
+    // Numbers instead of comparisons: compilers would turn comparisons into unpredictable branches.
     nodes.add(k, number, (child - ChildRef::is_end) >> 31 & ~child >> 31);
     blocks.add(k, number, child >> 31);
   }
 
-  /// Where ray `i` comes into boxes, by their planes on its near side. A NaN (of a plane that is
-  /// not there) constrains nothing: see max_of.
+  /// Returns where ray `i` enters boxes, from their planes on its near side. A NaN (of an absent
+  /// plane) does not constrain the result: see max_of.
   PARRAY_INLINE B enters_at(const Vec3<B>& planes, std::uint32_t i) const {
     const B x = multiply_add(planes.x, B(queries_.inverse.x[i]), B(queries_.near_shift.x[i]));
     const B y = multiply_add(planes.y, B(queries_.inverse.y[i]), B(queries_.near_shift.y[i]));
@@ -381,7 +381,7 @@ class Traversal {
     return max_of(max_of(x, y), max_of(z, B(Store(0))));
   }
 
-  /// Where it leaves them, or has met something.
+  /// Returns where the ray leaves them, or its nearest crossing if that is closer.
   PARRAY_INLINE B leaves_at(const Vec3<B>& planes, std::uint32_t i) const {
     const B x = multiply_add(planes.x, B(queries_.inverse.x[i]), B(queries_.far_shift.x[i]));
     const B y = multiply_add(planes.y, B(queries_.inverse.y[i]), B(queries_.far_shift.y[i]));
@@ -400,7 +400,7 @@ class Traversal {
             B::load(planes + (group.near_z ^ width))};
   }
 
-  /// The first step of all rays of a group: from the root, whose boxes stay in registers.
+  /// Makes the first step of all rays of a group: from the root, with boxes that stay in registers.
   PARRAY_INLINE void enter_root(const Group& group, std::uint32_t* top) const {
     const WideNode<Store, width>& root = nodes_[0];
     const auto order = B::load_order(root.order[group.octant]);
@@ -412,7 +412,7 @@ class Traversal {
     const auto children = permute(B::Uint::load(root.child), order);
     for (std::uint32_t k = 0; k < group.count; ++k) {
       const std::uint32_t bottom = k * stack_size_;
-      space_.stack_t[bottom] = -infinity_stored;  // is never dropped
+      space_.stack_t[bottom] = -infinity_stored;  // never removed from the stack
       space_.stack_child[bottom] = ChildRef::is_end;
       const B enters = enters_at(near, group.ray[k]);
       const std::uint32_t met = bits_of(enters <= leaves_at(far, group.ray[k]));
@@ -422,8 +422,8 @@ class Traversal {
     }
   }
 
-  /// Replaces the node on top of a stack by its children that ray `i` meets before its nearest
-  /// crossing; returns the new top.
+  /// Replaces the node on top of a stack by those of its children that ray `i` meets before its
+  /// nearest crossing. Returns the new top.
   PARRAY_INLINE std::uint32_t step_node(const Group& group, std::uint32_t i,
                                         const WideNode<Store, width>& node,
                                         std::uint32_t top) const {
@@ -438,7 +438,7 @@ class Traversal {
     return top + static_cast<std::uint32_t>(__builtin_popcount(met)) - 1;
   }
 
-  /// The nearest crossing, in every lane, as the stored type, not rounded down.
+  /// Returns the nearest crossing in every lane, in the stored type, not rounded down.
   static PARRAY_INLINE B bound_of(const L& t) {
     if constexpr (sizeof(Real) == sizeof(Store)) {
       return t;
@@ -447,8 +447,8 @@ class Traversal {
     }
   }
 
-  /// Removes the child on top of the stack and those that begin beyond the nearest crossing;
-  /// returns the new top.
+  /// Removes the child on top of the stack and all that begin beyond the nearest crossing. Returns
+  /// the new top.
   PARRAY_INLINE std::uint32_t drop_farther(const B& bound, std::uint32_t bottom,
                                            std::uint32_t top) const {
     std::uint32_t kept = bottom;
@@ -467,7 +467,7 @@ class Traversal {
     return kept - 1;
   }
 
-  // Copies, so that they stay in registers whatever is stored.
+  // Copies, so that they stay in registers even if something is stored.
   const WideNode<Store, width>* nodes_;
   const SphereBlock<Store, width>* blocks_;
   std::uint32_t node_count_;

@@ -11,10 +11,10 @@
 namespace parray::trace {
 namespace {
 
-/// Spheres this many times larger than the median one stand outside the tree.
+/// Spheres this many times larger than the median one stay outside the tree.
 constexpr double giant = 32;
 
-/// About the median: that of a sample.
+/// Returns the approximate median, from a sample.
 template <typename Store>
 Store middling_radius(std::span<const BuildSphere<Store>> spheres) {
   constexpr std::size_t sample_size = 4095;
@@ -27,7 +27,7 @@ Store middling_radius(std::span<const BuildSphere<Store>> spheres) {
   return *middle;
 }
 
-/// The largest coordinate of a box's corners.
+/// Returns the largest coordinate of a box's corners.
 template <typename Store>
 Store extent_of(const Bounds<Store>& box) {
   const auto largest = [](const Vec3<Store>& v) {
@@ -36,7 +36,7 @@ Store extent_of(const Bounds<Store>& box) {
   return std::max(largest(box.lo), largest(box.hi));
 }
 
-/// The box with its spheres' share of the rounding (see WideBvh).
+/// Returns the box enlarged by its spheres' part of the rounding (see WideBvh).
 template <typename Store>
 Bounds<Store> inflated(const Bounds<Store>& box) {
   const Store margin = Store(32) * RealTraits<Store>::unit_roundoff * extent_of(box);
@@ -54,7 +54,7 @@ void set_bounds(WideNode<Store, W>& node, int child, const Bounds<Store>& box) {
   }
 }
 
-/// Children far to near along the diagonal of each octant.
+/// Sets the order of children, far to near along the diagonal of each octant.
 template <typename Store, int W>
 void set_order(WideNode<Store, W>& node, int children) {
   for (int octant = 0; octant < 8; ++octant) {
@@ -73,7 +73,7 @@ void set_order(WideNode<Store, W>& node, int children) {
   }
 }
 
-/// How a parent names a child that is written at the next place.
+/// Returns the ChildRef of a child that is written at the next place.
 template <typename Store, typename Places>
 std::uint32_t reference(const BinaryNode<Store>& child, const Places& next) {
   return child.left == 0 ? next.block | ChildRef::is_block : next.node;
@@ -97,7 +97,7 @@ std::size_t WideBvh<Store, W>::move_giants(Spheres& spheres) {
   if (count > W) {
     return 0;
   }
-  auto next = all.begin();  // where the next one goes: they stay in the input's order
+  auto next = all.begin();  // place of the next one: they stay in input order
   for (std::size_t moved = 0; moved < count; ++moved, ++next) {
     std::iter_swap(next, std::find_if(next, all.end(), is_giant));
   }
@@ -116,7 +116,7 @@ void WideBvh<Store, W>::build(Spheres& spheres, std::size_t open, int threads) {
   if (open == spheres.size()) {
     blocks_ = AlignedArray<SphereBlock<Store, W>>(std::max(open_blocks, 1U));
     labels_ = AlignedArray<std::uint32_t>(blocks_.size() * W);
-    fill_block(0, nullptr, 0);  // without spheres too there is a slot 0 to load
+    fill_block(0, nullptr, 0);  // even without spheres, slot 0 must be loadable
     fill_open_blocks(spheres);
     return;
   }
@@ -151,7 +151,7 @@ void WideBvh<Store, W>::fill_block(std::uint32_t index, const BuildSphere<Store>
   }
 }
 
-/// Counts the nodes and blocks that a binary node and what is below it become.
+/// Counts the nodes and blocks that replace a binary node and the nodes below it.
 template <typename Store, int W>
 void WideBvh<Store, W>::count(const Tree& tree, const Wide& wide, std::uint32_t below,
                               Places& places) {
@@ -166,9 +166,9 @@ void WideBvh<Store, W>::count(const Tree& tree, const Wide& wide, std::uint32_t 
   }
 }
 
-/// All nodes and the blocks in them; those below the root begin at `next`: one child of the root
-/// after the other, each from a place that the counts of those before it tell, and therefore side
-/// by side.
+/// Writes all nodes and their blocks. The nodes below the root begin at `next`, one child of the
+/// root after the other. The counts of the earlier children determine where a child begins, so the
+/// children are written in parallel.
 template <typename Store, int W>
 void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphere<Store>* spheres,
                              Places next, int threads) {
@@ -198,7 +198,7 @@ void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphe
   }
 }
 
-/// A binary node and what is below it, from `next` on.
+/// Writes a binary node and the nodes below it, from `next` on.
 template <typename Store, int W>
 void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphere<Store>* spheres,
                              std::uint32_t below, std::uint32_t level, Places& next) {
@@ -217,7 +217,7 @@ void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphe
   }
 }
 
-/// All of a node but the numbers of its children.
+/// Fills a node except for the numbers of its children.
 template <typename Store, int W>
 void WideBvh<Store, W>::set_children(WideNode<Store, W>& node, const Tree& tree,
                                      const typename Wide::Children& children) {
@@ -227,7 +227,7 @@ void WideBvh<Store, W>::set_children(WideNode<Store, W>& node, const Tree& tree,
       set_bounds(node, k, inflated(tree.nodes[children.node[k]].box));
     } else {
       set_bounds(node, k, {{most, most, most}, {-most, -most, -most}});
-      node.child[k] = ChildRef::is_end;  // nothing gets here
+      node.child[k] = ChildRef::is_end;  // no ray gets here
     }
   }
   set_order(node, children.count);

@@ -12,39 +12,40 @@ namespace parray::trace {
 
 /// The spheres of a scene in blocks of W, and a tree of W-wide nodes over the blocks.
 ///
-/// Same bits as linear search: a ray may miss a box only if enters() misses every sphere in it.
-/// enters() is exact to 6 ulp of max(radius, distance) [measured, Haines 2019], so boxes grow by
-/// 32 unit roundoffs of their own coordinates here and of the ray's origin at traversal: a bound on
-/// rounding, in proportion to the numbers that are rounded.
+/// Traversal gives the same bits as linear search: a ray may miss a box only if enters() misses
+/// every sphere in it. enters() is exact to 6 ulp of max(radius, distance) [measured, Haines 2019].
+/// So boxes grow by 32 unit roundoffs of their own coordinates here, and of the ray's origin during
+/// traversal. That bounds the rounding in proportion to the rounded numbers.
 ///
-/// Immutable after construction. Without a tree all spheres, and with one those so large that they
-/// would be in every ray's way, stand outside of it: "open" ones, tried by every ray.
+/// Immutable after construction. Every ray tests the "open" spheres, which stand outside the tree.
+/// Without a tree these are all spheres. With a tree they are the spheres so large that they would
+/// be in every ray's way.
 template <typename Store, int W>
 class WideBvh {
  public:
-  /// Any number of spheres below 2^26, none included. `tree` false: linear search. `threads` build;
-  /// what they build does not depend on their number.
+  /// Takes any number of spheres below 2^26, even none. `tree` false: linear search. `threads`
+  /// threads build; the result does not depend on their number.
   WideBvh(const std::vector<SphereShape<Store>>& shapes, bool tree, int threads)
       : WideBvh(
             shapes.size(), [&](std::size_t i) { return shapes[i]; }, tree, threads) {}
-  /// The same of `count` spheres that shape_at(i) returns, asked by all threads.
+  /// Does the same with `count` spheres; all threads call shape_at(i) for them.
   template <typename ShapeAt>
   WideBvh(std::size_t count, const ShapeAt& shape_at, bool tree, int threads)
       : WideBvh(spheres_of(count, shape_at, threads), tree, threads) {}
 
-  /// Of this object's own tables.
+  /// Returns a view of this object's tables.
   [[nodiscard]] BvhView<Store, W> view() const;
   [[nodiscard]] const SphereBlock<Store, W>* blocks() const { return blocks_.data(); }
   [[nodiscard]] const WideNode<Store, W>* nodes() const { return nodes_.data(); }
-  /// The sphere in a slot, by its place in the input; no_sphere where there is none.
+  /// Returns the input index of the sphere in a slot; no_sphere for a slot without one.
   [[nodiscard]] std::uint32_t input_index(std::uint32_t slot) const {
     const std::uint32_t index = labels().index(slot);
     return index == index_mask() ? no_sphere : index;
   }
   [[nodiscard]] SlotLabels labels() const { return {labels_.data(), index_mask()}; }
-  /// Bits of a label that are free for a tag, from the highest down.
+  /// Returns the number of highest bits of a label that are free for a tag.
   [[nodiscard]] int tag_bits() const { return 32 - index_bits_; }
-  /// Sets the tag of a slot, which has none, to a number of tag_bits() bits.
+  /// Sets the tag of a slot that has none to a number of tag_bits() bits.
   void set_tag(std::uint32_t slot, std::uint32_t tag) { labels_[slot] |= tag << index_bits_; }
   [[nodiscard]] std::uint32_t slot_count() const {
     return static_cast<std::uint32_t>(labels_.size());
@@ -53,7 +54,8 @@ class WideBvh {
   [[nodiscard]] std::uint32_t node_count() const {
     return static_cast<std::uint32_t>(nodes_.size());
   }
-  /// Children that a ray can have pending, with an end and room for one vector more.
+  /// Returns the most children that a ray can have pending, with an end and room for one more
+  /// vector.
   [[nodiscard]] std::uint32_t stack_size() const { return 1 + depth_ * (W - 1) + 1 + W; }
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
   [[nodiscard]] std::size_t bytes() const {
@@ -77,12 +79,12 @@ class WideBvh {
     return spheres;
   }
   [[nodiscard]] std::uint32_t index_mask() const { return (1U << index_bits_) - 1; }
-  /// Moves those that are to stand outside of a tree to the front; returns how many there are.
+  /// Moves the spheres that stay outside the tree to the front and returns their number.
   static std::size_t move_giants(Spheres& spheres);
   void build(Spheres& spheres, std::size_t open, int threads);
   void fill_open_blocks(const Spheres& spheres);
   void fill_block(std::uint32_t index, const BuildSphere<Store>* spheres, std::uint32_t count);
-  /// The next node and block to be written, and the most levels that have been.
+  /// The next node and block to write, and the most levels written so far.
   struct Places {
     std::uint32_t node = 0;
     std::uint32_t block = 0;

@@ -10,16 +10,16 @@ namespace parray::trace {
 
 class PathTracer;
 
-/// What changes how an accelerator is made, but not what it is.
+/// Options that change how an accelerator is built, but not the result.
 struct BuildOptions {
   int threads = 1;
 };
 
-/// A scene's spheres, stored for one precision and instruction set and made ready to be searched,
-/// with its materials and its sky: all that takes time and memory in proportion to the number of
-/// spheres. The seam behind which these choices are made, once.
+/// The spheres of a scene in searchable form for one precision and instruction set, with the
+/// scene's materials and sky. It holds everything that takes time and memory in proportion to the
+/// number of spheres. Code outside it does not depend on these choices.
 ///
-/// Immutable; shared by any number of tracers and threads. Refers to nothing of the scene's.
+/// Immutable; any number of tracers and threads may share it. It refers to no memory of the scene.
 class Accelerator {
  public:
   virtual ~Accelerator() = default;
@@ -30,9 +30,9 @@ class Accelerator {
   [[nodiscard]] AcceleratorKind kind() const { return kind_; }
   [[nodiscard]] Isa isa() const { return isa_; }
   [[nodiscard]] const Sky& sky() const { return sky_; }
-  /// What positions are measured from: scene_origin() of the scene, its camera included.
+  /// Returns the origin of all positions: scene_origin() of the scene, its camera included.
   [[nodiscard]] const Vec3d& origin() const { return origin_; }
-  /// Memory, positions and radii included.
+  /// Returns the bytes of memory, including positions and radii.
   [[nodiscard]] virtual std::size_t bytes() const = 0;
 
  protected:
@@ -45,7 +45,7 @@ class Accelerator {
   friend std::unique_ptr<PathTracer> make_general_path_tracer(std::shared_ptr<const Accelerator>,
                                                               const Camera&,
                                                               const PictureSettings&);
-  /// `self` owns this; `general`: see make_general_path_tracer().
+  /// Makes a tracer. `self` owns this object. `general`: see make_general_path_tracer().
   [[nodiscard]] virtual std::unique_ptr<PathTracer> tracer(std::shared_ptr<const Accelerator> self,
                                                            const Camera& camera,
                                                            const PictureSettings& picture,

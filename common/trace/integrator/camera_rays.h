@@ -9,7 +9,7 @@
 
 namespace parray::trace {
 
-/// Unit vectors along the picture's sides, and back towards whoever looks at it.
+/// Unit vectors along the picture's sides, and back towards the viewer.
 struct CameraAxes {
   explicit CameraAxes(const Camera& camera)
       : back(normalize(camera.look_from - camera.look_at)),
@@ -19,21 +19,21 @@ struct CameraAxes {
   Vec3d back, right, up;
 };
 
-/// The camera as the kernel uses it.
+/// The camera in the form that kernels use.
 ///
-/// Perspective: film vectors for a focus distance of 1, so that directions stay near unit length
-/// whatever the scene's scale. Rays begin at look_from, or on a lens around it, and go through the
-/// points of the film, which stand for those at focus_distance.
+/// Perspective: the film vectors are for a focus distance of 1, so that directions stay near unit
+/// length at every scale of the scene. Rays begin at look_from, or on a lens around it. They pass
+/// through the points of the film, which stand for points at focus_distance.
 ///
 /// Orthographic: the film is a rectangle around look_from, view_height high, in the plane across
-/// the view. Rays begin on it and go straight ahead. With a lens every point of the film is the
-/// middle of one: rays begin anywhere on its disc, in the same plane, and meet straight ahead of
-/// that middle at focus_distance, where things are sharp; elsewhere they are as blurred as those
-/// that a perspective camera sees at the same distance (what is called a telecentric lens).
+/// the view. Rays begin on the film and go straight ahead. With a lens, every point of the film is
+/// the middle of a disc in the same plane, and rays begin anywhere on the disc. They meet at
+/// focus_distance straight ahead of that middle, where the picture is sharp. At other distances the
+/// blur is the same as that of a perspective camera (a telecentric lens).
 template <typename Real>
 class CameraRays {
  public:
-  /// `camera` has passed the reader's checks; width and height are in pixels.
+  /// The scene reader must have checked `camera`; width and height are in pixels.
   CameraRays(const Camera& camera, std::uint32_t width, std::uint32_t height)
       : inverse_width_(Real(1) / static_cast<Real>(width)),
         inverse_height_(Real(1) / static_cast<Real>(height)) {
@@ -56,8 +56,8 @@ class CameraRays {
                      : (pinhole ? Kind::pinhole : Kind::lens);
   }
 
-  /// Ray of one sample, or of lanes of samples, through pixel (x, y), y downwards. `L` is Real or
-  /// lanes of it.
+  /// Returns the ray of one sample, or of lanes of samples, through pixel (x, y), y downwards. `L`
+  /// is Real or lanes of it.
   template <typename L, typename Uint>
   [[nodiscard]] PARRAY_INLINE Ray<L> ray(const Uint& x, const Uint& y,
                                          const RandomAddress<Uint>& random) const {
@@ -90,15 +90,16 @@ class CameraRays {
   Kind kind_ = Kind::pinhole;
 };
 
-/// Sky as the kernel uses it.
+/// The sky in the form that kernels use.
 template <typename Real>
 struct SkyGradient {
   explicit SkyGradient(const Sky& sky)
       : horizon(vec_cast<Real>(sky.horizon)), rise(vec_cast<Real>(sky.zenith - sky.horizon)) {}
 
-  /// Radiance along a unit direction with this y. horizon + h (zenith - horizon) is exact where
-  /// both are equal. A direction that is not a number gives a radiance that is none either: the
-  /// bounds come first in min_of and max_of, so that the sample is counted and not shown as sky.
+  /// Returns the radiance along a unit direction with this y. horizon + h (zenith - horizon) is
+  /// exact if both are equal. A NaN direction gives a NaN radiance, because the bounds are the
+  /// first arguments of min_of and max_of. So the sample counts as non-finite and is not shown as
+  /// sky.
   template <typename L>
   [[nodiscard]] PARRAY_INLINE Vec3<L> radiance(const L& direction_y) const {
     const L h = min_of(L(1), max_of(L(0), (direction_y + L(1)) * L(0.5)));

@@ -1,6 +1,6 @@
-/// Compiled once for each instruction set, with PARRAY_ISA naming it, PARRAY_LANES the header of
-/// its lanes, and the compiler's flags allowing it. Nothing that other files share may be left out
-/// of line here: see inline.h.
+/// The build compiles this file once for each instruction set. PARRAY_ISA names the set,
+/// PARRAY_LANES names the header of its lanes, and the compiler's flags allow the set. No function
+/// that other files share may be compiled out of line here: see inline.h.
 #include "common/trace/integrator/isa_kernels.h"
 
 #include "common/trace/integrator/wavefront.h"

@@ -6,14 +6,14 @@
 #include "common/trace/integrator/kernel_scene.h"
 #include "common/trace/integrator/path_columns.h"
 
-/// What each instruction set offers: the same functions, from the one source isa_kernels.cpp, in a
-/// namespace of its own.
+/// Declares the kernels of each instruction set: the same functions, all compiled from
+/// isa_kernels.cpp, each set in its own namespace.
 ///
-/// trace() traces a batch and adds its samples to the pixels of its row, by column, and to
-/// `counts`; those that are not finite are counted alone. begin() is the step of it that makes the
-/// camera rays, `space.paths`, with what these need for the first surface. find() is the step of it
-/// that finds the next surface: for each of `space.paths` it sets t, slot and leaving of
-/// `space.queries`; with `features.sides`, paths.normal and paths.inside count too.
+/// trace() traces a batch. It adds the samples to the pixels of their row, by column, and to
+/// `counts`. It only counts non-finite samples. begin() is the step of trace() that makes the
+/// camera rays, `space.paths`, with the data that they need for the first surface. find() is the
+/// step that finds the next surface. For each of `space.paths` it sets t, slot and leaving of
+/// `space.queries`. With `features.sides`, it also reads paths.normal and paths.inside.
 #define PARRAY_DECLARE_KERNELS(isa, float_lanes, double_lanes)                                    \
   namespace parray::trace::isa {                                                                  \
   inline constexpr int float_width = float_lanes;                                                 \

@@ -7,20 +7,21 @@
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/material.h"
 
-/// What the kernels of an instruction set read and write: plain tables, filled by
+/// The data that the kernels of an instruction set read and write: plain tables, filled by
 /// wavefront_tracer.cpp.
 ///
-/// `Real` is what a path is computed in, `Store` what spheres and boxes are stored in: float float
-/// is precision f32, double float is mixed, double double is f64. `W`: see bvh_view.h.
+/// `Real` is the type of path computations, `Store` the type of stored spheres and boxes. float
+/// float is precision f32, double float is mixed, double double is f64. `W`: see bvh_view.h.
 namespace parray::trace {
 
-/// A sphere's material: its surface's MaterialType in the low bits, and the surface's number.
+/// The material of a sphere: the MaterialType of its surface in the low bits, then the surface's
+/// number.
 struct MaterialRef {
   static constexpr int type_bits = 2;
   static constexpr std::uint32_t type = (1U << type_bits) - 1;
 };
 
-/// What a scene does not contain, its kernel leaves out.
+/// The features of a scene. The kernel leaves out features that the scene does not have.
 struct KernelFeatures {
   bool sides = true;  ///< a path can be inside a sphere: there is glass, or a sphere at the lens
   bool fuzz = true;   ///< some metal is not a perfect mirror
@@ -28,10 +29,10 @@ struct KernelFeatures {
   friend bool operator==(const KernelFeatures&, const KernelFeatures&) = default;
 };
 
-/// StartSpheres, as the kernels have them.
+/// StartSpheres in the form that kernels use.
 struct StartTable {
-  const std::uint32_t* numbers = nullptr;  ///< slots, those of a tile side by side; null: none
-  const std::uint32_t* begins = nullptr;   ///< of each tile's slots; of no tile: their end
+  const std::uint32_t* numbers = nullptr;  ///< slots, grouped by tile; null: none
+  const std::uint32_t* begins = nullptr;   ///< first place of each tile's slots, then their end
   std::uint32_t bits = 0;                  ///< a tile has 2^bits pixels a side
   std::uint32_t across = 1;                ///< tiles in a row of them
 
@@ -47,7 +48,7 @@ struct KernelScene {
 
   CameraRays<Real> view;
   SkyGradient<Real> sky;
-  std::uint32_t width = 0;  ///< of the picture, pixels
+  std::uint32_t width = 0;  ///< width of the picture in pixels
   std::uint32_t max_depth = 1;
   std::uint64_t seed = 0;
   Sampler sampler = Sampler::independent;
@@ -56,9 +57,10 @@ struct KernelScene {
 
   BvhView<Store, W> bvh;
   const MaterialParameters<Real>* surfaces = nullptr;  ///< by material
-  const std::uint32_t* material_of = nullptr;          ///< by slot: a MaterialRef from a bit on
-  int material_bit = 0;                                ///< that one
-  StartTable start;                                    ///< slots that paths may begin inside of
+  /// MaterialRef of each slot, starting at bit material_bit.
+  const std::uint32_t* material_of = nullptr;
+  int material_bit = 0;  ///< first bit of the MaterialRef
+  StartTable start;      ///< slots of spheres that paths may begin inside of
 };
 
 /// Samples of one row of the picture.
@@ -67,12 +69,12 @@ struct SampleBatch {
 
   std::uint32_t y = 0;
   std::uint32_t count = 0;                             ///< 1 .. most
-  alignas(64) std::uint32_t column[column_size] = {};  ///< x of each
-  alignas(64) std::uint32_t sample[column_size] = {};  ///< its number within the pixel
+  alignas(64) std::uint32_t column[column_size] = {};  ///< x of each sample
+  alignas(64) std::uint32_t sample[column_size] = {};  ///< number of each sample within its pixel
 };
 
-/// Radiance of each sample of a batch, red, green, blue and 0, in the fixed point of RadianceScale:
-/// as fixed_of() takes it; NaN where it is not finite.
+/// Radiance of each sample of a batch: red, green, blue and 0, in the fixed point of RadianceScale,
+/// in the form that fixed_of() takes. Non-finite values are NaN.
 struct BatchRadiance {
   alignas(64) double of[SampleBatch::most][4];
 };

@@ -7,8 +7,8 @@
 
 namespace parray::trace {
 
-/// A material as the kernel reads it: a row of eight numbers, so that lanes can gather from it.
-/// `Real` is a scalar, or lanes of one: then each lane has a material of its own.
+/// A material in the form that kernels read: a row of eight numbers, so that lanes can gather from
+/// it. `Real` is a scalar or lanes of one. With lanes, each lane has its own material.
 template <typename Real>
 struct MaterialParameters {
   MaterialParameters() = default;
@@ -27,48 +27,51 @@ struct MaterialParameters {
   Real ior;
   Real inverse_ior;
   Real normal_reflectance;  ///< Schlick's R0
-  MaterialType type;        ///< not of lanes
+  MaterialType type;        ///< a single value even with lanes
 };
 
-/// A direction that a path may take, and where something happens to it instead or besides.
+/// A direction that a path may take, and the lanes with a special event.
 template <typename Real, typename Mask>
 struct MaskedDirection {
   Vec3<Real> direction;  ///< unit length but for rounding; undefined when absorbed
   Mask mask;             ///< metal: absorbed; dielectric: refracted
 };
 
-/// -cos of the angle to the normal, clamped, because at a tangent rounding may place the ray on
-/// either side of the surface.
+/// Returns -cos of the angle to the normal. The result is clamped, because rounding may place a
+/// tangent ray on either side of the surface.
 template <typename Real>
 PARRAY_INLINE Real incident_cosine(const Vec3<Real>& incoming, const Vec3<Real>& m) {
   return min_of(max_of(-dot(incoming, m), Real(0)), Real(1));
 }
 
-/// Mirror direction about the unit vector `m`; `cosine` = -dot(incoming, m) >= 0.
+/// Returns the mirror direction about the unit vector `m`; `cosine` = -dot(incoming, m) >= 0.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> mirror(const Vec3<Real>& incoming, const Vec3<Real>& m, Real cosine) {
   return incoming + Real(2) * cosine * m;
 }
 
-/// Lambertian reflection: `m` plus a uniform unit vector, never below the surface.
+/// Returns the direction of a Lambertian reflection: `m` plus a uniform unit vector, never below
+/// the surface.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> scatter_diffuse(const Vec3<Real>& m, const Uniform4<Real>& u) {
   const Vec3<Real> sum = m + uniform_direction(u.a, u.b);
   const Real square = dot(sum, sum);
   const Real least(RealTraits<Real>::unit_roundoff * RealTraits<Real>::unit_roundoff);
-  // The sum of two opposite unit vectors has no direction; rounding may also tip a short one below.
+  // The sum of two opposite unit vectors has no direction. Rounding may also tip a short sum below
+  // the surface.
   const MaskOf<Real> good = (dot(sum, m) > Real(0)) & (square > least);
   return select(good, (Real(1) / square_root(square)) * sum, m);
 }
 
-/// Mirror reflection without fuzz.
+/// Returns the direction of a mirror reflection without fuzz.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> scatter_mirror(const Vec3<Real>& incoming, const Vec3<Real>& m) {
   return normalize(mirror(incoming, m, incident_cosine(incoming, m)));
 }
 
-/// Mirror reflection plus fuzz times a uniform point of the unit ball; absorbed if that ends below
-/// the surface. `u` of Purpose::scatter, `r` of Purpose::fuzz.
+/// Returns a mirror reflection plus fuzz times a uniform point of the unit ball. The path is
+/// absorbed if the direction ends below the surface. `u` is of Purpose::scatter, `r` of
+/// Purpose::fuzz.
 template <typename Real>
 PARRAY_INLINE auto scatter_metal(Real fuzz, const Vec3<Real>& incoming, const Vec3<Real>& m,
                                  const Uniform4<Real>& u, const Uniform4<Real>& r) {
@@ -81,9 +84,9 @@ PARRAY_INLINE auto scatter_metal(Real fuzz, const Vec3<Real>& incoming, const Ve
                                              absorbed};
 }
 
-/// Schlick's reflectance picks reflection or refraction; total internal reflection reflects.
-/// `leaving` says that this is the sphere's inside.
-/// Source: Schlick, "An inexpensive BRDF model for physically-based rendering", 1994.
+/// Chooses reflection or refraction by Schlick's reflectance; total internal reflection reflects.
+/// `leaving` means that the ray is on the sphere's inside. Source: Schlick, "An inexpensive BRDF
+/// model for physically-based rendering", 1994.
 template <typename Real, typename Mask>
 PARRAY_INLINE MaskedDirection<Real, Mask> scatter_dielectric(
     const MaterialParameters<Real>& surface, const Vec3<Real>& incoming, const Vec3<Real>& m,
@@ -110,8 +113,8 @@ struct Scattering {
   Vec3<Real> direction;  ///< unit length but for rounding; undefined when absorbed
 };
 
-/// One path's scattering, whatever the material. `incoming` is the unit direction of travel, `m`
-/// the unit normal on the path's own side, `leaving` says that this is the sphere's inside.
+/// Scatters one path on any material. `incoming` is the unit direction of travel, `m` the unit
+/// normal on the path's own side. `leaving` means that the path is on the sphere's inside.
 template <typename Real>
 Scattering<Real> scatter(const MaterialParameters<Real>& surface, const Vec3<Real>& incoming,
                          const Vec3<Real>& m, bool leaving, const SampleRandom& random,

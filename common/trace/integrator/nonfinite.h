@@ -8,9 +8,9 @@
 
 namespace parray::trace {
 
-/// Which samples of a run of pixels were not finite, by tracing it again, a pixel at a time: for
-/// runs whose counts say that there are some, which no correct tracer's ever do. `samples` has a
-/// range for each pixel. Sorted.
+/// Returns the non-finite samples of a run of pixels, sorted. It traces the run again, one pixel at
+/// a time. Call it for runs with `nonfinite` counts, which a correct tracer never produces.
+/// `samples` has one range per pixel.
 std::vector<ExcludedSamples> locate_nonfinite(const PathTracer& tracer, const PixelRun& run,
                                               std::span<const SampleRange> samples);
 

@@ -8,24 +8,26 @@
 
 namespace parray::trace {
 
-/// All that a path meets. Immutable; shared by all threads, and by all pictures of the scene.
+/// Everything that a path can meet. Immutable; all threads and all pictures of the scene share it.
 template <typename Real>
 struct TraceScene {
   std::vector<SphereShape<Real>> spheres;
-  std::vector<std::uint32_t> material_of;  ///< of each sphere
+  std::vector<std::uint32_t> material_of;  ///< material of each sphere
   std::vector<MaterialParameters<Real>> surfaces;
   SkyGradient<Real> sky;
 };
 
-/// How a picture's paths begin and end. Immutable; shared by all threads.
+/// The camera, start spheres and maximum depth of a picture's paths. Immutable; all threads share
+/// it.
 template <typename Real>
 struct PathEnds {
   CameraRays<Real> view;
-  StartSpheres start;  ///< nearly always none
+  StartSpheres start;  ///< nearly always empty
   std::uint32_t max_depth = 1;
 };
 
-/// First crossing along a ray: out of a sphere that the path is inside of, or into another.
+/// Returns the first crossing along a ray: out of a sphere that the path is inside of, or into
+/// another sphere.
 template <typename Real, SphereSearch<Real> S>
 Hit<Real> first_crossing(const TraceScene<Real>& scene, const S& search, const Ray<Real>& ray,
                          const InsideStack<Real>& sides) {
@@ -42,7 +44,7 @@ Hit<Real> first_crossing(const TraceScene<Real>& scene, const S& search, const R
   return best;
 }
 
-/// Outward unit normal at a crossing.
+/// Returns the outward unit normal at a crossing.
 template <typename Real>
 Vec3<Real> crossing_normal(const TraceScene<Real>& scene, const Ray<Real>& ray,
                            const InsideStack<Real>& sides, const Hit<Real>& hit) {
@@ -53,7 +55,7 @@ Vec3<Real> crossing_normal(const TraceScene<Real>& scene, const Ray<Real>& ray,
   return normal_at(ray, sphere, hit.leaving);
 }
 
-/// Puts a new path of pixel (x, y) inside the spheres that its origin lies in.
+/// Puts a new path of pixel (x, y) inside the spheres that contain its origin.
 template <typename Real>
 void start_sides(const TraceScene<Real>& scene, const PathEnds<Real>& ends, std::uint32_t x,
                  std::uint32_t y, const Vec3<Real>& origin, InsideStack<Real>& sides) {
@@ -67,9 +69,9 @@ void start_sides(const TraceScene<Real>& scene, const PathEnds<Real>& ends, std:
   }
 }
 
-/// Radiance of one sample of pixel (x, y) and, added to `counts`, the segments that it took and
-/// the light that max_depth may have cut off.
-/// `sides` is scratch memory, so that paths inside glass do not allocate.
+/// Returns the radiance of one sample of pixel (x, y). Adds to `counts` the path segments and the
+/// light that max_depth may have cut off. `sides` is scratch memory, so that paths inside glass do
+/// not allocate.
 template <typename Real, SphereSearch<Real> S>
 Vec3<Real> trace_sample(const TraceScene<Real>& scene, const PathEnds<Real>& ends, const S& search,
                         std::uint32_t x, std::uint32_t y, const SampleRandom& random,

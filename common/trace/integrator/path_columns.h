@@ -5,28 +5,28 @@
 #include "common/trace/bvh/ray_columns.h"
 #include "common/trace/integrator/kernel_scene.h"
 
-/// The scratch memory of a batch: what is known of each path, in columns. Nothing is initialised.
+/// The scratch memory of a batch: the state of each path, in columns. Nothing is initialised.
 namespace parray::trace {
 
-/// Paths that go on, each with its next ray.
+/// The paths that continue, each with its next ray.
 template <typename Real>
 struct Paths : RayColumns<Real> {
   VecColumns<Real> throughput;
   Column<std::uint32_t> sample;  ///< number in the batch
 };
 
-/// Paths that have met a surface of one type of material, or the sky.
+/// The paths that have met a surface of one type of material, or the sky.
 template <typename Real>
 struct Hits {
   std::uint32_t count;
   VecColumns<Real> origin, direction, throughput;
   Column<Real> inverse_square;
   Column<std::uint32_t> sample, slot, material;
-  // Only where paths can be inside something.
-  Column<Real> side;  ///< 0: into the sphere, 1: out of it, 2: the same from its own surface
+  // Only used if paths can be inside a sphere.
+  Column<Real> side;  ///< 0: into the sphere, 1: out of it, 2: out of it from its own surface
   Column<std::uint32_t> inside;
-  // Only of those on side 2.
-  VecColumns<Real> old_normal;  ///< of the surface that the path stood on
+  // Only used for paths on side 2.
+  VecColumns<Real> old_normal;  ///< normal of the surface that the path stood on
   Column<Real> t;
 };
 
@@ -34,13 +34,13 @@ template <typename Real, typename Store>
 struct Workspace : TraversalSpace<Real, Store> {
   Paths<Real> paths;
   static constexpr std::uint32_t sky = 3;
-  Hits<Real> hits[4];  ///< by MaterialType, then those of the sky
+  Hits<Real> hits[4];  ///< by MaterialType, then the sky
   BatchRadiance radiance;
-  Column<std::uint32_t> pixel;                   ///< of each sample of the batch
-  const std::uint32_t* sample_number = nullptr;  ///< of each: the batch's
+  Column<std::uint32_t> pixel;                   ///< pixel of each sample of the batch
+  const std::uint32_t* sample_number = nullptr;  ///< number of each sample; memory of the batch
 };
 
-/// The spheres that the start of a path of pixel (x, y) lies in, as a list in `inside`.
+/// Returns the list, in `inside`, of the spheres that contain the start of a path of pixel (x, y).
 template <typename Real, typename Store, int W>
 PARRAY_INLINE std::uint32_t inside_at(const KernelScene<Real, Store, W>& scene, std::uint32_t x,
                                       std::uint32_t y, const Vec3<Real>& origin,

@@ -22,18 +22,17 @@ struct PixelRun {
   std::uint32_t x_end = 0;
 };
 
-/// What the camera ray of a sample meets.
+/// The first hit of a sample's camera ray.
 struct FirstHit {
-  std::uint32_t sphere = no_sphere;  ///< place in Scene::spheres; no_sphere: the sky
+  std::uint32_t sphere = no_sphere;  ///< index in Scene::spheres; no_sphere: the sky
   double distance = 0;               ///< along the ray, from the lens
-  Vec3d direction{};                 ///< of the ray; unit length but for rounding
-  Vec3d normal{};                    ///< unit, on the side that the ray comes from; 0: the sky
+  Vec3d direction{};                 ///< direction of the ray; unit length except for rounding
+  Vec3d normal{};                    ///< unit normal on the side of the ray's origin; 0: the sky
 
   friend bool operator==(const FirstHit&, const FirstHit&) = default;
 };
 
-/// A picture of a scene, ready to be traced. Immutable; its functions may be called by any number
-/// of threads at once.
+/// Traces a picture of a scene. Immutable; any number of threads may call its functions at once.
 class PathTracer {
  public:
   virtual ~PathTracer() = default;
@@ -41,31 +40,32 @@ class PathTracer {
   PathTracer& operator=(const PathTracer&) = delete;
 
   /// Traces samples [samples.begin, samples.end) of each pixel of `run` and adds them to `sums`
-  /// (run.x_end - run.x_begin elements) and `counts`. Non-finite samples are left out of the sums
-  /// and counted.
+  /// (run.x_end - run.x_begin elements) and `counts`. Non-finite samples are counted, but not added
+  /// to the sums.
   void trace(const PixelRun& run, const SampleRange& samples, std::span<PixelSums> sums,
              TraceCounts& counts) const {
     trace_run(run, RunSamples(samples), sums, counts);
   }
 
-  /// The same with a range of samples for each pixel.
+  /// Does the same with one range of samples per pixel.
   virtual void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
                          TraceCounts& counts) const = 0;
 
-  /// What the camera rays of the same samples meet: of all samples of a pixel, then of the next.
-  /// `hits` has samples.count() elements for each pixel of `run`.
+  /// Finds the first hits of the camera rays of the same samples: all samples of a pixel, then
+  /// those of the next pixel. `hits` has samples.count() elements for each pixel of `run`.
   virtual void first_hits(const PixelRun& run, const SampleRange& samples,
                           std::span<FirstHit> hits) const = 0;
 
-  /// Of the same samples as trace_run() would trace, those that are background, added to `sky`, one
-  /// for each pixel of `run`: their radiance is what they add to the pixel's sums, to the bit.
+  /// Adds the background samples among those that trace_run() would trace to `sky`, which has one
+  /// element per pixel of `run`. The added radiance has exactly the bits that these samples add to
+  /// the pixel's sums.
   virtual void add_sky_samples(const PixelRun& run, const RunSamples& samples,
                                std::span<SkySamples> sky) const = 0;
 
   [[nodiscard]] const std::shared_ptr<const Accelerator>& accelerator() const {
     return accelerator_;
   }
-  /// Instruction set that it uses, as the report names it.
+  /// Returns the instruction set in use, as reports name it.
   [[nodiscard]] std::string_view isa() const { return name_of(accelerator_->isa()); }
 
  protected:
@@ -76,15 +76,15 @@ class PathTracer {
   std::shared_ptr<const Accelerator> accelerator_;
 };
 
-/// The tracer of a picture as `camera` sees it: cheap beside the accelerator, whose spheres are
-/// looked through once, for those around the lens. `picture.precision` is the accelerator's. The
-/// bits are those of an accelerator of its own as long as scene_origin() is the same with this
-/// camera as with the scene's: positions are measured from accelerator->origin().
+/// Makes the tracer of a picture from `camera`. The cost is small compared with building the
+/// accelerator: one pass over the spheres finds those around the lens. `picture.precision` must be
+/// the accelerator's. Positions are measured from accelerator->origin(). So the bits are those of a
+/// new accelerator only if scene_origin() is the same with this camera as with the scene's.
 std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator> accelerator,
                                              const Camera& camera, const PictureSettings& picture);
 
-/// Adds sample number `sample` to a pixel, from the numbers that RadianceScale::fixed_of() takes:
-/// unless one is NaN, for a radiance that is not finite; then the sample is only counted.
+/// Adds sample number `sample` to a pixel, from numbers in the form that RadianceScale::fixed_of()
+/// takes. If one is NaN, because the radiance is not finite, the function only counts the sample.
 inline void add_fixed(const Vec3d& shifted, std::uint32_t sample, PixelSums& pixel,
                       TraceCounts& counts) {
   ++counts.samples;
@@ -97,7 +97,7 @@ inline void add_fixed(const Vec3d& shifted, std::uint32_t sample, PixelSums& pix
             sample);
 }
 
-/// Adds a sample that is background, of that radiance, which is finite.
+/// Adds a background sample with a finite radiance.
 template <typename Real>
 void add_sky_sample(const Vec3<Real>& radiance, const RadianceScale& scale, SkySamples& sky) {
   ++sky.count;
@@ -106,7 +106,7 @@ void add_sky_sample(const Vec3<Real>& radiance, const RadianceScale& scale, SkyS
   sky.sum[2] += scale.to_fixed(static_cast<double>(radiance.z));
 }
 
-/// The same as add_fixed() from its radiance.
+/// Does the same as add_fixed(), from a radiance.
 inline void add_sample(const Vec3d& radiance, const RadianceScale& scale, std::uint32_t sample,
                        PixelSums& pixel, TraceCounts& counts) {
   // x - x is 0 for finite x alone.

@@ -8,33 +8,36 @@
 
 namespace parray::trace {
 
-/// What a block of random numbers is for. Part of a number's address: values must not change.
+/// The use of a block of random numbers. It is part of a number's address: the values must not
+/// change.
 enum class Purpose : std::uint32_t {
   camera = 0,   ///< film x, film y, lens u, lens v
   scatter = 1,  ///< direction u, direction v (diffuse, fuzz) or choice (dielectric)
   fuzz = 2,     ///< radius of the fuzz ball: three numbers
 };
 
-/// Vec4 uniform numbers in [0, 1) with 24 bits each: the same values in every precision, so that
-/// precisions can be compared path by path.
+/// Four uniform numbers in [0, 1) with 24 bits each. The values are the same in every precision, so
+/// that precisions can be compared path by path.
 template <typename Real>
 struct Uniform4 {
   Real a, b, c, d;
 };
 
-/// The pairs of numbers that Sampler::sobol spreads evenly, those of the camera and of the first
-/// scatterings, each with an order of points of its own. Later bounces gained nothing by it.
+/// The pairs of numbers that Sampler::sobol spreads evenly: those of the camera and of the first
+/// scatterings. Each pair has its own order of points. Later bounces gained nothing from even
+/// spreading.
 ///
-/// The orders were found by random search, one set after the other, for the least variance (in the
-/// mean of its logarithm over 4, 8 .. 2048 points) of integrands to which all the numbers so far
-/// matter together: the mean over the points of the product of 1 + w f(number), where f is what a
-/// jump in that number costs, by Walsh coefficients that halve with each digit, and w is 0.5 for
-/// film and first scattering, 0.2 for the second, 0.1 for the others.
+/// A random search found the orders, one set after the other. It minimised the variance (the mean
+/// of its logarithm over 4, 8 .. 2048 points) of integrands that depend on all numbers of the sets
+/// so far together. Such an integrand is the mean over the points of the product of 1 + w
+/// f(number). f is the cost of a jump in that number, by Walsh coefficients that halve with each
+/// digit. w is 0.5 for the film and the first scattering, 0.2 for the second, 0.1 for the others.
 struct SobolSets {
   static constexpr std::uint32_t bounces = 3;
   static constexpr PointOrder film{0, 0, 0, 0};
   static constexpr PointOrder lens{0xA8B62E, 0xD29FB5, 0x20B893, 0x117364};
-  /// Of `bounce` < bounces. No table, which every instruction set's object would have to share.
+  /// Returns the order for `bounce` < bounces. A table would have to be shared by the objects of
+  /// all instruction sets.
   static constexpr PARRAY_INLINE PointOrder scatter(std::uint32_t bounce) {
     return bounce == 0   ? PointOrder{0xC4504B, 0x9B7F34, 0x15FC1F, 0xF9C071}
            : bounce == 1 ? PointOrder{0xD59E3C, 0xE6C489, 0x27054E, 0x7F3479}
@@ -43,13 +46,14 @@ struct SobolSets {
 };
 
 /// The random numbers of one sample, or of lanes of samples, addressed by (seed, pixel, sample,
-/// bounce, purpose). Holds the address only; nothing is drawn in sequence.
+/// bounce, purpose). The object holds only the address; no number depends on an earlier draw.
 ///
 /// Sampler::independent: every number is independent of all others.
-/// Sampler::sobol: the samples of a pixel make two replicates, even and odd ones, that are
-/// independent of each other and of other pixels; within a replicate the numbers of the camera and
-/// of the first scatterings are evenly spread, any number of samples from the first on, and all
-/// others are independent. Each number alone is uniform.
+///
+/// Sampler::sobol: the even and the odd samples of a pixel form two replicates. They are
+/// independent of each other and of other pixels. Within a replicate, the numbers of the camera and
+/// of the first scatterings are evenly spread, for any number of samples from the first on. All
+/// other numbers are independent. Each single number is uniform.
 template <typename Uint>
 class RandomAddress {
  public:
@@ -60,7 +64,7 @@ class RandomAddress {
         sample_(sample),
         sampler_(sampler) {}
 
-  /// `bounce` < 2^24. Purpose::scatter has only a and b.
+  /// Returns the numbers for `bounce` < 2^24 and a purpose. Purpose::scatter has only a and b.
   template <typename Real>
   [[nodiscard]] PARRAY_INLINE Uniform4<Real> at(std::uint32_t bounce, Purpose purpose) const {
     if (sampler_ == Sampler::sobol) {
@@ -85,14 +89,15 @@ class RandomAddress {
     Real a, b;
   };
 
-  /// `use` keeps the numbers themselves (0) and the keys of sets (1 and 2) apart.
+  /// Returns a block of random bits. `use` separates the numbers themselves (0) from the keys of
+  /// sets (1 and 2).
   PARRAY_INLINE PhiloxBlock<Uint> block(const Uint& sample, std::uint32_t bounce, Purpose purpose,
                                         std::uint32_t use) const {
     return philox4x32<Uint>(
         {pixel_, sample, Uint(bounce << 8 | static_cast<std::uint32_t>(purpose)), Uint(use)}, key_);
   }
 
-  /// Two numbers of the point that this sample is in its replicate.
+  /// Returns two numbers of this sample's point in its replicate.
   template <typename Real>
   PARRAY_INLINE Pair<Real> pair(const PointOrder& order, std::uint32_t bounce, Purpose purpose,
                                 std::uint32_t use) const {
@@ -103,7 +108,7 @@ class RandomAddress {
             unit<Real>(number_of(scramble(sobol_second(point), keys.c, keys.d)))};
   }
 
-  /// From an integer below 2^24.
+  /// Converts an integer below 2^24 to [0, 1).
   template <typename Real>
   static PARRAY_INLINE Real unit(const Uint& bits) {
     return real_from<Real>(bits) * Real(0x1p-24);

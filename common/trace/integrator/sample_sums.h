@@ -9,14 +9,15 @@
 #include <immintrin.h>
 #endif
 
-/// Adding the samples of a batch to their pixels: what PixelSums::add() does, with the channels of
-/// a sample side by side.
+/// Adds the samples of a batch to their pixels, like PixelSums::add(), but with the channels of a
+/// sample side by side.
 namespace parray::trace {
 
 /// Red, green, blue, and 0, in the fixed point of RadianceScale.
 using FixedColor = std::uint64_t __attribute__((vector_size(32)));
 
-/// As RadianceScale::square_of(): values are at most 2^32, whose square is its own last bit.
+/// Adds squares, like RadianceScale::square_of(). Values are at most 2^32, and the shifted square
+/// of 2^32 is 2^32 itself: one bit.
 PARRAY_INLINE void add_squares(FixedColor& sums, const FixedColor& values) {
 #if defined(__AVX2__)
   const auto v = reinterpret_cast<__m256i>(values);
@@ -28,10 +29,10 @@ PARRAY_INLINE void add_squares(FixedColor& sums, const FixedColor& values) {
   sums += values & std::uint64_t{1} << 32;
 }
 
-/// What the samples of one pixel add up to.
+/// The sums of the samples of one pixel.
 struct RunSums {
   FixedColor sum{}, sum_of_squares{}, odd{};
-  FixedColor used{};  ///< bits that any sample has: those above 2^32 are of one that is NaN
+  FixedColor used{};  ///< bits set in any sample; a bit above 2^32 means that a sample is NaN
 
   PARRAY_INLINE void add(const FixedColor& values, std::uint32_t sample) {
     sum += values;
@@ -55,14 +56,14 @@ struct RunSums {
   }
 };
 
-/// A sample's values, from RadianceScale::shift on. (No result, which would pass as a vector where
-/// the compiler knows none that long.)
+/// Loads a sample's values, which are stored with RadianceScale::shift added. (They are not a
+/// return value, because compilers may not know vectors of that length.)
 PARRAY_INLINE void load_color(const BatchRadiance& radiance, std::uint32_t i, FixedColor& values) {
   __builtin_memcpy(&values, radiance.of[i], sizeof values);
   values -= __builtin_bit_cast(std::uint64_t, RadianceScale::shift);
 }
 
-/// Samples [begin, end) of a batch, all of one pixel, none left out.
+/// Returns the sums of samples [begin, end) of a batch. All must be of one pixel and finite.
 PARRAY_INLINE RunSums sums_of_run(const SampleBatch& batch, const BatchRadiance& radiance,
                                   std::uint32_t begin, std::uint32_t end) {
   RunSums sums;
@@ -74,7 +75,7 @@ PARRAY_INLINE RunSums sums_of_run(const SampleBatch& batch, const BatchRadiance&
   return sums;
 }
 
-/// The same without those that are not finite, which are counted.
+/// Does the same without the non-finite samples, which it counts.
 PARRAY_INLINE RunSums sums_of_numbers(const SampleBatch& batch, const BatchRadiance& radiance,
                                       std::uint32_t begin, std::uint32_t end, TraceCounts& counts) {
   RunSums sums;

@@ -11,16 +11,16 @@
 #include "common/trace/integrator/path_tracer.h"
 #include "common/trace/sphere.h"
 
-/// What all accelerators and tracers make of a scene alike.
+/// The parts of a scene that all accelerators and tracers make in the same way.
 namespace parray::trace {
 
-/// A sphere as an accelerator stores it, relative to `origin`.
+/// Returns a sphere in the form that an accelerator stores, relative to `origin`.
 template <typename Store>
 SphereShape<Store> stored_shape(const Sphere& sphere, const Vec3d& origin) {
   return {vec_cast<Store>(sphere.center - origin), static_cast<Store>(sphere.radius)};
 }
 
-/// All spheres.
+/// Returns all spheres in that form.
 template <typename Store>
 std::vector<SphereShape<Store>> stored_shapes(const Scene& scene, const Vec3d& origin) {
   std::vector<SphereShape<Store>> shapes;
@@ -36,14 +36,14 @@ std::vector<MaterialParameters<Real>> stored_materials(const Scene& scene) {
   return {scene.materials.begin(), scene.materials.end()};
 }
 
-/// The camera relative to `origin`.
+/// Returns the camera relative to `origin`.
 inline Camera moved(Camera camera, const Vec3d& origin) {
   camera.look_from = camera.look_from - origin;
   camera.look_at = camera.look_at - origin;
   return camera;
 }
 
-/// Of a camera ray that meets nothing.
+/// Sets the first hit of a camera ray that meets nothing.
 template <typename Real>
 void set_sky(const Ray<Real>& ray, FirstHit& first) {
   first.sphere = no_sphere;
@@ -52,8 +52,8 @@ void set_sky(const Ray<Real>& ray, FirstHit& first) {
   first.normal = {};
 }
 
-/// `sphere` is the one of `hit`, the first along a camera ray. Sets fields one by one: copying the
-/// whole stalls, because its parts have just been stored.
+/// Sets the first hit of a camera ray; `sphere` is the sphere of `hit`. The function sets the
+/// fields one by one: a copy of the whole stalls, because its parts have just been stored.
 template <typename Real>
 void set_hit(const Ray<Real>& ray, const Hit<Real>& hit, const SphereShape<Real>& sphere,
              FirstHit& first) {

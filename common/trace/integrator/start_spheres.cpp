@@ -11,14 +11,14 @@ namespace {
 /// fewer the time to ask a tile's spheres.
 constexpr std::uint64_t most_tiles = 1U << 16;
 constexpr std::uint64_t entries_a_sphere = 8;
-/// One tile, of any picture.
+/// The `bits` of a single tile that covers any picture.
 constexpr std::uint32_t whole_picture = 31;
 
 std::uint32_t tiles_along(std::uint32_t pixels, std::uint32_t bits) {
   return ((pixels - 1) >> bits) + 1;
 }
 
-/// The tiles that a box has a part of.
+/// The tiles that overlap a box.
 PixelBox tiles_of(const PixelBox& box, std::uint32_t bits) {
   return {box.left >> bits, box.right >> bits, box.top >> bits, box.bottom >> bits};
 }
@@ -27,7 +27,8 @@ std::uint64_t area(const PixelBox& box) {
   return std::uint64_t{box.right - box.left + 1} * (box.bottom - box.top + 1);
 }
 
-/// The whole pixels of an interval that have to be among the first `count`; none: it lies beside.
+/// Returns the whole pixels of an interval, cut to the first `count`. Returns nothing if the
+/// interval lies beside them.
 std::optional<std::pair<std::uint32_t, std::uint32_t>> pixels_in(double begin, double end,
                                                                  std::uint32_t count) {
   const double last = count - 1;

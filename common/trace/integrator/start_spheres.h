@@ -10,11 +10,11 @@
 #include "common/trace/integrator/kernel_scene.h"
 #include "common/trace/sphere.h"
 
-/// Which spheres a path may begin inside of. Each sample decides for itself, by the numbers that
-/// the spheres are stored as; here are those that it has to ask.
+/// Finds the spheres that a path may begin inside of. Each sample decides for itself, from the
+/// stored numbers of the spheres. This file finds the candidates that a sample must test.
 namespace parray::trace {
 
-/// Pixels, both ends included.
+/// A box of pixels, both ends included.
 struct PixelBox {
   std::uint32_t left = 0;
   std::uint32_t right = 0;
@@ -22,20 +22,21 @@ struct PixelBox {
   std::uint32_t bottom = 0;
 };
 
-/// Where the camera rays of a picture begin: on the lens, or, of an orthographic camera, on its
-/// film and the lenses around the film's points (see CameraRays).
+/// The points where the camera rays of a picture begin. They lie on the lens. With an orthographic
+/// camera they lie on its film and on the lenses around the film's points (see CameraRays).
 class RayStarts {
  public:
-  /// `camera` is relative to the origin, as the spheres are; width and height are in pixels.
+  /// `camera` must be relative to the origin, like the spheres; width and height are in pixels.
   RayStarts(const Camera& camera, std::uint32_t width, std::uint32_t height);
 
-  /// The pixels whose rays may begin inside a sphere, and perhaps some around; none for the NaN
-  /// that stand for no sphere. A sphere that an orthographic camera's plane cuts holds the rays of
-  /// the pixels that show the cut: they see its inside.
+  /// Returns a box with the pixels that have rays beginning inside a sphere, and perhaps with some
+  /// others. Returns nothing for NaN, which stands for no sphere. The plane of an orthographic
+  /// camera may cut a sphere. Then the rays of the pixels that show the cut begin inside: they see
+  /// its inside.
   template <typename Store>
   [[nodiscard]] std::optional<PixelBox> inside(const SphereShape<Store>& sphere) const {
     const Vec3d center = vec_cast<double>(sphere.center);
-    // Above the single-precision rounding of what is compared later: a candidate costs little.
+    // More than the single-precision rounding in later comparisons: a candidate costs little.
     const double slack = 16.0 * RealTraits<float>::unit_roundoff * (far_ + length(center));
     const double radius = static_cast<double>(sphere.radius) + slack;
     if (!(length(center - eye_) - reach_ < radius)) return {};
@@ -45,29 +46,29 @@ class RayStarts {
   [[nodiscard]] std::uint32_t height() const { return height_; }
 
  private:
-  /// Of a sphere that is near enough; `to_center` from the eye.
+  /// Returns the box of a sphere that is near enough; `to_center` starts at the eye.
   [[nodiscard]] std::optional<PixelBox> box(const Vec3d& to_center, double radius) const;
 
   CameraAxes axes_;
   Vec3d eye_;
   double lens_;
-  double reach_;  ///< of all rays' starts, from the eye
-  double far_;    ///< and from the spheres' origin
+  double reach_;  ///< largest distance of a ray's start from the eye
+  double far_;    ///< largest distance of a ray's start from the spheres' origin
   bool parallel_;
   double pixels_per_length_;
   std::uint32_t width_, height_;
 };
 
-/// Numbers of the spheres that the paths of a part of the picture may begin inside of, part by
-/// part. A perspective camera has one part; an orthographic camera, whose plane may cut very many
-/// spheres, square tiles. Memory is in proportion to the spheres.
+/// The numbers of the spheres that the paths of a part of the picture may begin inside of, part by
+/// part. A perspective camera has one part. An orthographic camera has square tiles, because its
+/// plane may cut very many spheres. Memory is proportional to the number of spheres.
 class StartSpheres {
  public:
-  /// None.
+  /// Makes an empty object.
   StartSpheres() : StartSpheres(std::vector<std::uint32_t>{}) {}
-  /// These, wherever a path begins.
+  /// Makes an object with these spheres for all pixels.
   explicit StartSpheres(std::vector<std::uint32_t> everywhere);
-  /// Those of the numbers 0 .. count - 1 for which `sphere_at(number)` holds a ray's start.
+  /// Selects the numbers in 0 .. count - 1 for which `sphere_at(number)` may contain a ray's start.
   template <typename SphereAt>
   StartSpheres(const RayStarts& starts, std::uint32_t count, const SphereAt& sphere_at) {
     std::vector<Candidate> candidates;
@@ -79,12 +80,13 @@ class StartSpheres {
   }
 
   [[nodiscard]] bool empty() const { return numbers_.empty(); }
-  /// Of the paths of a pixel, ascending.
+  /// Returns the numbers for the paths of a pixel, ascending.
   [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t x, std::uint32_t y) const {
     const std::uint32_t tile = tiles_.tile(x, y);
     return std::span(numbers_).subspan(begins_[tile], begins_[tile + 1] - begins_[tile]);
   }
-  /// For the kernels; refers to this. Null where it is empty.
+  /// Returns the table for the kernels, which refers to this object. Its pointers are null if this
+  /// object is empty.
   [[nodiscard]] StartTable table() const;
 
  private:

@@ -7,13 +7,13 @@
 #include "common/trace/integrator/path_columns.h"
 #include "common/trace/integrator/sample_sums.h"
 
-/// The paths of a batch, bounce by bounce: find the next surface of all, then scatter all that met
-/// the same type of material, a vector at a time. Every path goes through the same arithmetic as
-/// trace_sample() of path.h does, to the bit.
+/// Traces the paths of a batch, bounce by bounce. Each bounce finds the next surface of all paths.
+/// Then it scatters all paths that met the same type of material, one vector at a time. Every path
+/// has the same arithmetic as in trace_sample() of path.h, to the bit.
 namespace parray::trace {
 
-/// `L` are lanes of the real type, `B` lanes of the stored one, `D` lanes of double; `InsideStack`:
-/// paths can be inside something (KernelFeatures).
+/// `L` are lanes of the real type, `B` lanes of the stored type, `D` lanes of double.
+/// `InsideStack`: paths can be inside a sphere (KernelFeatures).
 template <typename L, typename B, typename D, bool InsideStack>
 class Wavefront {
  public:
@@ -44,7 +44,7 @@ class Wavefront {
     add_samples(batch, space_.radiance, row, counts);
   }
 
-  /// The camera rays of a batch.
+  /// Makes the camera rays of a batch.
   PARRAY_INLINE void begin(const SampleBatch& batch) {
     space_.sample_number = batch.sample;
     Paths<Real>& paths = space_.paths;
@@ -65,7 +65,7 @@ class Wavefront {
     for (std::uint32_t i = 0; i < batch.count; ++i) {
       paths.sample[i] = i;
       for (double& channel : space_.radiance.of[i]) {
-        channel = RadianceScale::shift;  // 0: stays for a path that is cut short
+        channel = RadianceScale::shift;  // radiance 0, which remains if max_depth ends the path
       }
     }
     if constexpr (InsideStack) {
@@ -84,7 +84,7 @@ class Wavefront {
     return count >= lanes ? (1U << lanes) - 1 : (1U << count) - 1;
   }
 
-  /// Paths that max_depth cuts short.
+  /// Counts the light of the paths that max_depth cuts short.
   PARRAY_INLINE void count_lost(TraceCounts& counts) const {
     for (std::uint32_t i = 0; i < space_.paths.count; ++i) {
       const Vec3<Real> throughput = space_.paths.throughput[i];
@@ -93,7 +93,7 @@ class Wavefront {
     }
   }
 
-  /// Moves every path to the hits of its material's type, or of the sky.
+  /// Moves every path to the hits of its material's type or of the sky.
   PARRAY_INLINE void sort_by_material() {
     for (Hits<Real>& hits : space_.hits) {
       hits.count = 0;
@@ -164,8 +164,8 @@ class Wavefront {
     write_radiance(from, from.throughput.z, 2);
   }
 
-  /// As RadianceScale::to_fixed(). NaN stays NaN, because it is the second operand of each choice;
-  /// 0 x makes one of an infinity.
+  /// Converts radiance like RadianceScale::to_fixed(). NaN stays NaN, because it is the second
+  /// operand of each choice. The factor 0 x turns infinity into NaN.
   PARRAY_INLINE void write_radiance(const Hits<Real>& from, const Column<Real>& radiance,
                                     int channel) {
     for (std::uint32_t i = 0; i < from.count; i += D::count) {
@@ -181,7 +181,7 @@ class Wavefront {
     }
   }
 
-  /// Slots of a vector of hits; 0 where there is none.
+  /// Returns the slots of a vector of hits; 0 for lanes without a hit.
   static PARRAY_INLINE Uint slots(const Hits<Real>& hits, std::uint32_t i, std::uint32_t present) {
     return select_bits(present, Uint::load(&hits.slot[i]), Uint(0U));
   }
@@ -195,12 +195,12 @@ class Wavefront {
             L::gather(x + 3 * B::count, at)};
   }
 
-  /// A vector of hits, ready to be scattered.
+  /// A vector of hits with the data that scattering needs.
   struct Meeting {
     Vec3<L> incoming;
     SphereShape<L> sphere;
     Vec3<L> normal;  ///< outward
-    Vec3<L> m;       ///< on the path's side
+    Vec3<L> m;       ///< normal on the path's side
     MaskOf<L> leaving;
     RandomAddress<Uint> random;
   };
@@ -234,7 +234,7 @@ class Wavefront {
             Uint::gather(space_.sample_number, sample), scene_.sampler};
   }
 
-  /// Column `k` of the materials' rows (see MaterialParameters).
+  /// Returns column `K` of the materials' rows (see MaterialParameters).
   template <int K>
   PARRAY_INLINE L material_column(const Uint& row) const {
     static_assert(sizeof(MaterialParameters<Real>) == 8 * sizeof(Real));
@@ -245,7 +245,7 @@ class Wavefront {
     return {material_column<0>(row), material_column<1>(row), material_column<2>(row)};
   }
 
-  /// Lets the lanes of `going` go on with a new direction from the surface.
+  /// Continues the paths in the lanes of `going` with a new direction from the surface.
   PARRAY_INLINE void go_on(const Hits<Real>& hits, std::uint32_t i, std::uint32_t going,
                            const Meeting& at, const Vec3<L>& direction, const Vec3<L>& throughput) {
     Paths<Real>& to = space_.paths;
@@ -262,7 +262,7 @@ class Wavefront {
     to.count = n + static_cast<std::uint32_t>(__builtin_popcount(going));
   }
 
-  /// Where the materials' rows begin, in numbers; that of material 0 where there is no hit.
+  /// Returns the first number of each material's row; that of material 0 for lanes without a hit.
   PARRAY_INLINE static Uint row_of(const Hits<Real>& hits, std::uint32_t i, std::uint32_t present) {
     return select_bits(present, Uint::load(&hits.material[i]), Uint(0U)) << 3;
   }
@@ -322,7 +322,7 @@ class Wavefront {
     }
   }
 
-  /// Refracted paths pass through their surface: lanes of `refracted`, which are paths n, n + 1 ...
+  /// Moves refracted paths through their surface. The lanes of `refracted` are paths n, n + 1 ...
   PARRAY_INLINE void cross(const Hits<Real>& hits, std::uint32_t i, std::uint32_t refracted,
                            std::uint32_t n) {
     for (; refracted != 0; refracted &= refracted - 1) {

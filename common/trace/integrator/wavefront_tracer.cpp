@@ -19,7 +19,7 @@
 namespace parray::trace {
 namespace {
 
-/// What the materials alone call for.
+/// Returns the features that the materials alone need.
 KernelFeatures features_of(const Scene& scene) {
   KernelFeatures features{false, false};
   for (const Material& material : scene.materials) {
@@ -29,7 +29,8 @@ KernelFeatures features_of(const Scene& scene) {
   return features;
 }
 
-/// MaterialRef of each sphere, side by side: spheres in the order of a tree's slots lie far apart.
+/// Makes the MaterialRef of each sphere as one array, because consecutive slots of a tree hold
+/// spheres that lie far apart in the input.
 AlignedArray<std::uint32_t> references_of(const Scene& scene, int threads) {
   AlignedArray<std::uint32_t> references(scene.spheres.size());
   Bands(references.size(), threads).run([&](std::size_t, std::size_t begin, std::size_t end) {
@@ -94,7 +95,7 @@ class WavefrontAccelerator final : public Accelerator {
             [this](std::uint32_t slot) { return sphere_at<Store>(spheres_.blocks(), slot); }};
   }
 
-  /// `references`: MaterialRef of each sphere of the input.
+  /// `references` holds the MaterialRef of each sphere of the input.
   void note_materials(const AlignedArray<std::uint32_t>& references, int threads) {
 #pragma omp parallel for num_threads(threads) if (threads > 1) schedule(static)
     for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
@@ -110,7 +111,8 @@ class WavefrontAccelerator final : public Accelerator {
 
   WideBvh<Store, W> spheres_;
   std::vector<MaterialParameters<Real>> surfaces_;
-  std::vector<std::uint32_t> material_of_;  ///< by slot; empty where the slots' tags have room
+  /// By slot; empty if the tags of the slots have enough bits.
+  std::vector<std::uint32_t> material_of_;
   KernelFeatures features_;
   Kernels<Real, Store, W> kernels_;
 };
@@ -120,7 +122,7 @@ class WavefrontTracer final : public PathTracer {
  public:
   using Space = Workspace<Real, Store>;
 
-  /// `camera` is relative to the accelerator's origin; `self` owns the accelerator.
+  /// `camera` must be relative to the accelerator's origin; `self` owns the accelerator.
   WavefrontTracer(std::shared_ptr<const Accelerator> self,
                   const WavefrontAccelerator<Real, Store, W>& scene, const Camera& camera,
                   const PictureSettings& picture, bool general)
@@ -180,7 +182,7 @@ class WavefrontTracer final : public PathTracer {
   }
 
  private:
-  /// Calls visit(batch) until all samples of the run have been in one.
+  /// Calls visit(batch) for batches that together contain all samples of the run.
   template <typename Visit>
   static void for_batches(const PixelRun& run, const RunSamples& samples, const Visit& visit) {
     SampleBatch batch;
@@ -199,7 +201,7 @@ class WavefrontTracer final : public PathTracer {
     if (batch.count > 0) visit(batch);
   }
 
-  /// What find() has found for a path.
+  /// Returns the result of find() for a path.
   void set_found(const Space& space, std::uint32_t i, FirstHit& first) const {
     const std::uint32_t slot = space.queries.slot[i];
     const Ray<Real> ray(space.paths.origin[i], space.paths.direction[i],

@@ -7,7 +7,8 @@
 
 namespace parray::trace {
 
-/// A ray prepared for the tests of cells: plane origins moved outward by its share of the margins.
+/// A ray prepared for tests of cells: the plane origins are moved outward by the ray's part of the
+/// margins.
 template <typename Real>
 struct Octree<Real>::Probe {
   explicit Probe(const Ray<Real>& ray) {
@@ -21,8 +22,9 @@ struct Octree<Real>::Probe {
     }
   }
 
-  /// Parameter at which the ray reaches the cell, infinity if it does not before `t_max`. A NaN
-  /// (the origin on a plane that the ray runs along) constrains nothing: see min_of and max_of.
+  /// Returns the parameter at which the ray reaches the cell; infinity if it does not before
+  /// `t_max`. A NaN (the origin on a plane that the ray runs along) does not constrain the result:
+  /// see min_of and max_of.
   [[nodiscard]] Real reach(const Extent& extent, Real t_max) const {
     Real near = Real(0);
     Real far = t_max;
@@ -52,7 +54,7 @@ void Octree<Real>::enter(const Ray<Real>& ray, const InsideStack<Real>& sides,
   if (cells_.empty()) {
     return;
   }
-  // Room for nearly every search; a scene whose cells overlap in great numbers takes from the heap.
+  // Enough for nearly every search. A scene in which very many cells overlap also uses the heap.
   alignas(Pending) std::array<std::byte, 256 * sizeof(Pending)> room;
   std::pmr::monotonic_buffer_resource memory(room.data(), room.size());
   std::pmr::vector<Pending> container(&memory);
@@ -68,7 +70,7 @@ void Octree<Real>::enter(const Ray<Real>& ray, const InsideStack<Real>& sides,
     }
   };
   offer(0);
-  while (!queue.empty() && queue.top().t <= best.t) {  // <=: equal may win by its index
+  while (!queue.empty() && queue.top().t <= best.t) {  // <=: an equal distance may win by its index
     const Cell& cell = cells_[queue.top().cell];
     queue.pop();
     for (std::uint32_t i = cell.first; i < cell.first + cell.count; ++i) {

@@ -36,7 +36,7 @@ namespace parray::trace {
 template <typename Real>
 class Octree {
  public:
-  /// Any number of spheres, none included. Sequential and deterministic.
+  /// Builds the tree of any number of spheres, even none. Sequential and deterministic.
   explicit Octree(const std::vector<SphereShape<Real>>& spheres);
 
   void enter(const Ray<Real>& ray, const InsideStack<Real>& sides, Hit<Real>& best) const;
@@ -45,7 +45,7 @@ class Octree {
     return cells_.size() * sizeof(Cell) + spheres_.size() * sizeof(SphereShape<Real>) +
            indices_.size() * sizeof(std::uint32_t);
   }
-  /// Cells on the longest way down; 0 without spheres.
+  /// Returns the number of cells on the longest way down; 0 without spheres.
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
 
   static constexpr std::uint32_t max_depth = 64;
@@ -61,9 +61,9 @@ class Octree {
   };
   struct Cell {
     Extent extent;
-    std::uint32_t first = 0;  ///< leaf: first sphere; else first of the children in a row
-    std::uint32_t count = 0;  ///< of spheres or children
-    bool is_leaf = false;     ///< a leaf holds one sphere, or those that nothing parts
+    std::uint32_t first = 0;  ///< leaf: first sphere; otherwise first of the consecutive children
+    std::uint32_t count = 0;  ///< number of spheres or children
+    bool is_leaf = false;     ///< a leaf holds one sphere, or spheres that no halving separates
   };
   struct Probe;
   class Builder;
@@ -73,7 +73,7 @@ class Octree {
 
   std::vector<Cell> cells_;                 ///< children after their parents
   std::vector<SphereShape<Real>> spheres_;  ///< in leaf order
-  std::vector<std::uint32_t> indices_;      ///< input index of each
+  std::vector<std::uint32_t> indices_;      ///< input index of each sphere
   std::uint32_t depth_ = 0;
 };
 

@@ -19,7 +19,7 @@ typename Octree<Real>::Slabs Octree<Real>::project(const Vec3<Real>& v) {
   return {v.x, v.y, v.z, sum + v.z, sum - v.z, difference + v.z, difference - v.z};
 }
 
-/// The share in the planes' margins of numbers up to `size` (see Octree).
+/// Returns the part of the planes' margins for numbers up to `size` (see Octree).
 template <typename Real>
 typename Octree<Real>::Slabs Octree<Real>::margins(Real size) {
   const Real axis = Real(32) * RealTraits<Real>::unit_roundoff * size;
@@ -59,7 +59,7 @@ class Octree<Real>::Builder {
 
   struct Cube {
     Vec3<Real> middle;
-    Real half;  ///< of its side
+    Real half;  ///< half of the cell's side
     std::uint32_t halvings = 0;
 
     /// Bits 0, 1, 2: the upper half in x, y, z.
@@ -119,7 +119,7 @@ class Octree<Real>::Builder {
     tree_.cells_[cell].is_leaf = true;
   }
 
-  /// Also true for one sphere.
+  /// Also true for a single sphere.
   [[nodiscard]] bool centers_coincide(Range range) const {
     const Vec3<Real>& first = spheres_[indices_[range.begin]].center;
     return std::all_of(indices_.begin() + range.begin, indices_.begin() + range.end,
@@ -158,7 +158,7 @@ class Octree<Real>::Builder {
 
   // --- second pass, from the bottom
 
-  /// Children come after their parents, so that backwards each cell's children are ready.
+  /// Children come after their parents. So in reverse order the children of each cell are ready.
   void bound_cells() {
     for (auto cell = tree_.cells_.rbegin(); cell != tree_.cells_.rend(); ++cell) {
       cell->extent.lo.fill(std::numeric_limits<Real>::infinity());
@@ -170,7 +170,7 @@ class Octree<Real>::Builder {
     }
   }
 
-  /// Bounds with the sphere's own share of the rounding (see Octree).
+  /// Returns the bounds with the sphere's own part of the rounding (see Octree).
   static Extent extent_of(const SphereShape<Real>& sphere) {
     constexpr auto root_of_3 = static_cast<Real>(1.7320509);  // rounded up
     const Slabs center = project(sphere.center);

@@ -10,8 +10,8 @@
 
 namespace parray::trace {
 
-/// One path after the other, by any search of sphere_search.h. What it computes is what every other
-/// tracer has to compute, to the bit. `S` outlives it, and so does `scene`: `self` owns both.
+/// Traces one path after the other with any search of sphere_search.h. Every other tracer must
+/// compute the same, to the bit. `S` and `scene` must outlive it; `self` owns both.
 template <typename Real, SphereSearch<Real> S>
 class ScalarTracer final : public PathTracer {
  public:
@@ -72,7 +72,7 @@ class ScalarTracer final : public PathTracer {
   [[nodiscard]] Ray<Real> camera_ray(std::uint32_t x, std::uint32_t y, std::uint32_t sample) const {
     return ends_.view.template ray<Real>(x, y, random(x, y, sample));
   }
-  /// What a camera ray of pixel (x, y) meets; `sides` is scratch memory.
+  /// Finds the first hit of a camera ray of pixel (x, y); `sides` is scratch memory.
   [[nodiscard]] Hit<Real> first_of(const Ray<Real>& ray, std::uint32_t x, std::uint32_t y,
                                    InsideStack<Real>& sides) const {
     start_sides(scene_, ends_, x, y, ray.origin, sides);
@@ -91,7 +91,7 @@ class ScalarTracer final : public PathTracer {
   Sampler sampler_;
 };
 
-/// `Store` is the type that positions are rounded to: float, with Real double, is precision mixed.
+/// `Store` is the type that positions are rounded to. float with Real double is precision mixed.
 template <typename Real, typename Store, SphereSearch<Real> S>
 class ScalarAccelerator final : public Accelerator {
  public:
@@ -117,7 +117,7 @@ class ScalarAccelerator final : public Accelerator {
                                                    std::move(ends), picture);
   }
 
-  /// Returns the spheres, which the search is made from.
+  /// Returns the spheres from which the search is built.
   const std::vector<SphereShape<Real>>& fill(const Scene& scene) {
     for (const SphereShape<Store>& shape : stored_shapes<Store>(scene, origin())) {
       scene_.spheres.push_back({vec_cast<Real>(shape.center), static_cast<Real>(shape.radius)});

@@ -42,7 +42,7 @@ std::string trace_fingerprint(const TracerMaker& make) {
   settings.height = 16;
   settings.accelerator = AcceleratorKind::bvh;
   std::vector<PixelSums> sums(6ULL * settings.width * settings.height);
-  // Late enough that every part of a point's number counts.
+  // High enough that every part of a point's number matters.
   constexpr SampleRange samples{999, 1003};
   std::size_t next = 0;
   for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
