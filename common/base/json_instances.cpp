@@ -1,4 +1,5 @@
-/// The machine code of reading and writing JSON, which cmake/precompiled.h promises to every source.
+/// The machine code of reading and writing JSON, which cmake/precompiled.h promises to every
+/// source.
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
