@@ -31,3 +31,12 @@
 #include <unordered_map>
 #include <utility>
 #include <vector>
+
+// common/base/json_instances.cpp has the machine code of reading and writing JSON: elsewhere the
+// compiler need not make it again.
+extern template class nlohmann::detail::serializer<nlohmann::json>;
+extern template class nlohmann::detail::lexer<
+    nlohmann::json, nlohmann::detail::iterator_input_adapter<std::string::const_iterator>>;
+extern template class nlohmann::detail::parser<
+    nlohmann::json, nlohmann::detail::iterator_input_adapter<std::string::const_iterator>>;
+extern template class nlohmann::detail::binary_writer<nlohmann::json, std::uint8_t>;

@@ -26,7 +26,7 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-using Clock = std::chrono::steady_clock;
+using std::chrono::steady_clock;
 
 constexpr milliseconds look_interval{100};  // how often whoever waits looks whether to stop
 constexpr seconds retry_interval{3};
@@ -151,8 +151,8 @@ class Connection {
 
   /// Whether more can be sent, within `patience`.
   bool ready(milliseconds patience) const {
-    const auto until = Clock::now() + patience;
-    while (!stop_.stop_requested() && Clock::now() < until) {
+    const auto until = steady_clock::now() + patience;
+    while (!stop_.stop_requested() && steady_clock::now() < until) {
       pollfd poll{socket_, POLLOUT, 0};
       if (::poll(&poll, 1, static_cast<int>(look_interval.count())) > 0) return true;
     }

@@ -9,9 +9,9 @@
 namespace parray::http {
 namespace {
 
-constexpr std::string_view line_end = "\r\n";
+constexpr std::string_view line_break = "\r\n";
 
-[[noreturn]] void refuse(const std::string& detail) { throw Problem(400, detail); }
+[[noreturn]] void refuse_head(const std::string& detail) { throw Problem(400, detail); }
 
 void parse_request_line(std::string_view line, RequestHead& head) {
   const std::size_t first = line.find(' ');
@@ -19,7 +19,8 @@ void parse_request_line(std::string_view line, RequestHead& head) {
   const bool three = first != std::string_view::npos && first < last;
   if (!three || !is_token(line.substr(0, first)) ||
       line.substr(first + 1, last - first - 1).find(' ') != std::string_view::npos) {
-    refuse("'" + printable(line.substr(0, 100)) + "' is no request line: METHOD TARGET HTTP/1.1");
+    refuse_head("'" + printable(line.substr(0, 100)) +
+                "' is no request line: METHOD TARGET HTTP/1.1");
   }
   const std::string_view version = line.substr(last + 1);
   if (version != "HTTP/1.1" && version != "HTTP/1.0") {
@@ -35,14 +36,14 @@ void parse_request_line(std::string_view line, RequestHead& head) {
 void parse_field(std::string_view line, RequestHead& head) {
   const std::size_t colon = line.find(':');
   if (colon == std::string_view::npos || !is_token(line.substr(0, colon))) {
-    refuse("'" + printable(line.substr(0, 100)) + "' is no header field: NAME: VALUE");
+    refuse_head("'" + printable(line.substr(0, 100)) + "' is no header field: NAME: VALUE");
   }
   head.fields.emplace_back(lower_case(line.substr(0, colon)), trimmed(line.substr(colon + 1)));
 }
 
 std::uint64_t parse_length(const std::string& text) {
   const std::optional<std::uint64_t> value = natural_in(text);
-  if (!value) refuse("Content-Length: '" + printable(text) + "' is no number of bytes");
+  if (!value) refuse_head("Content-Length: '" + printable(text) + "' is no number of bytes");
   return *value;
 }
 
@@ -50,10 +51,10 @@ std::uint64_t parse_length(const std::string& text) {
 void find_body(RequestHead& head) {
   for (const auto& [name, value] : head.fields) {
     if (name == "content-length") {
-      if (head.length) refuse("Content-Length is there twice");
+      if (head.length) refuse_head("Content-Length is there twice");
       head.length = parse_length(value);
     } else if (name == "transfer-encoding") {
-      if (head.chunked) refuse("Transfer-Encoding is there twice");
+      if (head.chunked) refuse_head("Transfer-Encoding is there twice");
       if (lower_case(value) != "chunked") {
         throw Problem(501, "Transfer-Encoding: '" + printable(value) +
                                "' is not understood: send chunked, or a Content-Length");
@@ -61,8 +62,10 @@ void find_body(RequestHead& head) {
       head.chunked = true;
     }
   }
-  if (head.chunked && head.old) refuse("HTTP/1.0 has no Transfer-Encoding: send a Content-Length");
-  if (head.chunked && head.length) refuse("Content-Length and Transfer-Encoding: send one of them");
+  if (head.chunked && head.old)
+    refuse_head("HTTP/1.0 has no Transfer-Encoding: send a Content-Length");
+  if (head.chunked && head.length)
+    refuse_head("Content-Length and Transfer-Encoding: send one of them");
 }
 
 /// The authority of a target in absolute form (RFC 9112, section 3.2.2), which is cut off; "": the
@@ -74,7 +77,7 @@ std::string take_authority(std::string& target) {
   const std::size_t end = std::min(target.find_first_of("/?", begin), target.size());
   const std::string authority = target.substr(begin, end - begin);
   if (authority.empty() || authority.find('@') != std::string::npos) {
-    refuse("'" + printable(target, 200) + "' names no host: http://HOST/PATH");
+    refuse_head("'" + printable(target, 200) + "' names no host: http://HOST/PATH");
   }
   target.erase(0, end);
   if (!target.starts_with('/')) target.insert(0, "/");
@@ -84,7 +87,7 @@ std::string take_authority(std::string& target) {
 /// One host at most, that of the target first (RFC 9112, section 3.2).
 void find_host(RequestHead& head) {
   constexpr auto is_host = [](const auto& field) { return field.first == "host"; };
-  if (std::ranges::count_if(head.fields, is_host) > 1) refuse("Host is there twice");
+  if (std::ranges::count_if(head.fields, is_host) > 1) refuse_head("Host is there twice");
   const std::string authority = take_authority(head.target);
   if (authority.empty()) return;
   std::erase_if(head.fields, is_host);
@@ -105,13 +108,13 @@ bool is_control(char c) { return (c >= 0 && c < ' ' && c != '\t') || c == '\x7f'
 
 std::string text_of(const RequestHead& head) {
   std::string text = head.method + " " + head.target + (head.old ? " HTTP/1.0" : " HTTP/1.1");
-  text += line_end;
+  text += line_break;
   if (head.closes) text += "connection: close\r\n";
   for (const auto& [name, value] : head.fields) {
     const bool replaced = name == "expect" || (name == "connection" && head.closes);
     if (!replaced) text += name + ": " + value + "\r\n";
   }
-  return text += line_end;
+  return text += line_break;
 }
 
 std::string RequestHead::field(std::string_view name) const {
@@ -135,17 +138,17 @@ RequestHead parse_head(std::string_view bytes) {
   RequestHead head;
   head.bytes = bytes.size();
   for (std::size_t begin = 0; begin < bytes.size();) {
-    const std::size_t end = std::min(bytes.find(line_end, begin), bytes.size());
+    const std::size_t end = std::min(bytes.find(line_break, begin), bytes.size());
     const std::string_view line = bytes.substr(begin, end - begin);
     if (std::ranges::any_of(line, is_control)) {
-      refuse("the head of the request has control characters in a line");
+      refuse_head("the head of the request has control characters in a line");
     }
     if (begin == 0) {
       parse_request_line(line, head);
     } else if (!line.empty()) {
       parse_field(line, head);
     }
-    begin = end + line_end.size();
+    begin = end + line_break.size();
   }
   find_host(head);
   find_body(head);

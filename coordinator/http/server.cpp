@@ -28,7 +28,7 @@ Listener bind_address(const std::string& address) {
                  "machine?");
 }
 
-std::string text_of(const HostPort& at) {
+std::string address_text(const HostPort& at) {
   const bool six = at.host.find(':') != std::string::npos;
   return (six ? "[" + at.host + "]" : at.host) + ":" + std::to_string(at.port);
 }
@@ -43,7 +43,7 @@ class Server::Impl {
   Impl(const std::string& address, const ServerLimits& limits, Callbacks callbacks)
       : answer_(std::move(callbacks.answer)),
         listener_(bind_address(address)),
-        address_(text_of({parse_address(address).host, listener_.port})),
+        address_(address_text({parse_address(address).host, listener_.port})),
         doorman_(listener_.socket, limits.seats,
                  {std::move(callbacks.at_door),
                   [this](Doorman::Guest guest, const RequestHead& head) {

@@ -253,9 +253,9 @@ class BinaryReader {
   }
 
   void check_end() {
-    constexpr std::string_view blanks = " \t\r\n";  // which some programs end a file with
+    constexpr std::string_view padding = " \t\r\n";  // which some programs end a file with
     while (const char* const byte = input_->next_bytes(1)) {
-      if (blanks.find(*byte) != std::string_view::npos) continue;
+      if (padding.find(*byte) != std::string_view::npos) continue;
       input_->fail("data after the last element: are the counts in the header right?");
     }
   }

@@ -5,15 +5,12 @@
 #include <cmath>
 
 #include "cli/measure/plan/farm_model.h"
+#include "cli/measure/tradeoff/variant.h"
 
 namespace parray::tradeoff {
 namespace {
 
 constexpr std::array<std::uint32_t, 4> farm_sizes = {1, 4, 16, 64};
-
-double pixels_of(const RenderSettings& settings) {
-  return static_cast<double>(settings.width) * settings.height;
-}
 
 double seconds_of(const Row& row, const RenderSettings& scene, std::uint32_t workers, int threads) {
   RenderSettings settings = row.settings;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cli/measure/tradeoff/answer.h"
+#include "cli/measure/tradeoff/variant.h"
 #include "cli/output/processor.h"
 #include "cli/output/text.h"
 #include "common/adaptive/error_estimate.h"
@@ -54,10 +55,6 @@ Pilot pilot_from(const json& map) {
     pilot.other_speeds[accelerator_from(name)] = speed.get<double>();
   }
   return pilot;
-}
-
-double pixels_of(const RenderSettings& settings) {
-  return static_cast<double>(settings.width) * settings.height;
 }
 
 /// An even number of samples a pixel that take about `seconds`.

@@ -32,6 +32,11 @@ struct Variant {
   std::uint32_t runs = 0;
 };
 
+/// Pixels of a picture.
+inline double pixels_of(const RenderSettings& settings) {
+  return static_cast<double>(settings.width) * settings.height;
+}
+
 /// The canonical form of settings, as options of `parray render`: what measurements are kept under.
 /// Settings that keep their replicates are those of pictures that are denoised (--denoise).
 std::string options_of(const RenderSettings& settings);
