@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "proto/request_window.h"
 #include "proto/window.h"
 
 namespace parray::proto {

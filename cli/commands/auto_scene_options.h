@@ -9,22 +9,22 @@
 
 namespace parray::commands {
 
-/// view_names and view_axes, as known words of an option.
+/// The names of views and axes, as words of an option.
 std::vector<std::string> view_words();
 
-/// From where a file of particles is seen, and what is around it. Part of RenderOptions.
+/// The view of a file of particles, its style and its projection. Part of RenderOptions.
 class AutoSceneOptions {
  public:
-  /// They must stay where they are while the command line is parsed.
+  /// Declares the options. The object must not move while the command line is parsed.
   void add_to(Command& command);
-  /// Throws InputError that names those given: the scene `file` is not a file of particles.
+  /// Throws InputError that names the options given: the scene `file` is not a file of particles.
   void check_unused(const std::string& file) const;
   [[nodiscard]] Viewing viewing() const;
 
   [[nodiscard]] bool has_view() const { return view_.has_value(); }
   void look_from(View view) { view_ = view; }
-  /// The particles' cell is to be in the picture if `wanted`, which stays where it is, is true by
-  /// then.
+  /// The picture will contain the particles' cell if `wanted` is true when the scene is made.
+  /// `wanted` must not move.
   void frame_cell(const bool& wanted) { whole_cell_ = &wanted; }
 
  private:
@@ -32,6 +32,23 @@ class AutoSceneOptions {
   std::optional<Style> style_;
   std::optional<Projection> projection_;
   const bool* whole_cell_ = nullptr;
+};
+
+/// Options for the picture of any scene. An option that is absent leaves the scene's value. Part of
+/// RenderOptions.
+class ViewOptions {
+ public:
+  void add_to(Command& command);
+
+  /// Takes the value from a recipe instead of from the scene.
+  void follow(bool transparent) { followed_ = transparent; }
+
+  /// Whether to remove the background from the picture. `of_scene`: the scene's value.
+  [[nodiscard]] bool transparent(bool of_scene) const;
+
+ private:
+  std::optional<bool> transparent_;
+  std::optional<bool> followed_;
 };
 
 }  // namespace parray::commands

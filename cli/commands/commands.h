@@ -3,8 +3,8 @@
 #include "common/process/command_line.h"
 #include "common/process/run_main.h"
 
-/// The commands of `parray`, one file each. An add function declares its subcommand and options;
-/// once the command line has been understood, `chosen` is what the user asked for.
+/// The commands of `parray`, one file each. An add function declares its subcommand and options.
+/// After parsing, `chosen` runs the command that the user named.
 namespace parray::commands {
 
 void add_render(CommandLine& line, Action& chosen);
@@ -12,10 +12,10 @@ void add_submit(CommandLine& line, Action& chosen);
 void add_jobs(CommandLine& line, Action& chosen);
 void add_show(CommandLine& line, Action& chosen);
 void add_watch(CommandLine& line, Action& chosen);
-/// Those that change a job.
+/// Adds the commands that change a job.
 void add_steering(CommandLine& line, Action& chosen);
 void add_fetch(CommandLine& line, Action& chosen);
-/// Those that read a job's journal: audit, replay.
+/// Adds the commands that read a job's journal: audit, replay.
 void add_journal_commands(CommandLine& line, Action& chosen);
 void add_workers(CommandLine& line, Action& chosen);
 void add_keygen(CommandLine& line, Action& chosen);
@@ -27,7 +27,7 @@ void add_plan(CommandLine& line, Action& chosen);
 void add_tradeoff(CommandLine& line, Action& chosen);
 void add_doctor(CommandLine& line, Action& chosen);
 
-/// All of them, in the order of the help.
+/// Adds all commands, in the order of the help.
 void add_commands(CommandLine& line, Action& chosen);
 
 }  // namespace parray::commands

@@ -8,12 +8,12 @@
 
 namespace parray::commands {
 
-/// Which coordinator a client command talks to.
+/// The coordinator that a client command talks to.
 class FarmOptions {
  public:
   void add_to(Command& command);
   [[nodiscard]] const std::string& address() const { return address_; }
-  /// A key file, or a directory with an administrator's; empty: none.
+  /// A key file, or a directory with an administrator's key. Empty: no key.
   [[nodiscard]] const std::string& keys() const { return keys_; }
 
  private:
@@ -21,12 +21,11 @@ class FarmOptions {
   std::string keys_;
 };
 
-/// A client of the coordinator at an address, over ZeroMQ. Interruptible: its requests throw
-/// Interrupted once a deferred signal has come.
+/// A client of the coordinator at an address, over ZeroMQ. After a deferred signal its requests
+/// throw Interrupted.
 class FarmClient {
  public:
-  /// Throws InputError when the address is none, or the key no good. Does not wait for the
-  /// coordinator.
+  /// Throws InputError for a wrong address or key. Does not wait for the coordinator.
   explicit FarmClient(const FarmOptions& farm);
 
   Client& operator*() { return client_; }

@@ -96,9 +96,10 @@ void add_finishing(OutputPaths& outputs, const FinishOptions& options, const Sce
   if (!outputs.has_png()) {
     const std::string given = options.first_given();
     if (given.empty()) return;
-    throw InputError(given +
-                     ": finishing is for PNG pictures, an EXR file keeps what was traced: write a "
-                     ".png");
+    throw InputError(
+        given +
+        ": postprocessing needs a PNG picture, because an EXR file keeps what was traced: write a "
+        ".png");
   }
   const Seen seen{scene, file.scenery, finish.depth_cue};
   Finishing steps;
@@ -110,8 +111,7 @@ void add_finishing(OutputPaths& outputs, const FinishOptions& options, const Sce
 void say_unfinished(const Finish& finish, const std::string& name, const std::string& remedy) {
   if (finish == Finish{}) return;
   std::cerr << "parray: " + name +
-                   ": outlines and depth cues are drawn where the scene is, not on fetched "
-                   "pictures: " +
+                   ": outlines and depth cues need the scene, so a fetched picture has none: " +
                    remedy + "\n";
 }
 

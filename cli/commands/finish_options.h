@@ -11,31 +11,32 @@
 
 namespace parray::commands {
 
-/// What is done to a picture before it is looked at. Part of OutputOptions. What is not given stays
-/// as the scene, or the style of its portrait, has it.
+/// Options for postprocessing. Part of OutputOptions. An option that is absent leaves the value of
+/// the scene, or of the style of its automatic scene.
 class FinishOptions {
  public:
-  /// For commands that have the scene of the picture that they write, as `image` says. They must
-  /// stay where they are while the command line is parsed.
+  /// Declares the options, for commands that have the scene of the picture that they write.
+  /// `image`: the option that names it. The object must not move while the command line is parsed.
   void add_to(Command& command, const Option& image);
   [[nodiscard]] Finish over(const Finish& of_scene) const { return given_.over(of_scene); }
-  /// The first of those given that ask for something to be done, as "--outline"; empty: none.
+  /// The first given option that asks for a step, as "--outline". Empty: none.
   [[nodiscard]] std::string first_given() const;
 
  private:
   FinishSection given_;
 };
 
-/// Puts what is done to the picture before the other steps of `outputs.finishing`: depth cue, then
-/// outline. `file` is what was loaded, its spheres in `scene`; `settings` are those of the picture.
-/// After add_labels(), which knows how large it is printed.
+/// Adds depth cue and outline before the other steps of `outputs.finishing`. Call add_labels()
+/// before: it sets the resolution in print. `file`: the loaded scene, whose spheres are in `scene`.
+/// `settings`: of the picture.
 ///
-/// Throws InputError where a step is impossible, or asked for by an option and no output is PNG.
+/// Throws InputError if a step is impossible, or if an option asks for one and no output is a PNG
+/// file.
 void add_finishing(OutputPaths& outputs, const FinishOptions& options, const SceneFile& file,
                    const std::shared_ptr<const Scene>& scene, const RenderSettings& settings);
 
-/// Says on stderr of the job `name` that its picture comes without them, if there are such steps:
-/// they need the scene. `remedy`: how to have them.
+/// Prints on stderr that the picture of the job `name` will have no outline and no depth cue, if
+/// `finish` asks for them: they need the scene. `remedy`: how to get them.
 void say_unfinished(const Finish& finish, const std::string& name, const std::string& remedy);
 
 }  // namespace parray::commands

@@ -55,7 +55,7 @@ int keygen(const KeygenCommand& command) {
                                               : Role::client;
   add_member_key(directory, role, command.name, command.share);
   std::cout << "give " << (directory / (command.name + ".key")).string() << " to " << name_of(role)
-            << " '" << command.name << "' by a safe way\n";
+            << " '" << command.name << "' over a secure channel\n";
   return 0;
 }
 

@@ -154,7 +154,7 @@ void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFi
     outputs.finishing.push_back(label_step(labels, content_of(labels, file, settings)));
   } else if (!options.first_given().empty()) {
     throw InputError(options.first_given() +
-                     ": labels are drawn on PNG pictures, an EXR file keeps what was traced: "
+                     ": labels need a PNG picture, because an EXR file keeps what was traced: "
                      "write a .png");
   }
 }

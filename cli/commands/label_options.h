@@ -15,35 +15,36 @@ namespace parray::commands {
 
 class RenderOptions;
 
-/// Heading, in a command's help, of what is written on a picture.
+/// Heading of the labels in a command's help.
 inline constexpr const char* labels_group = "Labels, drawn on a PNG picture (default: the scene's)";
 
-/// What is written on a picture after it was traced, and its size in print. What is not given stays
-/// as the scene has it.
+/// Labels drawn on a picture, and its size in print. An option that is absent leaves the scene's
+/// value.
 class LabelOptions {
  public:
-  /// `render` learns the width that the size in print means. Both must stay where they are while
-  /// the command line is parsed.
+  /// Declares the options. `render` gets the width in pixels that follows from the size in print.
+  /// Neither object may move while the command line is parsed.
   void add_to(Command& command, const Option& image, RenderOptions& render);
 
-  /// The first of those given that ask for something to be drawn, as "--legend"; empty: none.
+  /// The first given option that asks for a label, as "--legend". Empty: none.
   [[nodiscard]] std::string first_given() const;
-  /// Laid over those of the scene, for a picture of that width. At most one of `dpi` and `width_mm`
-  /// is left. Throws InputError where the size in print contradicts the width.
+  /// Lays the options over the scene's labels, for a picture of that width. The result has at most
+  /// one of `dpi` and `width_mm`. Throws InputError if the size in print contradicts the width.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;
 
  private:
   [[nodiscard]] std::optional<std::uint32_t> printed_width() const;
 
   LabelSettings settings_;
-  std::optional<bool> of_scene_;  ///< whether the labels that the scene asks for are drawn
+  std::optional<bool> of_scene_;  ///< whether to draw the scene's own labels
 };
 
-/// What a picture of a scene is finished with, and what its file and report say of it: legends,
-/// resolution, and, as the last of `outputs.finishing`, labels. `file` is what was loaded; its
-/// camera is looked at, not its spheres. `settings` are those of the picture.
+/// Adds legends and resolution to `outputs`, and the labels as the last step of
+/// `outputs.finishing`. `file`: the loaded scene, of which only the camera is used, not the
+/// spheres. `settings`: of the picture.
 ///
-/// Throws InputError where a label is impossible, or no output is PNG that it could be drawn on.
+/// Throws InputError if a label is impossible, or if an option asks for one and no output is a PNG
+/// file.
 void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFile& file,
                 const RenderSettings& settings);
 

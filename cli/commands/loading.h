@@ -9,9 +9,10 @@
 
 namespace parray::commands {
 
-/// What a frame of a series has of its own; by default nothing.
+/// What differs in one frame of a series. By default nothing.
 struct FrameChange {
-  /// Of the particle files that may hold several, but for those whose frame the scene names.
+  /// The frame to read from particle files with several frames. Files whose frame the scene names
+  /// keep it.
   std::optional<std::uint64_t> particles{};
   std::optional<Camera> camera{};
 };
@@ -19,17 +20,17 @@ struct FrameChange {
 /// Which particle files a scene may name.
 enum class NamedFiles : std::uint8_t {
   anywhere,
-  beside,  ///< those in the scene's own folder: somebody else has written the scene
+  beside,  ///< in the scene's own folder only, for scenes of other people
 };
 
-/// The scene in a scene file, its particles among its spheres, or the portrait of a particle file;
-/// with the options laid over its settings. Which of them a file is, its contents say. Tells on
-/// stderr what readers have guessed, dropped or left out, and of duplicates. Throws InputError.
-/// "-" is the standard input, unless the scene is somebody else's.
+/// Reads a scene file with its particles, or makes an automatic scene from a file of particles. The
+/// contents decide which of the two a file is. Lays the options over the settings. Prints on stderr
+/// what readers guessed or dropped, and duplicates. Throws InputError. "-" is the standard input,
+/// except with NamedFiles::beside.
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change = {}, NamedFiles named = NamedFiles::anywhere);
 
-/// The same of a file that is open.
+/// Loads a file that is already open.
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change = {},
                      NamedFiles named = NamedFiles::anywhere);
 

@@ -6,8 +6,8 @@
 
 namespace parray::commands {
 
-/// What the man page of a command says beyond its options, in the form of
-/// common/process/manual_page.h: of "render", say, or of "mpi". Empty: nothing.
+/// Returns the text of a command's man page beyond its options, in the form of
+/// common/process/manual_page.h. `command`: "render", for instance, or "mpi". Empty: no text.
 std::string manual_of(const std::string& command);
 
 }  // namespace parray::commands

@@ -18,67 +18,67 @@
 #include "common/scene/number_range.h"
 #include "common/scene/settings.h"
 
-/// Options that several commands share, declared once. What an option cannot take ends the parsing
-/// with a UsageError, which names it, before any work is done. The objects keep what was
-/// given; they must stay where they are while the command line is parsed.
+/// Options that several commands share. A wrong value ends the parsing with a UsageError that names
+/// the option, before any work. The objects keep the values; they must not move while the command
+/// line is parsed.
 namespace parray::commands {
 
-/// An option whose value is a whole number from `least` to `most`, in plain decimal digits. (The
-/// library's own reading of numbers takes -1 for 18446744073709551615 and 010 for 8.) Given twice,
-/// the last counts, so that a script can lay its own values over others.
+/// Declares an option whose value is a whole number from `least` to `most`, in plain decimal
+/// digits. (CLI11 itself reads -1 as 18446744073709551615 and 010 as 8.) If the option is repeated,
+/// the last value counts.
 Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
                         std::uint64_t most, std::function<void(std::uint64_t)> set,
                         const std::string& description);
 
-/// The scene to work on: a scene file or a file of particles.
+/// Declares the scene: a scene file or a file of particles.
 void add_scene(Command& command, std::string& scene, const char* name = "SCENE");
 
-/// The finite number that `text` is, in `range`. Throws InputError.
+/// Parses a finite number in `range`. Throws InputError.
 double real_number(std::string_view text, NumberRange range);
 
-/// An option whose value is a finite number in `range`.
+/// Declares an option whose value is a finite number in `range`.
 Option add_real_number(Command& command, const std::string& name, NumberRange range, double& target,
                        const std::string& description);
 
-/// The number of a job, as `submit` prints it.
+/// Declares the number of a job, as `submit` prints it.
 void add_job(Command& command, std::uint64_t& job);
 
-/// Headings, in a command's help. Of options that decide the picture:
+/// Headings in a command's help. Options that decide the picture:
 inline constexpr const char* settings_group = "Picture (default: the scene's)";
-/// Of those that say when it is good enough.
+/// Options that end the tracing.
 inline constexpr const char* limits_group = "Accuracy (whichever is reached first ends it)";
-/// Of those that change how the work is done but not the picture.
+/// Options that change the work but not the picture.
 inline constexpr const char* work_group = "Speed (never changes the picture)";
 inline constexpr const char* output_group = "Output";
-/// Of those that say what is done to a picture after it was traced.
+/// Options for postprocessing.
 inline constexpr const char* finish_group = "Finishing, of a PNG picture (default: the scene's)";
 inline constexpr const char* farm_group = "Farm";
-/// Of those that say what is shown of a file of particles.
+/// Options for files of particles.
 inline constexpr const char* particles_group = "When it is a file of particles";
 
-/// How a scene is rendered. What is not given stays as the scene has it.
+/// How a scene is rendered. An option that is absent leaves the scene's value.
 class RenderOptions {
  public:
   void add_to(Command& command);
-  /// --width and --height alone, under that heading.
+  /// Declares only --width and --height, under that heading.
   void add_size_to(Command& command, const std::string& group);
   [[nodiscard]] bool has_size() const {
     return keys_.contains("width") || keys_.contains("height");
   }
-  /// The picture's width where --width is not given, its height in proportion where --height is
-  /// not.
+  /// Sets the width of the picture if --width is absent, and its height in proportion if --height
+  /// is absent.
   void print_width(std::optional<std::uint32_t> width) { print_width_ = width; }
-  /// All but how many samples to take: for a command that finds out.
+  /// Declares all options except the number of samples, for commands that determine it.
   void add_without_samples_to(Command& command);
-  /// --like, after add_to(): for commands that render.
+  /// Declares --like, after add_to(), for commands that render.
   void add_like_to(Command& command);
-  /// The picture of --like; empty: none.
+  /// The picture of --like. Empty: none.
   [[nodiscard]] const std::string& like() const { return like_; }
-  /// Throws UsageError where --like stands beside an option that decides the picture. Only as long
-  /// as the command line is there.
+  /// Throws UsageError if --like stands beside an option that decides the picture. Call while the
+  /// command line exists.
   void check_like() const;
-  /// over() takes all that decides the picture from these settings instead of the scene's, and
-  /// view() whether it is transparent.
+  /// Makes over() and view() take everything that decides the picture from these values instead of
+  /// from the scene.
   void follow(const RenderSettings& settings, bool transparent) {
     followed_ = settings;
     view_.follow(transparent);
@@ -87,15 +87,15 @@ class RenderOptions {
   [[nodiscard]] const ViewOptions& view() const { return view_; }
   [[nodiscard]] const AutoSceneOptions& auto_scene() const { return auto_scene_; }
   [[nodiscard]] AutoSceneOptions& auto_scene() { return auto_scene_; }
-  /// Empty: the scene's.
+  /// Empty: the scene's sampler.
   [[nodiscard]] std::optional<Sampler> sampler() const {
     return keys_.contains("sampler") ? std::optional(given_.sampler) : std::nullopt;
   }
 
-  /// Those that decide the picture, as they were given: equal for equal commands.
+  /// The options that decide the picture, as given: equal for equal commands.
   [[nodiscard]] std::string as_given() const;
-  /// The scene's settings with the options laid over them. Throws InputError, naming the options,
-  /// when the whole is not possible.
+  /// Lays the options over the scene's settings. Throws InputError, which names the options, if the
+  /// result is impossible.
   [[nodiscard]] RenderSettings over(const RenderSettings& of_scene) const;
 
  private:
@@ -112,27 +112,27 @@ class RenderOptions {
   AutoSceneOptions auto_scene_;
 };
 
-/// Where the picture and the report go, and whether progress is shown.
+/// The files for picture and report.
 class OutputOptions {
  public:
-  /// `image_required`: without -o the command makes no sense.
+  /// Declares -o and --report. `image_required`: the command needs -o.
   void add_to(Command& command, bool image_required);
-  /// --aov and --error-map, for commands that have a picture's statistics at hand.
+  /// Declares --aov and --error-map, for commands that have the statistics of a picture.
   void add_aov_to(Command& command);
-  /// --denoise, for those that have the scene, too.
+  /// Declares --denoise, for commands that also have the scene.
   void add_denoise_to(Command& command);
-  /// What is done to the picture and drawn on it, for those that have the scene.
+  /// Declares postprocessing and labels, for commands that have the scene.
   void add_labels_to(Command& command, RenderOptions& render) {
     finish_.add_to(command, image_option_);
     labels_.add_to(command, image_option_, render);
   }
   [[nodiscard]] const FinishOptions& finish() const { return finish_; }
   [[nodiscard]] const LabelOptions& labels() const { return labels_; }
-  /// -o and --report; for commands that need another option to make them meaningful.
+  /// -o and --report, for commands where they need another option.
   [[nodiscard]] Option image_option() const { return image_option_; }
   [[nodiscard]] Option report_option() const { return report_option_; }
 
-  /// With the preview of `following`.
+  /// The output files, including the preview of `following`.
   [[nodiscard]] OutputPaths paths(const ProgressOptions& following = {}) const {
     return {.image = image_,
             .report = report_,
@@ -155,8 +155,7 @@ class OutputOptions {
 };
 
 void add_quiet(Command& command, bool& quiet);
-/// --quiet, --progress, --preview, --display and --on-end: what is shown of a job until it has
-/// ended, and done then.
+/// Declares --quiet, --progress, --preview, --display and --on-end.
 void add_following(Command& command, ProgressOptions& following);
 void add_json(Command& command, bool& as_json);
 

@@ -8,14 +8,15 @@
 
 namespace parray::commands {
 
-/// What of a file of particles is shown, and how. What is not given stays as the source has it.
+/// Options that select, colour and scale the particles of a file. An option that is absent leaves
+/// the source as it is.
 class ParticleOptions {
  public:
-  /// They must stay where they are while the command line is parsed.
+  /// Declares the options. The object must not move while the command line is parsed.
   void add_to(Command& command);
-  /// Throws InputError that names those given: the scene `file` is not a file of particles.
+  /// Throws InputError that names the options given: the scene `file` is not a file of particles.
   void check_unused(const std::string& file) const;
-  /// Throws InputError where options do not go together.
+  /// Lays the options over `source`. Throws InputError if options exclude each other.
   [[nodiscard]] ParticleSource over(ParticleSource source) const;
 
  private:

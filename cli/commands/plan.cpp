@@ -16,7 +16,6 @@
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"
 #include "cli/commands/printing.h"
-#include "cli/commands/suggestion.h"
 #include "cli/farm/direct_render.h"
 #include "cli/output/picture/image_file.h"
 #include "cli/output/text.h"

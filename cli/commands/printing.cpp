@@ -1,6 +1,8 @@
 #include "cli/commands/printing.h"
 
+#include <filesystem>
 #include <iostream>
+#include <string_view>
 
 #include "cli/output/error_text.h"
 #include "cli/output/progress.h"
@@ -122,6 +124,30 @@ void print_job(const json& map, bool as_json) {
     std::cout << "  " << moment_text(event.at("at").get<double>()) << "  "
               << printable(event.at("what").get<std::string>(), 500) << "\n";
   }
+}
+
+/// A word as a POSIX shell reads it.
+static std::string quoted(const std::string& word) {
+  constexpr std::string_view plain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,+:@%";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) {
+    text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return text + "'";
+}
+
+std::string shell_line(const std::vector<std::string>& words) {
+  std::string line;
+  for (const std::string& word : words) {
+    line += (line.empty() ? "" : " ") + quoted(word);
+  }
+  return line;
+}
+
+std::string default_picture(const std::string& scene) {
+  return std::filesystem::path(scene).stem().string() + ".exr";
 }
 
 }  // namespace parray::commands

@@ -1,22 +1,210 @@
+#include <algorithm>
+#include <cstdint>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"
-#include "cli/commands/render_views.h"
 #include "cli/commands/rendering.h"
+#include "cli/commands/time_reserve.h"
 #include "cli/farm/embedded.h"
+#include "cli/input/formats/format_table.h"
+#include "cli/input/particles/packed_file.h"
+#include "cli/input/view/view.h"
 #include "cli/measure/plan/denoising_worth.h"
 #include "cli/output/denoising.h"
+#include "cli/output/picture/image_file.h"
+#include "cli/output/picture/partial_file.h"
+#include "cli/output/postprocess/sheet.h"
+#include "cli/output/text.h"
 #include "common/base/cpu_count.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/text.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/limits.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/scene_ranges.h"
 
 namespace parray::commands {
 namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t most_views = 16;
+
+void check_scene(const std::string& scene) {
+  PackedFile file(scene);
+  if (particle_format_of(file) == nullptr) {
+    throw InputError("--views: " + printable(scene, 4096) +
+                     " is not a file of particles: it has its own camera");
+  }
+}
+
+void check_size(const SheetLayout& layout, const RenderSettings& settings) {
+  const std::uint64_t width = sheet_width(layout, settings.width);
+  const std::uint64_t height = sheet_height(layout, settings.height);
+  if (width <= limits::max_image_side && height <= limits::max_image_side &&
+      width * height <= limits::max_pixels) {
+    return;
+  }
+  throw InputError("--views: the sheet would have " + std::to_string(width) + " x " +
+                   std::to_string(height) +
+                   " pixels, too many: use a smaller --width and --height");
+}
+
+/// For putting the pictures of a sheet together.
+double joining_seconds(const PictureSize& sheet) {
+  constexpr double a_pixel = 20e-9;
+  return a_pixel * static_cast<double>(sheet.width * sheet.height);
+}
+
+/// Renders the views, each as a job of one farm in this process.
+class Views {
+ public:
+  Views(const RenderRequest& request, std::size_t count, Time started)
+      : request_(request),
+        count_(count),
+        started_(started),
+        farm_(request.threads,
+              [this](const std::string& scene_id) {
+                return denoised_judge(prepared_.extra, scene_id);
+              }),
+        link_(farm_.connect()),
+        client_(*link_, clock_, embedded_client(farm_)) {}
+
+  void add(View view) {
+    const Time begin = clock_.now();
+    RenderRequest request = request_;
+    request.view = view;
+    prepared_ = prepare(request);
+    const RenderSettings& settings = prepared_.submission.settings;
+    layout_ = sheet_layout(count_, settings.width, settings.height);
+    check_size(layout_, settings);
+    prepared_.extra.accelerators = farm_.accelerators();
+    if (settings.time_limit > 0) share_time(begin);
+    const JobId job = client_.submit(std::move(prepared_.submission));
+    wait_until_done(client_, job, request_.following);
+    Picture picture = fetch_picture(client_, job, prepared_.outputs);
+    add_channels(picture, prepared_.extra);
+    shown_.push_back(finished_picture(picture, prepared_.outputs.finishing));
+    shown_.back().written = shown_.back().traced = nullptr;  // of a picture that is gone
+    reports_.push_back({{"view", name_of(view)}});
+    reports_.back().update(picture.report);
+  }
+
+  void stop() { stop_interrupted(farm_); }
+  [[nodiscard]] Image sheet() const { return sheet_of(shown_, layout_); }
+  [[nodiscard]] const json& reports() const { return reports_; }
+  [[nodiscard]] double elapsed() const { return to_seconds(clock_.now() - started_); }
+  /// Seconds that the whole command may take; 0: as many as it needs.
+  [[nodiscard]] double limit() const { return limit_; }
+
+ private:
+  /// Gives this view and each that follows the same part of the time that is left, so that what a
+  /// view leaves unused goes to the next. `begin`: when work on this view began.
+  void share_time(Time begin) {
+    RenderSettings& settings = prepared_.submission.settings;
+    limit_ = settings.time_limit;
+    const PictureSize sheet{sheet_width(layout_, settings.width),
+                            sheet_height(layout_, settings.height), 0};
+    share_.name = "--time-limit " + number_cell(limit_);
+    share_.parts = static_cast<double>(count_ - shown_.size());
+    share_.elsewhere = to_seconds(begin - started_) +
+                       writing_seconds(prepared_.outputs, sheet, limit_) + joining_seconds(sheet);
+    share_.seconds = (limit_ - share_.elsewhere) / share_.parts;
+    share_.elapsed = [this, begin] { return to_seconds(clock_.now() - begin); };
+    settings.time_limit = std::max(share_.seconds, ranges::time_limit.least);
+    const double lacking = settings.time_limit - share_.seconds;
+    prepared_.submission.reserved_seconds = lacking + reserve_time(share_, prepared_);
+  }
+
+  const RenderRequest& request_;
+  const std::size_t count_;  ///< of views
+  const Time started_;
+  double limit_ = 0;
+  TimeShare share_;  ///< of the view that is being rendered
+  SteadyClock clock_;
+  PreparedRender prepared_;  ///< of the view that is being rendered
+  EmbeddedFarm farm_;
+  std::unique_ptr<Link> link_;
+  Client client_;
+  SheetLayout layout_;
+  std::vector<ShownPicture> shown_;
+  json reports_ = json::array();
+};
+
+/// Writes sheet and report, and says so.
+int write_sheet(const Views& views, const OutputPaths& outputs) {
+  const Image sheet = views.sheet();
+  ImageMetadata metadata{{"Software", "ParRay " PARRAY_VERSION}};
+  std::string hashes;
+  std::uint64_t nonfinite = 0;
+  for (const json& report : views.reports()) {
+    const auto name = report.at("view").get<std::string>();
+    hashes += (hashes.empty() ? "" : ", ") + name + " " +
+              report.at("image_sha256").get<std::string>().substr(0, 16);
+    metadata.emplace_back("parray:view:" + name, report.at("image_sha256").get<std::string>());
+    nonfinite += report.at("nonfinite_samples").get<std::uint64_t>();
+  }
+  if (outputs.dpi > 0) metadata.emplace_back(dpi_key, outputs.dpi);
+  const double writing = write_seconds(outputs.image, {sheet.width, sheet.height, 0}, false);
+  const bool fast = views.limit() > 0 && views.elapsed() + writing > views.limit();
+  write_image(outputs.image, sheet, metadata, {}, check_interrupted, fast);
+  const double seconds = views.elapsed();
+  if (!outputs.report.empty()) {
+    const json report = {{"width", sheet.width},
+                         {"height", sheet.height},
+                         {"views", views.reports()},
+                         {"seconds", {{"total", seconds}}}};
+    write_text_file(outputs.report, report.dump(2) + "\n");
+  }
+  std::cout << "wrote " << outputs.image.string() << ": " << sheet.width << " x " << sheet.height
+            << " pixels, " << counted(views.reports().size(), "view") << ", "
+            << duration_text(seconds) << ", image_sha256 " << hashes << "\n";
+  if (nonfinite == 0) return 0;
+  std::cerr << "parray: warning: " << nonfinite
+            << " samples were not finite and were left out of the sheet: please report the scene\n";
+  return 1;
+}
+
+std::vector<View> views_from(const std::string& text) {
+  std::vector<View> views;
+  for (const std::string_view part : split_at(',', text)) {
+    const View view = view_from(part);
+    if (std::find(views.begin(), views.end(), view) != views.end()) {
+      throw InputError("'" + std::string(name_of(view)) + "' stands there twice: leave one out");
+    }
+    views.push_back(view);
+  }
+  if (views.size() > most_views) {
+    throw InputError("more than " + std::to_string(most_views) + " views: make two sheets");
+  }
+  return views;
+}
+
+int render_views(const RenderRequest& request, const std::vector<View>& views) {
+  const Time started = SteadyClock().now();
+  const OutputPaths outputs = request.output.paths();
+  check_outputs(outputs, request.scene);
+  check_request(request);
+  check_scene(request.scene);
+  const DeferredInterrupts deferred;
+  Views rendered(request, views.size(), started);
+  try {
+    for (const View view : views) rendered.add(view);
+  } catch (const Interrupted&) {
+    rendered.stop();
+    throw;
+  }
+  return write_sheet(rendered, outputs);
+}
 
 struct RenderCommand {
   std::string scene;

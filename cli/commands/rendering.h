@@ -9,14 +9,14 @@
 #include "cli/output/preview.h"
 #include "cli/output/write_outputs.h"
 
-/// The steps that `render`, `submit`, `watch` and `fetch` share.
+/// The steps of a render after its submission.
 namespace parray::commands {
 
-/// Of a client of a farm in this process.
+/// Options for a client of a farm in this process.
 Client::Options embedded_client(const EmbeddedFarm& farm);
 
-/// After an interruption: stops the farm. Where one of its threads is deep in a step that cannot be
-/// cut short the process ends here: it holds nothing but memory.
+/// Stops the farm after an interruption. If a thread of the farm is in a step that cannot be
+/// stopped, ends the process: the farm has nothing but memory.
 void stop_interrupted(EmbeddedFarm& farm);
 
 /// Runs the command of --on-end in the shell and waits for it; does nothing if `command` is empty.
@@ -26,18 +26,18 @@ void stop_interrupted(EmbeddedFarm& farm);
 void run_end_command(const std::string& command, JobId job, const std::string& state,
                      const std::string& reason, const std::string& image);
 
-/// How soon to look again after a job that has been waited for so long.
+/// How long to wait before the next request about a job. `waited`: since its submission.
 Time next_look(Time waited);
 
-/// Shows a job's progress on stderr, and its picture where one is to follow, until it is done.
-/// Throws RunError when it fails or is cancelled.
+/// Shows the progress of a job on stderr, and its picture if requested, until the job ends. Throws
+/// RunError if the job fails or is cancelled.
 void wait_until_done(Client& client, JobId job, const ProgressOptions& following);
 
-/// The picture of a job that is done, with the statistics that `outputs` are to hold.
+/// Fetches the picture of a finished job, with the statistics that `outputs` need.
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs);
 
-/// wait_until_done(), then fetches, adds the extra channels and delivers. Returns the exit status;
-/// `times` as write_outputs() has them.
+/// Does wait_until_done(), fetches the picture, adds the extra channels and writes the files.
+/// Returns the exit status. `times`: as for write_outputs().
 int wait_and_write(Client& client, JobId job, const OutputPaths& outputs,
                    const ProgressOptions& following, const ExtraChannels& extra,
                    std::optional<CommandTimes> times);

@@ -49,12 +49,12 @@ void add_action(CommandLine& line, Action& chosen, const char* help, const char*
 void add_steering(CommandLine& line, Action& chosen) {
   using enum msg::JobAction;
   add_action(line, chosen, "Grant no more work of a job until it is resumed",
-             "what has been traced stays", pause);
+             "keeps what was traced", pause);
   add_action(line, chosen, "Go on with a paused job", "from where it was", resume);
   add_action(line, chosen, "Cancel a job; one that has ended stays as it is",
-             "its rows stay, for requeue", cancel);
+             "keeps its results, for requeue", cancel);
   add_action(line, chosen, "Go on with a job that has failed or was cancelled",
-             "goes on with the rows that it has", requeue);
+             "continues with the results that it has", requeue);
   add_action(line, chosen, "Delete a job that has ended, with its picture",
              "its number is not used again", forget);
   add_action(line, chosen,

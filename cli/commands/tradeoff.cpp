@@ -8,7 +8,6 @@
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"
 #include "cli/commands/printing.h"
-#include "cli/commands/suggestion.h"
 #include "cli/measure/tradeoff/plots.h"
 #include "cli/measure/tradeoff/session.h"
 #include "cli/output/picture/partial_file.h"

@@ -33,8 +33,8 @@ nlohmann::json ask(const WorkersCommand& command) {
       command.action == "drain" ? msg::WorkerAction::drain : msg::WorkerAction::readmit;
   nlohmann::json list = client->steer_workers(action, command.name, command.host);
   if (list.empty()) {
-    std::cerr << "parray: none is there now by the name of " << printable(command.name)
-              << "; it counts for those that come\n";
+    std::cerr << "parray: no worker of " << printable(command.name)
+              << " is connected now; the action applies to workers that connect later\n";
   }
   return list;
 }

@@ -14,11 +14,11 @@
 #include "common/scene/settings.h"
 #include "common/trace/integrator/path_tracer.h"
 
-/// Renders in this process, without a farm: for commands that need many pictures, and how long each
-/// took.
+/// Renders in this process without a farm, for commands that need many pictures and the time of
+/// each.
 namespace parray::farm {
 
-/// A picture that is complete.
+/// A complete picture.
 struct DirectRender {
   DirectRender(const RenderSettings& settings, double largest)
       : framebuffer(settings.width, settings.height), largest_radiance(largest) {}
@@ -28,22 +28,22 @@ struct DirectRender {
 
   Framebuffer framebuffer;
   double largest_radiance;
-  std::vector<std::uint64_t> passes;  ///< samples of each; empty unless settings.in_passes()
+  std::vector<std::uint64_t> passes;  ///< samples of each pass; empty unless settings.in_passes()
   StopReason stopped_by = StopReason::samples;
-  double seconds = 0;           ///< of tracing and deciding on passes, by the clock on the wall
-  double cpu_seconds = 0;       ///< the same of all threads together
-  double deciding_seconds = 0;  ///< of those, deciding on passes
+  double seconds = 0;           ///< wall-clock time of tracing and deciding on passes
+  double cpu_seconds = 0;       ///< processor time of all threads for the same
+  double deciding_seconds = 0;  ///< the part of `seconds` for deciding on passes
   double deciding_cpu_seconds = 0;
 };
 
-/// The very picture that `parray render` makes: passes are decided by the same functions. `tracer`
-/// was made for `scene` and `settings`. None if `stop` was set meanwhile, within milliseconds.
-/// `after_pass` is called with what there is so far; its time counts for the passes, too.
+/// Renders the same picture as `parray render`: the same functions decide on passes. `tracer` was
+/// made for `scene` and `settings`. Returns nothing if `stop` becomes true, within milliseconds.
+/// Calls `after_pass` with the picture so far; its time also counts for the passes.
 std::optional<DirectRender> render_directly(
     const PathTracer& tracer, const Scene& scene, const RenderSettings& settings, int threads,
     const std::atomic<bool>& stop, const std::function<void(const DirectRender&)>& after_pass = {});
 
-/// Sets stop() when `asked` says so, which is called from a thread of its own 50 times a second.
+/// Sets stop() when `asked` returns true. A thread calls `asked` 50 times a second.
 class StopWatch {
  public:
   explicit StopWatch(std::function<bool()> asked);

@@ -11,31 +11,31 @@
 
 namespace parray::farm {
 
-/// A coordinator and a worker inside this process, joined by in-process links: what renders for
-/// `parray render`. Both run in threads of their own.
+/// A coordinator and a worker in this process, joined by in-process links, as `parray render` uses
+/// them. Both run in threads of their own.
 class EmbeddedFarm {
  public:
-  /// `threads`: of the worker, 1 .. 4096. `judge_of(scene_sha256)`: see CoordinatorOptions; called
-  /// only for jobs that need it. Throws RunError when threads cannot be made.
+  /// `threads`: of the worker, 1 to 4096. `judge_of(scene_sha256)`: see CoordinatorOptions; called
+  /// only for jobs that need it. Throws RunError if threads cannot be created.
   explicit EmbeddedFarm(std::uint32_t threads,
                         std::function<PictureJudge(const std::string&)> judge_of = {});
-  /// Stops; waits for threads in the middle of a step.
+  /// Stops the farm. Waits for threads in the middle of a step.
   ~EmbeddedFarm();
   EmbeddedFarm(const EmbeddedFarm&) = delete;
   EmbeddedFarm& operator=(const EmbeddedFarm&) = delete;
 
-  /// A client's end. Must not outlive the farm.
+  /// Returns a client's end of a link. It must not outlive the farm.
   std::unique_ptr<Link> connect();
 
-  /// What its worker has built.
+  /// The accelerators that the worker has built.
   [[nodiscard]] std::shared_ptr<AcceleratorCache> accelerators() const;
 
-  /// Throws what ended one of the two, if something did. Any thread.
+  /// Throws the error that ended one of the two, if any. Thread-safe.
   void check() const;
 
-  /// Drops the work and ends the threads. False: one is still in the middle of a step after
-  /// `patience` (an accelerator being built, a path of a million segments), and the destructor
-  /// would wait for it.
+  /// Drops the work and ends the threads. Returns false if a thread is still in the middle of a
+  /// step after `patience` (building an accelerator, a path of a million segments); the destructor
+  /// would then wait for that thread.
   [[nodiscard]] bool stop(Time patience);
 
  private:

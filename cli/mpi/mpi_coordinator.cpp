@@ -195,10 +195,11 @@ void MpiCoordinator::tell(const RankJudge::Verdict& verdict) {
                                   : std::to_string(verdict.cells) + " cells were traced again";
   job_.add_flag(wrong + follows);
   progress_.make_way();
-  std::string line = "parray-mpi: " + wrong +
-                     "rank 0 got others for the same samples. What it traced is traced again";
+  std::string line =
+      "parray-mpi: " + wrong +
+      "rank 0 got different ones for the same samples. ParRay traces its cells again";
   if (verdict.left_out.size() > 1) {
-    line += ", and what all ranks of that machine traced, without them";
+    line += ", and those of all other ranks of that machine, without these ranks";
   } else if (verdict.rank) {
     line += " without it";
   }
@@ -220,7 +221,7 @@ void MpiCoordinator::give_up(Time now) {
   for (const std::uint32_t rank : pass_->collector.silent_ranks(now, options_.patience)) {
     silent += (silent.empty() ? "" : ", ") + std::to_string(rank);
   }
-  throw RunError("no rank has got on for " + duration_text(to_seconds(options_.patience)) +
+  throw RunError("no rank has made progress for " + duration_text(to_seconds(options_.patience)) +
                  (silent.empty() ? "" : "; at work and silent: " + silent) + "; " + kept_text());
 }
 

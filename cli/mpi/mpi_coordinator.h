@@ -27,7 +27,7 @@ struct PassResources {
   void begin(RankPass next, Transport& transport, const Ranks& ranks, RankJob& job);
 };
 
-/// Rank 0 at work: takes results in, keeps them, watches the other ranks, and traces as one of
+/// Rank 0's work: merges results, keeps them on disk, watches the other ranks, and traces as one of
 /// them.
 class MpiCoordinator {
  public:
@@ -41,40 +41,40 @@ class MpiCoordinator {
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
     /// See RankJudge::Hooks.
     std::function<TracedCells(const CellBatch& cell)> trace;
-    std::vector<std::string> hosts;  ///< of the ranks that take part
-    std::function<void()> pet;       ///< called all the time
+    std::vector<std::string> hosts;  ///< of all ranks that take part
+    std::function<void()> pet;       ///< called in every turn
   };
   /// References outlive the object.
   MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, ThreadTeam& team, Options options);
 
-  /// Does the pass that the job has begun. Returns when every cell is in, it is decided whether
-  /// there is another pass, and all ranks can know that this one is over: true if there is. Throws
-  /// RunError when no rank gets on, Interrupted after a signal; what is finished has been kept by
-  /// then.
+  /// Does the pass that the job has begun. Returns when all cells are merged, the next pass is
+  /// decided, and all ranks can see that this pass is over. Returns whether there is another pass.
+  /// Throws RunError if no rank makes progress, Interrupted after a signal; both after the results
+  /// are on disk.
   ///
-  /// `resources` and `transport` stay for barrier(), end() and the report.
+  /// barrier(), last_barrier() and the report still need `resources` and `transport`.
   bool run_pass(PassResources& resources, Transport& transport);
 
-  /// Between passes: waits for the other ranks. Throws as run_pass() does.
+  /// Waits for the other ranks between passes. Throws as run_pass() does.
   void barrier();
-  /// Waits for the last words of the other ranks; false if some do not answer in time.
+  /// Waits for the last values of the other ranks. Returns false if a rank does not answer in time.
   bool last_barrier(Time patience);
 
-  /// For reports, from the words of all ranks.
+  /// Facts for the report, from the values of all ranks.
   [[nodiscard]] RenderFacts facts(const Ranks& ranks) const;
-  /// A word of a rank's own; 0 if there was nothing to do.
+  /// A value that a rank has published. 0 if the job had nothing to do.
   [[nodiscard]] std::uint64_t rank_value(std::uint32_t rank, WindowLayout::RankWord word) const {
     return pass_ ? pass_->collector.rank_value(rank, word) : 0;
   }
   [[nodiscard]] const WindowCollector::Totals& totals() const { return totals_; }
-  /// Ranks that returned wrong bits.
+  /// Ranks that returned wrong results.
   [[nodiscard]] const std::vector<RankJudge::Verdict>& verdicts() const {
     return judge_.verdicts();
   }
   void show_finished(const Image& image) { preview_.finish(image); }
 
  private:
-  /// A pass under way.
+  /// The current pass.
   struct Pass {
     Pass(MpiCoordinator& own, PassResources& resources, Transport& transport);
     Transport& transport;
@@ -105,7 +105,7 @@ class MpiCoordinator {
   std::unique_ptr<Pass> pass_;
   Progress progress_;
   Preview preview_;
-  bool asked_for_help_ = false;  ///< others get on only while rank 0 looks
+  bool asked_for_help_ = false;  ///< the operations of other ranks need rank 0's help
   std::uint64_t last_activity_ = 0;
   Time eager_until_{};
   Time started_;
@@ -115,7 +115,7 @@ class MpiCoordinator {
   double progress_before_;
   Time next_look_{};
   Time next_checkpoint_;
-  Time keeping_{};  ///< spent in the current checkpoint
+  Time keeping_{};  ///< time spent for the current checkpoint
 };
 
 }  // namespace parray::mpi

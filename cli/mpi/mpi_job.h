@@ -12,42 +12,44 @@
 
 namespace parray::mpi {
 
-/// What every rank has to know of a job before it can begin.
+/// What every rank needs to know of a job before it begins.
 struct MpiJob {
   RenderSettings settings;
   MpiMode mode = MpiMode::window;
   std::uint32_t tile = 0;
-  std::string fingerprint;  ///< of rank 0's kernels
-  std::string scene_bytes;  ///< elsewhere than in rank 0
+  std::string fingerprint;  ///< of rank 0's tracing kernels
+  std::string scene_bytes;  ///< empty in rank 0
 
-  /// Only rank 0 takes part.
+  /// Whether rank 0 renders alone.
   [[nodiscard]] bool alone() const {
     return mode == MpiMode::openmp || mode == MpiMode::sequential;
   }
 };
 
-/// Collective. Rank 0 sends the job and the scene; without a job, it sends that there is none.
+/// Rank 0 sends the job and the scene to all ranks; without a job (null) it tells them that there
+/// is none. Collective.
 std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job,
                                     const std::string& scene_bytes = {});
 
-/// Collective. Rank 0 sends the pass; without one, it sends that the job is done.
+/// Rank 0 sends a pass to all ranks; without one (null) it tells them that the job is finished.
+/// Collective.
 std::optional<RankPass> broadcast_pass(const MpiWorld& world, const MpiJob& job,
                                        const RankPass* pass);
 
-/// A rank as the report names it.
+/// A rank in the report.
 struct RankFacts {
   std::string host;
   std::uint32_t threads = 1;
 };
 
-/// The ranks that take part, as each of them knows them.
+/// The ranks that take part.
 struct Ranks {
   std::uint32_t count = 1;
-  WindowOptions own;             ///< how this rank sizes its leases
-  std::vector<RankFacts> facts;  ///< of all, in rank 0; elsewhere empty ones
+  WindowOptions own;             ///< how this rank determines the size of its leases
+  std::vector<RankFacts> facts;  ///< of all ranks in rank 0; default values in other ranks
 };
 
-/// Collective, unless rank 0 is alone. `threads`: of this rank.
+/// Returns the ranks. Collective, unless rank 0 is alone. `threads`: of this rank.
 Ranks find_ranks(const MpiWorld& world, const MpiJob& job, std::uint32_t threads);
 
 }  // namespace parray::mpi

@@ -74,7 +74,7 @@ void MpiOptions::add_to(Command& command) {
   number("--checkpoint", 1, 86400, checkpoint, "Keep finished rows every N seconds (default: 10)")
       .group(safety_group);
   number("--patience", 1, 86400, patience,
-         "Give up when no rank has got on for N seconds (default: 60)")
+         "Give up when no rank has made progress for N seconds (default: 60)")
       .group(safety_group);
   command
       .flag("--row-seconds", row_seconds,

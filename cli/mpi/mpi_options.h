@@ -11,14 +11,14 @@ namespace parray::mpi {
 
 /// How the ranks share the work.
 enum class MpiMode : std::uint8_t {
-  window,        ///< leases over rank 0's window, without anybody's help
-  messages,      ///< leases by messages to rank 0: the classic master and workers
-  static_split,  ///< over the window, 1/P of the rows each (the seed report, section 3.4)
-  openmp,        ///< rank 0 alone, with all its threads (section 3.3)
-  sequential     ///< rank 0 alone, with one thread (section 3.1)
+  window,        ///< every rank takes leases from rank 0's window by itself
+  messages,      ///< the same, by requests to rank 0 instead of one-sided communication
+  static_split,  ///< over the window, 1/P of the rows for each rank
+  openmp,        ///< rank 0 alone, with all its threads
+  sequential     ///< rank 0 alone, with one thread
 };
 std::string_view name_of(MpiMode mode);
-/// Throws InputError that lists the known names.
+/// Throws InputError, which lists the known names.
 MpiMode mpi_mode_from(std::string_view name);
 
 /// The command line of parray-mpi.

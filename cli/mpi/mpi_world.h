@@ -10,10 +10,11 @@
 
 namespace parray::mpi {
 
-/// MPI, from MPI_Init_thread to MPI_Finalize. One a process; one thread.
+/// MPI from MPI_Init_thread to MPI_Finalize. One object in a process; not thread-safe.
 class MpiWorld {
  public:
-  /// Sets what Debian's Open MPI needs, unless the user has set it. Throws RunError.
+  /// Sets the environment that Debian's Open MPI needs, unless the user has set it. Throws
+  /// RunError.
   MpiWorld();
   ~MpiWorld();
   MpiWorld(const MpiWorld&) = delete;
@@ -21,23 +22,23 @@ class MpiWorld {
 
   [[nodiscard]] std::uint32_t rank() const { return rank_; }
   [[nodiscard]] std::uint32_t ranks() const { return ranks_; }
-  /// All ranks are on one machine.
+  /// Whether all ranks run on one machine.
   [[nodiscard]] bool one_machine() const { return one_machine_; }
-  /// Threads for this rank: its share of the processors that it may use. Of mpirun's default, which
-  /// binds a rank to a single core, nothing is left; what the user asked for with --bind-to stays.
+  /// Threads for this rank: its share of the processors that it may use. mpirun by default binds a
+  /// rank to a single core; MpiWorld removes that binding but keeps one that the user asked for.
   [[nodiscard]] std::uint32_t threads() const { return threads_; }
   [[nodiscard]] bool first() const { return rank_ == 0; }
   [[nodiscard]] MPI_Comm comm() const { return comm_; }
 
-  /// Rank 0's text, everywhere. Collective. Any length.
+  /// Returns rank 0's text in every rank. Collective. Any length.
   std::string broadcast(std::string text) const;
-  /// The sum of everybody's value. Collective.
+  /// Returns the sum of the values of all ranks. Collective.
   [[nodiscard]] std::uint64_t sum(std::uint64_t value) const;
-  /// True everywhere if `value` is true everywhere. Collective.
+  /// Returns true in every rank if `value` is true in every rank. Collective.
   [[nodiscard]] bool all_of(bool value) const;
 
-  /// Waits for all ranks, without burning a processor; false if that takes longer than `patience`.
-  /// `meanwhile` is called every millisecond.
+  /// Waits for all ranks without using a processor. Returns false after `patience`. Calls
+  /// `meanwhile` every millisecond.
   bool barrier(
       Time patience, const std::function<void()>& meanwhile = [] {}) const;
 
@@ -51,8 +52,8 @@ class MpiWorld {
   std::uint32_t threads_ = 1;
 };
 
-/// This process's rank as mpirun, or srun --mpi=pmix, has put it into the environment, before MPI
-/// is started; 0 without either.
+/// The rank of this process, from the environment that mpirun or srun --mpi=pmix sets before MPI
+/// starts. 0 without either.
 std::uint32_t rank_in_environment();
 
 }  // namespace parray::mpi

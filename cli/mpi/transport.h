@@ -12,10 +12,11 @@
 
 namespace parray::mpi {
 
-/// The memory that leases and results go through, and how this rank reaches it.
+/// The memory with leases and results, and how this rank reaches it.
 class Transport {
  public:
-  /// `world` outlives the object. `alone`: only rank 0 takes part. `ledger_ranks`: see Ledgers.
+  /// `world` outlives the object. `alone`: only rank 0 takes part. `by_messages`: without one-sided
+  /// communication. `ledger_ranks`: see Ledgers.
   Transport(const MpiWorld& world, bool alone, bool by_messages, std::uint32_t ledger_ranks)
       : world_(world),
         alone_(alone || world.ranks() == 1),
@@ -25,14 +26,14 @@ class Transport {
   Transport(const Transport&) = delete;
   Transport& operator=(const Transport&) = delete;
 
-  /// Memory for a pass, as WindowLayout wants it; that of the pass before if it is large enough.
-  /// Nobody uses it any more. Collective, unless rank 0 is alone. Falls back from a window to
-  /// messages, for good, when the window cannot be had, or fails its trial.
+  /// Provides zeroed memory for a pass, as WindowLayout needs it. Reuses the memory of the previous
+  /// pass if it is large enough; no rank may still use it. Collective, unless rank 0 is alone. If
+  /// MPI has no window or the window fails its trial, ranks send requests from then on.
   void begin_pass(const WindowLayout& layout);
 
   /// "window", "messages" or "memory" (rank 0 alone).
   [[nodiscard]] const char* name() const;
-  /// Why there is no window although one was asked for; empty otherwise.
+  /// Why MPI has no window although one was requested. Empty otherwise.
   [[nodiscard]] const std::string& fallback_reason() const { return fallback_reason_; }
   [[nodiscard]] bool by_messages() const { return by_messages_; }
   /// Rank 0's window as this rank reaches it.
@@ -41,10 +42,10 @@ class Transport {
   [[nodiscard]] LedgerWindows ledgers();
   /// Rank 0's memory.
   [[nodiscard]] std::span<std::byte> memory();
-  /// Lets operations of other ranks come in.
+  /// Lets operations of other ranks complete.
   void progress();
-  /// Closes the window. Collective; not called when something has gone wrong and somebody may not
-  /// answer: what is not closed stays open until the process ends.
+  /// Closes the window. Collective. After an error it is not called, because other ranks may not
+  /// answer; the window then stays open until the process ends.
   void close() { mpi_window_.reset(); }
 
  private:
@@ -55,7 +56,7 @@ class Transport {
   const bool alone_;
   const std::uint32_t ledger_ranks_;
   bool by_messages_;
-  std::size_t bytes_ = 0;  ///< of the memory, in rank 0
+  std::size_t bytes_ = 0;  ///< size of the memory in rank 0
   std::string fallback_reason_;
   std::unique_ptr<MpiWindow> mpi_window_;
   std::vector<std::uint64_t> local_memory_;  // words, for their alignment

@@ -10,12 +10,12 @@
 
 namespace parray::mpi {
 
-/// Ends a program whose main thread hangs where it cannot look at the clock: in a call of MPI's
-/// that waits for a rank that will never answer.
+/// Ends a program whose main thread hangs where it cannot read the clock: in an MPI call that waits
+/// for a rank that never answers.
 class Watchdog {
  public:
-  /// `on_silence` is called, from a thread of the watchdog's, when pet() has not been called for
-  /// `patience`; it must not return.
+  /// If pet() has not been called for `patience`, a thread of the watchdog calls `on_silence`,
+  /// which must not return.
   Watchdog(Time patience, std::function<void()> on_silence)
       : patience_(patience), on_silence_(std::move(on_silence)), thread_([this] { watch(); }) {}
   ~Watchdog() {
@@ -35,7 +35,8 @@ class Watchdog {
   }
 
  private:
-  /// Counts steps instead of looking at the clock: a process that was stopped has missed one only.
+  /// Counts steps instead of reading the clock: a process that was stopped has missed only one
+  /// step.
   void watch() {
     constexpr int most_silent_steps = 8;
     std::unique_lock lock(mutex_);

@@ -12,7 +12,7 @@
 
 namespace parray::output {
 
-/// Extra channels are traced with the first so many samples of each pixel, or all if there are
+/// Number of samples of each pixel that extra channels are traced with; fewer if the pixel has
 /// fewer.
 inline constexpr std::uint32_t channel_samples = 16;
 
@@ -38,14 +38,15 @@ Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted, int threads,
                         const std::function<void()>& between_bands = {});
 
-/// The same of single pixels: each run has one pixel, whose values stand at the run's place.
+/// Does the same for single pixels: each run has one pixel, and the values are in the order of the
+/// runs.
 Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted,
                         std::span<const PixelRun> pixels, int threads);
 
-/// What of all samples of a picture is background, pixel by pixel: camera rays alone are traced.
-/// `samples`: how many each pixel has, image order; empty: settings.samples_per_pixel. The same
-/// values for any number of `threads`, accelerator and instruction set; `between_bands` as above.
+/// Counts the samples of each pixel that hit the background. Traces only camera rays. `samples`:
+/// number of samples of each pixel in image order; empty: settings.samples_per_pixel. The result is
+/// the same for any number of `threads`, accelerator and instruction set; `between_bands` as above.
 std::vector<SkySamples> trace_sky_samples(const PathTracer& tracer, const RenderSettings& settings,
                                           std::span<const std::uint32_t> samples, int threads,
                                           const std::function<void()>& between_bands = {});

@@ -80,12 +80,13 @@ void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChan
   const Replicates& replicates = picture.statistics.replicates;
   if (replicates.empty()) {
     throw RunError(
-        "--denoise: the coordinator has kept no halves of the samples: it is an older "
-        "one, or the job was submitted without --denoise");
+        "--denoise: the coordinator has no separate halves of the samples: it is an older "
+        "version, or the job was submitted without --denoise");
   }
   const std::uint32_t least = *std::ranges::min_element(picture.statistics.samples);
   if (least < 2) {
-    std::cerr << "parray: --denoise: a pixel has less than 2 samples: the picture stays as it is\n";
+    std::cerr
+        << "parray: --denoise: a pixel has fewer than 2 samples: the picture is not denoised\n";
     return;
   }
   const SteadyClock clock;

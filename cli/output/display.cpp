@@ -127,7 +127,7 @@ class Connection {
       if (sent > 0) {
         bytes.remove_prefix(static_cast<std::size_t>(sent));
       } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
-        if (!ready(silence)) fail("it takes nothing in");
+        if (!ready(silence)) fail("it does not receive");
       } else if (errno != EINTR) {
         fail(text_of(errno));
       }
@@ -236,9 +236,9 @@ void Display::run(const std::stop_token& stop) {
       created = size;
       created_name = shown.name;
     } else if (!std::exchange(said, true) && !stop.stop_requested()) {
-      std::cerr << "parray: --display: nobody shows pictures at " + printable(place_.host, 200) +
-                       ":" + std::to_string(place_.port) + " (" + connection->reason() +
-                       "): start tev there; the render goes on\n";
+      std::cerr << "parray: --display: no viewer answers at " + printable(place_.host, 200) + ":" +
+                       std::to_string(place_.port) + " (" + connection->reason() +
+                       "): start tev there; the render continues\n";
     }
     lock.lock();
     if (!sent) {

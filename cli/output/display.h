@@ -12,25 +12,25 @@
 
 namespace parray::output {
 
-/// A picture in a window of tev (github.com/Tom94/tev), or of whatever speaks its protocol over
-/// TCP, as it grows. A thread of its own does the talking: nobody waits for a viewer that is slow,
-/// silent or away. That it is away is said once, on stderr; it is looked for again every few
-/// seconds, and gets the newest picture then.
+/// Shows a growing picture in a window of tev (github.com/Tom94/tev), or of another viewer with its
+/// protocol over TCP. A thread talks to the viewer, so that a slow or silent viewer delays nothing.
+/// If the viewer is absent, one line on stderr says so; the thread tries again every few seconds
+/// and then sends the newest picture.
 class Display {
  public:
-  /// `address`: HOST:PORT, tev's own port is 14158. Throws InputError for anything else.
+  /// `address`: HOST:PORT; tev's port is 14158. Throws InputError for any other text.
   explicit Display(const std::string& address);
-  /// Throws as the constructor does; empty is no address, and right.
+  /// Throws InputError unless `address` is empty or an address.
   static void check(const std::string& address);
-  /// Breaks off what is under way.
+  /// Aborts the transfer.
   ~Display();
   Display(const Display&) = delete;
   Display& operator=(const Display&) = delete;
 
-  /// Shows `image` under `name` as soon as the one before is there; one that still waits is
+  /// Shows `image` under `name` after the previous picture was sent. A picture that still waits is
   /// dropped. Sizes may differ. Returns at once.
   void show(Image image, const std::string& name);
-  /// Waits until what was shown last is there, or in vain for `patience`.
+  /// Waits until the last picture was sent, at most `patience`.
   void finish(std::chrono::milliseconds patience);
 
  private:

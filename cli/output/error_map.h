@@ -10,47 +10,48 @@
 #include "cli/output/picture/picture.h"
 #include "common/image/image.h"
 
-/// Where a picture's error is: half-widths of its pixels as colours, for people to look at.
+/// A map of the error: half-widths of the pixels' confidence intervals as colours.
 namespace parray::output {
 
-/// What the ends of a map's colours stand for: half-widths in linear radiance, 0 < low < high,
-/// each 1, 2 or 5 times a power of ten.
+/// The half-widths at the ends of the colours, in linear radiance, 0 < low < high. Each is 1, 2 or
+/// 5 times a power of ten.
 struct ErrorScale {
   double low = 1e-3;
   double high = 1;
 
-  /// Where a half-width stands, by its logarithm: 0 at `low` and below, 1 at `high` and above.
+  /// The place of a half-width on the logarithmic scale: 0 at `low` and below, 1 at `high` and
+  /// above.
   [[nodiscard]] double share_of(double half_width) const;
-  /// The half-width that stands there.
+  /// The half-width at a place.
   [[nodiscard]] double at(double share) const;
 };
 
-/// The largest 95 % half-width of each pixel's channels; -1 where it is not known, as of pixels
-/// with fewer than 2 samples. `pixels` values, whatever the statistics have.
+/// The largest 95 % half-width of each pixel's channels. -1 if unknown, as for pixels with fewer
+/// than 2 samples. Always returns `pixels` values.
 std::vector<float> half_widths_of(const PictureStatistics& statistics, std::size_t pixels);
 
-/// From the least (but for one in a hundred) to the largest of those known and above 0, rounded
-/// outwards; at least a power of ten. Where there are none, as it is by default.
+/// The scale from the first percentile to the largest of the known half-widths above 0, rounded
+/// outwards, at least a power of ten. The default scale if there are none.
 ErrorScale error_scale(std::vector<float> half_widths);
 
-/// Linear RGB in [0, 1] of a share of the way from `low` to `high`: ColorMap::violet_yellow.
+/// The colour of a place between `low` and `high`, linear RGB in [0, 1]: ColorMap::violet_yellow.
 std::array<float, 3> error_colour(double share);
 
-/// Of pixels whose half-width is not known: white, which is lighter than any other.
+/// The colour of pixels without a known half-width: white, lighter than all others.
 inline constexpr std::array<float, 3> unknown_colour = {1, 1, 1};
 
-/// Size of the legend's letters below a map that is `width` pixels wide: pixels an em.
+/// Size of the legend's letters below a map `width` pixels wide, in pixels per em.
 constexpr double error_map_letters(std::uint32_t width) {
   return std::clamp(width / 48.0, 10.0, 48.0);
 }
 
-/// The map, and below it a legend: the colours from left to right with the half-widths at their
-/// ends and in the middle, and the colour of what is unknown. Wider than the picture where the
-/// legend is. Throws RunError when the letters' font is not there (cli/output/labels/font.h).
+/// Draws the map and a legend below it: the colours with the half-widths at both ends and in the
+/// middle, and the colour of unknown values. The result is wider than the picture if the legend is.
+/// Throws RunError if the font is missing (cli/output/labels/font.h).
 Image error_map(std::span<const float> half_widths, std::uint32_t width, const ErrorScale& scale);
 
-/// Writes the map of a picture that has come with its statistics as PNG, whose text says what the
-/// colours stand for and of which picture they are. Throws as write_image() does.
+/// Writes the map of a picture with statistics as PNG. The metadata names the scale and the
+/// picture. Throws as write_image() does.
 void write_error_map(const std::filesystem::path& file, const Picture& picture);
 
 }  // namespace parray::output

@@ -5,21 +5,22 @@
 
 #include "common/adaptive/error_estimate.h"
 
-/// A picture's error as people read it.
+/// The error of a picture as text.
 namespace parray::farm {
 struct JobStatus;
 }
 
 namespace parray::output {
 
-/// "0.0094 (0.0092 to 0.0096)": RMSE and its interval, three digits; empty where unknown.
+/// "0.0094 (0.0092 to 0.0096)": RMSE and its confidence interval, three digits. Empty if unknown.
 std::string figures_text(const ErrorFigures& error);
 
-/// "error 0.0094 (0.0092 to 0.0096)" of a report's picture; "error not known" where it states none.
+/// The error in a report: "error 0.0094 (0.0092 to 0.0096)", or "error not known".
 std::string error_text(const nlohmann::json& report);
 
-/// "error 0.021 of 0.01": what is to fall to a job's target, the upper end of the RMSE's interval,
-/// and the target; of a target half-width likewise. Empty without a target, and until it is known.
+/// The error of a job and its target: "error 0.021 of 0.01". The first number is the upper end of
+/// the RMSE's confidence interval. The same for a target half-width. Empty without a target, and
+/// while the error is unknown.
 std::string target_text(const JobStatus& job);
 
 }  // namespace parray::output

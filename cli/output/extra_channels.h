@@ -12,24 +12,25 @@ namespace parray::output {
 struct DenoisedSoFar;
 struct OutputPaths;
 
-/// Extra channels of a picture. Most are traced from the scene, by whoever writes the picture: no
-/// farm knows of them. Without any of these, nothing of the scene is kept.
+/// Extra channels of a picture. The client traces most of them from the scene; the farm does not
+/// know them. Without such channels `scene` is null.
 struct ExtraChannels {
   Aovs aovs;
   RenderSettings settings;             ///< resolved
-  std::shared_ptr<const Scene> scene;  ///< null: nothing is traced
+  std::shared_ptr<const Scene> scene;  ///< null: no channel is traced
   int threads = 1;
-  /// Wanted by what is done to the picture before it is looked at; traced as `aovs` are.
+  /// Channels that postprocessing needs; traced like `aovs`.
   Aovs for_finishing{};
-  bool denoise = false;      ///< see cli/output/denoising.h; needs the scene, too
-  bool transparent = false;  ///< the background is taken out; needs the scene, too
-  /// Of whoever renders the picture in this process, if so: what it has built is used.
+  bool denoise = false;      ///< see cli/output/denoising.h; needs the scene
+  bool transparent = false;  ///< remove the background; needs the scene
+  /// Accelerators that are reused: those of a farm in this process, if there is one.
   std::shared_ptr<AcceleratorCache> accelerators = std::make_shared<AcceleratorCache>();
-  /// What was denoised to tell the error of a picture under way. One thread at a time.
+  /// Results of denoising an unfinished picture to estimate its error. One thread at a time.
   std::shared_ptr<DenoisedSoFar> denoised{};
 };
 
-/// By the accelerator that is there, or one that is built. Needs the scene, of that identity.
+/// Returns a tracer with the existing accelerator or a new one. Needs the scene, which has that
+/// identity.
 std::unique_ptr<PathTracer> tracer_of(const ExtraChannels& extra, const std::string& scene_id);
 
 /// Whether the outputs of a job contain anything that this process traces from the scene.
@@ -40,19 +41,19 @@ bool needs_scene(const OutputPaths& outputs, const RenderSettings& settings);
 ExtraChannels extra_channels(const OutputPaths& outputs, const RenderSettings& settings,
                              std::shared_ptr<const Scene> scene, int threads);
 
-/// Whether the picture has to come with its statistics.
+/// Whether the channels need the statistics of the picture.
 bool wants_statistics(const Aovs& aovs);
 
-/// Adds channel `samples`, without which nobody could trace the picture again, where pixels have
-/// different numbers of samples, unless it is there.
+/// Adds channel `samples` if pixels have different numbers of samples and the channel is absent.
+/// Without the channel the picture could not be traced again.
 void add_sample_counts(Picture& picture);
 
-/// Adds them to the picture: what is traced, and what its statistics say. Its report gets `aovs`,
-/// the names of those that are written, if any, and `seconds.aovs`. Denoises it first, if asked,
-/// and then takes its background out (cli/output/picture/transparency.h): the image is
-/// premultiplied then, channel A its alpha, and the report gets `transparent`: `image_sha256`, that
-/// of what the file shows, and `covered`, the mean of alpha; and `seconds.transparent`. Throws
-/// Interrupted (see common/process/stop_signal.h).
+/// Adds the channels to the picture: those that are traced, and those from statistics. The report
+/// gets `aovs`, the names of the written ones, and `seconds.aovs`. Before that, denoises the
+/// picture if requested and removes the background if requested
+/// (cli/output/picture/transparency.h). Then the image is premultiplied, channel A is alpha, and
+/// the report gets `seconds.transparent` and `transparent`: `image_sha256` of the file's picture,
+/// and `covered`, the mean of alpha. Throws Interrupted (common/process/stop_signal.h).
 void add_channels(Picture& picture, const ExtraChannels& extra);
 
 }  // namespace parray::output

@@ -13,52 +13,51 @@
 
 namespace parray::output {
 
-/// What is shown of a job until it is done.
+/// What a command shows of a job, and runs at its end.
 struct ProgressOptions {
-  bool quiet = false;    ///< no progress
+  bool quiet = false;    ///< show no progress
   std::string progress;  ///< its style, see progress_style()
   std::string preview;   ///< picture file; empty: none
   std::string display;   ///< HOST:PORT of a viewer; empty: none
   std::string on_end;    ///< command for the shell; see run_end_command(). Empty: none
 
-  /// The picture is looked at before it is done.
+  /// Whether the command shows the unfinished picture.
   [[nodiscard]] bool shows_picture() const { return !preview.empty() || !display.empty(); }
 };
 
-/// When to write previews: the first as soon as every pixel has a sample, or after a tenth of a
-/// second of what there is, if that takes longer, and then when every pixel has one; later ones ten
-/// times a second at most, and such that they take a fiftieth of the time.
+/// Decides when to write previews. The first one follows when every pixel has a sample. If that
+/// takes longer than a tenth of a second, an incomplete one comes before. Later ones follow at most
+/// ten times a second, and take at most a fiftieth of the time.
 ///
-/// Arithmetic on seconds alone.
+/// Reads no clock.
 class PreviewPace {
  public:
-  /// `elapsed`: since the first sample, or before. `whole`: every pixel has a sample.
+  /// `elapsed`: seconds since the first sample or earlier. `whole`: every pixel has a sample.
   [[nodiscard]] bool due(double elapsed, bool whole) const;
-  /// One was written, until `elapsed`, and took `cost` seconds.
+  /// Notes a preview that took `cost` seconds and was complete at `elapsed`.
   void wrote(double elapsed, bool whole, double cost);
 
  private:
-  double spent_ = 0;  ///< but for the first, and the first of all pixels
+  double spent_ = 0;  ///< cost of all previews except the first and the first whole one
   double latest_cost_ = 0;
   std::optional<double> latest_;
   bool shown_whole_ = false;
 };
 
-/// A picture that follows a job, in a file that is written anew every now and then, always a whole
-/// one, and on a display. Pixels without a sample are filled. What the file ends with,
-/// write_outputs() writes.
+/// Updates a file and a display with the unfinished picture of a job. The file always contains a
+/// whole picture. Pixels without a sample are filled. At the end write_outputs() writes the file.
 class Preview {
  public:
-  /// Of `following` preview, which may be written (check_image_path()), and display; throws
-  /// InputError where that is no address. `while_writing` is called time and again, and may throw.
+  /// Uses preview and display of `following`. The preview file can be written (check_image_path()).
+  /// Throws InputError for a wrong address. Calls `while_writing` repeatedly; it may throw.
   explicit Preview(const ProgressOptions& following,
                    std::function<void()> while_writing = check_interrupted);
 
   [[nodiscard]] bool wanted() const { return !file_.empty() || display_; }
 
-  /// Writes what there is of the picture, when it is time to. `now` is what `clock` says.
+  /// Writes the current picture if it is time. `now`: the time of `clock`.
   void follow(const Clock& clock, const JobStatus& status, const std::function<Image()>& partial);
-  /// Puts the finished picture on the display, if it has been there.
+  /// Shows the finished picture, if there is a display.
   void finish(const Image& image);
 
  private:
@@ -66,7 +65,7 @@ class Preview {
   std::unique_ptr<Display> display_;
   std::string name_;  ///< of the window
   std::function<void()> while_writing_;
-  std::optional<Time> began_;  ///< samples were seen
+  std::optional<Time> began_;  ///< time of the first samples
   PreviewPace pace_;
 };
 

@@ -9,50 +9,50 @@
 #include "cli/output/picture/picture.h"
 #include "common/scene/settings.h"
 
-/// Everything that decides the bits of a picture, kept inside its file: whoever has the scene can
-/// make the same bits again, all of them or those of single pixels.
+/// Everything that decides the bits of a picture, stored in its file. With the scene, ParRay can
+/// reproduce the whole picture or single pixels.
 namespace parray::output {
 
 struct Recipe {
   std::string image_sha256;   ///< of the picture's floats, as in the report
-  std::string pixels_sha256;  ///< of png_bytes() of what the file shows; empty: an EXR file
-  std::string finished;       ///< what was done to the PNG file after tracing; empty: nothing
-  /// Of the floats of the denoised picture; empty: it is not denoised.
+  std::string pixels_sha256;  ///< of png_bytes() of the file's picture; empty: an EXR file
+  std::string finished;       ///< postprocessing steps of the PNG file; empty: none
+  /// Hash of the floats of the denoised picture. Empty: not denoised.
   std::string denoised_sha256;
-  /// transparent_sha256() of what the file shows, the picture or the denoised one without its
-  /// background; empty: it is there.
+  /// transparent_sha256() of the file's picture, denoised or not, without its background. Empty:
+  /// the picture has its background.
   std::string transparent_sha256;
   std::string scene_sha256;
   std::uint64_t trace_version = 0;
   std::string version;  ///< of ParRay
-  /// What decides the bits of a sample, and how many samples there are: `samples_per_pixel`, or,
-  /// where pixels have different numbers, the `passes` that lead to these.
+  /// Settings that decide the bits of a sample, and the number of samples: `samples_per_pixel`, or
+  /// `passes` if pixels have different numbers.
   RenderSettings settings;
-  std::uint64_t samples = 0;          ///< of all pixels together
-  bool equal_samples = false;         ///< every pixel has settings.samples_per_pixel
-  std::uint32_t channel_samples = 0;  ///< of each pixel in its extra channels; 0: there are none
+  std::uint64_t samples = 0;   ///< of all pixels together
+  bool equal_samples = false;  ///< every pixel has settings.samples_per_pixel
+  std::uint32_t channel_samples =
+      0;  ///< samples per pixel of the extra channels; 0: no such channels
 };
 
-/// By its report: pixels have different numbers of samples.
+/// Whether pixels have different numbers of samples, according to the report.
 bool samples_differ(const nlohmann::json& report);
 
-/// Of a PNG file: what was done to the picture after it was traced, such as labels.
+/// Key of the postprocessing steps in a PNG file.
 inline constexpr const char* finished_key = "parray:finished";
 
-/// The recipe, and what else an image file says of a picture: of its report what decides the bits,
-/// what came of it, and the error.
+/// The metadata of a picture: its recipe, its hashes and its error, from the report.
 ImageMetadata recipe_metadata(const Picture& picture);
-/// The same for a PNG file, which shows `shown`, with `alpha` if that is a channel: with the hash
-/// of its pixels.
+/// The same for a PNG file that shows `shown`, with `alpha` if there is such a channel: includes
+/// the hash of its pixels.
 ImageMetadata recipe_metadata(const Picture& picture, const Image& shown,
                               const Channels& alpha = {});
 
-/// The recipe that a file holds; `file` names it in errors. Throws InputError: there is none, or a
-/// value that is missing or out of its range.
+/// Reads the recipe of a file. `file`: its name for messages. Throws InputError if there is no
+/// recipe, or a value is missing or out of range.
 Recipe recipe_in(const ImageMetadata& metadata, const std::string& file);
 
-/// Throws InputError unless a scene of identity `scene_sha256`, read from `scene`, and the tracer
-/// of this program make the picture that has the recipe, `picture`.
+/// Throws InputError unless this program makes the picture of the recipe from a scene of identity
+/// `scene_sha256`. `picture` and `scene`: names for messages.
 void check_recipe(const Recipe& recipe, const std::string& picture, const std::string& scene_sha256,
                   const std::string& scene);
 

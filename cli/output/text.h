@@ -10,7 +10,7 @@
 
 #include "common/rooms.h"
 
-/// Numbers and tables as people read them.
+/// Numbers and tables as text for people.
 namespace parray::output {
 
 /// std::snprintf as a function: at most 63 characters.
@@ -40,8 +40,8 @@ std::string number_cell(double value);
 /// "1 sample", "16 samples".
 std::string counted(std::uint64_t count, std::string_view noun);
 
-/// Rows of cells below a header, columns aligned by spaces; the cells at the ends of lines are not
-/// padded. All rows have as many cells as the header. Ends in a newline.
+/// Formats rows below a header. Spaces align the columns; the last cell of a line is not padded.
+/// Every row has as many cells as the header. Ends with a newline.
 std::string table_text(const std::vector<std::string>& header,
                        const std::vector<std::vector<std::string>>& rows);
 

@@ -84,8 +84,7 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
   }
   if (!outputs.preview.empty()) check_image_path(outputs.preview);
   if (can_hold_channels(outputs.error_map)) {
-    throw InputError("--error-map " + outputs.error_map.string() +
-                     ": a map's colours are to be looked at: write a PNG file (.png)");
+    throw InputError("--error-map " + outputs.error_map.string() + ": write a PNG file (.png)");
   }
   if (same_file(outputs.image, outputs.report)) {
     throw InputError(outputs.report.string() + ": picture and report need two files");

@@ -151,7 +151,7 @@ class Denoise(CliTest):
         result = run("render", self.scene, "-q", "-o", self.path("b.exr"), "--spp", "1",
                      "--denoise", "--report", self.path("b.json"))
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("less than 2 samples", result.stderr)
+        self.assertIn("fewer than 2 samples", result.stderr)
         report = json.loads(self.path("b.json").read_text())
         self.assertNotIn("denoised", report)
         self.assertEqual(report["image_sha256"], plain["image_sha256"])

@@ -22,7 +22,9 @@ TEST_CASE("extra channels are traced by the accelerator that rendered the pictur
   submission.scene = scene;
   const std::string id = scene_identity(scene_to_bytes(*scene));
   const RenderSettings settings = submission.settings;
-  ExtraChannels extra = extra_channels({.aovs = {Aov::depth}}, settings, scene, 1);
+  OutputPaths outputs;
+  outputs.aovs = {Aov::depth};
+  ExtraChannels extra = extra_channels(outputs, settings, scene, 1);
 
   EmbeddedFarm farm(1);
   extra.accelerators = farm.accelerators();
@@ -40,7 +42,7 @@ TEST_CASE("extra channels are traced by the accelerator that rendered the pictur
   CHECK(farm.accelerators()->find(id, settings) == rendered);
 
   Picture alone = client.fetch(job);
-  add_channels(alone, extra_channels({.aovs = {Aov::depth}}, settings, scene, 1));
+  add_channels(alone, extra_channels(outputs, settings, scene, 1));
   CHECK_UNARY(picture.channels == alone.channels);
   CHECK(picture.channels.size() == 1);
 }

@@ -206,7 +206,15 @@ class Troubles(FrameCase):
                 ([still, "--frames", "5-1"], "are no frames"),
                 ([still, "--frames", "0-1", "--wait", "-o", "a.exr"], "write #### for its number"),
                 ([still, "--camera-path", "p.json"], "--camera-path"),
-                ([self.directory / "a.xyz", "--frames", "0-1"], "need one camera for all")]:
+                ([self.directory / "a.xyz", "--frames", "0-1"], "need one camera for all"),
+                ([still, "--frames", "0-1", "--preview", "p.png"], "--preview: not possible for a series of frames"),
+                ([still, "--frames", "0-1", "--display", "h:1"], "--display: not possible for a series of frames"),
+                ([still, "--frames", "0-1", "--like", "a.exr"], "--like: not possible for a series of frames"),
+                ([still, "--frames", "0-1", "--wait", "-o", "a-#.exr", "--denoise"],
+                 "--denoise: not possible for a series of frames: leave it out, or render the frames one by one"),
+                ([still, "--frames", "0-1", "--wait", "-o", "a-#.png", "--outline", "on"], "--outline: not possible"),
+                ([still, "--frames", "0-1", "--wait", "-o", "a-#.exr", "--aov", "depth,samples"],
+                 "--aov depth: not possible for a series of frames")]:
             result = run("submit", *arguments)
             self.assertEqual(result.returncode, 2, result.stderr)
             self.assertIn(says, result.stderr)

@@ -48,8 +48,8 @@ class Liars(unittest.TestCase):
         named = f"rank 1 on {HOST} returned wrong bits: "
         self.assertRegex(report["flag"], f"^{named}{what_follows}$")
         said = [line for line in lines if "wrong bits" in line]
-        self.assertEqual(said, [f"parray-mpi: {named}rank 0 got others for the same samples. What it traced is traced "
-                                "again without it. Test that machine's memory"])
+        self.assertEqual(said, [f"parray-mpi: {named}rank 0 got different ones for the same samples. ParRay traces "
+                                "its cells again without it. Test that machine's memory"])
 
     def test_a_rank_that_returns_wrong_bits_is_named_and_the_picture_is_right(self):
         for mode in ("window", "messages"):

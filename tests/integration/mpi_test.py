@@ -269,7 +269,7 @@ class Passes(MpiCase):
             os.kill(job.rank_pid(2), signal.SIGSTOP)
             self.assertNotEqual(job.wait(), 0)
             self.assertRegex(job.text(),
-                             r"parray-mpi: no rank has got on for .*; [0-9.]+ samples a pixel are "
+                             r"parray-mpi: no rank has made progress for .*; [0-9.]+ samples a pixel are "
                              "kept in ")
         with MpiRun(2, SCENE, *self.one_pass, *SAFE, "--state", self.state) as job:
             job.finish()
@@ -357,7 +357,7 @@ class Silences(MpiCase):
             wait_for_rows(self.state, job)
             os.kill(job.rank_pid(0), signal.SIGSTOP)
             self.assertNotEqual(job.wait(), 0)
-            self.assertRegex(job.text(), "parray-mpi: rank 1 waits for another that does not answer")
+            self.assertRegex(job.text(), "parray-mpi: rank 1 waits for a rank that does not answer")
         self.check_goes_on(1)
 
     def test_ranks_whose_coordinator_is_silent_end_the_job(self):

@@ -68,9 +68,16 @@ class Refusals(ViewsTest):
 
     def test_what_is_for_png_pictures_is_refused_of_exr_files(self):
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--outline", "on",
-                     mentions="--outline: finishing is for PNG pictures")
+                     mentions="--outline: postprocessing needs a PNG picture")
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--views", "front,top",
                      mentions="write a PNG file (.png), or an EXR file of each")
+
+    def test_what_a_sheet_of_views_cannot_have_is_refused_before_any_work(self):
+        for option in (["--error-map", self.path("e.png")], ["--preview", self.path("p.png")],
+                       ["--display", "127.0.0.1:1"], ["--on-end", "true"], ["--like", self.path("a.png")]):
+            self.refused("render", self.atoms, "-o", self.path("a.png"), "--views", "front,top", *option,
+                         mentions=option[0] + ": not possible for a sheet of views (--views): leave it out, or")
+        self.refused("render", "-", "-o", self.path("a.png"), "--views", "front,top", mentions="save it as a file")
 
     def test_views_and_styles_are_for_files_of_particles(self):
         self.scene.write_text(json.dumps(SCENE))

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "coordinator/leases/window_collector.h"
-#include "proto/request_window.h"
+#include "proto/window.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"

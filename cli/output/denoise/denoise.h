@@ -7,42 +7,41 @@
 #include "common/image/replicates.h"
 #include "common/scene/settings.h"
 
-/// A picture with less noise than its samples have, and the error that it has all the same.
+/// Denoising, and the remaining error.
 ///
-/// Both halves A and B of a picture's samples are filtered, each by itself, and the mean of the two
-/// is the picture. The filter fits the radiance around a pixel by its features (features.h), by a
-/// linear regression in which pixels count by how alike the patches around them are (Buades, Coll
-/// and Morel, "A non-local algorithm for image denoising", 2005; Bitterli et al., "Nonlinearly
-/// weighted first-order regression for denoising Monte Carlo renderings", 2016), and takes what the
-/// fit says with the features as they are instead of as the half's few samples have them: radiance
-/// and features of a half have their noise in common, and this takes it away (control variates).
-/// It does so with two degrees of smoothing. Of these and of the half as it is, the mixture that
-/// came closest to the other half around a pixel, but not in it, is taken: where a filter would
-/// hurt, the pixel stays.
+/// The samples of a picture form two halves A and B. The filter denoises each half, and the picture
+/// is the mean of the two. The filter fits the radiance around a pixel to its features (features.h)
+/// by a weighted linear regression. The weight of a pixel depends on how similar the patches around
+/// the two pixels are (Buades, Coll and Morel, "A non-local algorithm for image denoising", 2005;
+/// Bitterli et al., "Nonlinearly weighted first-order regression for denoising Monte Carlo
+/// renderings", 2016). The fit is evaluated at the steady features instead of the half's own
+/// features: radiance and features of a half share their noise, and this step removes it (control
+/// variates). The filter has two degrees of smoothing. From these and the unfiltered half it takes
+/// the mixture that is closest to the other half around a pixel, excluding the pixel itself. So a
+/// pixel that the filter would make worse stays as it is.
 ///
-/// So what becomes of A in a pixel, F, does not depend on what B is in that pixel: not F but the
-/// noise of B decides the mean of (F - m)(B - m), m being the truth, and that is 0. With G made of
-/// B and D = (F + G) / 2,
+/// The filtered half F in a pixel does not depend on B in that pixel. Therefore the mean of
+/// (F - m)(B - m) is 0, where m is the truth. With G from B and D = (F + G) / 2,
 ///   |F - B|^2 / 2 + |G - A|^2 / 2 - |A - B|^2 / 2 - |F - G|^2 / 4
-///     = |D - m|^2 - (F - m)(B - m) - (G - m)(A - m) + (A - m)(B - m):
-/// the square error of D, the bias of the filter included, and three terms whose mean is 0. (Of one
-/// factor in the noise, which all pixels decide together, that is true but for one part in their
+///     = |D - m|^2 - (F - m)(B - m) - (G - m)(A - m) + (A - m)(B - m).
+/// This is the square error of D, including the filter's bias, and three terms with mean 0. (One
+/// factor of the noise estimate comes from all pixels; it changes this by one part in their
 /// number.)
 namespace parray::denoise {
 
 struct Denoised {
-  std::vector<float> rgb;  ///< linear radiance, 3 values a pixel, by image row
-  /// Root mean square error over pixels and channels, and the interval that it lies in 95 % of the
-  /// time; 0 where the estimate of its square is below.
+  std::vector<float> rgb;  ///< linear radiance, 3 values per pixel, in image order
+  /// Root mean square error over pixels and channels, and its 95 % confidence interval. 0 if the
+  /// estimate of the square is negative.
   double rmse = 0;
   double low = 0;
   double high = 0;
 };
 
-/// `replicates` and `features` are of the same picture. `isa` is one that this machine has, or
-/// automatic. The same bits for any `threads` and any `isa`. `between_bands`, if set, is called
-/// several times a second; what it throws ends the work. Memory: about 200 bytes a pixel, features
-/// included.
+/// Denoises a picture. `replicates` and `features` belong to the same picture. `isa`: one that this
+/// machine has, or automatic. The bits are the same for any `threads` and `isa`. Calls
+/// `between_bands`, if set, several times a second; an exception ends the work. Memory: about 200
+/// bytes per pixel, including the features.
 Denoised denoise(const Replicates& replicates, const Features& features, int threads,
                  Isa isa = Isa::automatic, const std::function<void()>& between_bands = {});
 

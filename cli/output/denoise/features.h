@@ -1,58 +1,90 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <vector>
 
-#include "cli/output/denoise/plane.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 #include "common/trace/integrator/path_tracer.h"
 
 namespace parray::denoise {
 
-/// What the camera rays of a pixel meet, in the mean: albedo (R, G, B), normal (x, y, z, on the
-/// side that the ray comes from), and one over the depth, scaled so that it varies by about 1 over
-/// the picture. Of the sky the normal is the way back along the ray, in which its radiance is
-/// linear, and all else is 0.
-inline constexpr std::size_t feature_count = 7;
-using FeaturePlanes = std::vector<Plane>;  ///< feature_count of them
+/// One number for each pixel of a picture and of a margin around it, so that windows around whole
+/// tiles can be read. repeat_border() fills the margin with the values of the border.
+class Plane {
+ public:
+  static constexpr std::size_t margin = 8;
+  static constexpr std::size_t tile = 32;
 
-/// The features of a picture: as the samples of either half have them, and as they are.
+  Plane(std::uint32_t width, std::uint32_t height)
+      : width_(width),
+        height_(height),
+        stride_(whole_tiles(width) + 2 * margin),
+        values_(stride_ * (whole_tiles(height) + 2 * margin)) {}
+
+  [[nodiscard]] std::uint32_t width() const { return width_; }
+  [[nodiscard]] std::uint32_t height() const { return height_; }
+  /// Distance between rows.
+  [[nodiscard]] std::size_t stride() const { return stride_; }
+  [[nodiscard]] float* row(std::size_t y) { return values_.data() + start(y); }
+  [[nodiscard]] const float* row(std::size_t y) const { return values_.data() + start(y); }
+
+  void repeat_border();
+
+ private:
+  static std::size_t whole_tiles(std::size_t side) { return (side + tile - 1) / tile * tile; }
+  [[nodiscard]] std::size_t start(std::size_t y) const { return (y + margin) * stride_ + margin; }
+
+  std::uint32_t width_;
+  std::uint32_t height_;
+  std::size_t stride_;
+  std::vector<float> values_;
+};
+
+/// Means over the first hits of a pixel's camera rays: albedo (R, G, B), normal (x, y, z, on the
+/// side of the ray), and 1 / depth, scaled to vary by about 1 over the picture. For the sky the
+/// normal points back along the ray, because the sky's radiance is linear in it; the other features
+/// are 0.
+inline constexpr std::size_t feature_count = 7;
+using FeaturePlanes = std::vector<Plane>;  ///< feature_count planes
+
+/// The features of a picture: from the samples of either half, and exact.
 struct Features {
-  /// By the first samples of the even and of the odd half: their noise is that of the half's
-  /// radiance, so that what depends on features can be told from it.
+  /// From the first samples of the even and of the odd half. Their noise is correlated with the
+  /// half's radiance, so that the filter can remove it.
   std::array<FeaturePlanes, 2> own;
-  /// By many other samples, which no half has.
+  /// From many other samples, which neither half contains.
   FeaturePlanes steady;
-  /// By image row, whether all of these have met nothing but sky, which has no noise to speak of.
-  /// Empty: nowhere.
+  /// In image order, whether all these samples hit only sky, which has almost no noise. Empty:
+  /// false everywhere.
   std::vector<char> plain_sky;
 };
 
-/// Samples of a pixel, both halves together, whose features are traced.
+/// Samples per pixel, both halves together, for the features of the halves.
 inline constexpr std::uint32_t own_feature_samples = 16;
-/// Other samples for the steady features: few where they and those of the pixels around all meet
-/// the same sphere, else many.
+/// Samples for the steady features: few if they and those of the neighbours hit the same sphere,
+/// otherwise many.
 inline constexpr std::uint32_t few_steady_samples = 8;
 inline constexpr std::uint32_t many_steady_samples = 64;
 
-/// Traces them by the accelerator that `tracer` has; `tracer` was made for `scene` and `settings`,
-/// and each pixel of the picture has at least `samples`, which is 2 or more. The same values for
-/// any number of threads. `between_bands`, if set, is called several times a second; what it throws
-/// ends the work.
+/// Traces the features with the accelerator of `tracer`, which was made for `scene` and `settings`.
+/// Each pixel of the picture has at least `samples` samples, 2 or more. The result is the same for
+/// any number of threads. Calls `between_bands`, if set, several times a second; an exception ends
+/// the work.
 Features trace_features(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, std::uint32_t samples, int threads,
                         const std::function<void()>& between_bands = {});
 
-/// The same, where `steady` traces the steady features: steady_tracer(), or a part of it.
+/// The same with another tracer for the steady features: steady_tracer(), or a part of it.
 Features trace_features(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,
                         const RenderSettings& settings, std::uint32_t samples, int threads,
                         const std::function<void()>& between_bands = {});
 
-/// Traces samples that the picture of `tracer` does not have.
+/// Returns a tracer of samples that the picture does not have.
 std::unique_ptr<PathTracer> steady_tracer(const PathTracer& tracer, const Scene& scene,
                                           const RenderSettings& settings);
 

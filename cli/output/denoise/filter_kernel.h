@@ -6,35 +6,34 @@
 #include "common/rooms.h"
 
 /// The inner loops of the filter: a weighted linear regression of the radiance around a pixel on
-/// its features, as cli/output/denoise/denoise.h describes it. Compiled once for each instruction
-/// set, in a namespace of its own; the same bits from each, because no lane knows of another.
+/// its features (cli/output/denoise/denoise.h). Compiled once for each instruction set, in its own
+/// namespace. All give the same bits, because lanes do not interact.
 namespace parray::denoise {
 
-/// How far the window reaches, and the patches that are compared.
+/// Half-widths of the window and of the compared patches.
 inline constexpr int filter_reach = 4;
 inline constexpr int patch_reach = 2;
 /// (Reach 3 takes a quarter less time and leaves up to 18 % more error in pictures of molecules; 5
 /// takes a third more and gains nothing.)
 inline constexpr int filter_offsets = (2 * filter_reach + 1) * (2 * filter_reach + 1);
-/// Pixels that are filtered together: what they need fits a core's cache.
+/// Pixels filtered together; their data fits the cache of a core.
 inline constexpr int tile_width = 32;
 inline constexpr int tile_height = 16;
 inline constexpr int tile_size = tile_width * tile_height;
 inline constexpr int filter_features = 7;
-/// How many degrees of smoothing there are, the finer one first.
+/// Number of degrees of smoothing, the finer one first.
 inline constexpr int filter_grades = 2;
 
-/// Pointers are to pixel (0, 0) of planes with a margin (cli/output/denoise/plane.h), `stride`
-/// apart from row to row.
+/// Pointers to pixel (0, 0) of planes with a margin (class Plane), with `stride` between rows.
 struct FilterPlanes {
   int width = 0;
   int height = 0;
   std::ptrdiff_t stride = 0;
   const float* radiance[3] = {};              ///< of one half
   const float* noise = nullptr;               ///< mean square error of the half
-  const float* own[filter_features] = {};     ///< features, as the half's samples have them
-  const float* steady[filter_features] = {};  ///< features, as they are
-  const char* plain = nullptr;  ///< by image row: pixels that stay as they are; null: none
+  const float* own[filter_features] = {};     ///< features from the samples of the half
+  const float* steady[filter_features] = {};  ///< steady features
+  const char* plain = nullptr;  ///< in image order, pixels that are not filtered; null: none
   float* out[filter_grades][3] = {};
 };
 

@@ -12,21 +12,21 @@ namespace parray::labels {
 
 enum class Corner : std::uint8_t { top_left, top_right, bottom_left, bottom_right };
 
-/// One label, before it has a place: what it takes, in pixels, and how it is drawn.
+/// A label before it has a place: its size in pixels, and how to draw it.
 struct Block {
-  std::string name;  ///< the option that asks for it, for messages: "--legend"
+  std::string name;  ///< the option that requests it, for messages: "--legend"
   Corner corner = Corner::top_left;
   double width = 0;
   double height = 0;
-  /// With the block's upper left corner at that point.
+  /// Draws the block with its upper left corner at `at`.
   std::function<void(Pen& pen, const Point& at)> draw{};
 };
 
-/// What blocks are made with.
+/// What all blocks of a picture share.
 struct BlockStyle {
   const Font& font;  ///< must outlive the blocks
   double line;       ///< width of lines, pixels
-  double room_x;     ///< pixels that there are for all blocks, without margins
+  double room_x;     ///< width for all blocks without margins, in pixels
   double room_y;
 };
 
@@ -34,29 +34,29 @@ struct BlockStyle {
 Block text_block(const BlockStyle& style, const std::string& name, Corner corner,
                  const std::string& text);
 
-/// The scale as a bar of its colours from the bottom up, with round numbers beside it, its title
-/// above; below it, or alone, the names with their colours, in as many columns as it takes. A block
-/// may be larger than the room that there is.
+/// A legend: the colours of the scale as a bar from the bottom up, with round numbers beside it and
+/// its title above. Names with their colours stand below the bar, or alone, in as many columns as
+/// they need. The block may be larger than the available space.
 Block legend_block(const BlockStyle& style, const Legend& legend);
 
-/// A bar of `length` in the scene's unit, `pixels` wide, and what it is above it. `unit` may be
-/// empty.
+/// A scale bar of `length` in the scene's unit, `pixels` wide, with its length above it. `unit` may
+/// be empty.
 Block scale_bar_block(const BlockStyle& style, double length, double pixels,
                       const std::string& unit);
 
-/// The scene's x, y and z as arrows, as the camera has their directions.
+/// The scene's axes x, y and z as arrows, in the directions that the camera sees.
 Block axes_block(const BlockStyle& style, const CameraFilm& film);
 
-/// A label that has its place.
+/// A label with its place.
 struct Placed {
   const Block* block;
   Box box;
 };
 
-/// Gives every block a place in its corner of a picture of width x height pixels, `margin` from its
-/// edges: one below the other in the upper corners, one above the other in the lower ones, in their
-/// order, `gap` apart. Throws InputError, naming the option, when one does not fit: it reaches out
-/// of the picture, or over another.
+/// Places every block in its corner of a picture of width x height pixels, `margin` from the edges
+/// and `gap` apart. Blocks in the upper corners go downwards in their order, those in the lower
+/// corners upwards. Throws InputError, which names the option, if a block leaves the picture or
+/// overlaps another.
 std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, double height,
                             double margin, double gap);
 

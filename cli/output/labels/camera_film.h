@@ -8,35 +8,35 @@
 
 namespace parray::labels {
 
-/// Where a camera, its lens left aside, shows points of the scene: the inverse of
+/// The projection of points to the picture by a camera without a lens: the inverse of
 /// common/trace/integrator/camera_rays.h.
 class CameraFilm {
  public:
-  /// `camera` has passed the reader's checks; the picture is width x height pixels.
+  /// `camera` is valid; the picture has width x height pixels.
   CameraFilm(const Camera& camera, double width, double height);
 
-  /// A point as the camera has it: x to the right, y up, z the distance from its plane along the
-  /// direction in which it looks (that of channel "Z"), in the scene's unit.
+  /// A point in the camera's coordinates, in the scene's unit: x to the right, y up, z the distance
+  /// from the camera's plane along its viewing direction (as channel "Z").
   [[nodiscard]] Vec3d seen(const Vec3d& point) const;
-  /// A direction of the scene as the camera has it.
+  /// A direction of the scene in the camera's coordinates.
   [[nodiscard]] Vec3d turned(const Vec3d& direction) const;
 
-  /// Where a point is shown that seen() gave, in pixels from the picture's upper left corner. With
-  /// perspective z > 0 is needed.
+  /// The place in the picture of a point from seen(), in pixels from the upper left corner. A
+  /// perspective camera needs z > 0.
   [[nodiscard]] Point shown(const Vec3d& seen) const;
   [[nodiscard]] bool perspective() const { return perspective_; }
 
-  /// Pixels that a unit of length takes, parallel to the picture: at that distance with
-  /// perspective, anywhere without.
+  /// Pixels per unit of length parallel to the picture: at distance z for a perspective camera,
+  /// anywhere for an orthographic one.
   [[nodiscard]] double pixels_per_unit(double z) const;
-  /// Of look_at.
+  /// The distance of look_at.
   [[nodiscard]] double distance() const { return distance_; }
 
  private:
   Vec3d origin_, right_, up_, forward_;
   double width_, height_;
   double distance_;
-  double scale_;  ///< pixels a unit at distance 1, or everywhere
+  double scale_;  ///< pixels per unit at distance 1, or everywhere
   bool perspective_;
 };
 

@@ -8,37 +8,37 @@
 #include "cli/output/labels/camera_film.h"
 #include "cli/output/labels/canvas.h"
 
-/// The outline of a box or crystal cell, hidden where something is nearer.
+/// The outline of a box or crystal cell. Nearer spheres hide it.
 namespace parray::labels {
 
-/// What tells which parts of a line are hidden, one value a pixel; empty: nothing hides.
+/// What hides parts of a line, one value per pixel. Empty: nothing hides it.
 struct DepthMap {
   std::span<const float> depth;           ///< channel "Z" (cli/output/channel_tracing.h)
   std::span<const std::uint32_t> sphere;  ///< channel "sphere"
-  std::uint32_t scenery =
-      0;  ///< so many of the first spheres are ground and lights: they hide nothing
+  /// Number of first spheres that are ground and lights. These hide nothing.
+  std::uint32_t scenery = 0;
 };
 
-/// A part of the outline in the picture.
+/// A part of the outline.
 struct CellLine {
   Point from, to;       ///< in pixels
   double from_z, to_z;  ///< distances from the camera's plane
 };
 
-/// The twelve edges of a cell, but for what lies behind the camera.
+/// The twelve edges of a cell, without the parts behind the camera.
 std::vector<CellLine> cell_lines(const ParticleCell& cell, const CameraFilm& film);
 
-/// Where its edges a, b and c are to be named: of the four that are parallel, beside the middle of
-/// the outermost in the picture, away from the middle of the cell, by `gap` pixels. Edges behind
-/// the camera, or seen from their ends, have no name.
+/// The places of the names of edges a, b and c. Of four parallel edges the outermost one in the
+/// picture gets the name, beside its middle and `gap` pixels away from the middle of the cell.
+/// Edges behind the camera, or seen end-on, have no name.
 struct EdgeName {
   char name;
   Point middle;
 };
 std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& film, double gap);
 
-/// Draws the lines, `width` pixels wide, in an ink that stands out from what is under them.
-/// `film` is that of the lines.
+/// Draws the lines, `width` pixels wide, in an ink that contrasts with the picture below. `film`:
+/// as for the lines.
 void draw_lines(Canvas& canvas, const std::vector<CellLine>& lines, const CameraFilm& film,
                 const DepthMap& map, double width);
 

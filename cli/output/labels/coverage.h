@@ -5,8 +5,8 @@
 
 #include "common/rooms.h"
 
-/// Shapes as the share of each pixel that they cover. Pixel (x, y) reaches from x to x + 1 and from
-/// y to y + 1; x to the right, y downwards.
+/// Shapes as the covered share of each pixel. Pixel (x, y) extends from x to x + 1 and from y to y
+/// + 1; x to the right, y down.
 namespace parray::labels {
 
 struct Point {
@@ -29,10 +29,10 @@ struct Box {
   }
 };
 
-/// Of the pixels of a part of a picture; what lies outside is left out.
+/// The coverage of a part of a picture. Shapes outside that part are ignored.
 class Coverage {
  public:
-  /// The whole pixels that `box` touches.
+  /// The part: all pixels that `box` touches.
   explicit Coverage(const Box& box);
 
   // Of the part, in the picture's pixels.
@@ -41,20 +41,20 @@ class Coverage {
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
 
-  /// In [0, 1]; 0 outside.
+  /// The covered share, in [0, 1]; 0 outside the part.
   [[nodiscard]] float at(int x, int y) const { return inside(x, y) ? values_[index(x, y)] : 0; }
-  /// Of shapes that do not overlap, shares of a pixel add up.
+  /// Adds a share of a pixel. Shapes must not overlap.
   void add(int x, int y, float share);
 
-  /// A rectangle, to the fraction of a pixel.
+  /// Adds a rectangle, with fractions of pixels.
   void add(const Box& rectangle);
-  /// A line with square ends, `width` pixels wide.
+  /// Adds a line with square ends, `width` pixels wide.
   void add_line(const Point& from, const Point& to, double width);
 
-  /// The same, grown by `radius` pixels to all sides.
+  /// Returns the shapes grown by `radius` pixels on all sides.
   [[nodiscard]] Coverage grown(double radius) const;
 
-  /// The sum of all shares: the area, in pixels.
+  /// The covered area, in pixels.
   [[nodiscard]] double area() const;
 
  private:
@@ -70,7 +70,7 @@ class Coverage {
   std::vector<float> values_;
 };
 
-/// How much of a line of that width covers a pixel whose centre is `distance` away from its middle.
+/// The covered share of a pixel whose centre is `distance` from the middle of a line of that width.
 double line_share(double distance, double width);
 
 }  // namespace parray::labels

@@ -9,37 +9,37 @@
 
 namespace parray::labels {
 
-/// DejaVu Sans, where Debian's fonts-dejavu-core puts it.
+/// DejaVu Sans, from Debian's package fonts-dejavu-core.
 inline constexpr const char* label_font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 
-/// Text in one size, of one font, drawn by FreeType: unhinted and placed to a 64th of a pixel, so
-/// that widths are those of the font at any size. Letters stand one after the other from left to
-/// right, with the font's kerning; scripts that need more are set as their letters. Text is UTF-8.
+/// Draws text in one font and size with FreeType, without hinting and placed to 1/64 of a pixel, so
+/// that widths scale with the size. Letters go from left to right with the font's kerning; scripts
+/// that need more are drawn letter by letter. Text is UTF-8.
 class Font {
  public:
-  /// `size`: pixels an em, >= 1. Throws RunError, which names the package, when the file is not
-  /// there or is no font.
+  /// `size`: pixels per em, >= 1. Throws RunError, which names the package, if the file is missing
+  /// or no font.
   explicit Font(double size, const std::filesystem::path& file = label_font);
   ~Font();
   Font(const Font&) = delete;
   Font& operator=(const Font&) = delete;
 
   [[nodiscard]] double size() const { return size_; }
-  /// From the baseline up to the top of capitals.
+  /// Height of capitals above the baseline.
   [[nodiscard]] double cap_height() const;
-  /// From the baseline down to the lowest of usual letters, > 0.
+  /// Depth of usual letters below the baseline, > 0.
   [[nodiscard]] double descent() const;
-  /// From one baseline to the next.
+  /// Distance between baselines.
   [[nodiscard]] double line_height() const { return 1.3 * size_; }
 
-  /// Pixels from the origin of the first letter to where the next would begin. A character that the
-  /// font lacks counts as U+FFFD.
+  /// Width of the text in pixels, up to the origin of a next letter. A character that the font
+  /// lacks counts as U+FFFD.
   [[nodiscard]] double width(std::string_view text) const;
-  /// Draws it from (x, baseline) on.
+  /// Draws text from `origin` on, which is on the baseline.
   void draw(Coverage& coverage, const Point& origin, std::string_view text) const;
 
-  /// Throws InputError, which begins with `what`, unless all of `text` is UTF-8 and in the font: as
-  /// letters, not as control characters.
+  /// Throws InputError, which begins with `what`, unless `text` is UTF-8 and the font has all its
+  /// characters. Control characters are not allowed.
   void check(std::string_view text, const std::string& what) const;
 
  private:

@@ -14,40 +14,39 @@
 
 namespace parray::labels {
 
-/// All that labels are made from.
+/// Everything that labels show.
 struct LabelContent {
   LabelSettings settings;
   std::vector<Legend> legends{};
   std::optional<ParticleCell> cell{};
-  std::string time_stamp{};  ///< what the file says of the frame; empty: nothing
-  std::string unit{};        ///< of lengths; empty: not known
-  Camera camera{};           ///< has passed the reader's checks
+  std::string time_stamp{};  ///< time or step of the frame in the file; empty: unknown
+  std::string unit{};        ///< unit of length; empty: unknown
+  Camera camera{};           ///< valid
   std::uint32_t width = 0;   ///< of the picture, in pixels
   std::uint32_t height = 0;
-  std::uint32_t scenery = 0;  ///< so many of the scene's first spheres are ground and lights
+  std::uint32_t scenery = 0;  ///< number of the scene's first spheres that are ground and lights
 };
 
-/// Pixels an inch that sizes of a picture so wide are worked out with: of `settings`, or else as if
-/// it was printed 120 mm wide, but no fewer than a screen has, 96.
+/// Pixels per inch for a picture of that width: from `settings`, otherwise for a print 120 mm wide,
+/// but at least 96 as on a screen.
 double dots_per_inch(const LabelSettings& settings, double width);
 
-/// The length of a scale bar that takes at most `most_pixels` where a unit takes so many: the
-/// largest round one.
+/// The length of a scale bar: the largest round length that takes at most `most_pixels`.
 double scale_bar_length(double pixels_per_unit, double most_pixels);
 
-/// The labels of a picture, each in its place. Drawn after tracing; made before it, so that what is
-/// impossible is told before any work.
+/// The labels of a picture with their places. They are made before tracing, so that errors come
+/// before any work, and drawn after it.
 class Labels {
  public:
-  /// `content.settings.any()`. Throws InputError, naming the option, for what the scene does not
-  /// have, text that the font lacks and labels that do not fit; RunError when the font is not
-  /// there.
+  /// Needs `content.settings.any()`. Throws InputError, which names the option, if the scene lacks
+  /// what a label shows, the font lacks a character, or labels do not fit. Throws RunError if the
+  /// font is missing.
   explicit Labels(LabelContent content);
   ~Labels();
   Labels(Labels&&) noexcept;
 
-  /// Draws them over the picture, linear RGB; `alpha` (empty: opaque) is what it is premultiplied
-  /// by. Only with `cell` are depths looked at.
+  /// Draws the labels on the picture, linear RGB, premultiplied by `alpha` (empty: opaque). Uses
+  /// `map` only for `cell`.
   void draw(Image& image, std::vector<float>& alpha, const DepthMap& map) const;
 
  private:

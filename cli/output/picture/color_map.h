@@ -9,7 +9,7 @@
 
 namespace parray::picture {
 
-/// Colours for numbers, from low to high, in which equal steps of the number look alike.
+/// Colours for numbers, from low to high. Equal steps of the number look alike.
 enum class ColorMap : std::uint8_t {
   // The first four are by Smith, van der Walt and Firing, made for matplotlib and released under
   // CC0;
@@ -30,19 +30,19 @@ enum class ColorMap : std::uint8_t {
   violet_yellow
 };
 
-/// As users write them, in the order of the enumeration.
+/// The names for users, in the order of the enumeration.
 std::span<const std::string_view> color_map_names();
 std::optional<ColorMap> color_map_named(std::string_view name);
 std::string_view name_of(ColorMap map);
 
-/// The middle of the map stands for a number of its own, such as 0: it is the lightest.
+/// Whether the middle of the map has a meaning of its own, such as 0. It is then the lightest
+/// colour.
 bool is_diverging(ColorMap map);
 
-/// Linear RGB in [0, 1] of a share of the way, 0 to 1.
+/// The colour at `share` of the way, 0 to 1. Linear RGB in [0, 1].
 Vec3d color_at(ColorMap map, double share);
 
-/// Linear RGB of a number that is not known: a grey, which no map but the grey one has, where it is
-/// another colour.
+/// The colour of an unknown number, linear RGB: grey, or another colour for the grey map.
 Vec3d color_of_unknown(ColorMap map);
 
 }  // namespace parray::picture

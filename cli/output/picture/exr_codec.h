@@ -5,24 +5,24 @@
 
 #include "cli/output/picture/image_file.h"
 
-/// EXR files, by OpenEXR: a module that is loaded when the first is read or written, because its
-/// libraries take ten milliseconds that no other command is to wait for. The seam between
-/// image_file.cpp, which everybody links, and exr_codec.cpp, which is the module.
+/// Reads and writes EXR files with OpenEXR. The program loads this module for the first EXR file,
+/// because loading OpenEXR's libraries takes ten milliseconds. This header is the interface between
+/// image_file.cpp in the program and exr_codec.cpp in the module.
 namespace parray::picture {
 
 struct ExrCodec {
-  /// Empty, or why the file could not be written. Arguments as write_image() has checked them;
-  /// `metadata` of as_kept(). What `between_strips` throws passes through.
+  /// Writes a file. Returns an empty text, or why it failed. Arguments as checked by write_image();
+  /// `metadata`: as_kept(). Exceptions of `between_strips` pass through.
   std::string (*write)(const std::string& file, const Image& image, const ImageMetadata& metadata,
                        const Channels& channels, const std::function<void()>& between_strips,
                        bool fast);
-  /// The first part of a file that begins as EXR files do, as read_image() has it.
+  /// Reads the first part of an EXR file, as read_image() does.
   ImageFile (*read)(const std::string& file);
-  /// Of OpenEXR: "3.1.5".
+  /// The version of OpenEXR: "3.1.5".
   std::string (*version)();
 };
 
-/// The one name that the module exports.
+/// The only symbol that the module exports.
 using ExrCodecEntry = const ExrCodec* (*)();
 inline constexpr const char* exr_codec_entry = "parray_exr_codec";
 

@@ -6,35 +6,35 @@
 
 #include "cli/output/picture/image_file.h"
 
-/// Every kind of picture but EXR and PNG, by OpenImageIO: a module that is loaded when the first is
-/// read or written, because the library brings 260 others. The seam between image_file.cpp, which
-/// everybody links, and image_codec.cpp, which is the module.
+/// Reads and writes all kinds of picture files except EXR and PNG, with OpenImageIO. The program
+/// loads this module for the first such file, because the library loads 260 others. This header is
+/// the interface between image_file.cpp in the program and image_codec.cpp in the module.
 namespace parray::picture {
 
-/// Kinds that can be written.
+/// File formats that can be written.
 enum class OtherKind : std::uint8_t { tiff, jpeg, jpeg2000 };
 
-/// What such a file is to hold.
+/// The contents of such a file.
 struct OtherPicture {
   OtherKind kind = OtherKind::tiff;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   bool alpha = false;
-  std::vector<std::uint8_t> bytes{};  ///< three a pixel, or four with alpha, top row first; sRGB
-  std::string description{};          ///< kept in the file; empty: none
-  double dpi = 0;                     ///< pixels an inch when printed; 0: not said
+  std::vector<std::uint8_t> bytes{};  ///< sRGB, three per pixel or four with alpha, top row first
+  std::string description{};          ///< stored in the file; empty: none
+  double dpi = 0;                     ///< pixels per inch in print; 0: unknown
 };
 
 struct ImageCodec {
-  /// Empty, or why the file could not be written.
+  /// Writes a file. Returns an empty text, or why it failed.
   std::string (*write)(const std::string& file, const OtherPicture& picture);
-  /// A file of any kind that the library knows, as read_image() has it.
+  /// Reads any file that the library knows, as read_image() does.
   ImageFile (*read)(const std::string& file);
   /// image_library_version().
   std::string (*version)();
 };
 
-/// The one name that the module exports.
+/// The only symbol that the module exports.
 using ImageCodecEntry = const ImageCodec* (*)();
 inline constexpr const char* image_codec_entry = "parray_image_codec";
 

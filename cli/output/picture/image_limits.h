@@ -10,8 +10,8 @@
 
 namespace parray::picture {
 
-/// Throws InputError "FILE: reason" if a picture is too large to be read. `channels` counts all
-/// channels, R, G and B included; each takes four bytes a pixel.
+/// Throws InputError "FILE: reason" if a picture is too large to be read. `channels`: all channels,
+/// including R, G and B; each takes four bytes per pixel.
 inline void check_image_limits(const std::string& path, std::uint64_t width, std::uint64_t height,
                                std::size_t channels) {
   constexpr std::size_t most_channels = 256;

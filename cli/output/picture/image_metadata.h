@@ -12,25 +12,26 @@
 
 namespace parray::picture {
 
-/// Text, a whole number, or a real one.
+/// A text, an integer or a real number.
 using MetadataValue = std::variant<std::string, std::uint64_t, double>;
 
-/// Names and values that are kept inside an image file, in order.
-/// Names: letters, digits, '_' and ':', at most 79 bytes (PNG's bound).
+/// Names and values in an image file, in order. Names: letters, digits, '_' and ':', at most 79
+/// bytes (PNG's limit).
 using ImageMetadata = std::vector<std::pair<std::string, MetadataValue>>;
 
-/// Pixels an inch when the picture is printed, a real number > 0.
+/// Pixels per inch in print, a real number > 0.
 inline constexpr const char* dpi_key = "parray:dpi";
 
-/// The value as text; of a number its shortest decimal form that reads back as the same.
+/// The value as text. A number becomes the shortest decimal text that reads back as the same
+/// number.
 std::string text_of(const MetadataValue& value);
 
-/// The values as a file can keep them. EXR: a whole number as its type `int`, from 2^31 on as
-/// `double`, from 2^53 on as text; a real one as `double`. PNG knows text alone.
+/// The values as a file can store them. EXR: an integer as `int`, from 2^31 on as `double`, from
+/// 2^53 on as text; a real number as `double`. PNG: text only.
 ImageMetadata as_kept(const ImageMetadata& metadata, bool exr);
 
-/// What a file has kept under a name, whichever type it has become there. None: no such name, or
-/// another kind of value.
+/// Returns the value that a file has stored under a name, whatever its type in the file. Nothing if
+/// the name is absent or the value has another kind.
 std::optional<std::string> text_in(const ImageMetadata& metadata, std::string_view name);
 std::optional<std::uint64_t> whole_in(const ImageMetadata& metadata, std::string_view name);
 std::optional<double> real_in(const ImageMetadata& metadata, std::string_view name);

@@ -9,31 +9,30 @@
 
 namespace parray::picture {
 
-/// Throws InputError unless a file can be made at `path`: its directory exists and may be written
-/// to, and what is there now, if anything, is a plain file. Meant for before the work whose result
-/// the file will hold; the disk may still fill up afterwards.
+/// Throws InputError unless a file can be created at `path`: its directory exists and is writable,
+/// and an existing file there is a regular file. Call before the work whose result the file will
+/// hold. The disk may still fill up later.
 void check_output_path(const std::filesystem::path& path);
 
 /// A file that appears under its own name only when it is complete.
 ///
-/// It is written as `.NAME.partial-PID.EXTENSION` beside its target, so that the final step is a
-/// rename within one file system. Whatever ends the writing early, the partial file goes with this
-/// object. One thread.
+/// It is written as `.NAME.partial-PID.EXTENSION` beside its target, so that the last step is a
+/// rename within one file system. The destructor removes a partial file. Not thread-safe.
 class PartialFile {
  public:
-  /// Makes nothing yet: whoever has the object opens path().
+  /// Creates nothing yet: the caller opens path().
   explicit PartialFile(std::filesystem::path target);
   ~PartialFile();
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
 
-  /// Where to write. The extension is the target's, because image libraries go by it.
+  /// The path to write to. It has the target's extension, because image libraries use it.
   [[nodiscard]] const std::filesystem::path& path() const { return partial_; }
 
-  /// Waits for the disk and gives the file its name; an older file of that name is replaced.
-  /// Throws RunError "writing FILE: reason".
+  /// Waits for the disk and renames the file; replaces an existing file. Throws RunError "writing
+  /// FILE: reason".
   void commit();
-  /// The same for a file that may be lost when the machine fails: waits for nothing.
+  /// The same without waiting for the disk: the file may be lost if the machine fails.
   void show();
 
  private:
@@ -41,8 +40,8 @@ class PartialFile {
   std::filesystem::path partial_;
 };
 
-/// Makes the file `path` of what `write` puts into the stream, all of it or nothing. Throws
-/// RunError "writing FILE: reason" as soon as the stream fails; what `write` throws passes through.
+/// Creates the file `path` from what `write` puts into the stream, all of it or nothing. Throws
+/// RunError "writing FILE: reason" when the stream fails; exceptions of `write` pass through.
 void write_file(const std::filesystem::path& path, const std::function<void(std::ostream&)>& write);
 
 /// Writes `text` to `path`, all of it or nothing. Throws RunError "writing FILE: reason".

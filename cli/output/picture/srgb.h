@@ -21,14 +21,13 @@ inline double srgb_decode(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-/// The 8-bit code of a linear value: encoded, clamped to [0, 1] and rounded to the nearest; 0 for
-/// NaN.
+/// The 8-bit code of a linear value: encoded, clamped to [0, 1] and rounded to nearest. 0 for NaN.
 inline std::uint8_t srgb_byte(float linear) {
   if (!(linear > 0)) return 0;
   return static_cast<std::uint8_t>(std::lround(255 * srgb_encode(std::min(linear, 1.0F))));
 }
 
-/// srgb_byte() of each, by a table.
+/// srgb_byte() of each value, with a table.
 std::vector<std::uint8_t> srgb_bytes(std::span<const float> linear);
 
 /// Returns the linear RGB of an 8-bit sRGB colour. Components are whole numbers from 0 to 255.

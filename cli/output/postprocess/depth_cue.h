@@ -7,14 +7,15 @@
 #include "common/image/image.h"
 #include "common/scene/scene.h"
 
-/// Depth cueing: what is far fades into the background.
+/// Depth cueing: distant surfaces fade into the background.
 namespace parray::postprocess {
 
-/// What is seen of a scene, pixel by pixel, as cli/output/channel_tracing.h has it.
+/// The visible spheres of a picture, pixel by pixel, from cli/output/channel_tracing.h.
 struct SeenSpheres {
   std::span<const float> depth{};         ///< channel "Z"
   std::span<const std::uint32_t> sphere;  ///< channel "sphere"
-  /// So many of the first spheres are background, as the sky is: a portrait's floor.
+  /// Number of first spheres that count as background, like the sky: the ground of an automatic
+  /// scene.
   std::uint32_t scenery = 0;
 
   [[nodiscard]] bool background(std::size_t pixel) const {
@@ -22,13 +23,13 @@ struct SeenSpheres {
   }
 };
 
-/// How much of a surface is lost to the background: 0 where the nearest is seen, `strength` where
-/// the farthest is, in proportion to depth between.
+/// The share of a surface that fades into the background: 0 at the nearest depth, `strength` at the
+/// farthest, linear in depth between.
 class DepthFade {
  public:
   DepthFade() = default;
-  /// From the picture's own depths, those of background left out. Of a pixel beside background the
-  /// depth is a mean with that, so others decide where there are any.
+  /// Takes the range of depths from the picture, without background. The depth of a pixel beside
+  /// background is a mean of both, so other pixels decide if there are any.
   DepthFade(const SeenSpheres& seen, std::uint32_t width, double strength);
 
   [[nodiscard]] double operator()(double depth) const;
@@ -39,12 +40,12 @@ class DepthFade {
   double strength_ = 0;
 };
 
-/// The mean colour of the pixels that show background and are in the midst of others that do, no
-/// channel above 1; where there is none, the sky in the direction in which the camera looks.
+/// The mean colour of pixels that show background and have only such neighbours, no channel above
+/// 1. Without such pixels, the sky in the viewing direction.
 Vec3d background_color(const Image& image, const SeenSpheres& seen, const Scene& scene);
 
-/// Mixes `background` into every pixel that shows more than background. With `alpha`, not empty,
-/// what is far becomes transparent instead; `image` is premultiplied by it.
+/// Mixes `background` into every pixel that shows a surface. With `alpha` (not empty), distant
+/// surfaces become transparent instead; `image` is premultiplied by it.
 void fade(Image& image, std::vector<float>& alpha, const SeenSpheres& seen, const DepthFade& fade,
           const Vec3d& background);
 

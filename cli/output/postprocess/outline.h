@@ -6,7 +6,7 @@
 #include "common/image/image.h"
 #include "common/scene/scene.h"
 
-/// Lines where spheres end before something that is farther away, as illustrators draw them.
+/// Outlines: lines where a sphere ends in front of something farther away, as in illustrations.
 namespace parray::postprocess {
 
 /// Almost black, linear RGB.
@@ -14,20 +14,19 @@ inline constexpr Vec3d outline_ink{0.01, 0.01, 0.01};
 
 /// The share of each pixel, in [0, 1], that lines `width` pixels wide (> 0) cover.
 ///
-/// Which spheres are seen where is told by channel "sphere"; where their silhouettes are, by the
-/// scene and its camera, a pinhole: so lines are smooth whatever the channel's pixels are. A line
-/// is drawn along the silhouette of a sphere where the background, or another sphere, is seen
-/// beside it, the stronger the farther behind: not at all where two spheres cross, fully from a
-/// third of the radius on. Spheres that are not seen wider than the line have none.
+/// Channel "sphere" tells which spheres are visible. Silhouettes follow from the scene and its
+/// pinhole camera, so that lines are smooth at any resolution. A line follows the silhouette of a
+/// sphere where the background or another sphere is visible beside it. It gets stronger with the
+/// distance behind the sphere: invisible where two spheres intersect, full from a third of the
+/// radius on. Spheres narrower than the line have no line.
 ///
-/// Where `fade` takes a surface to the background, it takes the lines, too. The same for any number
-/// of `threads`.
+/// Lines fade with their surface (`fade`). The result is the same for any number of `threads`.
 std::vector<float> outline_of(const Scene& scene, std::uint32_t width, std::uint32_t height,
                               const SeenSpheres& seen, double line_width,
                               const DepthFade& fade = {}, int threads = 1);
 
-/// Draws `ink` over the shares of the pixels that it covers; with `alpha`, not empty, lines are
-/// opaque on what may be transparent, and `image` is premultiplied by it.
+/// Draws `ink` on the covered shares of the pixels. With `alpha` (not empty), lines are opaque;
+/// `image` is premultiplied by it.
 void draw_ink(Image& image, std::vector<float>& alpha, const std::vector<float>& shares,
               const Vec3d& ink = outline_ink);
 

@@ -8,41 +8,41 @@
 #include "cli/output/picture/picture.h"
 #include "common/image/image.h"
 
-/// What is done to a picture after it was traced, in files that are looked at (PNG). EXR files keep
-/// what was traced, and so do `image_sha256` and the picture itself.
+/// Postprocessing: steps after tracing, for files to look at (PNG). EXR files, `image_sha256` and
+/// the picture itself keep the traced values.
 namespace parray::postprocess {
 
-/// A picture to be drawn on: a copy of what was traced.
+/// A copy of the traced picture for postprocessing.
 struct ShownPicture {
-  Image image;  ///< linear RGB; where there is alpha, premultiplied by it ("associated")
-  /// Of each pixel the share that is covered, in [0, 1]; empty: everything is.
+  Image image;  ///< linear RGB; premultiplied by alpha, if any ("associated")
+  /// The covered share of each pixel, in [0, 1]. Empty: opaque.
   std::vector<float> alpha{};
   const Channels* written = nullptr;  ///< extra channels of the picture; null: none
-  const Channels* traced = nullptr;   ///< those that steps have asked for beside
+  const Channels* traced = nullptr;   ///< channels only for the steps
 
-  /// Values of a channel of floats, as "Z"; empty: it is not there.
+  /// Values of a channel of floats, as "Z". Empty: no such channel.
   [[nodiscard]] std::span<const float> floats(const std::string& name) const;
-  /// Of a channel of whole numbers, as "sphere".
+  /// Values of a channel of integers, as "sphere". Empty: no such channel.
   [[nodiscard]] std::span<const std::uint32_t> wholes(const std::string& name) const;
 };
 
-/// One thing that is done.
+/// One step of postprocessing.
 struct FinishingStep {
   std::string name;  ///< for the file's metadata: "outline", "legend"
-  Aovs needs{};      ///< channels that it looks at: traced for it, whether they are written or not
+  Aovs needs{};      ///< channels that it needs; traced even if no file has them
   std::function<void(ShownPicture&)> apply;
 };
 
-/// Applied in order: what belongs to the scene (depth cue, outline) before what is written on top.
+/// Steps in order: depth cue and outline before labels.
 using Finishing = std::vector<FinishingStep>;
 
-/// What all steps need.
+/// The channels that all steps need.
 Aovs needs_of(const Finishing& finishing);
 
-/// Their names, for people, with commas between.
+/// The names of the steps, separated by commas.
 std::string names_of(const Finishing& finishing);
 
-/// The picture with all steps applied; without steps as it was traced.
+/// Applies all steps to a copy of the picture.
 ShownPicture finished_picture(const Picture& picture, const Finishing& finishing);
 
 }  // namespace parray::postprocess

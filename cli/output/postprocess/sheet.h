@@ -6,26 +6,25 @@
 #include "cli/output/postprocess/postprocessing.h"
 #include "common/image/image.h"
 
-/// Several pictures of one size in one.
+/// Several pictures of the same size in one.
 namespace parray::postprocess {
 
-/// Rows from the top, each from the left; the last may have fewer.
+/// Pictures in rows, from the top left. The last row may have fewer.
 struct SheetLayout {
   std::uint32_t columns = 1;
   std::uint32_t rows = 1;
   std::uint32_t gap = 0;  ///< pixels between two pictures
 };
 
-/// Of `count` pictures (> 0): as many columns as make the sheet nearest to 2 by 1, empty places
-/// counting against it; gaps of a 200th of a picture's height, and at least 2 pixels.
+/// The layout of `count` pictures (> 0): the number of columns brings the sheet closest to 2 by 1,
+/// where empty places count against it. Gaps are 1/200 of a picture's height, at least 2 pixels.
 SheetLayout sheet_layout(std::size_t count, std::uint32_t width, std::uint32_t height);
 
-/// Side of a sheet, beyond 32 bits where that many pictures are too many.
+/// The size of a sheet, which may exceed 32 bits.
 std::uint64_t sheet_width(const SheetLayout& layout, std::uint32_t width);
 std::uint64_t sheet_height(const SheetLayout& layout, std::uint32_t height);
 
-/// Pictures of one size side by side, as they are; white between them and where there is none, and
-/// under what is transparent.
+/// Joins pictures of the same size. The gaps, empty places and transparent pixels are white.
 Image sheet_of(const std::vector<ShownPicture>& pictures, const SheetLayout& layout);
 
 }  // namespace parray::postprocess
