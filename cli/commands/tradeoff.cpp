@@ -138,8 +138,9 @@ std::string answer_command(const TradeoffCommand& command, const tradeoff::Findi
 
 void write_tables(const tradeoff::Findings& findings, const tradeoff::Journal& journal,
                   const nlohmann::json& document) {
-  write_text_file(journal.file("tradeoff.csv"), csv_of(findings.rows));
+  write_text_file(journal.file("tradeoff.csv"), csv_of(findings));
   write_text_file(journal.file("farms.csv"), farms_csv_of(findings));
+  write_text_file(journal.file("intervals.csv"), intervals_csv_of(findings));
   write_text_file(journal.file("tradeoff.json"), document.dump(2) + "\n");
 }
 
@@ -178,10 +179,11 @@ int run(const TradeoffCommand& command) {
   if (command.as_json) {
     print_json(document);
   } else {
-    std::cout << (answer.empty() ? "" : "  " + answer + "\n\n") << findings.answer << "\n\n"
-              << text_of(findings) << "\n"
-              << printable(command.directory, 4096)
-              << " has tradeoff.csv, farms.csv, tradeoff.json, plots and the reference.\n";
+    std::cout
+        << (answer.empty() ? "" : "  " + answer + "\n\n") << findings.answer << "\n\n"
+        << text_of(findings) << "\n"
+        << printable(command.directory, 4096)
+        << " has tradeoff.csv, farms.csv, intervals.csv, tradeoff.json, plots and the reference.\n";
   }
   return 0;
 }

@@ -5,7 +5,7 @@
 
 #include "cli/measure/tradeoff/answer.h"
 #include "cli/measure/tradeoff/findings.h"
-#include "cli/measure/tradeoff/gnuplot.h"
+#include "cli/measure/tradeoff/plots.h"
 #include "cli/measure/tradeoff/journal.h"
 #include "cli/measure/tradeoff/reference.h"
 #include "cli/output/processor.h"
@@ -456,39 +456,6 @@ TEST_CASE("trade: more workers divide what is traced, and none of what one machi
   CHECK(fronts[3].workers == 64);
 }
 
-TEST_CASE("trade: names of points stay inside, apart from each other and from all markers") {
-  const Box area{{400, 200}, 800, 400};
-  std::vector<Named> names;
-  std::vector<Box> markers;
-  for (int i = 0; i < 12; ++i) {  // a front, some of whose points nearly coincide
-    const Place at{200.0 + 35 * i - (i % 3) * 25, 60.0 + 20 * i};
-    names.push_back({at, 120, 14});
-    markers.push_back({at, 11, 11});
-  }
-  const auto places = place_names(names, markers, area, {-1, 0.7});
-  std::vector<Box> boxes;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    REQUIRE(places[i].has_value());
-    const Box box{*places[i], names[i].width, names[i].height};
-    CHECK(area.contains(box));
-    for (const Box& other : boxes) CHECK_FALSE(box.overlaps(other));
-    for (const Box& marker : markers) CHECK_FALSE(box.overlaps(marker));
-    boxes.push_back(box);
-  }
-  CHECK(places[0]->x < names[0].at.x);  // on the side that was asked for
-  CHECK(places[0]->y > names[0].at.y);
-  const Box tiny{{50, 20}, 100, 40};
-  CHECK_FALSE(place_names({{{50, 20}, 300, 14}}, {}, tiny, {1, 0})[0].has_value());
-}
-
-TEST_CASE("trade: an axis has room at its ends, and marks 1, 2 and 5") {
-  const LogAxis axis({0.01, 1, 0}, 0.5, 0);
-  CHECK(axis.range() == "[0.001:1]");
-  CHECK(axis.part(0.001) == Approx(0));
-  CHECK(axis.part(1) == Approx(1));
-  CHECK(axis.tics() == "(0.001,0.002,0.005,0.01,0.02,0.05,0.1,0.2,0.5,1)");
-}
-
 TEST_CASE("trade: a caption names scene, machine, version and date in one line") {
   Findings findings;
   findings.scene_file = "/somewhere/it's \"here\".json";
@@ -499,11 +466,6 @@ TEST_CASE("trade: a caption names scene, machine, version and date in one line")
   CHECK(caption_of(findings) ==
         "it's \"here\", 484 spheres, 100 x 50 pixels; AMD EPYC 9V74, 2 threads, avx512; "
         "ParRay " PARRAY_VERSION ", 2026-11-22");
-  const std::string script = script_of({"front", "", "plot x"}, caption_of(findings));
-  CHECK(script.find("set label 'it''s \"here\", 484") != std::string::npos);
-  for (const char* kind : {"svg", "pdf", "png"}) {
-    CHECK(script.find(std::string("set output 'front.") + kind + "'") != std::string::npos);
-  }
 }
 
 TEST_CASE("trade: a processor's name without what says nothing") {

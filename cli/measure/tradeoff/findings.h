@@ -68,9 +68,12 @@ std::vector<Row> rows_of(const std::vector<Variant>& variants, const std::vector
 std::vector<Convergence> convergence_of(const std::vector<Row>& rows, const RenderSettings& base);
 std::vector<Calibration> calibration_of(const std::vector<Row>& rows);
 
-std::string csv_of(const std::vector<Row>& rows);
+// Tables with a header. The plots read them: names have no commas.
+std::string csv_of(const Findings& findings);
 /// The modelled fronts.
 std::string farms_csv_of(const Findings& findings);
+/// How often intervals hold.
+std::string intervals_csv_of(const Findings& findings);
 nlohmann::json json_of(const Findings& findings);
 /// For people: the front, the budget, what was found. Without the answer.
 std::string text_of(const Findings& findings);

@@ -83,6 +83,23 @@ std::string cell_of(const json& value) {
   return formatted("%.9g", value.get<double>());
 }
 
+std::string without_commas(std::string text) {
+  std::erase(text, ',');
+  return text;
+}
+
+/// The differences between settings in a few words: "sobol 16 depth 5".
+std::string name_in_plots(const RenderSettings& s, const RenderSettings& base) {
+  std::string name = std::string(name_of(s.sampler)) +
+                     (s.target_error > 0 ? " to " + formatted("%.2g", s.target_error)
+                                         : " " + std::to_string(s.samples_per_pixel));
+  if (s.max_depth != base.max_depth) name += " depth " + std::to_string(s.max_depth);
+  if (s.precision != base.precision) name += " " + std::string(name_of(s.precision));
+  if (s.accelerator != base.accelerator) name += " " + std::string(name_of(s.accelerator));
+  if (s.isa != base.isa) name += " " + std::string(name_of(s.isa));
+  return name + (s.replicates ? " denoised" : "");
+}
+
 std::string rough(double value) { return formatted("%.3g", value); }
 std::string percent(double share) { return formatted("%.1f %%", 100 * share); }
 
@@ -170,27 +187,43 @@ json json_of(const RenderSettings& settings) {
 }  // namespace
 
 std::string farms_csv_of(const Findings& findings) {
-  std::string text = "workers,options,modelled_seconds,rmse,on_front\n";
+  std::string text = "workers,options,modelled_seconds,rmse,on_front,name\n";
   for (const FarmFront& farm : findings.farms) {
     for (const FarmPoint& point : farm.points) {
       text += std::to_string(farm.workers) + "," + findings.rows[point.row].options +
               formatted(",%.9g,%.9g", point.seconds, point.rmse) +
-              (point.on_front ? ",1\n" : ",0\n");
+              (point.on_front ? ",1," : ",0,") +
+              name_in_plots(findings.rows[point.row].settings, findings.base) + "\n";
     }
   }
   return text;
 }
 
-std::string csv_of(const std::vector<Row>& rows) {
-  std::string text;
-  for (const Field& field : fields()) text += (text.empty() ? "" : ",") + std::string(field.name);
-  text += "\n";
-  for (const Row& row : rows) {
-    std::string line;
-    for (const Field& field : fields()) {
-      line += (line.empty() ? "" : ",") + cell_of(field.value(row));
+std::string intervals_csv_of(const Findings& findings) {
+  std::string text = "intervals,nominal,pixels,pixel_runs,pictures,runs\n";
+  for (const Calibration& one : findings.calibration) {
+    for (std::size_t i = 0; i < interval_levels.size(); ++i) {
+      text += without_commas(one.name) + formatted(",%.9g,", interval_levels.at(i)) +
+              (one.pixel_runs > 0 ? formatted("%.9g", one.pixels.at(i)) : "") +
+              formatted(",%zu,%.9g,%zu\n", one.pixel_runs, one.pictures.at(i), one.runs);
     }
-    text += line + "\n";
+  }
+  return text;
+}
+
+std::string csv_of(const Findings& findings) {
+  std::map<const Row*, std::string> families;
+  for (const auto& [name, rows] : families_of(findings.rows, findings.base)) {
+    for (const Row* row : rows) families[row] = without_commas(name);
+  }
+  std::string text;
+  for (const Field& field : fields()) text += std::string(field.name) + ",";
+  text += "family,name\n";
+  for (const Row& row : findings.rows) {
+    for (const Field& field : fields()) text += cell_of(field.value(row)) + ",";
+    const auto family = families.find(&row);
+    text += (family == families.end() ? "other" : family->second) + "," +
+            name_in_plots(row.settings, findings.base) + "\n";
   }
   return text;
 }
