@@ -102,8 +102,6 @@ class Command {
   /// A command to copy, and what it does. One that is not understood fails --describe, and with it
   /// the build.
   void example(const std::string& command, const std::string& about);
-  /// For the man page, in the form of manual_page.h.
-  void manual(const std::string& text);
 
   /// `chosen` is called once the user has been understood to want this command.
   void on_chosen(std::function<void()> chosen);
@@ -135,8 +133,6 @@ class CommandLine : public Command {
   /// Commands that are declared from now on stand under this heading of the help.
   void heading(const std::string& name) { heading_ = name; }
   Command command(const std::string& name, const std::string& description);
-  /// manual() of the program and of every command, by their last words.
-  void add_manuals(const std::function<std::string(const std::string&)>& manual_of);
   /// help [COMMAND]: prints what --help does.
   void add_help_command();
   [[nodiscard]] std::string help() const;
