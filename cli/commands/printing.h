@@ -22,7 +22,7 @@ void print_job(const nlohmann::json& map, bool as_json);
 void warn_of_duplicates(const Duplicates& duplicates, const std::string& scene_file);
 
 /// A line on stderr for each file of which something was guessed, dropped or left out.
-void tell_notes(const std::vector<ParticleFile>& files);
+void print_notes(const std::vector<ParticleFile>& files);
 
 /// A note as people read it: "3 elements guessed from names".
 std::string note_text(const ParticleNote& note);

@@ -15,9 +15,8 @@ class App;
 class Option;
 }  // namespace CLI
 
-/// What programs need of CLI11, without its headers, which take longer to compile than most of our
-/// sources: command_line.cpp alone includes them. What an option refers to must stay where it is
-/// while the command line is parsed.
+/// The parts of CLI11 that programs need. Only command_line.cpp includes its headers, because they
+/// compile slowly. The targets of options must not move until the command line is parsed.
 namespace parray::process {
 
 /// The command line cannot be understood.
@@ -26,37 +25,36 @@ class UsageError : public InputError {
   using InputError::InputError;
 };
 
-/// An option, or an argument that has a place instead of a name. Every call returns the same
-/// option.
+/// An option or a positional argument. Every call returns the same option.
 class Option {
  public:
   Option() = default;
   Option(CLI::Option* option, OptionText* text) : option_(option), text_(text) {}
 
   Option& required(bool is_required = true);
-  /// What stands for the value in the help.
+  /// Sets the placeholder of the value in the help.
   Option& type_name(const std::string& name);
-  /// The heading of the help that it stands under.
+  /// Sets the heading in the help.
   Option& group(const std::string& name);
-  /// The help shows what the target holds now.
+  /// Makes the help show the current value of the target as the default.
   Option& show_default();
-  /// An environment variable that counts where the option is not given.
+  /// Sets an environment variable that replaces a missing option.
   Option& environment(const std::string& name);
-  /// Given twice is an error.
+  /// Makes a second use an error.
   Option& only_once();
-  /// May be given several times, with one value each.
+  /// Allows several uses, with one value each.
   Option& one_value_each();
   /// Refuses an empty value, which would read as "not given".
   Option& forbid_empty();
-  /// Refuses any other.
+  /// Refuses other values.
   Option& one_of(const std::vector<std::string>& known);
-  /// Known words, for help and shells; whoever reads the value refuses others. `list`: several,
-  /// with commas between.
+  /// Lists known words for the help and shells; the reader of the value refuses others. `list`:
+  /// several words, separated by commas.
   Option& words(const std::vector<std::string>& words, bool list = false);
   Option& completes(Completes what);
-  /// For experiments: --help of a command leaves it out, `help COMMAND --all` shows it.
+  /// Hides the option from --help; `help COMMAND --all` shows it. For experiments.
   Option& special();
-  /// Makes sense only beside `other`.
+  /// Requires the option `other`.
   Option& needs(const Option& other);
 
  private:
@@ -64,28 +62,28 @@ class Option {
   OptionText* text_ = nullptr;
 };
 
-/// An option that the user has given.
+/// An option from the command line.
 struct GivenOption {
   std::string name;
   std::string group;
-  std::string value;  ///< the last
+  std::string value;  ///< the last value
 };
 
-/// A command with its options: what `parray render` takes.
+/// A command with its options, such as `parray render`.
 class Command {
  public:
   Command(CLI::App* app, CommandText* text) : app_(app), text_(text) {}
 
-  // `names` as CLI11 has them: "-o,--output", or "SCENE" for an argument.
+  // `names` in CLI11's form: "-o,--output", or "SCENE" for an argument.
   Option option(const std::string& names, std::string& target, const std::string& description);
-  /// All that are given.
+  /// Collects all given values.
   Option option(const std::string& names, std::vector<std::string>& target,
                 const std::string& description);
-  /// `set` gets the text as the user wrote it; the InputError that it throws becomes a UsageError
-  /// that names the option. Given twice, the last counts.
+  /// Calls `set` with the text of the user. An InputError of `set` becomes a UsageError that names
+  /// the option. Of several uses the last counts.
   Option option(const std::string& names, std::function<void(const std::string&)> set,
                 const std::string& description);
-  /// A number from `least` to `most`, as CLI11 reads numbers.
+  /// A number from `least` to `most`, in CLI11's format.
   Option number(const std::string& names, int& target, int least, int most,
                 const std::string& description);
   Option number(const std::string& names, std::size_t& target, std::size_t least, std::size_t most,
@@ -93,17 +91,17 @@ class Command {
   Option number(const std::string& names, double& target, double least, double most,
                 const std::string& description);
   Option flag(const std::string& names, bool& target, const std::string& description);
-  /// A switch with the values on and off. The target stays empty where it is not given.
+  /// A switch with the values on and off. The target of a missing option stays empty.
   Option on_off(const std::string& name, std::optional<bool>& target,
                 const std::string& description);
-  /// A spelling of earlier versions: an error that names what to write `now`, as "--labels off".
+  /// Makes an old option an error that names its replacement `now`, such as "--labels off".
   void renamed(const std::string& old, const std::string& now);
 
-  /// A command to copy, and what it does. One that is not understood fails --describe, and with it
-  /// the build.
+  /// Adds a command to copy, and its effect. --describe, and with it the build, fails if the
+  /// program does not understand it.
   void example(const std::string& command, const std::string& about);
 
-  /// `chosen` is called once the user has been understood to want this command.
+  /// Calls `chosen` when the command line names this command.
   void on_chosen(std::function<void()> chosen);
   [[nodiscard]] std::vector<GivenOption> given_options() const;
 
@@ -126,23 +124,22 @@ class CommandLine : public Command {
   CommandLine(const CommandLine&) = delete;
   CommandLine& operator=(const CommandLine&) = delete;
 
-  /// What --version prints.
+  /// Sets the text of --version.
   void version(const std::string& text);
-  /// What starts the program: "mpirun -n P ".
+  /// Sets the words before the program's name: "mpirun -n P ".
   void launcher(const std::string& words);
-  /// Commands that are declared from now on stand under this heading of the help.
+  /// Sets the heading of commands that are declared later.
   void heading(const std::string& name) { heading_ = name; }
   Command command(const std::string& name, const std::string& description);
-  /// help [COMMAND]: prints what --help does.
+  /// Adds the command help [COMMAND], which prints the same as --help.
   void add_help_command();
   [[nodiscard]] std::string help() const;
   [[nodiscard]] ProgramText description() const;
 
-  /// What is to be printed where the user has only asked for that: --help, --version. Throws
-  /// UsageError: one line that says what is wrong, names the option, the nearest known one if it is
-  /// unknown, and the help to read.
+  /// Returns the text to print for --help and --version, otherwise nothing. Throws UsageError: one
+  /// line that names the problem, the option, the most similar known option, and the help to read.
   std::optional<std::string> parse(int argc, const char* const* argv);
-  /// Options alone, as in a shell. Throws UsageError.
+  /// Parses options only, written as in a shell. Throws UsageError.
   void parse(const std::string& words);
 
  private:
@@ -151,8 +148,8 @@ class CommandLine : public Command {
   std::unique_ptr<CLI::App> root_;
   ProgramText program_;
   std::string heading_ = "Commands";
-  std::string topic_;         ///< of the help command
-  bool all_options_ = false;  ///< likewise
+  std::string topic_;         ///< COMMAND of the help command
+  bool all_options_ = false;  ///< --all of the help command
 };
 
 }  // namespace parray::process

@@ -15,7 +15,7 @@ class CommandLine;
 /// Returns the commands, options and examples of a program as JSON. `declare` declares the options
 /// on a new command line. Throws RunError if the program does not understand one of its examples.
 std::string describe(const std::function<void(CommandLine&)>& declare, const std::string& program,
-              const std::string& about);
+                     const std::string& about);
 
 /// Splits a command into words as a shell does, with '...' and "...". A # or & at the beginning of
 /// a word ends the command.

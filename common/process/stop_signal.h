@@ -5,11 +5,11 @@
 
 #include "common/rooms.h"
 
-/// What a program does about SIGINT and the like. Ignored in any case are SIGPIPE and SIGXFSZ, so
-/// that a closed pipe and a file-size limit are errors where they happen.
+/// Handling of SIGINT and other signals. Programs always ignore SIGPIPE and SIGXFSZ, so a closed
+/// pipe or a file-size limit is an error of the write.
 namespace parray::process {
 
-/// The user, or the system, has asked the program to stop. Not a failure: the program cleans up
+/// The user or the system has asked the program to stop. This is no failure: the program cleans up
 /// and exits with interrupted_status.
 class Interrupted : public std::runtime_error {
  public:
@@ -20,17 +20,17 @@ class Interrupted : public std::runtime_error {
 /// Exit status after SIGINT, SIGTERM or SIGHUP.
 inline constexpr int interrupted_status = 130;
 
-/// For programs that a person waits for: SIGINT, SIGTERM and SIGHUP end the program at once with
-/// one line on stderr and interrupted_status; SIGHUP only where it is not ignored (nohup).
+/// For interactive programs: SIGINT, SIGTERM and SIGHUP end the program at once with one line on
+/// stderr and interrupted_status. An ignored SIGHUP (nohup) stays ignored.
 void stop_at_signals();
 
-/// For services, whose loop asks interrupt_noted(): SIGINT and SIGTERM leave a note; a second one
+/// For services: SIGINT and SIGTERM set interrupt_noted(), which their loop reads. A second signal
 /// ends the process at once.
 void note_signals();
 
-/// While one exists, stop_at_signals() only leaves a note, too, for check_interrupted(): what is
-/// under way has something to clean up or to say. Its owner calls check_interrupted() several times
-/// a second. Do not nest.
+/// While an object exists, signals only set the note for check_interrupted(), because the work in
+/// progress has to clean up or print something. Its owner calls check_interrupted() several times a
+/// second. Do not nest.
 class DeferredInterrupts {
  public:
   DeferredInterrupts();
@@ -39,9 +39,9 @@ class DeferredInterrupts {
   DeferredInterrupts& operator=(const DeferredInterrupts&) = delete;
 };
 
-/// A signal has come. Any thread.
+/// Whether a signal has arrived. Any thread.
 bool interrupt_noted();
-/// Throws Interrupted if a signal has come. Any thread.
+/// Throws Interrupted if a signal has arrived. Any thread.
 void check_interrupted();
 
 }  // namespace parray::process

@@ -22,29 +22,29 @@ std::string quoted(const std::string& text) {
 }
 
 /// values.gp: the texts of the plots that depend on the scene and the machine.
-std::string values_of(const Findings& findings) {
-  return "caption = " + quoted(caption_of(findings)) + "\ntime_axis = 'time of a picture (s" +
-         (findings.timing.busy ? " of processor / threads" : "") +
+std::string values_of(const TradeoffResults& results) {
+  return "caption = " + quoted(caption_of(results)) + "\ntime_axis = 'time of a picture (s" +
+         (results.timing.busy ? " of processor / threads" : "") +
          ")'\nfarm_axis = 'modelled, not measured: time of a picture of " +
-         std::to_string(findings.scene.width) + " x " + std::to_string(findings.scene.height) +
+         std::to_string(results.scene.width) + " x " + std::to_string(results.scene.height) +
          " pixels (s)'\n";
 }
 
 }  // namespace
 
-std::string caption_of(const Findings& findings) {
-  const std::string name = fs::path(findings.scene_file).stem().string();
-  return printable(name, 40) + ", " + counted(findings.spheres, "sphere") + ", " +
-         std::to_string(findings.base.width) + " x " + std::to_string(findings.base.height) +
-         " pixels; " + short_processor(findings.occasion.processor).substr(0, 40) + ", " +
-         counted(static_cast<std::uint64_t>(findings.timing.threads), "thread") + ", " +
-         findings.occasion.isa + "; ParRay " PARRAY_VERSION ", " + findings.occasion.date;
+std::string caption_of(const TradeoffResults& results) {
+  const std::string name = fs::path(results.scene_file).stem().string();
+  return printable(name, 40) + ", " + counted(results.spheres, "sphere") + ", " +
+         std::to_string(results.base.width) + " x " + std::to_string(results.base.height) +
+         " pixels; " + short_processor(results.environment.processor).substr(0, 40) + ", " +
+         counted(static_cast<std::uint64_t>(results.timing.threads), "thread") + ", " +
+         results.environment.isa + "; ParRay " PARRAY_VERSION ", " + results.environment.date;
 }
 
-void write_plot_scripts(const Findings& findings, const fs::path& directory) {
+void write_plot_scripts(const TradeoffResults& results, const fs::path& directory) {
   const fs::path plots = directory / "plots";
   fs::create_directories(plots);
-  write_text_file(plots / "values.gp", values_of(findings));
+  write_text_file(plots / "values.gp", values_of(results));
   for (const PlotScript& script : plot_scripts) {
     write_text_file(plots / (std::string(script.name) + ".gp"), std::string(script.text));
   }
