@@ -15,14 +15,23 @@ function(parray_room name)
   add_library(parray::${name} ALIAS parray_${name})
 endfunction()
 
-# parray_pages(TARGET): the man pages and shell completion of a program, made by itself whenever it is linked, and
-# installed with it. A program whose help has an example that it does not understand fails to build.
+# parray_pages(TARGET): the man pages and shell completion of a program, made by cmake/pages.py whenever the program is
+# linked, and installed with it. A program whose help has an example that it does not understand fails to build.
+find_package(Python3 COMPONENTS Interpreter)
 function(parray_pages target)
-  if(PARRAY_SANITIZE OR (CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR))
+  if(PARRAY_SANITIZE)
     return()
   endif()
-  add_custom_command(TARGET ${target} POST_BUILD COMMAND ${target} --describe ${CMAKE_BINARY_DIR}/pages/${target} VERBATIM)
-  install(DIRECTORY ${CMAKE_BINARY_DIR}/pages/${target}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT ${target})
+  if(NOT Python3_Interpreter_FOUND OR CMAKE_CROSSCOMPILING)
+    message(STATUS "No man pages and no shell completion of ${target}: they take Python 3 and a build for this machine")
+    return()
+  endif()
+  set(pages ${CMAKE_BINARY_DIR}/pages/${target})
+  add_custom_command(TARGET ${target} POST_BUILD VERBATIM
+    COMMAND Python3::Interpreter ${CMAKE_SOURCE_DIR}/cmake/pages.py ${CMAKE_SOURCE_DIR}/deploy/MANUAL.md ${pages} $<TARGET_FILE:${target}>)
+  set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS ${CMAKE_SOURCE_DIR}/cmake/pages.py
+    ${CMAKE_SOURCE_DIR}/deploy/MANUAL.md ${CMAKE_SOURCE_DIR}/cli/REFERENCE.md ${CMAKE_SOURCE_DIR}/coordinator/FARM.md)
+  install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT ${target})
 endfunction()
 
 # Long headers are parsed once for each set of flags that compilers tell apart there. (Kernels get

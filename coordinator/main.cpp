@@ -22,7 +22,6 @@
 #include "coordinator/loop/descriptors.h"
 #include "coordinator/loop/key_watch.h"
 #include "coordinator/loop/process_limits.h"
-#include "coordinator/manual.h"
 #include "coordinator/replica/keeper.h"
 #include "coordinator/store/state_commands.h"
 #include "proto/joined_link.h"
@@ -277,7 +276,6 @@ void declare_options(CommandLine& line, Arguments& a) {
       .show_default()
       .group(workers_group);
   a.log.add_to(line, "What is told on stderr: this, and worse; debug: every lease");
-  line.manual(coordinator_manual);
   line.example("parray-coordinator --state /var/lib/parray",
                "for this machine's workers; started again, it goes on where it was");
   line.example("parray-coordinator --state /var/lib/parray --http 127.0.0.1:7480",

@@ -16,7 +16,6 @@
 #include "common/trace/selfcheck/fingerprint.h"
 #include "proto/zmq_link.h"
 #include "proto/zmq_mesh.h"
-#include "worker/manual.h"
 #include "worker/worker.h"
 
 namespace {
@@ -62,7 +61,6 @@ void declare_options(CommandLine& line, Arguments& a) {
       .show_default()
       .group("Farm");
   a.log.add_to(line, "What is told on stderr: this, and worse");
-  line.manual(worker_manual);
   line.example("parray-worker", "with all processors, for the coordinator of this machine");
   line.example("parray-worker --coordinator tcp://farm:7400 --keys worker.key",
                "for another machine's");

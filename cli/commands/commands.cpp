@@ -1,7 +1,5 @@
 #include "cli/commands/commands.h"
 
-#include "cli/commands/manual.h"
-
 namespace parray::commands {
 
 void add_commands(CommandLine& line, Action& chosen) {
@@ -27,7 +25,6 @@ void add_commands(CommandLine& line, Action& chosen) {
   line.heading("This machine");
   add_doctor(line, chosen);
   line.add_help_command();
-  line.add_manuals(manual_of);
 }
 
 }  // namespace parray::commands

@@ -91,7 +91,7 @@ int convert(const ConvertCommand& command) {
   }
   check_outputs({.image = {}, .report = command.out}, command.in);
   const SceneFile scene = converted(command);
-  tell_notes(scene.particle_files);
+  print_notes(scene.particle_files);
   const DeferredInterrupts deferred;
   write_file(command.out, [&](std::ostream& out) { write_scene(out, scene, check_interrupted); });
   std::cout << "wrote " << command.out << ": " << contents_of(scene) << "\n";

@@ -22,68 +22,68 @@ std::string padded(std::string text, std::size_t width) {
   return text;
 }
 
-void print_finding(const Finding& finding) {
-  std::cout << padded(std::string(name_of(finding.status)), status_width)
-            << padded(finding.name, name_width) << finding.detail << "\n";
-  if (!finding.remedy.empty()) {
-    std::cout << std::string(status_width + name_width, ' ') << "-> " << finding.remedy << "\n";
+void print_result(const CheckResult& result) {
+  std::cout << padded(std::string(name_of(result.status)), status_width)
+            << padded(result.name, name_width) << result.detail << "\n";
+  if (!result.remedy.empty()) {
+    std::cout << std::string(status_width + name_width, ' ') << "-> " << result.remedy << "\n";
   }
   std::cout << std::flush;
 }
 
 /// The worst that was found, skipped checks aside.
-CheckStatus status_of(const std::vector<Finding>& findings) {
-  return count_of(findings, CheckStatus::failed) > 0    ? CheckStatus::failed
-         : count_of(findings, CheckStatus::warning) > 0 ? CheckStatus::warning
-                                                        : CheckStatus::ok;
+CheckStatus status_of(const std::vector<CheckResult>& results) {
+  return count_of(results, CheckStatus::failed) > 0    ? CheckStatus::failed
+         : count_of(results, CheckStatus::warning) > 0 ? CheckStatus::warning
+                                                       : CheckStatus::ok;
 }
 
-void print_summary(const std::vector<Finding>& findings, double seconds) {
-  const std::size_t failures = count_of(findings, CheckStatus::failed);
+void print_summary(const std::vector<CheckResult>& results, double seconds) {
+  const std::size_t failures = count_of(results, CheckStatus::failed);
   std::cout << "\n"
             << (failures == 0 ? "This machine is fit for ParRay"
                               : "This machine is not fit for ParRay")
-            << ": " << counted(findings.size(), "check") << ", " << failures << " failed, "
-            << counted(count_of(findings, CheckStatus::warning), "warning") << ", "
-            << count_of(findings, CheckStatus::skipped) << " skipped, " << duration_text(seconds)
+            << ": " << counted(results.size(), "check") << ", " << failures << " failed, "
+            << counted(count_of(results, CheckStatus::warning), "warning") << ", "
+            << count_of(results, CheckStatus::skipped) << " skipped, " << duration_text(seconds)
             << "\n";
 }
 
-json to_json(const std::vector<Finding>& findings, double seconds) {
+json to_json(const std::vector<CheckResult>& results, double seconds) {
   json list = json::array();
-  for (const Finding& finding : findings) {
-    list.push_back({{"name", finding.name},
-                    {"status", name_of(finding.status)},
-                    {"detail", finding.detail},
-                    {"remedy", finding.remedy},
-                    {"facts", finding.facts}});
+  for (const CheckResult& result : results) {
+    list.push_back({{"name", result.name},
+                    {"status", name_of(result.status)},
+                    {"detail", result.detail},
+                    {"remedy", result.remedy},
+                    {"facts", result.facts}});
   }
   return {{"version", PARRAY_VERSION},
-          {"status", name_of(status_of(findings))},
-          {"failed", count_of(findings, CheckStatus::failed)},
-          {"warnings", count_of(findings, CheckStatus::warning)},
-          {"skipped", count_of(findings, CheckStatus::skipped)},
+          {"status", name_of(status_of(results))},
+          {"failed", count_of(results, CheckStatus::failed)},
+          {"warnings", count_of(results, CheckStatus::warning)},
+          {"skipped", count_of(results, CheckStatus::skipped)},
           {"seconds", seconds},
           {"checks", std::move(list)}};
 }
 
-int doctor(bool as_json) {
+int doctor(bool as_json, bool extremes) {
   const SteadyClock clock;
   const Time begin = clock.now();
   const DeferredInterrupts deferred;  // there is a temporary directory to remove
-  std::vector<Finding> findings;
-  for (const Check& check : doctor_checks()) {
+  std::vector<CheckResult> results;
+  for (const Check& check : doctor_checks(extremes)) {
     check_interrupted();
-    findings.push_back(run(check));
-    if (!as_json) print_finding(findings.back());
+    results.push_back(run(check));
+    if (!as_json) print_result(results.back());
   }
   const double seconds = to_seconds(clock.now() - begin);
   if (as_json) {
-    print_json(to_json(findings, seconds));
+    print_json(to_json(results, seconds));
   } else {
-    print_summary(findings, seconds);
+    print_summary(results, seconds);
   }
-  return status_of(findings) == CheckStatus::failed ? 1 : 0;
+  return status_of(results) == CheckStatus::failed ? 1 : 0;
 }
 
 }  // namespace
@@ -92,9 +92,17 @@ void add_doctor(CommandLine& line, Action& chosen) {
   Command command = line.command(
       "doctor", "Check whether this machine is fit: arithmetic, libraries, ZeroMQ, MPI");
   const auto as_json = std::make_shared<bool>(false);
+  const auto extremes = std::make_shared<bool>(false);
+  command.flag(
+      "--extremes", *extremes,
+      "Check numerical extremes, too: rounding, furnace scenes, scaled scenes, hits on spheres "
+      "of all sizes");
   add_json(command, *as_json);
   command.example("parray doctor", "a line for each check, with a remedy where one is needed");
-  command.on_chosen([as_json, &chosen] { chosen = [as_json] { return doctor(*as_json); }; });
+  command.example("parray doctor --extremes", "after a new processor, compiler or emulator");
+  command.on_chosen([as_json, extremes, &chosen] {
+    chosen = [as_json, extremes] { return doctor(*as_json, *extremes); };
+  });
 }
 
 }  // namespace parray::commands

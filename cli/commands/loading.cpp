@@ -90,7 +90,7 @@ SceneFile load_scene(PackedFile& file, const RenderOptions& options, const Frame
   SceneFile scene = read_any(file, options, change, named, usable_cpus());
   scene.transparent = options.view().transparent(scene.transparent);
   if (change.camera) scene.scene.camera = *change.camera;
-  tell_notes(scene.particle_files);
+  print_notes(scene.particle_files);
   warn_of_duplicates(scene.duplicates, file.name());
   return scene;
 }

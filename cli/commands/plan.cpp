@@ -141,7 +141,7 @@ json document(const PlanCommand& command, const Plan& plan) {
               {"once", probe.fixed.wall},
               {"collect", probe.collect.wall},
               {"pass", probe.pass.wall},
-              {"finish", probe.finish.wall}}}}}};
+              {"finish", probe.overheads.wall}}}}}};
 }
 
 // ---- Text ------------------------------------------------------------------------------------

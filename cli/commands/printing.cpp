@@ -52,7 +52,7 @@ json notes_json(const std::vector<ParticleFile>& files) {
   return list;
 }
 
-void tell_notes(const std::vector<ParticleFile>& files) {
+void print_notes(const std::vector<ParticleFile>& files) {
   for (const ParticleFile& file : files) {
     if (file.facts.notes.empty()) continue;
     std::string text;

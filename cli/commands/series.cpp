@@ -79,7 +79,7 @@ int deliver_frame(Client& client, const ListedFrame& frame, const OutputPaths& o
 /// Frames that have no picture, and why.
 using Failures = std::map<std::uint32_t, std::string>;
 
-int told(const Failures& failures) {
+int report_failures(const Failures& failures) {
   for (const auto& [frame, why] : failures) {
     std::cerr << "parray: frame " << frame << ": " << why << "\n";
   }
@@ -130,7 +130,7 @@ class SeriesRun {
     }
     progress_.make_way();
     if (request_.wait && series_ != 0) run_end();
-    return std::max(told(failures_), status_);
+    return std::max(report_failures(failures_), status_);
   }
 
   [[nodiscard]] JobId series() const { return series_; }
@@ -354,7 +354,7 @@ int fetch_series(Client& client, JobId series, const OutputPaths& outputs) {
   int status = 0;
   for (std::uint32_t from = 0;;) {
     const std::vector<ListedFrame> frames = listed_frames(client.show_series(series, from));
-    if (frames.empty()) return std::max(told(failures), status);
+    if (frames.empty()) return std::max(report_failures(failures), status);
     for (const ListedFrame& frame : frames) {
       if (frame.done()) {
         status = std::max(status, deliver_frame(client, frame, outputs));

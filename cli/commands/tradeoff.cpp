@@ -128,18 +128,20 @@ tradeoff::Request request_of(const TradeoffCommand& command, const SceneFile& fi
 }
 
 /// The command to copy; empty if there is no answer.
-std::string answer_command(const TradeoffCommand& command, const tradeoff::Findings& findings) {
-  const std::string options = findings.answer_facts.value("options", "");
+std::string answer_command(const TradeoffCommand& command,
+                           const tradeoff::TradeoffResults& results) {
+  const std::string options = results.answer_facts.value("options", "");
   if (options.empty()) return options;
   return shell_line({"parray", "render", command.scene, "-o", default_picture(command.scene)}) +
          " " + options;
 }
 
-void write_tables(const tradeoff::Findings& findings, const tradeoff::Journal& journal,
+void write_tables(const tradeoff::TradeoffResults& results, const tradeoff::MeasurementLog& log,
                   const nlohmann::json& document) {
-  write_text_file(journal.file("tradeoff.csv"), csv_of(findings.rows));
-  write_text_file(journal.file("farms.csv"), farms_csv_of(findings));
-  write_text_file(journal.file("tradeoff.json"), document.dump(2) + "\n");
+  write_text_file(log.file("tradeoff.csv"), csv_of(results));
+  write_text_file(log.file("farms.csv"), farms_csv_of(results));
+  write_text_file(log.file("intervals.csv"), intervals_csv_of(results));
+  write_text_file(log.file("tradeoff.json"), document.dump(2) + "\n");
 }
 
 int run(const TradeoffCommand& command) {
@@ -147,7 +149,7 @@ int run(const TradeoffCommand& command) {
   const tradeoff::Request request = request_of(command, file);
   const int threads = command.threads > 0 ? static_cast<int>(command.threads) : usable_cpus();
   const DeferredInterrupts deferred;
-  tradeoff::Journal journal(
+  tradeoff::MeasurementLog log(
       command.directory,
       {scene_identity(file.scene), request.base.width, request.base.height,
        tradeoff::options_of(request.base) + " --seed " + std::to_string(request.base.seed), threads,
@@ -155,32 +157,33 @@ int run(const TradeoffCommand& command) {
       command.restart);
   const StopWatch watch(interrupt_noted);
   tradeoff::Bench bench(file.scene, threads, watch.stop());
-  tradeoff::Findings findings;
+  tradeoff::TradeoffResults results;
   try {
     Meter meter(command);
-    tradeoff::Session session(request, bench, journal, [&](double done) { meter.show(done); });
-    findings = session.measure();
+    tradeoff::Session session(request, bench, log, [&](double done) { meter.show(done); });
+    results = session.measure();
     meter.end();
   } catch (const Interrupted&) {
     throw Interrupted("interrupted: the same command again goes on with what " +
                       printable(command.directory, 4096) + " has");
   }
-  findings.scene_file = command.scene;
-  const std::string answer = answer_command(command, findings);
-  if (!answer.empty()) findings.answer_facts["command_line"] = answer;
-  const nlohmann::json document = json_of(findings);
-  write_tables(findings, journal, document);
-  write_plot_scripts(findings, command.directory);
+  results.scene_file = command.scene;
+  const std::string answer = answer_command(command, results);
+  if (!answer.empty()) results.answer_facts["command_line"] = answer;
+  const nlohmann::json document = json_of(results);
+  write_tables(results, log, document);
+  write_plot_scripts(results, command.directory);
   const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): nobody sets it
   const auto no_plots = tradeoff::draw_plots(command.directory, path == nullptr ? "" : path);
   if (no_plots) std::cerr << "parray: " + *no_plots + "\n";
   if (command.as_json) {
     print_json(document);
   } else {
-    std::cout << (answer.empty() ? "" : "  " + answer + "\n\n") << findings.answer << "\n\n"
-              << text_of(findings) << "\n"
-              << printable(command.directory, 4096)
-              << " has tradeoff.csv, farms.csv, tradeoff.json, plots and the reference.\n";
+    std::cout
+        << (answer.empty() ? "" : "  " + answer + "\n\n") << results.answer << "\n\n"
+        << text_of(results) << "\n"
+        << printable(command.directory, 4096)
+        << " has tradeoff.csv, farms.csv, intervals.csv, tradeoff.json, plots and the reference.\n";
   }
   return 0;
 }

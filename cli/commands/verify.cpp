@@ -44,7 +44,7 @@ constexpr std::size_t most_listed = 20;
 struct Verdict {
   std::string damage;      ///< what is wrong with the file by itself; empty: nothing
   std::uint64_t seed = 0;  ///< of the choice of pixels
-  Findings findings{};
+  VerificationResults findings{};
 
   [[nodiscard]] bool right() const { return damage.empty() && findings.right(); }
 };
@@ -84,7 +84,7 @@ std::vector<std::string> unchecked_channels(const VerifiedPicture& picture,
 /// What a reader could take for verified, and is not.
 std::vector<std::string> not_checked(const VerifiedPicture& picture, const Verdict& verdict) {
   std::vector<std::string> list;
-  const Findings& findings = verdict.findings;
+  const VerificationResults& findings = verdict.findings;
   if (findings.traced == 0) list.emplace_back("whether the pixels are what the scene gives");
   if (!findings.error) list.emplace_back("the stated error");
   if (!picture.recipe.denoised_sha256.empty()) list.emplace_back("the denoised picture's error");
@@ -95,7 +95,7 @@ std::vector<std::string> not_checked(const VerifiedPicture& picture, const Verdi
   return list;
 }
 
-json error_json(const Findings& findings) {
+json error_json(const VerificationResults& findings) {
   if (!findings.error) return nullptr;
   const ErrorCheck& error = *findings.error;
   return {{"stated", error.stated},
@@ -106,7 +106,7 @@ json error_json(const Findings& findings) {
 
 json document(const VerifyCommand& command, const VerifiedPicture& picture,
               const Verdict& verdict) {
-  const Findings& findings = verdict.findings;
+  const VerificationResults& findings = verdict.findings;
   json listed = json::array();
   for (const RetracedPixel& pixel : findings.wrong) {
     if (listed.size() == most_listed) break;
@@ -163,7 +163,7 @@ std::string error_check_text(const ErrorCheck& error) {
 }
 
 std::string right_text(const VerifiedPicture& picture, const Verdict& verdict) {
-  const Findings& findings = verdict.findings;
+  const VerificationResults& findings = verdict.findings;
   const std::string hash = picture.hash() + " is that of its pixels";
   const std::string left = "; not checked: " + joined(not_checked(picture, verdict), ", ");
   if (findings.traced == 0) {
@@ -186,7 +186,7 @@ std::string right_text(const VerifiedPicture& picture, const Verdict& verdict) {
 }
 
 std::string wrong_text(const VerifiedPicture& picture, const Verdict& verdict) {
-  const Findings& findings = verdict.findings;
+  const VerificationResults& findings = verdict.findings;
   std::vector<std::string> parts;
   if (!verdict.damage.empty()) parts.push_back(verdict.damage);
   if (findings.traced > 0) {

@@ -2,7 +2,6 @@
 
 #include <array>
 
-#include "cli/commands/manual.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 
@@ -81,7 +80,6 @@ void MpiOptions::add_to(Command& command) {
             "Put the time that each row took into the report, for simulations")
       .group(output_group);
   add_following(command, following);
-  command.manual(manual_of("mpi"));
   command.example(
       "mpirun -n 4 parray-mpi scenes/glass.json -o glass.png",
       "four ranks (as root add --allow-run-as-root, for more ranks than cores --oversubscribe)");

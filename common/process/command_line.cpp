@@ -240,8 +240,6 @@ void Command::example(const std::string& command, const std::string& about) {
   text_->examples.push_back({command, about});
 }
 
-void Command::manual(const std::string& text) { text_->manual = text; }
-
 void Command::on_chosen(std::function<void()> chosen) { app_->callback(std::move(chosen)); }
 
 std::vector<GivenOption> Command::given_options() const {
@@ -286,11 +284,6 @@ void CommandLine::add_help_command() {
   help.option("COMMAND", topic_, "Which one").completes(Completes::commands);
   help.flag("--all", all_options_, "Options for experiments, too");
   help.example(text_->name + " help " + program_.commands.front().word(), "as --help after it");
-}
-
-void CommandLine::add_manuals(const std::function<std::string(const std::string&)>& manual_of) {
-  program_.self.manual = manual_of(program_.self.word());
-  for (CommandText& command : program_.commands) command.manual = manual_of(command.word());
 }
 
 ProgramText CommandLine::description() const {

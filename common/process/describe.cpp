@@ -2,23 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
 #include <nlohmann/json.hpp>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "common/base/error.h"
 #include "common/process/command_line.h"
-#include "common/process/completion.h"
-#include "common/process/manual_page.h"
 
 namespace parray::process {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 ordered_json json_of(const OptionText& option) {
@@ -34,50 +27,35 @@ ordered_json json_of(const OptionText& option) {
           {"list", option.list},
           {"completes", kinds.at(static_cast<std::size_t>(option.completes))},
           {"required", option.required},
+          {"special", option.special},
           {"repeats", option.repeats}};
 }
 
-ordered_json json_of(const CommandText& command) {
+ordered_json json_of(const CommandText& command, bool has_commands = false) {
   ordered_json options = ordered_json::array();
   for (const OptionText& option : command.options) options.push_back(json_of(option));
   ordered_json examples = ordered_json::array();
   for (const Example& example : command.examples) {
     examples.push_back({{"command", example.command}, {"about", example.about}});
   }
-  return {{"name", command.name},   {"page", command.page()}, {"heading", command.heading},
-          {"about", command.about}, {"options", options},     {"examples", examples}};
+  return {{"name", command.name},
+          {"page", command.page()},
+          {"usage", command.usage(has_commands)},
+          {"heading", command.heading},
+          {"about", command.about},
+          {"options", options},
+          {"examples", examples}};
 }
 
 ordered_json json_of(const ProgramText& program) {
-  ordered_json description = json_of(program.self);
+  ordered_json description = json_of(program.self, !program.commands.empty());
   description["version"] = PARRAY_VERSION;
+  description["exit_statuses"] = exit_statuses;
   description["commands"] = ordered_json::array();
   for (const CommandText& command : program.commands) {
     description["commands"].push_back(json_of(command));
   }
   return description;
-}
-
-void write_text(const fs::path& file, const std::string& text) {
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);
-  if (error) throw RunError("making " + file.parent_path().string() + ": " + error.message());
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw RunError("writing " + file.string() + " failed");
-}
-
-void write_all(const ProgramText& program, const fs::path& share) {
-  const std::string& name = program.self.name;
-  const fs::path pages = share / "man" / "man1";
-  write_text(pages / (program.self.page() + ".1"), manual_page(program));
-  for (const CommandText& command : program.commands) {
-    write_text(pages / (command.page() + ".1"), manual_page(program, command));
-  }
-  write_text(share / "bash-completion" / "completions" / name, bash_completion(program));
-  write_text(share / "zsh" / "site-functions" / ("_" + name), zsh_completion(program));
-  write_text(share / "fish" / "vendor_completions.d" / (name + ".fish"), fish_completion(program));
 }
 
 }  // namespace
@@ -112,8 +90,8 @@ std::vector<std::string> shell_words(const std::string& command) {
   return words;
 }
 
-void describe(const std::function<void(CommandLine&)>& declare, const std::string& program,
-              const std::string& about, const std::string& target) {
+std::string describe(const std::function<void(CommandLine&)>& declare, const std::string& program,
+              const std::string& about) {
   const auto check = [&](const CommandText& command) {
     for (const Example& example : command.examples) {
       const std::vector<std::string> words = shell_words(example.command);
@@ -135,11 +113,7 @@ void describe(const std::function<void(CommandLine&)>& declare, const std::strin
   const ProgramText description = line.description();
   check(description.self);
   std::ranges::for_each(description.commands, check);
-  if (target == "json") {
-    std::cout << json_of(description).dump(1) << "\n";
-  } else {
-    write_all(description, target);
-  }
+  return json_of(description).dump(1) + "\n";
 }
 
 }  // namespace parray::process

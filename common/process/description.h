@@ -46,7 +46,6 @@ struct CommandText {
   std::string name;                ///< "parray render"
   std::string heading;             ///< heading in the list of commands
   std::string about;               ///< one line
-  std::string manual;              ///< for the man page; see manual_page.h for its form
   std::string launcher;            ///< before the name: "mpirun -n P "
   std::deque<OptionText> options;  ///< options and arguments, in order
   std::vector<Example> examples;

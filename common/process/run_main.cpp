@@ -67,9 +67,10 @@ int run_main(const Program& program, int argc, const char* const* argv,
       line.version(program.version);
       return action;
     };
-    if (argc == 3 && std::string_view(argv[1]) == "--describe") {
+    constexpr std::string_view json = "json";
+    if (argc == 3 && std::string_view(argv[1]) == "--describe" && argv[2] == json) {
       return run_action(program.name, [&] {
-        describe(declare_all, program.name, program.about, argv[2]);
+        std::cout << describe(declare_all, program.name, program.about);
         return 0;
       });
     }

@@ -1,7 +1,5 @@
 #include "coordinator/disputes/referee_process.h"
 
-#include <fcntl.h>
-#include <spawn.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -16,7 +14,7 @@
 #include <utility>
 
 #include "common/base/error.h"
-#include "coordinator/loop/helper_program.h"
+#include "common/process/child.h"
 #include "proto/messages.h"
 #include "proto/stream_frames.h"
 
@@ -42,7 +40,7 @@ class RefereeProcess::Child {
  public:
   /// Throws RunError.
   Child(const fs::path& program, std::uint64_t memory) {
-    if (access(program.c_str(), X_OK) != 0) {
+    if (!executable(program)) {
       throw RunError(program.string() + " is not there: install ParRay again");
     }
     std::array<int, 2> ends{};
@@ -50,22 +48,16 @@ class RefereeProcess::Child {
       throw RunError("no socket for the referee: " + std::generic_category().message(errno));
     }
     socket_ = ends[0];
-    std::vector<std::string> arguments = {program.string(),
-                                          "--memory=" + std::to_string(memory + program_bytes)};
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
     try {
-      pid_ = start_helper(std::move(arguments), files, 1);
+      pid_ = start_child(
+          {.arguments = {program.string(), "--memory=" + std::to_string(memory + program_bytes)},
+           .environment = helper_environment(1),
+           .input = ends[1]});
     } catch (...) {
-      posix_spawn_file_actions_destroy(&files);
       close(ends[1]);
       close(socket_);
       throw;
     }
-    posix_spawn_file_actions_destroy(&files);
     close(ends[1]);
   }
   ~Child() {

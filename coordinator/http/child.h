@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/process/child.h"
 #include "proto/clock.h"
 
 namespace parray::http {
@@ -28,14 +29,6 @@ class WorkDirectory {
 struct ChildLimits {
   std::uint64_t memory = std::uint64_t{2} << 30;  ///< bytes of address space
   std::size_t seconds = 60;                       ///< of processor time; twice that by the clock
-};
-
-/// How a child has ended.
-struct ChildEnd {
-  int status = 0;          ///< exit status; -1: it was killed
-  int signal = 0;          ///< that has killed it
-  bool timed_out = false;  ///< by the clock, or by processor time
-  std::string message;     ///< the last line that it has written on stderr
 };
 
 /// Runs parray-http-child (cli/scene_sandbox/main.cpp) beside everything else: at low priority,

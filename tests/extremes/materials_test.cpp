@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/check/doctor/known_pictures.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/rooms.h"
@@ -77,21 +78,13 @@ TEST_CASE("row 30: among 500 spheres of every material that absorbs nothing each
   Dice dice(seeded(30));
   const Scene scene = white_crowd(dice);
   double dark = 0;
-  PixelSums white;
-  RenderSettings settings;
-  settings.width = 20;
-  settings.height = 20;
-  settings.samples_per_pixel = static_cast<std::uint32_t>(trials(6));
-  settings.max_depth = 100'000;
-  for (std::uint32_t s = 0; s < settings.samples_per_pixel; ++s) {
-    white.add({std::uint64_t{1} << 32, std::uint64_t{1} << 32, std::uint64_t{1} << 32}, s);
-  }
+  RenderSettings settings = doctor::sized(20, 20, trials(6), 100'000);
   for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
     settings.precision = precision;
     for (const Tracer& tracer : tracers()) {
-      for (const PixelSums& pixel : tracer.sums(scene, settings).pixels) {
-        dark += pixel == white ? 0 : 1;
-      }
+      const ReferenceSums sums = tracer.sums(scene, settings);
+      dark += static_cast<double>(doctor::pixels_other_than(sums.pixels, std::uint64_t{1} << 32,
+                                                            settings.samples_per_pixel));
     }
   }
   within(30, "pixels of the furnace that are not exactly 1", dark, 0);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/check/doctor/known_pictures.h"
 #include "cli/input/scene_file/scene_file.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
@@ -20,36 +21,13 @@
 namespace parray::test {
 namespace {
 
+using doctor::scaled;
+using doctor::sized;
+
 constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
 
 Scene shipped(const std::string& name) {
   return read_scene_file(std::string(PARRAY_SOURCE_DIR) + "/scenes/" + name).scene;
-}
-
-RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint64_t samples,
-                     std::uint32_t depth) {
-  RenderSettings settings;
-  settings.width = width;
-  settings.height = height;
-  settings.samples_per_pixel =
-      static_cast<std::uint32_t>(std::min<std::uint64_t>(samples, 1U << 20));
-  settings.max_depth = depth;
-  return settings;
-}
-
-Scene scaled(Scene scene, int k) {
-  const auto s = [k](const Vec3d& v) {
-    return Vec3d{std::ldexp(v.x, k), std::ldexp(v.y, k), std::ldexp(v.z, k)};
-  };
-  scene.camera.look_from = s(scene.camera.look_from);
-  scene.camera.look_at = s(scene.camera.look_at);
-  scene.camera.aperture = std::ldexp(scene.camera.aperture, k);
-  scene.camera.focus_distance = std::ldexp(scene.camera.focus_distance, k);
-  for (Sphere& sphere : scene.spheres) {
-    sphere.center = s(sphere.center);
-    sphere.radius = std::ldexp(sphere.radius, k);
-  }
-  return scene;
 }
 
 Scene moved(Scene scene, const Vec3d& by) {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/check/doctor/known_pictures.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/quad.h"
@@ -18,6 +19,9 @@
 
 namespace parray::test {
 namespace {
+
+using doctor::sized;
+using doctor::under_white_sky;
 
 constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64};
 
@@ -29,36 +33,8 @@ std::string named(const std::string& what) {
 Material diffuse(double albedo) { return {MaterialType::diffuse, {albedo, albedo, albedo}, 0, 1}; }
 Material glass(double ior) { return {MaterialType::dielectric, {1, 1, 1}, 0, ior}; }
 
-Scene under_white_sky() {
-  Scene scene;
-  scene.sky = {{1, 1, 1}, {1, 1, 1}};
-  scene.camera.aperture = 0;
-  scene.camera.tan_half_vfov = 0.5;
-  return scene;
-}
-
-RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint64_t samples,
-                     std::uint32_t depth) {
-  RenderSettings settings;
-  settings.width = width;
-  settings.height = height;
-  settings.samples_per_pixel =
-      static_cast<std::uint32_t>(std::min<std::uint64_t>(samples, 1U << 24));
-  settings.max_depth = depth;
-  return settings;
-}
-
-/// Pixels whose sums are not those of samples that each bring `fixed`.
 double pixels_other_than(const ReferenceSums& sums, std::uint64_t fixed, std::uint64_t samples) {
-  PixelSums expected;
-  for (std::size_t c = 0; c < 3; ++c) {
-    expected.sum[c] = samples * fixed;
-    expected.sum_of_squares[c] = samples * RadianceScale::square_of(fixed);
-    expected.odd[c] = samples / 2 * fixed;
-  }
-  return static_cast<double>(
-      std::count_if(sums.pixels.begin(), sums.pixels.end(),
-                    [&](const PixelSums& pixel) { return !(pixel == expected); }));
+  return static_cast<double>(doctor::pixels_other_than(sums.pixels, fixed, samples));
 }
 
 /// A scene of one kind of glass shells around one another, each `gap` inside the one before it.
@@ -237,12 +213,7 @@ TEST_CASE("row 24: every sample of a lone grey sphere is exactly 1/2 where the s
   double other = 0;
   double rays = 0;
   for (const int k : {-20, -1, 0, 7, 30}) {
-    Scene scene = under_white_sky();
-    const double r = std::ldexp(1.0, k);
-    scene.camera.look_from = {0, 0, 3 * r};
-    scene.camera.tan_half_vfov = 0.2;  // nothing but the sphere
-    scene.materials = {diffuse(0.5)};
-    scene.spheres = {{{0, 0, 0}, r, 0}};
+    const Scene scene = doctor::grey_ball(std::ldexp(1.0, k));
     for (const Precision precision : precisions) {
       RenderSettings settings = sized(24, 24, trials(8), 50);
       settings.precision = precision;
@@ -264,12 +235,7 @@ TEST_CASE("row 25: nothing gets out of a closed sphere, or in") {
   double other_length = 0;
   for (const int k : {-20, 0, 10, 30}) {
     for (const double off_centre : {0.0, 0.999}) {
-      Scene scene = under_white_sky();
-      const double r = std::ldexp(1.0, k);
-      scene.camera.look_from = {off_centre * r, 0, 0};
-      scene.camera.look_at = {-r, -0.3 * r, 0.2 * r};
-      scene.materials = {diffuse(1)};
-      scene.spheres = {{{0, 0, 0}, r, 0}};
+      const Scene scene = doctor::closed_ball(std::ldexp(1.0, k), off_centre);
       for (const Precision precision : precisions) {
         RenderSettings settings = sized(8, 8, trials(1), 1000);
         settings.precision = precision;

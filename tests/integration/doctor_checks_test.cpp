@@ -17,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "cli/check/doctor/extremes.h"
 #include "cli/check/doctor/floating_point.h"
 #include "cli/check/doctor/libraries.h"
 #include "cli/check/doctor/machine.h"
@@ -105,12 +106,12 @@ bool gone(const fs::path& file) {
 }  // namespace
 
 TEST_CASE("a check that throws is a failure under its name, but an interrupt passes through") {
-  const Finding found = run({"disk", []() -> Finding { throw RunError("no space"); }});
+  const CheckResult found = run({"disk", []() -> CheckResult { throw RunError("no space"); }});
   CHECK(found.name == "disk");
   CHECK(found.status == CheckStatus::failed);
   CHECK(found.detail == "no space");
   CHECK_FALSE(found.remedy.empty());
-  CHECK_THROWS_AS(run({"disk", []() -> Finding { throw Interrupted(); }}), Interrupted);
+  CHECK_THROWS_AS(run({"disk", []() -> CheckResult { throw Interrupted(); }}), Interrupted);
 }
 
 TEST_CASE("a float mode other than IEEE 754's is a warning that says what is odd") {
@@ -155,7 +156,7 @@ TEST_CASE("hard cases of rounding are right here, and one wrong bit is a failure
 TEST_CASE("every instruction set of this machine passes every check of tracing") {
   for (const Isa isa : instruction_sets()) {
     const TracerMaker make = tracers_of(isa);
-    for (const Finding& found :
+    for (const CheckResult& found :
          {check_picture(make), check_furnaces(make), check_self_hits(make), check_scaling(make)}) {
       CHECK_MESSAGE(found.status == CheckStatus::ok, found.detail);
     }
@@ -163,7 +164,7 @@ TEST_CASE("every instruction set of this machine passes every check of tracing")
 }
 
 TEST_CASE("another fingerprint than the pinned one is a failure") {
-  const Finding found = check_picture(honest, std::string(64, '0'));
+  const CheckResult found = check_picture(honest, std::string(64, '0'));
   CHECK(found.status == CheckStatus::failed);
   CHECK(found.detail.find(pinned_fingerprint.substr(0, 16)) != std::string::npos);
 }
@@ -175,7 +176,7 @@ TEST_CASE(
       const std::string name = std::string(name_of(precision)) + " " + std::string(name_of(kind));
       const TracerMaker dark = lying(precision, kind, lose_a_little_light);
       CHECK(check_picture(dark).status == CheckStatus::failed);
-      for (const Finding& found :
+      for (const CheckResult& found :
            {check_furnaces(dark), check_furnaces(lying(precision, kind, leak_a_little_light)),
             check_self_hits(dark), check_self_hits(lying(precision, kind, take_one_more_ray)),
             check_scaling(dark)}) {
@@ -243,7 +244,7 @@ TEST_CASE("hits keep their bounds, and errors beyond them, or none at all, are f
 }
 
 TEST_CASE("messages pass over loopback") {
-  const Finding found = check_messages(seconds(10));
+  const CheckResult found = check_messages(seconds(10));
   CHECK_MESSAGE(found.status == CheckStatus::ok, found.detail);
 }
 
@@ -252,10 +253,12 @@ TEST_CASE("keys let the known client in alone; an authenticator that does otherw
   const TemporaryDirectory careless;
   const TemporaryDirectory deaf;
   CHECK(check_keys(seconds(10), first.path()).status == CheckStatus::ok);
-  const Finding open = check_keys(milliseconds(500), careless.path(), KeyTrial::accepts_anybody);
+  const CheckResult open =
+      check_keys(milliseconds(500), careless.path(), KeyTrial::accepts_anybody);
   CHECK(open.status == CheckStatus::failed);
   CHECK(open.detail == "a client whose key is not known was let in");
-  const Finding closed = check_keys(milliseconds(500), deaf.path(), KeyTrial::refuses_everybody);
+  const CheckResult closed =
+      check_keys(milliseconds(500), deaf.path(), KeyTrial::refuses_everybody);
   CHECK(closed.status == CheckStatus::failed);
   CHECK(closed.detail == "a client whose key is known was not let in");
 }
@@ -270,7 +273,7 @@ TEST_CASE("a value is found under its key, the first of several") {
 TEST_CASE("a container's small shared memory is a warning with a remedy") {
   const std::uint64_t needed = window_bytes();
   CHECK(needed > 64 << 20);
-  const Finding small = check_shared_memory(64 << 20, needed);
+  const CheckResult small = check_shared_memory(64 << 20, needed);
   CHECK(small.status == CheckStatus::warning);
   CHECK(small.remedy.find("--shm-size") != std::string::npos);
   CHECK(check_shared_memory(needed, needed).status == CheckStatus::ok);
@@ -378,11 +381,11 @@ TEST_CASE("mpirun is skipped where it is missing, and judged by what it makes wh
   CHECK(with(report(trial.image_sha256, "messages", 2)).status == CheckStatus::warning);
   CHECK(with(report(trial.image_sha256, "memory", 1)).status == CheckStatus::failed);
   CHECK(with(report("another", "window", 2)).status == CheckStatus::failed);
-  const Finding refused = with("echo ----; echo; echo 'no slots left' >&2; exit 5");
+  const CheckResult refused = with("echo ----; echo; echo 'no slots left' >&2; exit 5");
   CHECK(refused.status == CheckStatus::failed);
   CHECK(refused.detail.find("status 5: no slots left") != std::string::npos);
   trial.limit = milliseconds(300);
-  const Finding stuck = with("echo waiting; exec sleep 1000");
+  const CheckResult stuck = with("echo waiting; exec sleep 1000");
   CHECK(stuck.status == CheckStatus::failed);
   CHECK(stuck.detail.find("did not end") != std::string::npos);
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "cli/measure/plan/part_of_picture.h"
-#include "cli/measure/plan/pass_times.h"
+#include "cli/measure/plan/pass_cost.h"
 #include "common/base/error.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
@@ -77,7 +77,7 @@ TEST_CASE("what a pass takes is told from what its samples take") {
   for (const double samples : {100.0, 400.0, 1000.0}) {
     passes.push_back({samples, {2 * (2 + 0.01 * samples), 2 + 0.01 * samples}});
   }
-  const FittedPassTimes times = fit_pass_times(passes);
+  const PassCost times = fit_pass_cost(passes);
   CHECK(times.pass.cpu == Approx(2));
   CHECK(times.pass.wall == Approx(4));
   CHECK(times.sample.cpu == Approx(0.01));
@@ -89,14 +89,14 @@ TEST_CASE("what a pass takes is told from what its samples take") {
 
 TEST_CASE("passes that took uneven time on the wall leave doubt") {
   const std::vector<TracedPass> passes = {{100, {1, 1}}, {100, {3, 1}}};
-  CHECK(fit_pass_times(passes).doubt == Approx(0.5));
+  CHECK(fit_pass_cost(passes).doubt == Approx(0.5));
 }
 
 /// A probe as if a sample took a millisecond of each pixel's million, and had a deviation of 1.
 Probe simple_probe(std::vector<Sampler> samplers) {
   Probe probe;
   probe.fixed = {1, 1};
-  probe.finish = {2, 2};
+  probe.overheads = {2, 2};
   probe.largest_radiance = 1;
   for (const Sampler sampler : samplers) {
     const double exponent = sampler == Sampler::sobol ? 0.1 : 0;

@@ -4,10 +4,10 @@
 #include <set>
 
 #include "cli/measure/tradeoff/answer.h"
-#include "cli/measure/tradeoff/findings.h"
-#include "cli/measure/tradeoff/gnuplot.h"
-#include "cli/measure/tradeoff/journal.h"
+#include "cli/measure/tradeoff/measurement_log.h"
+#include "cli/measure/tradeoff/plots.h"
 #include "cli/measure/tradeoff/reference.h"
+#include "cli/measure/tradeoff/tradeoff_results.h"
 #include "cli/output/processor.h"
 #include "common/scene/limits.h"
 #include "tests/support/rooms.h"
@@ -35,9 +35,10 @@ RenderSettings sampled(Sampler sampler, std::uint32_t samples) {
   return settings;
 }
 
-Row row(const RenderSettings& settings, double seconds, double rmse, Knob knob = Knob::spp) {
+Row row(const RenderSettings& settings, double seconds, double rmse,
+        VariedSetting varied = VariedSetting::spp) {
   Row one;
-  one.knob = knob;
+  one.varied = varied;
   one.settings = settings;
   one.options = options_of(settings);
   one.runs = 4;
@@ -122,7 +123,7 @@ TEST_CASE("trade: quartiles interpolate between ranks") {
 }
 
 TEST_CASE("trade: a row is the mean of its runs, and claims hold as often as they do") {
-  const Variant variant{Knob::spp, base_settings(), 2};
+  const Variant variant{VariedSetting::spp, base_settings(), 2};
   Run run;
   run.options = options_of(variant.settings);
   run.seconds = 1;
@@ -203,7 +204,7 @@ TEST_CASE("trade: another depth is taken if it is faster by more than doubt and 
   std::vector<Row> rows = known_rows();
   RenderSettings shallow = sampled(Sampler::independent, 64);
   shallow.max_depth = 5;
-  rows.push_back(row(shallow, 0.032, 0.125, Knob::depth));  // half the time
+  rows.push_back(row(shallow, 0.032, 0.125, VariedSetting::depth));  // half the time
   PairedBiases biases;
   biases.depth[5] = {1e-6, 1e-9, 0};  // RMSE 0.001
   const auto depth_for = [&](double error) {
@@ -211,7 +212,7 @@ TEST_CASE("trade: another depth is taken if it is faster by more than doubt and 
   };
   CHECK(depth_for(0.02) == 5);
   CHECK(depth_for(0.002) == 10);  // a quarter of the mean square
-  rows.back() = row(shallow, 0.062, 0.125, Knob::depth);
+  rows.back() = row(shallow, 0.062, 0.125, VariedSetting::depth);
   CHECK(depth_for(0.02) == 10);
 }
 
@@ -221,7 +222,7 @@ TEST_CASE("trade: a target is rounded so that it promises no more than it was as
     RenderSettings settings = base_settings();
     settings.adaptive = true;
     settings.target_error = target;
-    rows.push_back(row(settings, 1e-3 / (target * target), 0.97 * target, Knob::target));
+    rows.push_back(row(settings, 1e-3 / (target * target), 0.97 * target, VariedSetting::target));
   }
   const auto candidates = candidates_for(0.0123456, rows, base_settings(), {});
   REQUIRE(candidates.size() == 1);
@@ -234,7 +235,7 @@ TEST_CASE("trade: a target that is searched for has no bound of samples, whateve
   std::vector<Row> rows;
   for (const double target : {0.1, 0.05, 0.025}) {
     const RenderSettings settings = with_target(base_settings(), Sampler::sobol, target);
-    rows.push_back(row(settings, 1e-3 / (target * target), 0.97 * target, Knob::target));
+    rows.push_back(row(settings, 1e-3 / (target * target), 0.97 * target, VariedSetting::target));
   }
   const auto candidates = candidates_for(0.001, rows, base_settings(), {});
   REQUIRE(candidates.size() == 1);
@@ -292,7 +293,8 @@ TEST_CASE("trade: the sentence says so where the scene's own settings are the an
       "long."));
 }
 
-TEST_CASE("trade: the sweep tries every knob, nothing twice, and leaves out what takes too long") {
+TEST_CASE(
+    "trade: the sweep tries every varied, nothing twice, and leaves out what takes too long") {
   Pilot pilot;
   pilot.samples_per_second = 1e6;
   pilot.error = 0.1;
@@ -302,27 +304,28 @@ TEST_CASE("trade: the sweep tries every knob, nothing twice, and leaves out what
   slow.samples_per_pixel = 100;
   const auto sweep = plan_sweep(base_settings(), {slow}, pilot, 50);
   std::set<std::string> options;
-  std::set<Knob> knobs;
+  std::set<VariedSetting> tried;
   for (const Variant& variant : sweep.variants) {
     CHECK(options.insert(options_of(variant.settings)).second);
-    knobs.insert(variant.knob);
+    tried.insert(variant.varied);
     CHECK(variant.runs >= 2);
     CHECK(variant.runs <= 16);
     // parray render counts the denoised picture where it has a target
     CHECK_FALSE((variant.settings.replicates && variant.settings.target_error > 0));
   }
-  for (const Knob knob : {Knob::scene, Knob::also, Knob::spp, Knob::target, Knob::denoise,
-                          Knob::depth, Knob::precision}) {
-    CHECK(knobs.count(knob) == 1);
+  for (const VariedSetting varied :
+       {VariedSetting::scene, VariedSetting::also, VariedSetting::spp, VariedSetting::target,
+        VariedSetting::denoise, VariedSetting::depth, VariedSetting::precision}) {
+    CHECK(tried.count(varied) == 1);
   }
-  CHECK(knobs.count(Knob::accelerator) == 0);  // 8 s a render
+  CHECK(tried.count(VariedSetting::accelerator) == 0);  // 8 s a render
   CHECK(sweep.left_out.size() >= 1);
   CHECK(std::set<std::string>(sweep.left_out.begin(), sweep.left_out.end()).size() ==
         sweep.left_out.size());
 }
 
 TEST_CASE(
-    "trade: seeds of references, pairs and runs are apart; knobs that keep noise share them") {
+    "trade: seeds of references, pairs and runs are apart; settings that keep noise share them") {
   std::set<std::uint64_t> seeds;
   for (std::uint32_t i = 0; i < 1000; ++i) {
     seeds.insert(seed_of(sampled(Sampler::sobol, 16), 1, i));
@@ -385,7 +388,8 @@ TEST_CASE("trade: denoised pictures are few, from Sobol samples, of the very ren
   const auto denoised = [&](double seconds_of_filter) {
     pilot.denoise = seconds_of_filter;
     std::vector<Variant> found = plan_sweep(base_settings(), {}, pilot, 50).variants;
-    std::erase_if(found, [](const Variant& variant) { return variant.knob != Knob::denoise; });
+    std::erase_if(found,
+                  [](const Variant& variant) { return variant.varied != VariedSetting::denoise; });
     return found;
   };
   const std::vector<Variant> quick = denoised(0.01);
@@ -408,7 +412,8 @@ TEST_CASE("trade: an answer may be denoised, at the samples that its own errors 
   std::vector<Row> rows;
   for (const std::uint32_t samples : {16U, 64U, 256U}) {
     const RenderSettings settings = with_denoise(sampled(Sampler::sobol, samples), true);
-    rows.push_back(row(settings, 1 + 1e-3 * samples, 0.5 / std::sqrt(samples), Knob::denoise));
+    rows.push_back(
+        row(settings, 1 + 1e-3 * samples, 0.5 / std::sqrt(samples), VariedSetting::denoise));
     rows.push_back(row(sampled(Sampler::sobol, samples), 0.1 * samples, 1 / std::sqrt(samples)));
   }
   const auto candidates = candidates_for(0.05, rows, base_settings(), {});
@@ -422,10 +427,10 @@ TEST_CASE("trade: denoised pictures count for pictures' calibration, and not for
   Row raw = row(sampled(Sampler::sobol, 64), 1, 0.1);
   raw.coverage = {0.4, 0.8, 0.9, 0.95, 0.99};
   raw.claims = {0.5, 0.75, 1, 1, 1};
-  Row clean = row(with_denoise(raw.settings, true), 1, 0.1, Knob::denoise);
+  Row clean = row(with_denoise(raw.settings, true), 1, 0.1, VariedSetting::denoise);
   clean.claims = {0.25, 1, 1, 1, 1};
   Row turned = raw;  // the same random numbers again
-  turned.knob = Knob::precision;
+  turned.varied = VariedSetting::precision;
   turned.claims = {};
   const auto found = calibration_of({raw, clean, turned});
   REQUIRE(found.size() == 3);
@@ -439,7 +444,7 @@ TEST_CASE("trade: denoised pictures count for pictures' calibration, and not for
 
 TEST_CASE("trade: more workers divide what is traced, and none of what one machine denoises") {
   Row raw = row(sampled(Sampler::sobol, 64), 2, 0.1);
-  Row clean = row(with_denoise(raw.settings, true), 6, 0.05, Knob::denoise);
+  Row clean = row(with_denoise(raw.settings, true), 6, 0.05, VariedSetting::denoise);
   clean.denoise_seconds = 4;
   RenderSettings scene = base_settings();
   scene.width *= 10;
@@ -456,54 +461,16 @@ TEST_CASE("trade: more workers divide what is traced, and none of what one machi
   CHECK(fronts[3].workers == 64);
 }
 
-TEST_CASE("trade: names of points stay inside, apart from each other and from all markers") {
-  const Box area{{400, 200}, 800, 400};
-  std::vector<Named> names;
-  std::vector<Box> markers;
-  for (int i = 0; i < 12; ++i) {  // a front, some of whose points nearly coincide
-    const Place at{200.0 + 35 * i - (i % 3) * 25, 60.0 + 20 * i};
-    names.push_back({at, 120, 14});
-    markers.push_back({at, 11, 11});
-  }
-  const auto places = place_names(names, markers, area, {-1, 0.7});
-  std::vector<Box> boxes;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    REQUIRE(places[i].has_value());
-    const Box box{*places[i], names[i].width, names[i].height};
-    CHECK(area.contains(box));
-    for (const Box& other : boxes) CHECK_FALSE(box.overlaps(other));
-    for (const Box& marker : markers) CHECK_FALSE(box.overlaps(marker));
-    boxes.push_back(box);
-  }
-  CHECK(places[0]->x < names[0].at.x);  // on the side that was asked for
-  CHECK(places[0]->y > names[0].at.y);
-  const Box tiny{{50, 20}, 100, 40};
-  CHECK_FALSE(place_names({{{50, 20}, 300, 14}}, {}, tiny, {1, 0})[0].has_value());
-}
-
-TEST_CASE("trade: an axis has room at its ends, and marks 1, 2 and 5") {
-  const LogAxis axis({0.01, 1, 0}, 0.5, 0);
-  CHECK(axis.range() == "[0.001:1]");
-  CHECK(axis.part(0.001) == Approx(0));
-  CHECK(axis.part(1) == Approx(1));
-  CHECK(axis.tics() == "(0.001,0.002,0.005,0.01,0.02,0.05,0.1,0.2,0.5,1)");
-}
-
 TEST_CASE("trade: a caption names scene, machine, version and date in one line") {
-  Findings findings;
-  findings.scene_file = "/somewhere/it's \"here\".json";
-  findings.spheres = 484;
-  findings.base = base_settings();
-  findings.timing.threads = 2;
-  findings.occasion = {"AMD EPYC 9V74 80-Core Processor", "avx512", "2026-11-22"};
-  CHECK(caption_of(findings) ==
+  TradeoffResults results;
+  results.scene_file = "/somewhere/it's \"here\".json";
+  results.spheres = 484;
+  results.base = base_settings();
+  results.timing.threads = 2;
+  results.environment = {"AMD EPYC 9V74 80-Core Processor", "avx512", "2026-11-22"};
+  CHECK(caption_of(results) ==
         "it's \"here\", 484 spheres, 100 x 50 pixels; AMD EPYC 9V74, 2 threads, avx512; "
         "ParRay " PARRAY_VERSION ", 2026-11-22");
-  const std::string script = script_of({"front", "", "plot x"}, caption_of(findings));
-  CHECK(script.find("set label 'it''s \"here\", 484") != std::string::npos);
-  for (const char* kind : {"svg", "pdf", "png"}) {
-    CHECK(script.find(std::string("set output 'front.") + kind + "'") != std::string::npos);
-  }
 }
 
 TEST_CASE("trade: a processor's name without what says nothing") {

@@ -8,20 +8,20 @@
 
 namespace parray::audit {
 
-/// What a job's journal proves.
+/// Result of checking a job's journal.
 struct Audit {
   struct Worker {
     std::string name;
     std::uint32_t threads = 0;
     std::uint64_t leases = 0;
-    std::uint64_t cells = 0;  ///< merged, those that were set back included
+    std::uint64_t cells = 0;  ///< merged, including cells that were set back
     double seconds = 0;       ///< spent tracing
   };
-  /// What contradicts "no cell counts twice": one line each, the first hundred.
+  /// Violations of "no cell counts twice": one line each, at most a hundred.
   std::vector<std::string> problems;
-  std::uint64_t cells = 0;     ///< of all passes that have begun
-  std::uint64_t merged = 0;    ///< of these
-  std::uint64_t set_back = 0;  ///< cells whose results were found wrong
+  std::uint64_t cells = 0;     ///< of all begun passes
+  std::uint64_t merged = 0;    ///< number of merged cells
+  std::uint64_t set_back = 0;  ///< cells with wrong results
   std::uint64_t leases = 0;
   std::uint64_t passes = 0;
   std::vector<Worker> workers;
@@ -29,8 +29,8 @@ struct Audit {
   [[nodiscard]] bool complete() const { return problems.empty() && merged == cells; }
 };
 
-/// Follows the journal from its beginning: each merge must be of cells that a pass has and that are
-/// not merged, under a lease that has not been merged, by a worker that is named.
+/// Follows the journal from its beginning. Each merge must have unmerged cells of the pass, a lease
+/// that was not merged before, and a known worker.
 Audit audit_journal(const std::vector<JournalEntry>& journal);
 
 }  // namespace parray::audit

@@ -8,32 +8,32 @@
 
 namespace parray::audit {
 
-/// A job as it could have been: the costs of its cells as they were recorded, dealt out by the
-/// coordinator's own lease table and chunk sizer to other workers, or by another policy, in virtual
-/// time. Messages cost nothing, as they do while a worker has a lease at hand.
+/// Replays a job with other workers or another policy. Uses the recorded costs of its cells and the
+/// coordinator's own lease table and chunk sizer, in virtual time. Messages cost nothing: a worker
+/// usually has its next lease already.
 struct ReplayOptions {
   SchedulePolicy policy = SchedulePolicy::weighted;
-  /// How often each of the recorded workers is there.
+  /// Number of copies of each recorded worker.
   std::uint32_t copies = 1;
 };
 
 struct Replayed {
-  double seconds = 0;     ///< of all passes, one after the other
-  double efficiency = 0;  ///< work over time and threads, 0 .. 1
+  double seconds = 0;     ///< of all passes in sequence
+  double efficiency = 0;  ///< work divided by time and threads, 0 to 1
   std::uint64_t leases = 0;
 };
 
-/// Throws RunError when the journal has no complete pass.
+/// Throws RunError if the journal has no complete pass.
 Replayed replay_job(const std::vector<JournalEntry>& journal, const ReplayOptions& options);
 
-/// A worker that there might be.
+/// A hypothetical worker.
 struct ImaginedWorker {
   std::uint32_t threads = 1;
   double speed = 1;  ///< of each thread
 };
 
-/// A pass of `grain` whose cells cost the same each, `thread_seconds` together at speed 1, dealt
-/// out likewise to `workers`, at least one.
+/// Replays a pass of `grain` with at least one worker. All cells cost the same, in total
+/// `thread_seconds` at speed 1.
 Replayed replay_even_pass(const ChunkGrain& grain, double thread_seconds,
                           const std::vector<ImaginedWorker>& workers, SchedulePolicy policy);
 

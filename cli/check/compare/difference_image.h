@@ -9,8 +9,7 @@ namespace parray::compare {
 /// The verification picture of the seed program's report (its equation 1 and figure 11):
 /// V = sum of |R - F| over pictures F, for each channel of each pixel of linear RGB.
 ///
-/// What is not finite in the same way in both counts as no difference; a NaN in one of them counts
-/// as 1.
+/// Equal non-finite values in both count as no difference; a NaN in one of them counts as 1.
 class DifferenceImage {
  public:
   /// `reference` is R; it must outlive this object.
@@ -22,8 +21,9 @@ class DifferenceImage {
   /// Largest value of V: 0 if all pictures are equal.
   [[nodiscard]] float largest() const;
 
-  /// White less V, in linear RGB: 1 where all pictures are equal, darker the more they differ, and
-  /// black where V is 1 or more. V is not scaled, so that two such pictures can be compared.
+  /// Returns white minus V in linear RGB: 1 where all pictures are equal, darker for larger
+  /// differences, black where V is 1 or more. V is not scaled, so two such pictures can be
+  /// compared.
   [[nodiscard]] Image drawn() const;
 
  private:

@@ -4,17 +4,17 @@
 
 #include "common/image/image.h"
 
-/// FLIP: how large a difference a person sees who flips between two pictures on a screen.
+/// FLIP: the difference that a viewer sees when flipping between two pictures on a screen.
 ///
 /// Sources: Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astrom and Fairchild, "FLIP: A
 /// Difference Evaluator for Alternating Images", 2020; for high dynamic range Andersson, Nilsson,
 /// Shirley and Akenine-Moeller, "Visualizing Errors in Rendered High Dynamic Range Images", 2021.
 /// The observer sees 67 pixels a degree: a screen 0.7 m wide, of 3840 pixels, from 0.7 m.
 ///
-/// Both functions take linear RGB of two pictures of the same size. A map has one value a pixel,
-/// row by row, in [0, 1]; 0 where nothing differs within some 10 pixels. Where a pixel is not
-/// finite in one of the pictures it is NaN, and for its neighbours it is black in both. Swapping
-/// the pictures leaves flip() as it is, but not hdr_flip(), whose exposures are the reference's.
+/// Both functions take linear RGB of two pictures of the same size. A map has one value per pixel
+/// in [0, 1], row by row. The value is 0 if nothing differs within about 10 pixels. It is NaN for a
+/// pixel that is not finite in one of the pictures; neighbours see that pixel as black in both.
+/// flip() is symmetric. hdr_flip() is not: its exposures come from the reference.
 namespace parray::compare {
 
 using FlipMap = std::vector<float>;
@@ -30,12 +30,12 @@ struct HdrFlip {
   int exposures = 0;  ///< evenly spaced from start to stop, 2 or more
 };
 
-/// The largest flip() of the pictures as photographed at several exposures: from the one that
-/// brings the reference's brightest pixel to 0.85 of the tone mapper's (ACES) white to the one that
-/// does so for its median pixel. Negative values count as 0.
+/// Returns the largest flip() over several exposures. The first exposure brings the reference's
+/// brightest pixel to 0.85 of the tone mapper's (ACES) white, the last one its median pixel.
+/// Negative values count as 0.
 HdrFlip hdr_flip(const Image& reference, const Image& image);
 
-/// Mean of the map without its NaN; NaN if there is nothing else.
+/// Returns the mean of the values that are not NaN, or NaN if there are none.
 double mean_of(const FlipMap& map);
 
 }  // namespace parray::compare

@@ -5,13 +5,13 @@
 
 #include "common/image/image.h"
 
-/// How far a picture F is from a reference R of the same size, in numbers.
+/// Error metrics of a picture F against a reference R of the same size.
 ///
-/// All are taken over values of linear RGB as they are, unclamped: a value is one channel of one
-/// pixel. A pixel that is not finite in R or in F is left out.
+/// All metrics use unclamped values of linear RGB; a value is one channel of one pixel. Pixels that
+/// are not finite in R or F are left out.
 namespace parray::compare {
 
-/// What keeps relative errors of dark values finite; part of their definition.
+/// Keeps relative errors of dark values finite; part of the definitions.
 inline constexpr double relative_epsilon = 0.01;
 
 struct ErrorMetrics {
@@ -30,11 +30,11 @@ struct ErrorMetrics {
   double smape = 0;
   /// Mean of |F - R|.
   double mean_absolute = 0;
-  /// Mean of F - R: what averaging more samples would not take away.
+  /// Mean of F - R. More samples do not reduce it.
   double bias = 0;
-  /// Least number that |F - R| of 99.9 % of the values does not exceed (nearest rank).
+  /// 99.9th percentile of |F - R| (nearest rank).
   double absolute_999 = 0;
-  /// Largest |F - R|, and the first pixel, in reading order, that has it.
+  /// Largest |F - R|, and its first pixel in reading order.
   double largest_absolute = 0;
   std::uint32_t worst_x = 0;
   std::uint32_t worst_y = 0;
@@ -45,16 +45,17 @@ struct ErrorMetrics {
 
   /// False if every pixel was left out: then the errors are NaN and there is no worst pixel.
   [[nodiscard]] bool any() const { return compared > 0; }
-  std::size_t compared = 0;  ///< pixels that were not
+  std::size_t compared = 0;  ///< pixels that were not left out
 };
 
-/// Precondition: both have the same size, of one pixel or more.
+/// Precondition: both have the same size, at least one pixel.
 ErrorMetrics error_metrics(const Image& reference, const Image& image);
 
-/// Every channel of pixel `index` (y * width + x) is finite.
+/// Whether every channel of pixel `index` (y * width + x) is finite.
 bool finite_pixel(const Image& image, std::size_t index);
 
-/// Same size and the same bits in every value: NaN may equal NaN, and -0 differs from 0.
+/// Whether both have the same size and the same bits in every value. NaN may equal NaN; -0 differs
+/// from 0.
 bool same_bits(const Image& a, const Image& b);
 
 }  // namespace parray::compare

@@ -22,8 +22,8 @@ std::string_view name_of(CheckStatus status) {
 
 namespace {
 
-Finding finding(CheckStatus status, std::string detail, std::string remedy) {
-  Finding result;
+CheckResult make_result(CheckStatus status, std::string detail, std::string remedy) {
+  CheckResult result;
   result.status = status;
   result.detail = std::move(detail);
   result.remedy = std::move(remedy);
@@ -32,19 +32,21 @@ Finding finding(CheckStatus status, std::string detail, std::string remedy) {
 
 }  // namespace
 
-Finding passed(std::string detail) { return finding(CheckStatus::ok, std::move(detail), {}); }
-Finding warned(std::string detail, std::string remedy) {
-  return finding(CheckStatus::warning, std::move(detail), std::move(remedy));
+CheckResult passed(std::string detail) {
+  return make_result(CheckStatus::ok, std::move(detail), {});
 }
-Finding failed(std::string detail, std::string remedy) {
-  return finding(CheckStatus::failed, std::move(detail), std::move(remedy));
+CheckResult warned(std::string detail, std::string remedy) {
+  return make_result(CheckStatus::warning, std::move(detail), std::move(remedy));
 }
-Finding skipped(std::string detail, std::string remedy) {
-  return finding(CheckStatus::skipped, std::move(detail), std::move(remedy));
+CheckResult failed(std::string detail, std::string remedy) {
+  return make_result(CheckStatus::failed, std::move(detail), std::move(remedy));
+}
+CheckResult skipped(std::string detail, std::string remedy) {
+  return make_result(CheckStatus::skipped, std::move(detail), std::move(remedy));
 }
 
-Finding run(const Check& check) {
-  Finding found;
+CheckResult run(const Check& check) {
+  CheckResult found;
   try {
     found = check.run();
   } catch (const Interrupted&) {
@@ -56,10 +58,10 @@ Finding run(const Check& check) {
   return found;
 }
 
-std::size_t count_of(const std::vector<Finding>& findings, CheckStatus status) {
+std::size_t count_of(const std::vector<CheckResult>& results, CheckStatus status) {
   return static_cast<std::size_t>(
-      std::count_if(findings.begin(), findings.end(),
-                    [status](const Finding& finding) { return finding.status == status; }));
+      std::count_if(results.begin(), results.end(),
+                    [status](const CheckResult& result) { return result.status == status; }));
 }
 
 }  // namespace parray::doctor

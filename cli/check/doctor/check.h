@@ -9,37 +9,37 @@
 
 #include "common/rooms.h"
 
-/// What `parray doctor` looks at, one thing after the other.
+/// The checks of `parray doctor`, in sequence.
 namespace parray::doctor {
 
 enum class CheckStatus : std::uint8_t { ok, warning, failed, skipped };
 std::string_view name_of(CheckStatus status);
 
-/// What a check has found.
-struct Finding {
+/// The result of a check.
+struct CheckResult {
   std::string name;
   CheckStatus status = CheckStatus::ok;
   std::string detail;                               ///< one line for a person
-  std::string remedy;                               ///< one line; empty where nothing is to be done
+  std::string remedy;                               ///< one line; empty: nothing to do
   nlohmann::json facts = nlohmann::json::object();  ///< numbers and names for scripts
 };
 
-// Findings without a name, which run() gives them.
-Finding passed(std::string detail);
-Finding warned(std::string detail, std::string remedy);
-Finding failed(std::string detail, std::string remedy);
-Finding skipped(std::string detail, std::string remedy);
+// Results without a name; run() sets it.
+CheckResult passed(std::string detail);
+CheckResult warned(std::string detail, std::string remedy);
+CheckResult failed(std::string detail, std::string remedy);
+CheckResult skipped(std::string detail, std::string remedy);
 
 struct Check {
   std::string name;
-  std::function<Finding()> run;
+  std::function<CheckResult()> run;
 };
 
-/// The finding of a check, under its name; an exception is a failure, but for Interrupted, which
-/// passes through.
-Finding run(const Check& check);
+/// Runs a check and returns its result with its name. An exception is a failure, except for
+/// Interrupted, which passes through.
+CheckResult run(const Check& check);
 
-/// How many findings have that status.
-std::size_t count_of(const std::vector<Finding>& findings, CheckStatus status);
+/// Returns the number of results with that status.
+std::size_t count_of(const std::vector<CheckResult>& results, CheckStatus status);
 
 }  // namespace parray::doctor

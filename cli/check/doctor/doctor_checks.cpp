@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "cli/check/doctor/extremes.h"
 #include "cli/check/doctor/floating_point.h"
 #include "cli/check/doctor/libraries.h"
 #include "cli/check/doctor/machine.h"
@@ -30,12 +31,7 @@ void add_tracing(std::vector<Check>& checks) {
     const std::string name(name_of(isa));
     const TracerMaker make = tracers_of(isa);
     checks.push_back({name + " picture", [make] { return check_picture(make); }});
-    checks.push_back({name + " furnaces", [make] { return check_furnaces(make); }});
-    checks.push_back({name + " self-hits", [make] { return check_self_hits(make); }});
-    checks.push_back({name + " scaling", [make] { return check_scaling(make); }});
   }
-  constexpr std::uint64_t rays = 100'000;
-  checks.push_back({"sphere hits", [] { return check_hit_errors(worst_hit_errors(rays)); }});
   const int threads = usable_cpus();
   const TracerMaker best = tracers_of(Isa::automatic);
   checks.push_back({"threads", [best, threads] { return check_threads(best, threads); }});
@@ -45,7 +41,20 @@ void add_tracing(std::vector<Check>& checks) {
                     }});
 }
 
-Finding check_mpi_here(const fs::path& directory) {
+void add_extremes(std::vector<Check>& checks) {
+  checks.push_back({"rounding", [] { return check_rounding(); }});
+  for (const Isa isa : instruction_sets()) {
+    const std::string name(name_of(isa));
+    const TracerMaker make = tracers_of(isa);
+    checks.push_back({name + " furnaces", [make] { return check_furnaces(make); }});
+    checks.push_back({name + " self-hits", [make] { return check_self_hits(make); }});
+    checks.push_back({name + " scaling", [make] { return check_scaling(make); }});
+  }
+  constexpr std::uint64_t rays = 100'000;
+  checks.push_back({"sphere hits", [] { return check_hit_errors(worst_hit_errors(rays)); }});
+}
+
+CheckResult check_mpi_here(const fs::path& directory) {
   const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): nobody sets it
   MpiTrial trial;
   trial.mpirun = find_program("mpirun", path == nullptr ? "" : path);
@@ -57,7 +66,7 @@ Finding check_mpi_here(const fs::path& directory) {
 
 /// A check that needs the temporary directory.
 Check on_disk(const std::string& name, const std::shared_ptr<Scratch>& scratch,
-              Finding (*check)(const fs::path& directory)) {
+              CheckResult (*check)(const fs::path& directory)) {
   return {name, [scratch, check] {
             return scratch->made() ? check(scratch->path())
                                    : skipped("needs the temporary directory", "");
@@ -66,7 +75,7 @@ Check on_disk(const std::string& name, const std::shared_ptr<Scratch>& scratch,
 
 }  // namespace
 
-std::vector<Check> doctor_checks() {
+std::vector<Check> doctor_checks(bool extremes) {
   const auto scratch = std::make_shared<Scratch>();
   std::vector<Check> checks = {
       {"processor", check_processor},
@@ -75,9 +84,9 @@ std::vector<Check> doctor_checks() {
       {"current directory", [] { return check_current_directory("."); }},
       {"shared memory", [] { return check_shared_memory(); }},
       {"libraries", check_libraries},
-      {"float mode", [] { return check_float_mode(); }},
-      {"rounding", [] { return check_rounding(); }}};
+      {"float mode", [] { return check_float_mode(); }}};
   add_tracing(checks);
+  if (extremes) add_extremes(checks);
   checks.push_back(on_disk("pictures", scratch, check_pictures));
   checks.push_back(on_disk("state", scratch, check_state));
   checks.push_back({"messages", [] { return check_messages(loopback_patience); }});

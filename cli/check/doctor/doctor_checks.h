@@ -6,8 +6,8 @@
 
 namespace parray::doctor {
 
-/// Everything that `parray doctor` looks at, in its order. Checks share a temporary directory,
-/// which goes with the last of them.
-std::vector<Check> doctor_checks();
+/// Returns the checks of `parray doctor` in their order, with those of `--extremes` if `extremes`.
+/// Checks share a temporary directory, which the last of them removes.
+std::vector<Check> doctor_checks(bool extremes);
 
 }  // namespace parray::doctor

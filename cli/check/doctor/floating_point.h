@@ -1,25 +1,17 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
-#include <vector>
 
 #include "cli/check/doctor/check.h"
-#include "cli/check/doctor/rounding_cases.h"
 
-/// Floating point as IEEE 754 has it: what every bit of a picture rests on.
+/// The floating-point mode of threads. Every bit of a picture depends on it.
 namespace parray::doctor {
 
-/// Looks at control words (common/math/float_mode.h) that threads started with: rounding,
-/// denormals, masks. Another library's fast mode is a warning, because tracing sets its own
-/// (FloatMode).
-Finding check_float_mode(std::span<const unsigned> found);
-/// The same for this thread and a team of OpenMP threads.
-Finding check_float_mode();
-
-/// + - x / sqrt on hard cases, in every OpenMP thread, in the mode that tracing has.
-Finding check_rounding(std::span<const RoundingCase<std::uint32_t>> singles,
-                       std::span<const RoundingCase<std::uint64_t>> doubles);
-Finding check_rounding();
+/// Checks the control words (common/math/float_mode.h) of new threads: rounding, denormals,
+/// exception masks. A fast mode, set by another library, is a warning only, because tracing sets
+/// its own mode (FloatMode).
+CheckResult check_float_mode(std::span<const unsigned> found);
+/// Does the same for this thread and a team of OpenMP threads.
+CheckResult check_float_mode();
 
 }  // namespace parray::doctor

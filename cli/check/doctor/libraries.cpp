@@ -64,7 +64,7 @@ bool comes_back(const std::filesystem::path& file, const Image& image) {
 
 }  // namespace
 
-Finding check_libraries() {
+CheckResult check_libraries() {
   const nlohmann::json versions = {
       {"OpenEXR", exr_library_version()},
       {"OpenImageIO", image_library_version()},
@@ -78,15 +78,15 @@ Finding check_libraries() {
   for (const auto& [name, version] : versions.items()) {
     text += (text.empty() ? "" : ", ") + name + " " + version.get<std::string>();
   }
-  Finding found = std::get<0>(zmq::version()) == ZMQ_VERSION_MAJOR
-                      ? passed(text)
-                      : failed(text + "; built for ZeroMQ " + std::to_string(ZMQ_VERSION_MAJOR),
-                               "build ParRay again with the libraries of this machine");
+  CheckResult found = std::get<0>(zmq::version()) == ZMQ_VERSION_MAJOR
+                          ? passed(text)
+                          : failed(text + "; built for ZeroMQ " + std::to_string(ZMQ_VERSION_MAJOR),
+                                   "build ParRay again with the libraries of this machine");
   found.facts = versions;
   return found;
 }
 
-Finding check_pictures(const std::filesystem::path& directory) {
+CheckResult check_pictures(const std::filesystem::path& directory) {
   const bool exr = comes_back(directory / "trial.exr", thorny_image());
   const bool png = comes_back(directory / "trial.png", byte_image());
   if (exr && png) return passed("EXR comes back with every bit, PNG with every byte");
@@ -95,7 +95,7 @@ Finding check_pictures(const std::filesystem::path& directory) {
                 "reinstall OpenImageIO (Debian: libopenimageio2.4) and OpenEXR");
 }
 
-Finding check_state(const std::filesystem::path& directory) {
+CheckResult check_state(const std::filesystem::path& directory) {
   const std::filesystem::path place = directory / "state";
   const std::string bytes(100'000, 'x');
   const std::string digest = sha256_hex(std::as_bytes(std::span(bytes)));

@@ -4,16 +4,16 @@
 
 #include "cli/check/doctor/check.h"
 
-/// The libraries that programs link, and files that they write and read back.
+/// Checks linked libraries, and files that they write and read back.
 namespace parray::doctor {
 
-/// Versions: those that run where a library says so, those that were compiled in where it does not.
-Finding check_libraries();
+/// Lists versions: of the loaded library if it states it, otherwise of its headers.
+CheckResult check_libraries();
 
-/// Pictures written to `directory` and read back: EXR with every bit, PNG with every byte.
-Finding check_pictures(const std::filesystem::path& directory);
+/// Writes pictures to `directory` and reads them back: EXR with every bit, PNG with every byte.
+CheckResult check_pictures(const std::filesystem::path& directory);
 
-/// A coordinator's state: opened in `directory`, committed, opened again.
-Finding check_state(const std::filesystem::path& directory);
+/// Opens a coordinator's state in `directory`, commits a change and opens it again.
+CheckResult check_state(const std::filesystem::path& directory);
 
 }  // namespace parray::doctor

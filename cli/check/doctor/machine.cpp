@@ -44,7 +44,7 @@ std::string why_not_writable(const fs::path& directory) {
 
 }  // namespace
 
-Finding check_processor() {
+CheckResult check_processor() {
   const std::string model = processor_model();
   const auto cpus = static_cast<std::uint64_t>(usable_cpus());
   nlohmann::json names = nlohmann::json::array();
@@ -53,8 +53,8 @@ Finding check_processor() {
     names.push_back(name_of(isa));
     list += (list.empty() ? "" : ", ") + std::string(name_of(isa));
   }
-  Finding found = passed(model + ", " + counted(cpus, "CPU") + " to use; kernels: " + list +
-                         "; auto picks " + std::string(name_of(best_isa())));
+  CheckResult found = passed(model + ", " + counted(cpus, "CPU") + " to use; kernels: " + list +
+                             "; auto picks " + std::string(name_of(best_isa())));
   found.facts = {{"model", model},
                  {"cpus", cpus},
                  {"instruction_sets", names},
@@ -62,20 +62,20 @@ Finding check_processor() {
   return found;
 }
 
-Finding check_memory() {
+CheckResult check_memory() {
   const std::uint64_t total = std::min(memory_bytes("MemTotal"), usable_memory());
   const std::uint64_t available = std::min(memory_bytes("MemAvailable"), total);
   if (total == 0) return skipped("the system does not say how much there is", "");
   const std::string text = bytes_text(available) + " available of " + bytes_text(total);
   constexpr std::uint64_t enough = std::uint64_t{256} << 20;  // a few million spheres
-  Finding found = available >= enough
-                      ? passed(text)
-                      : warned(text, "end other programs before rendering large scenes");
+  CheckResult found = available >= enough
+                          ? passed(text)
+                          : warned(text, "end other programs before rendering large scenes");
   found.facts = {{"total_bytes", total}, {"available_bytes", available}};
   return found;
 }
 
-Finding check_temporary_directory(Scratch& scratch) {
+CheckResult check_temporary_directory(Scratch& scratch) {
   const std::string remedy = "set TMPDIR to a directory that you may write to";
   try {
     scratch.make();
@@ -90,7 +90,7 @@ Finding check_temporary_directory(Scratch& scratch) {
   return passed(place + ", " + bytes_text(ignored ? 0 : space.available) + " free");
 }
 
-Finding check_current_directory(const fs::path& directory) {
+CheckResult check_current_directory(const fs::path& directory) {
   const std::string problem = why_not_writable(directory);
   return problem.empty() ? passed("writable")
                          : warned(problem, "name another directory for pictures with -o");
@@ -104,19 +104,20 @@ std::uint64_t window_bytes() {
   return WindowLayout(*plan.grid(), ranks).bytes() + ranks * own_of_rank;
 }
 
-Finding check_shared_memory(std::uint64_t available, std::uint64_t needed) {
+CheckResult check_shared_memory(std::uint64_t available, std::uint64_t needed) {
   const std::string text = bytes_text(available) + " free in /dev/shm; a picture of 1200 x 800 " +
                            "under MPI takes " + bytes_text(needed);
-  Finding found = available >= needed
-                      ? passed(text)
-                      : warned(text,
-                               "give it more (mount -o remount,size=1g /dev/shm; in a container "
-                               "--shm-size=1g), or use parray-mpi --mode messages");
+  CheckResult found =
+      available >= needed
+          ? passed(text)
+          : warned(text,
+                   "give it more (mount -o remount,size=1g /dev/shm; in a container "
+                   "--shm-size=1g), or use parray-mpi --mode messages");
   found.facts = {{"available_bytes", available}, {"needed_bytes", needed}};
   return found;
 }
 
-Finding check_shared_memory() {
+CheckResult check_shared_memory() {
   std::error_code problem;
   const auto space = fs::space("/dev/shm", problem);
   if (problem) {

@@ -7,23 +7,23 @@
 #include "cli/check/doctor/check.h"
 #include "cli/check/doctor/scratch.h"
 
-/// Processor, memory and disks.
+/// Checks processor, memory and disks.
 namespace parray::doctor {
 
-Finding check_processor();
-Finding check_memory();
+CheckResult check_processor();
+CheckResult check_memory();
 
-/// Makes the directory that later checks write to.
-Finding check_temporary_directory(Scratch& scratch);
-/// Whether pictures could be written to `directory`.
-Finding check_current_directory(const std::filesystem::path& directory);
+/// Makes the directory for files of later checks.
+CheckResult check_temporary_directory(Scratch& scratch);
+/// Checks whether `directory` is writable.
+CheckResult check_current_directory(const std::filesystem::path& directory);
 
-/// Shared memory that a rank for every processor takes for a picture of 1200 x 800 pixels: the
+/// Returns the shared memory of one rank per processor for a picture of 1200 x 800 pixels: the
 /// window, and Open MPI's own buffers.
 std::uint64_t window_bytes();
-/// Whether that fits into shared memory with `available` free bytes.
-Finding check_shared_memory(std::uint64_t available, std::uint64_t needed);
-/// The same for /dev/shm.
-Finding check_shared_memory();
+/// Checks whether `needed` bytes fit into `available` bytes of shared memory.
+CheckResult check_shared_memory(std::uint64_t available, std::uint64_t needed);
+/// Does the same for /dev/shm.
+CheckResult check_shared_memory();
 
 }  // namespace parray::doctor

@@ -32,7 +32,7 @@ std::optional<Delivery> next_message(Link& link, const Clock& clock, Time end) {
 
 }  // namespace
 
-Finding check_messages(Time patience) {
+CheckResult check_messages(Time patience) {
   const SteadyClock clock;
   const Time begin = clock.now();
   const Time end = begin + patience;
@@ -54,7 +54,7 @@ Finding check_messages(Time patience) {
                 duration_text(to_seconds(clock.now() - begin)));
 }
 
-Finding check_keys(Time patience, const std::filesystem::path& directory, KeyTrial trial) {
+CheckResult check_keys(Time patience, const std::filesystem::path& directory, KeyTrial trial) {
   if (zmq_has("curve") == 0) {
     return failed("this ZeroMQ was built without CURVE: nothing can be encrypted",
                   "install a libzmq with libsodium (Debian: libzmq5)");

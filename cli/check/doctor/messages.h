@@ -5,18 +5,18 @@
 #include "cli/check/doctor/check.h"
 #include "proto/clock.h"
 
-/// ZeroMQ over this machine's loopback.
+/// Checks ZeroMQ over this machine's loopback.
 namespace parray::doctor {
 
-/// A message from a worker's link to a coordinator's and back, within `patience`.
-Finding check_messages(Time patience);
+/// Sends a message from a worker's link to a coordinator's link and back, within `patience`.
+CheckResult check_messages(Time patience);
 
-/// What a server's authenticator does: for tests, other than its duty.
+/// Behaviour of the server's authenticator. Tests use wrong ones.
 enum class KeyTrial : std::uint8_t { honest, accepts_anybody, refuses_everybody };
 
-/// Fresh keys, in a folder of `directory`: a server with CURVE that knows one client's key gets
-/// this client's message and refuses a stranger's.
-Finding check_keys(Time patience, const std::filesystem::path& directory,
-                   KeyTrial trial = KeyTrial::honest);
+/// Makes new keys in a folder of `directory`. A server with CURVE must accept the message of a
+/// client with a known key and refuse a client with an unknown key.
+CheckResult check_keys(Time patience, const std::filesystem::path& directory,
+                       KeyTrial trial = KeyTrial::honest);
 
 }  // namespace parray::doctor

@@ -35,7 +35,7 @@ std::vector<std::string> variables_for_root() {
   return {"OMPI_ALLOW_RUN_AS_ROOT=1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1"};
 }
 
-Finding judge_report(const fs::path& file, const std::string& expected) {
+CheckResult judge_report(const fs::path& file, const std::string& expected) {
   std::ifstream text(file);
   const nlohmann::json report = nlohmann::json::parse(text);
   const std::string found = report.at("image_sha256");
@@ -66,7 +66,7 @@ fs::path program_directory() {
   return problem ? fs::path() : self.parent_path();
 }
 
-Finding check_mpi_trial(const MpiTrial& trial) {
+CheckResult check_mpi_trial(const MpiTrial& trial) {
   if (!trial.mpirun) {
     return skipped("no mpirun in PATH", "for parray-mpi install openmpi-bin (Debian)");
   }

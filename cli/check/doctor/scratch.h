@@ -6,7 +6,7 @@
 
 namespace parray::doctor {
 
-/// A temporary directory that checks share; removed with everything in it.
+/// A temporary directory for all checks. The destructor removes it with its contents.
 class Scratch {
  public:
   Scratch() = default;
@@ -14,7 +14,7 @@ class Scratch {
   Scratch(const Scratch&) = delete;
   Scratch& operator=(const Scratch&) = delete;
 
-  /// Makes it in the system's directory for temporary files (TMPDIR). Throws RunError.
+  /// Makes the directory in the system's directory for temporary files (TMPDIR). Throws RunError.
   void make();
   [[nodiscard]] bool made() const { return !path_.empty(); }
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }

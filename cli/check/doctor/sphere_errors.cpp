@@ -100,7 +100,7 @@ HitErrors worst_hit_errors(std::uint64_t rays) {
   return worst;
 }
 
-Finding check_hit_errors(const HitErrors& worst) {
+CheckResult check_hit_errors(const HitErrors& worst) {
   const std::string text = "f32 " + formatted("%.2g", worst.f32) + ", mixed " +
                            formatted("%.2g", worst.mixed) + ", f64 " +
                            formatted("%.2g", worst.f64) + " ulp(S) off the surface at most, in " +
@@ -109,9 +109,9 @@ Finding check_hit_errors(const HitErrors& worst) {
   constexpr double most_mixed = 2;
   const bool good =
       worst.hits > 0 && worst.f32 <= most && worst.f64 <= most && worst.mixed <= most_mixed;
-  Finding found = good ? passed(text)
-                       : failed(text + "; allowed are 8, 2 and 8",
-                                "do not render on this machine: please report it");
+  CheckResult found = good ? passed(text)
+                           : failed(text + "; allowed are 8, 2 and 8",
+                                    "do not render on this machine: please report it");
   found.facts = {
       {"f32", worst.f32}, {"mixed", worst.mixed}, {"f64", worst.f64}, {"hits", worst.hits}};
   return found;

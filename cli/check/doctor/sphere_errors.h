@@ -7,10 +7,10 @@
 #include "cli/check/doctor/check.h"
 #include "common/trace/sphere.h"
 
-/// How far from the surface the hits lie that sphere.h finds.
+/// Distance from the surface of the hits that sphere.h finds.
 namespace parray::doctor {
 
-/// Distance of the ray's origin from the centre, in radii.
+/// Returns the distance of the ray's origin from the centre, in radii.
 template <typename Wide, typename Real>
 Wide distance_in_radii(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
   const Vec3<Real>& o = ray.origin;
@@ -21,9 +21,9 @@ Wide distance_in_radii(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
   return std::sqrt(x * x + y * y + z * z) / sphere.radius;
 }
 
-/// Distance from the surface of the point at `t`, in units of ulp(S) radii of `Store`, with S the
-/// larger of 1 and the ray's distance from the centre in radii. `Wide` has several bits more than
-/// the type that `t` was computed in.
+/// Returns the distance of the point at `t` from the surface, in units of ulp(S) radii of `Store`.
+/// S is the larger of 1 and the distance of the ray's origin from the centre in radii. `Wide` has
+/// several bits more than `Real`.
 template <typename Wide, typename Store, typename Real>
 double backward_error(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real t) {
   const auto along = [t](Real from, Real direction, Real center) {
@@ -43,7 +43,7 @@ double backward_error(const Ray<Real>& ray, const SphereShape<Real>& sphere, Rea
   return static_cast<double>(std::abs(reached - radius) / radius / ulp);
 }
 
-/// The worst of many hits, in ulp(S) of f32, f32 and f64.
+/// The largest errors of many hits, in ulp(S) of f32, f32 and f64.
 struct HitErrors {
   double f32 = 0;
   double mixed = 0;
@@ -51,10 +51,10 @@ struct HitErrors {
   std::uint64_t hits = 0;
 };
 
-/// Of `rays` random rays in each precision, at spheres whose radii span 24 decades.
+/// Traces `rays` random rays in each precision, at spheres whose radii span 24 decades.
 HitErrors worst_hit_errors(std::uint64_t rays);
 
-/// Whether they keep the bounds: 8 in f32 and f64, 2 in mixed.
-Finding check_hit_errors(const HitErrors& worst);
+/// Checks the bounds: 8 in f32 and f64, 2 in mixed.
+CheckResult check_hit_errors(const HitErrors& worst);
 
 }  // namespace parray::doctor

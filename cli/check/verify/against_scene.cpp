@@ -109,7 +109,7 @@ std::uint32_t bits_at(const Channel& channel, std::size_t place) {
 
 void check_channels(const PathTracer& tracer, const Scene& scene, RenderSettings settings,
                     const VerifiedPicture& picture, const std::vector<RetracedPixel>& pixels,
-                    int threads, Findings& findings) {
+                    int threads, VerificationResults& findings) {
   const Aovs aovs = traced_aovs(picture);
   if (aovs.empty() || picture.recipe.channel_samples == 0) return;
   settings.samples_per_pixel = picture.recipe.channel_samples;
@@ -133,7 +133,7 @@ void check_channels(const PathTracer& tracer, const Scene& scene, RenderSettings
 
 /// Channels half_width.R, .G and .B, where the file has them. Half-widths take all pixels.
 void check_half_widths(const VerifiedPicture& picture, const ErrorEstimate& error,
-                       Findings& findings) {
+                       VerificationResults& findings) {
   for (const std::size_t c : {0U, 1U, 2U}) {
     const std::string name = std::string("half_width.") + "RGB"[c];
     const Channel* kept = channel_of(picture, name);
@@ -148,7 +148,7 @@ void check_half_widths(const VerifiedPicture& picture, const ErrorEstimate& erro
 
 /// Of all pixels: the estimate that the renderer made, to the bit.
 void estimate_from_all(const std::vector<RetracedPixel>& pixels, const VerifiedPicture& picture,
-                       double largest, ErrorCheck& check, Findings& findings) {
+                       double largest, ErrorCheck& check, VerificationResults& findings) {
   std::vector<PixelSums> sums;
   std::vector<std::uint32_t> counts;
   for (const RetracedPixel& pixel : pixels) {
@@ -192,7 +192,7 @@ void estimate_from_some(const std::vector<RetracedPixel>& pixels, double largest
 }
 
 void check_error(const std::vector<RetracedPixel>& pixels, const VerifiedPicture& picture,
-                 double largest, Findings& findings) {
+                 double largest, VerificationResults& findings) {
   constexpr std::size_t least_pixels = 30;
   const auto stated = real_in(picture.file.metadata, "parray:error:rmse");
   const bool all = pixels.size() == picture.pixels();
@@ -211,19 +211,19 @@ void check_error(const std::vector<RetracedPixel>& pixels, const VerifiedPicture
 
 }  // namespace
 
-bool Findings::right() const {
+bool VerificationResults::right() const {
   return wrong.empty() && !(error && error->wrong) &&
          std::ranges::all_of(channels, [](const auto& channel) { return channel.second == 0; });
 }
 
-Findings check_against_scene(const VerifiedPicture& picture, const Scene& scene,
-                             const RenderSettings& settings, const PixelChoice& choice,
-                             int threads) {
+VerificationResults check_against_scene(const VerifiedPicture& picture, const Scene& scene,
+                                        const RenderSettings& settings, const PixelChoice& choice,
+                                        int threads) {
   std::vector<RetracedPixel> pixels = choose_pixels(picture, choice);
   const auto tracer = make_path_tracer(scene, settings, {.threads = threads});
   const double largest = largest_radiance(scene);
   retrace_all(*tracer, RadianceScale(largest), picture, pixels, threads);
-  Findings findings;
+  VerificationResults findings;
   findings.traced = pixels.size();
   std::ranges::copy_if(pixels, std::back_inserter(findings.wrong),
                        [&](const RetracedPixel& pixel) { return !same_colour(picture, pixel); });

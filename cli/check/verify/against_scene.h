@@ -10,25 +10,26 @@
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
-/// A finished picture held against its scene: pixels are traced again.
+/// Checks a finished picture against its scene: traces pixels again.
 namespace parray::verify {
 
-/// What traced pixels say of the error (RMSE, linear radiance) that a file states.
+/// Comparison of the file's stated error (RMSE, linear radiance) with the error of the traced
+/// pixels.
 struct ErrorCheck {
   double stated = 0;
   double traced = 0;
-  /// Standard error of `traced` by the choice of pixels; 0: all pixels were traced.
+  /// Standard error of `traced` from the random choice of pixels; 0: all pixels were traced.
   double uncertainty = 0;
-  /// All pixels were traced, and give another error or interval; or some give far more.
+  /// All traced pixels give another error or interval, or some pixels give a far larger error.
   bool wrong = false;
 };
 
-struct Findings {
+struct VerificationResults {
   std::uint64_t traced = 0;          ///< pixels
-  std::vector<RetracedPixel> wrong;  ///< of these, by row, then column
-  /// Extra channels that were traced, and how many of the pixels have other values there.
+  std::vector<RetracedPixel> wrong;  ///< wrong pixels, by row, then column
+  /// Traced extra channels, with the number of pixels that have other values.
   std::map<std::string, std::uint64_t> channels;
-  std::optional<ErrorCheck> error;  ///< nothing: it is unknown, or the pixels are too few
+  std::optional<ErrorCheck> error;  ///< empty: the error is unknown, or the pixels are too few
 
   [[nodiscard]] bool right() const;
 };
@@ -39,10 +40,10 @@ struct PixelChoice {
   std::uint64_t seed = 0;
 };
 
-/// Traces pixels of the picture again: colours, alpha and extra channels. `settings`: the recipe's,
-/// resolved. Throws InputError where the file does not say how many samples a pixel has.
-Findings check_against_scene(const VerifiedPicture& picture, const Scene& scene,
-                             const RenderSettings& settings, const PixelChoice& choice,
-                             int threads);
+/// Traces pixels of the picture again: colours, alpha and extra channels. `settings`: the resolved
+/// settings of the recipe. Throws InputError if the file does not state the samples of each pixel.
+VerificationResults check_against_scene(const VerifiedPicture& picture, const Scene& scene,
+                                        const RenderSettings& settings, const PixelChoice& choice,
+                                        int threads);
 
 }  // namespace parray::verify

@@ -9,15 +9,15 @@
 #include "cli/output/picture/image_file.h"
 #include "cli/output/recipe.h"
 
-/// A finished picture that is to be verified, and what its file says by itself.
+/// A finished picture to verify, and checks that need only its file.
 namespace parray::verify {
 
-/// A picture file, read.
+/// The contents of a picture file.
 struct VerifiedPicture {
-  std::string name;  ///< for people
+  std::string name;  ///< name in messages
   ImageFile file;
   Recipe recipe;
-  std::string damage{};        ///< of what the picture was made to; empty: none
+  std::string damage{};        ///< damage to drawn or added parts; empty: none
   std::vector<float> alpha{};  ///< of a transparent picture
 
   [[nodiscard]] std::uint64_t pixels() const {
@@ -28,27 +28,27 @@ struct VerifiedPicture {
     return {file.image.rgb[at], file.image.rgb[at + 1], file.image.rgb[at + 2]};
   }
   [[nodiscard]] bool transparent() const { return !alpha.empty(); }
-  /// The name of the hash that its pixels have to have.
+  /// Returns the name of the hash of its pixels.
   [[nodiscard]] std::string hash() const {
     if (!file.high_dynamic_range) return "pixels_sha256";
     return transparent() ? "transparent:image_sha256" : "image_sha256";
   }
 };
 
-/// Reads a picture with its recipe. Throws InputError: it cannot be read, it has no recipe, or it
-/// lacks what a verification needs. `traced`: its pixels are to be traced again.
+/// Reads a picture with its recipe. `traced`: its pixels will be traced again. Throws InputError if
+/// the file is unreadable, has no recipe, or lacks something that verification needs.
 VerifiedPicture read_verified_picture(const std::string& file, bool traced);
 
-/// Why the picture cannot be the recipe's, whatever its pixels are; empty: it can.
+/// Returns why the picture cannot belong to its recipe, whatever its pixels; empty: it can.
 std::string misfit_of(const VerifiedPicture& picture);
-/// What else is wrong with the file by itself; empty: nothing.
+/// Returns what else is wrong with the file; empty: nothing.
 std::string damage_of(const VerifiedPicture& picture);
 
-/// Samples of each pixel, image order; empty: all have settings.samples_per_pixel. Throws
-/// InputError where nobody can tell.
+/// Returns the samples of each pixel, row by row; empty: all have settings.samples_per_pixel.
+/// Throws InputError if the file does not state them.
 std::vector<std::uint32_t> sample_counts(const VerifiedPicture& picture);
 
-/// Whether the file shows the colour, and the alpha, of a pixel that was traced again.
+/// Whether the file has the colour and alpha of a retraced pixel.
 bool same_colour(const VerifiedPicture& picture, const RetracedPixel& pixel);
 
 }  // namespace parray::verify

@@ -4,7 +4,7 @@
 
 namespace parray::plan {
 
-/// Time that something takes, in seconds: by the clock on the wall, and of all threads together.
+/// Time in seconds: wall-clock time, and processor time of all threads together.
 struct Effort {
   double wall = 0;
   double cpu = 0;
@@ -14,7 +14,7 @@ struct Effort {
   friend Effort operator*(double factor, Effort a) { return {factor * a.wall, factor * a.cpu}; }
 };
 
-/// Since some start: differences are what took place between two calls.
+/// Returns the time since an arbitrary start. The difference of two calls is the time between them.
 Effort effort_now();
 
 }  // namespace parray::plan

@@ -6,18 +6,19 @@
 
 #include "common/adaptive/passes.h"
 
-/// How the error of a picture falls as samples are added: measured at a few numbers of samples,
-/// foreseen at others. Samples are means per pixel; errors are RMSE in linear radiance.
+/// Models how the error of a picture falls with samples, from measurements at a few numbers of
+/// samples. Samples are means per pixel; errors are RMSE in linear radiance.
 namespace parray::plan {
 
-/// What independent samples would do: E = s / sqrt(n) where every pixel has as many; less where
-/// they go to the pixels that are noisy.
+/// The error of independent samples: E = s / sqrt(n) if every pixel has n samples, less if noisy
+/// pixels get more.
 class ModelError {
  public:
-  /// Equal counts. `deviation` > 0: of a sample, root mean square over pixels and channels.
+  /// Every pixel has the same number of samples. `deviation` > 0: standard deviation of a sample,
+  /// root mean square over pixels and channels.
   static ModelError uniform(double deviation);
-  /// As adaptive passes go on from `state`, in which all pixels have as many samples, at least 2;
-  /// `rmse` > 0: its error.
+  /// Adaptive passes continue from `state`, in which all pixels have the same number of samples, at
+  /// least 2. `rmse` > 0: the error of `state`.
   static ModelError adaptive(const FramebufferView& state, double rmse);
 
   [[nodiscard]] double at(double samples) const;
@@ -25,7 +26,7 @@ class ModelError {
   [[nodiscard]] double samples_for(double rmse) const;
 
  private:
-  /// Logarithms of samples and error, the former ascending; beyond both ends E falls as 1/sqrt(n).
+  /// Logarithms of samples (ascending) and error. Beyond both ends E falls as 1/sqrt(n).
   explicit ModelError(std::vector<std::pair<double, double>> points) : points_(std::move(points)) {}
   std::vector<std::pair<double, double>> points_;
 };
@@ -39,30 +40,29 @@ struct MeasuredError {
 /// Normal distribution of an exponent.
 struct ExponentPrior {
   double mean = 0;
-  double deviation = 0;  ///< 0: it is known
+  double deviation = 0;  ///< 0: the exponent is known
 };
 
-/// Sobol points are spread most evenly where their number is a power of two; any other number does
-/// as well as fewer points of a smooth law: returns how many, for `samples` > 0 of each pixel, as
-/// many in each of its two replicates. Measured over six scenes, 4 to 512 samples:
-/// tests/experiments/RESULTS.md.
+/// Sobol points are spread most evenly if their number is a power of two. Any other number is worth
+/// as much as fewer points of a smooth law. Returns that number for `samples` > 0 per pixel, half
+/// in each replicate. Measured over six scenes, 4 to 512 samples: tests/experiments/RESULTS.md.
 double even_points(double samples);
 
-/// What the samples of an ErrorModel are.
+/// Kind of the samples of an ErrorModel.
 enum class Spread {
-  smooth,  ///< independent samples, or numbers that differ from pixel to pixel
-  points   ///< as many Sobol points for every pixel: the exponent is that of even_points()
+  smooth,  ///< independent samples, or different numbers of samples per pixel
+  points  ///< the same number of Sobol points in every pixel: the exponent belongs to even_points()
 };
 
-/// E(n) = model(n) * g(n). g is what a sampler does better than independent samples: between
-/// measurements interpolated, in logarithms, and beyond them in proportion to n^-d. The exponent d
-/// comes of weighted least squares with a prior, which is the posterior's mean for normal errors
-/// (Gelman et al., Bayesian Data Analysis, 3rd ed., section 14.8); a measurement counts for less
-/// the fewer samples it has, because the law need not hold over many octaves. Where d is known, g
-/// is the weighted mean of all measurements times n^-d.
+/// E(n) = model(n) * g(n). The factor g is the advantage of a sampler over independent samples. It
+/// is interpolated in logarithms between measurements and proportional to n^-d beyond them.
+/// Weighted least squares with a prior give the exponent d, the posterior mean for normal errors
+/// (Gelman et al., Bayesian Data Analysis, 3rd ed., section 14.8). Measurements of fewer samples
+/// have smaller weights, because the law need not hold over many octaves. If d is known, g is the
+/// weighted mean of all measurements times n^-d.
 class ErrorModel {
  public:
-  /// At least one measurement, of positive errors, by ascending samples.
+  /// `measured`: at least one measurement, with positive errors and ascending samples.
   ErrorModel(ModelError model, std::span<const MeasuredError> measured, ExponentPrior exponent,
              Spread spread = Spread::smooth);
 
@@ -77,7 +77,7 @@ class ErrorModel {
  private:
   struct Gain {
     double samples = 0;  ///< logarithm
-    double points = 0;   ///< logarithm of what the exponent belongs to, see Spread
+    double points = 0;   ///< logarithm of the number that the exponent belongs to, see Spread
     double gain = 0;     ///< logarithm
     double relative = 0;
     double weight = 0;
@@ -93,47 +93,47 @@ class ErrorModel {
   double exponent_variance_ = 0;
 };
 
-/// What a picture will have when its passes have ended.
+/// A picture after its last pass.
 struct Forecast {
   double samples = 0;  ///< a pixel
   double rmse = 0;
   int passes = 0;
-  int decisions = 0;  ///< of these, how many begin with a decision on where samples go
+  int decisions = 0;  ///< number of passes that begin with a decision on the placement of samples
 };
 
-/// The upper end of the interval that a picture states for its error, from the error:
-/// sqrt(factor * rmse^2 + unseen / n); see ErrorEstimate. A target is met when that meets it.
+/// Upper end of a picture's confidence interval as a function of its error: sqrt(factor * rmse^2 +
+/// unseen / n); see ErrorEstimate. A picture meets its target when the upper end does.
 struct UpperBound {
   double factor = 1;
   double unseen = 0;
   [[nodiscard]] double of(double rmse, double samples) const;
 };
 
-/// How the error of a picture goes that is to meet a target.
+/// Error laws of a picture with a target.
 struct TargetLaws {
-  const ErrorModel& even;    ///< while every pixel has the same number of samples
-  const ErrorModel& placed;  ///< once samples go where the noise is
+  const ErrorModel& even;    ///< every pixel has the same number of samples
+  const ErrorModel& placed;  ///< noisy pixels have more samples
   UpperBound stated_even;
   UpperBound stated_placed;
   Sampler sampler = Sampler::independent;
-  /// Whether samples are ever placed: from pilot_samples on, by a pass of half of them at least.
+  /// Whether passes ever place samples by noise: from pilot_samples on, in a pass of at least half
+  /// as many.
   bool placing_pays = true;
 };
 
-/// Where adaptive passes end that go on until the stated error meets `target`: the sizes of passes
-/// as next_pass_size() has them. They end at `most_samples` a pixel, too.
+/// Predicts the end of adaptive passes that continue until the stated error meets `target` or
+/// `most_samples` per pixel. next_pass_size() gives the sizes of the passes.
 Forecast forecast_target(const TargetLaws& laws, double target, double most_samples);
 
-/// Seconds that passes take.
+/// Seconds of passes.
 struct PassCosts {
-  double pilot_sample = 0;  ///< of one sample of each pixel in the first pass
-  double later_sample = 0;  ///< in those after it
-  double pass = 0;          ///< of a pass, whatever its size
+  double pilot_sample = 0;  ///< one sample of every pixel in the first pass
+  double later_sample = 0;  ///< one sample of every pixel in later passes
+  double pass = 0;          ///< each pass, for any number of samples
 };
 
-/// Where adaptive passes end that have a time limit, `seconds` of which are left for them. At
-/// least 2 samples a pixel: a picture of fewer does not know its error. Its rmse is 0: it does not
-/// matter to them.
+/// Predicts the end of adaptive passes that have `seconds` left. Has at least 2 samples per pixel,
+/// because a picture with fewer has no known error. The forecast's rmse is 0.
 Forecast forecast_time(const PassCosts& costs, double seconds, double most_samples);
 
 }  // namespace parray::plan

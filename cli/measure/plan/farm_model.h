@@ -8,21 +8,21 @@
 
 namespace parray::plan {
 
-/// Who is to trace: how long passes take there that take so long here. None: this machine.
+/// The time of passes on a farm, from their time on this machine. Without workers: this machine.
 class FarmModel {
  public:
   FarmModel() = default;
-  /// Workers by their speed in samples a second, relative to this machine's with `threads` threads;
-  /// all > 0. The coordinator runs here.
+  /// `speeds`: samples per second of each worker, relative to this machine with `threads` threads;
+  /// all > 0. The coordinator runs on this machine.
   FarmModel(const RenderSettings& settings, std::vector<double> speeds, std::uint32_t threads);
 
   [[nodiscard]] bool here() const { return speeds_.empty(); }
   [[nodiscard]] const std::vector<double>& speeds() const { return speeds_; }
 
-  /// What tracing of `wall` seconds here takes there, in `passes` equal passes of `samples` a pixel
-  /// together: leases are dealt out in virtual time by the coordinator's own rules
-  /// (cli/check/audit/replay.h), every cell at the same cost. Nothing is sent, and no worker has to
-  /// be given the scene: that comes on top.
+  /// Returns the farm's seconds for tracing that takes `wall` seconds here, in `passes` equal
+  /// passes with `samples` per pixel in total. Replays the coordinator's lease rules in virtual
+  /// time (cli/check/audit/replay.h), with the same cost for every cell. Leaves out the network and
+  /// the scene's transfer.
   [[nodiscard]] double seconds(double wall, double samples, int passes) const;
 
  private:

@@ -93,7 +93,7 @@ Collecting effort_of_collecting(const Framebuffer& traced) {
   return {again, {std::max(touching.wall, 0.0), std::max(touching.cpu, 0.0)}};
 }
 
-Effort finish(const DirectRender& picture, const fs::path& extension) {
+Effort measure_overheads(const DirectRender& picture, const fs::path& extension) {
   const Effort began = effort_now();
   const Image image = resolve_image(picture.framebuffer, picture.largest_radiance);
   const ErrorEstimate error = estimate_error(picture.state());

@@ -7,19 +7,19 @@
 
 namespace parray::plan {
 
-/// From now on large pieces of memory come from the system and go back to it: a render begins with
-/// none, and pays for the first touch of each.
+/// Makes the allocator return large blocks to the system from now on. A new render starts without
+/// them, too, and pays for touching each page first.
 void forget_memory();
 
-/// What a coordinator takes to check and merge what was traced.
+/// Time that a coordinator takes to check and merge results.
 struct Collecting {
-  Effort again;     ///< in every pass
-  Effort touching;  ///< once: memory is touched for the first time
+  Effort again;     ///< each pass
+  Effort touching;  ///< additional time of the first pass: it touches memory for the first time
 };
 Collecting effort_of_collecting(const Framebuffer& traced);
 
-/// What comes after the last sample, done for nothing: estimates, hashes, and a file with
-/// this extension in the system's directory for temporary files. Throws RunError.
-Effort finish(const DirectRender& picture, const std::filesystem::path& extension);
+/// Measures the steps after the last sample: estimates, hashes, and writing a file with this
+/// extension to the directory for temporary files. Throws RunError.
+Effort measure_overheads(const DirectRender& picture, const std::filesystem::path& extension);
 
 }  // namespace parray::plan

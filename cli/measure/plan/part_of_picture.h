@@ -7,8 +7,8 @@
 
 namespace parray::plan {
 
-/// Tiles of a picture, spread evenly over it and put side by side as a smaller picture, whose
-/// pixels are the picture's own: their samples, noise and cost.
+/// A smaller picture of tiles that are spread evenly over a picture. Its pixels have the samples,
+/// noise and cost of the picture's pixels.
 class PartOfPicture final : public PathTracer {
  public:
   struct Tile {
@@ -16,14 +16,14 @@ class PartOfPicture final : public PathTracer {
     std::uint32_t height = 32;
   };
 
-  /// Of about `pixels` pixels, one tile at least; all of the picture if that is not much more.
-  /// `tracer` makes the picture and outlives this.
+  /// Takes tiles of about `pixels` pixels, at least one tile, or the whole picture if it is not
+  /// much larger. `tracer` makes the picture and must outlive this object.
   PartOfPicture(const PathTracer& tracer, std::uint32_t width, std::uint32_t height,
                 std::uint64_t pixels, Tile tile);
 
   [[nodiscard]] std::uint32_t width() const { return static_cast<std::uint32_t>(column_.size()); }
   [[nodiscard]] std::uint32_t height() const { return static_cast<std::uint32_t>(row_.size()); }
-  /// Of the picture, by column and row of the part.
+  /// Column or row in the picture, for each column or row of the part.
   [[nodiscard]] const std::vector<std::uint32_t>& columns() const { return column_; }
   [[nodiscard]] const std::vector<std::uint32_t>& rows() const { return row_; }
 
@@ -35,9 +35,9 @@ class PartOfPicture final : public PathTracer {
                        std::span<SkySamples> sky) const override;
 
  private:
-  /// Columns [x, ...) up to `end` that lie side by side in the picture.
+  /// Returns the end of the columns from x, at most `end`, that lie side by side in the picture.
   [[nodiscard]] std::uint32_t side_by_side(std::uint32_t x, std::uint32_t end) const;
-  /// Calls visit(run of the picture, place of its first pixel in `run`) for all parts of a run.
+  /// Calls visit(run of the picture, index of its first pixel in `run`) for all parts of a run.
   template <typename Visit>
   void for_stretches(const PixelRun& run, const Visit& visit) const;
 

@@ -77,7 +77,7 @@ class Chooser {
     return goal_.error > 0 ? to_error(sampler) : in_time(sampler);
   }
 
-  [[nodiscard]] Effort least() const { return fixed_ + probe_.collect + probe_.finish; }
+  [[nodiscard]] Effort least() const { return fixed_ + probe_.collect + probe_.overheads; }
 
   /// Passes end when the upper end of the stated interval meets the target, below which the error
   /// is 97.5 % of the time. For more than that the target is below the goal.
@@ -184,7 +184,7 @@ class Chooser {
                           pixels_ * sampler.adaptive_sample.wall / faster,
                           probe_.pass.wall + probe_.collect.wall};
     const Forecast forecast = forecast_time(
-        costs, used_limit * choice.time_limit - fixed_.wall - probe_.finish.wall, most_samples);
+        costs, used_limit * choice.time_limit - fixed_.wall - probe_.overheads.wall, most_samples);
     const double samples = forecast.samples;
     const bool known = samples > pilot_samples;
     const ErrorModel& law = known ? sampler.adaptive : sampler.uniform;
@@ -198,7 +198,7 @@ class Chooser {
 
   void add_time(Choice& choice, Effort tracing, const Forecast& forecast) const {
     const Effort rest = fixed_ + forecast.passes * probe_.collect +
-                        forecast.decisions * probe_.pass + probe_.finish;
+                        forecast.decisions * probe_.pass + probe_.overheads;
     const double traced = farm_.seconds(tracing.wall, choice.samples.value, forecast.passes);
     const double total = rest.wall + traced;
     const double of_samples = std::log(choice.samples.high / choice.samples.value) / normal_95;

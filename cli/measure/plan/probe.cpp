@@ -9,7 +9,7 @@
 #include "cli/farm/direct_render.h"
 #include "cli/measure/plan/overheads.h"
 #include "cli/measure/plan/part_of_picture.h"
-#include "cli/measure/plan/pass_times.h"
+#include "cli/measure/plan/pass_cost.h"
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/noise_model.h"
 #include "common/adaptive/pixel_noise.h"
@@ -197,7 +197,7 @@ class Prober {
     if (request_.error <= 0) {
       return request_.goal_seconds;
     }
-    return samples_wanted() * pixels_ * sample_.wall + result_.fixed.wall + result_.finish.wall;
+    return samples_wanted() * pixels_ * sample_.wall + result_.fixed.wall + result_.overheads.wall;
   }
 
   /// A few samples everywhere: what tiles are to be compared with; and what is done with pictures.
@@ -218,12 +218,12 @@ class Prober {
     const Collecting collecting = effort_of_collecting(render_->framebuffer);
     result_.collect = times * collecting.again;
     result_.collect.wall /= request_.threads;  // others trace meanwhile
-    const Effort first = finish(*render_, request_.image.extension());
-    const Effort finished = finish(*render_, request_.image.extension());
+    const Effort first = measure_overheads(*render_, request_.image.extension());
+    const Effort overheads = measure_overheads(*render_, request_.image.extension());
     // The first time libraries are loaded, which larger pictures take no longer for.
-    const Effort loading = first - finished;
-    result_.finish = times * (finished + collecting.touching) +
-                     Effort{std::max(loading.wall, 0.0), std::max(loading.cpu, 0.0)};
+    const Effort loading = first - overheads;
+    result_.overheads = times * (overheads + collecting.touching) +
+                        Effort{std::max(loading.wall, 0.0), std::max(loading.cpu, 0.0)};
     result_.largest_radiance = render_->largest_radiance;
   }
 
@@ -359,7 +359,7 @@ class Prober {
                        {}};
     std::vector<TracedPass> equal = passes_of(uniform);
     equal.push_back(adaptive.front().pass);
-    times_ = fit_pass_times(equal);
+    times_ = fit_pass_cost(equal);
     found.uniform_sample = cost_scale_ * times_.sample;
     found.adaptive_sample = found.uniform_sample;
     if (result_.placing_pays) {
@@ -424,7 +424,7 @@ class Prober {
   double rays_ = 0;         ///< of a sample, likewise
   double error_scale_ = 1;  ///< the picture's error / the part's
   double cost_scale_ = 1;   ///< of a sample, likewise
-  FittedPassTimes times_;   ///< of the main sampler, on the part
+  PassCost times_;          ///< of the main sampler, on the part
   Effort sample_;           ///< of the latest pass, what it takes whatever its samples included
   Effort counting_;         ///< what counting the next pass's samples takes
   Probe result_;

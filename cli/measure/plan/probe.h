@@ -13,45 +13,45 @@
 
 namespace parray::plan {
 
-/// What to find out, and how long that may take.
+/// The task of a probe and its time.
 struct ProbeRequest {
   const Scene* scene = nullptr;
-  RenderSettings settings;        ///< resolved; sampler and limits do not matter
-  std::vector<Sampler> samplers;  ///< candidates, at least one; the last gets the longest look
+  RenderSettings settings;        ///< resolved; sampler and limits are ignored
+  std::vector<Sampler> samplers;  ///< candidates, at least one; the last gets most of the time
   int threads = 1;
-  double seconds = 3;           ///< by the clock, about; building comes on top
-  double error = 0;             ///< that is wanted; 0: none in particular
-  double goal_seconds = 0;      ///< time that the render will take; 0: that of `error`
-  std::filesystem::path image;  ///< the file that will be written: its kind matters
+  double seconds = 3;           ///< wall-clock time, approximate, without building the accelerator
+  double error = 0;             ///< target error; 0: none
+  double goal_seconds = 0;      ///< time of the planned render; 0: the time that `error` takes
+  std::filesystem::path image;  ///< the picture file of the render: its format matters
 };
 
-/// How a sampler's pictures of the scene get along.
+/// Error laws and times of one sampler.
 struct SamplerProbe {
   Sampler sampler = Sampler::independent;
   ErrorModel uniform;      ///< equal counts
   ErrorModel adaptive;     ///< adaptive passes
   Effort uniform_sample;   ///< of one sample
-  Effort adaptive_sample;  ///< of one where adaptive passes put them
+  Effort adaptive_sample;  ///< of one sample that adaptive passes place
 };
 
-/// What a few seconds of tracing tell of rendering a scene.
+/// Results of a few seconds of tracing a scene.
 struct Probe {
   std::vector<SamplerProbe> samplers;  ///< in the order of the request
-  Effort fixed;                        ///< of all that is done once, for any picture of the scene
-  Effort collect;                      ///< of each pass that is traced, whatever its samples
-  Effort pass;                         ///< of deciding on each that is adaptive, likewise
-  Effort finish;                       ///< of all that is done once the picture is traced
+  Effort fixed;                        ///< steps that every picture of the scene needs once
+  Effort collect;                      ///< each traced pass, for any number of samples
+  Effort pass;                         ///< the decision before each adaptive pass
+  Effort overheads;                    ///< steps after the last sample
   UpperBound stated_uniform;
   UpperBound stated_adaptive;
   bool placing_pays = true;     ///< adaptive passes place samples by noise
-  double largest_radiance = 0;  ///< that a sample of the scene can have
-  double timing_doubt = 0;      ///< standard error of times / times, from how they varied
-  std::uint64_t pixels = 0;     ///< that were traced
-  std::uint64_t samples = 0;    ///< likewise
-  double seconds = 0;           ///< that it took
+  double largest_radiance = 0;  ///< upper bound of a sample's radiance
+  double timing_doubt = 0;      ///< relative standard error of the times, from their variation
+  std::uint64_t pixels = 0;     ///< traced pixels
+  std::uint64_t samples = 0;    ///< traced samples
+  double seconds = 0;           ///< duration of the probe
 };
 
-/// Traces parts of the picture, as its render would. None if `stop` was set meanwhile. Throws
+/// Traces parts of the picture as the render would. Returns nothing if `stop` was set. Throws
 /// RunError.
 std::optional<Probe> probe(const ProbeRequest& request, const std::atomic<bool>& stop);
 

@@ -79,7 +79,7 @@ Timing timing_of(const std::vector<Run>& runs, int threads) {
 
 Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Timing& timing) {
   Row row;
-  row.knob = variant.knob;
+  row.varied = variant.varied;
   row.settings = variant.settings;
   row.options = options_of(variant.settings);
   row.runs = runs.size();

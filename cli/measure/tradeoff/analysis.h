@@ -10,38 +10,38 @@
 #include "cli/measure/tradeoff/error_intervals.h"
 #include "cli/measure/tradeoff/variant.h"
 
-/// What measurements of renders say together. Pure functions; errors are RMSE in linear radiance,
-/// over pixels and channels.
+/// Statistics of measured renders. Pure functions. Errors are RMSE in linear radiance, over pixels
+/// and channels.
 namespace parray::tradeoff {
 
 /// One number for each of interval_levels.
 using ByLevel = std::array<double, interval_levels.size()>;
 
-/// One render against the reference.
+/// One render compared with the reference.
 struct Run {
   std::string options;  ///< canonical
   std::uint64_t seed = 0;
-  double seconds = 0;       ///< of tracing, and of denoising, by the clock on the wall
-  double cpu_seconds = 0;   ///< of all threads together
-  double samples = 0;       ///< a pixel, mean
-  double rays = 0;          ///< a sample, mean
+  double seconds = 0;       ///< wall-clock time of tracing and denoising
+  double cpu_seconds = 0;   ///< processor time of all threads
+  double samples = 0;       ///< mean per pixel
+  double rays = 0;          ///< mean per sample
   double mse = 0;           ///< against the true picture; may fall below 0 by chance
   double mse_scatter = 0;   ///< standard error of `mse`, from the reference's own error
-  double mse_8bit = 0;      ///< of the PNG
-  double quantisation = 0;  ///< mean square of what 8 bits change
+  double mse_8bit = 0;      ///< of the 8-bit picture
+  double quantisation = 0;  ///< mean square of the change by 8 bits
   double bias = 0;          ///< mean error
-  double claimed = 0;       ///< RMSE that the picture states, and its interval
+  double claimed = 0;       ///< stated RMSE of the picture; `low` and `high`: its interval
   double low = 0;
   double high = 0;
   double truncation = 0;  ///< bound of the light lost to max_depth, mean radiance
   double passes = 1;
   double denoise_seconds = 0;  ///< the part of `seconds` that is features and filter
-  ByLevel coverage{};          ///< share of pixels' intervals that hold; 0 where denoised
+  ByLevel coverage{};          ///< share of pixels' intervals that hold; 0 for denoised pictures
   ByLevel claims{};            ///< whether the interval of its RMSE holds: 0 or 1
 };
 
-/// Whether an interval of the RMSE around `claimed` holds, wider by what the reference does not
-/// know.
+/// Whether an interval of the RMSE around `claimed` holds. Widens it by the uncertainty of the
+/// reference.
 bool claim_holds(const Run& run, double low, double high, std::size_t level);
 
 /// Mean square of a systematic difference, from paired renders.
@@ -49,18 +49,18 @@ struct PairedBias {
   double square = 0;   ///< may fall below 0 by chance
   double scatter = 0;  ///< standard error of `square`
   double mean = 0;     ///< mean difference
-  /// Its root mean square; 0 where it cannot be told from 0.
+  /// Returns the root mean square, or 0 if it is not significant.
   [[nodiscard]] double rms() const;
 };
 
-/// What a picture's error is made of, as RMSE.
+/// The parts of a picture's error, as RMSE.
 struct Budget {
-  double monte_carlo = 0;                       ///< as the pictures state it, by their replicates
-  double depth = 0;                             ///< against paths without end, by paired renders
-  double precision = 0;                         ///< against f64, by paired renders
-  double quantisation = 0;                      ///< of 8 bits; for PNG only
-  [[nodiscard]] double predicted() const;       ///< of EXR: without quantisation
-  [[nodiscard]] double predicted_8bit() const;  ///< of PNG
+  double monte_carlo = 0;                  ///< the stated error, from replicates
+  double depth = 0;                        ///< relative to unlimited paths, from paired renders
+  double precision = 0;                    ///< relative to f64, from paired renders
+  double quantisation = 0;                 ///< of 8 bits, for PNG only
+  [[nodiscard]] double predicted() const;  ///< of an EXR file: without quantisation
+  [[nodiscard]] double predicted_8bit() const;  ///< of a PNG file
 };
 
 struct Quartiles {
@@ -71,9 +71,9 @@ struct Quartiles {
 /// By linear interpolation between ranks. Precondition: not empty.
 Quartiles quartiles_of(std::vector<double> values);
 
-/// Settings with what their runs say.
+/// Statistics of all runs of the same settings.
 struct Row {
-  Knob knob = Knob::spp;
+  VariedSetting varied = VariedSetting::spp;
   RenderSettings settings;
   std::string options;
   std::size_t runs = 0;
@@ -90,12 +90,12 @@ struct Row {
   ByLevel claims{};    ///< share of runs whose interval holds rmse
   double bias = 0;
   double truncation = 0;
-  ByLevel coverage{};  ///< of pixels' intervals, which denoised pictures have not
+  ByLevel coverage{};  ///< of pixels' intervals; unused for denoised pictures
   double passes = 1;
   double denoise_seconds = 0;
   Budget budget;
   bool on_front = false;
-  std::string dominated_by;  ///< canonical; empty on the front
+  std::string dominated_by;  ///< canonical form of faster settings; empty on the front
 
   double mse_scatter = 0;  ///< Run::mse_scatter, mean: the same for all runs
 
@@ -109,31 +109,31 @@ struct Row {
   }
 };
 
-/// How the time of a render is told.
+/// How the time of a render is measured.
 struct Timing {
-  bool busy = false;  ///< others use the processors, too: the clock on the wall says little
+  bool busy = false;  ///< other programs use the processors, so wall-clock time is unreliable
   int threads = 1;
-  /// Of a render that has the processors for itself.
+  /// Returns the time of a render that has the processors for itself.
   [[nodiscard]] double seconds_of(const Run& run) const {
     return busy ? run.cpu_seconds / threads : run.seconds;
   }
 };
-/// Busy: the threads had less than 85 % of the time that they asked for.
+/// Sets `busy` if the threads got less than 85 % of the processor time that they could use.
 Timing timing_of(const std::vector<Run>& runs, int threads);
 
-/// Precondition: `runs` are of these settings, and not empty.
+/// Precondition: `runs` have these settings and are not empty.
 Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Timing& timing);
 
-/// What a setting costs and what it gives.
+/// Time and error of settings.
 struct CostAndError {
   double seconds = 0;
   double rmse = 0;
 };
-/// For each the fastest of those that are as fast and, but for a thousandth, as accurate; itself
-/// where it is on the front: nothing else is.
+/// Returns, for each point, the fastest point that is at least as fast and, within a thousandth, as
+/// accurate. Points on the Pareto front get their own index.
 std::vector<std::size_t> dominators_of(const std::vector<CostAndError>& points);
 
-/// Marks the rows on the front of their time and error; the others learn what dominates them.
+/// Marks the rows on the Pareto front of time and error, and sets `dominated_by` of the others.
 void mark_front(std::vector<Row>& rows);
 
 /// ln y = intercept + slope ln x, by least squares.
@@ -143,14 +143,14 @@ struct PowerLaw {
   double slope_error = 0;  ///< standard error; 0 with two points
   [[nodiscard]] double at(double x) const;
 };
-/// None with fewer than two points, or values that have no logarithm.
+/// Returns nothing for fewer than two points with positive values.
 std::optional<PowerLaw> fit_power_law(const std::vector<std::pair<double, double>>& points);
 
-/// y(x) along straight lines between points in log-log, beyond them as the last ones go.
+/// y(x) by linear interpolation in log-log, and extrapolation by the outermost segments.
 class LogCurve {
  public:
-  /// Points with positive values count; of points with one x the last. A single point is a line of
-  /// slope `slope`; 0: that is not known.
+  /// Uses points with positive values; of points with equal x the last. A single point gives a line
+  /// of slope `slope`; 0: the curve is unknown.
   explicit LogCurve(const std::vector<std::pair<double, double>>& points, double slope = 0);
   [[nodiscard]] bool known() const { return points_.size() >= 2; }
   /// Precondition: known(), x > 0.

@@ -57,8 +57,9 @@ std::vector<Turn> turns_of(const std::vector<Row>& rows, const RenderSettings& b
     without.precision = base.precision;
     without.accelerator = base.accelerator;
     const Row* plain = like(rows, without);
-    const bool turned =
-        row.knob == Knob::depth || row.knob == Knob::precision || row.knob == Knob::accelerator;
+    const bool turned = row.varied == VariedSetting::depth ||
+                        row.varied == VariedSetting::precision ||
+                        row.varied == VariedSetting::accelerator;
     if (!turned || plain == nullptr || plain == &row || !(plain->budget.monte_carlo > 0)) continue;
     turns.push_back({row.settings.max_depth, row.settings.precision, row.settings.accelerator,
                      row.seconds.median / plain->seconds.median,

@@ -7,44 +7,44 @@
 #include "cli/measure/tradeoff/analysis.h"
 #include "cli/measure/tradeoff/paired.h"
 
-/// The cheapest settings for an accuracy, from what has been measured. Pure functions.
+/// The cheapest settings for an accuracy, from the measurements. Pure functions.
 namespace parray::tradeoff {
 
-/// Settings that should reach an RMSE, and what they should cost.
+/// Settings with the predicted time to reach an RMSE.
 struct Candidate {
   RenderSettings settings;
   double seconds = 0;
 };
 
-/// For each way to spend samples (sampler, uniform or to a target, denoised or not) the settings
-/// that should reach `error` soonest, the cheapest first. A depth or a precision other than the
-/// scene's own is taken only if its systematic error makes up a tenth of the mean square at most,
-/// and if it is 5 % faster than the scene's own: less is not worth a bias, nor a measurement's
-/// doubt. Pictures that are denoised keep the scene's own.
+/// Returns, for each way to place samples (sampler, uniform or to a target, denoised or not), the
+/// settings predicted to reach `error` soonest, the cheapest first. Another depth or precision than
+/// the scene's must be at least 5 % faster, and its systematic error may be at most a tenth of the
+/// mean square. Denoised pictures keep the scene's depth and precision.
 std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows,
                                       const RenderSettings& base, const PairedBiases& biases);
 
-/// The scene's own settings with as many samples as `error` takes; none if that is unknown.
+/// Returns the scene's own settings with the number of samples that `error` takes, or nothing if
+/// the number is unknown.
 std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
                                  const RenderSettings& base);
 
-/// Settings like those of `row`, which were to reach `error`, corrected by what came of them; none
-/// if that is near enough.
+/// Returns the settings of `row`, which missed `error`, with a corrected number of samples or
+/// target. Returns nothing if the measured error is close enough.
 std::optional<Candidate> corrected(const Row& row, double error);
 
-/// The fastest of the rows with at most that RMSE; null if there is none.
+/// Returns the fastest row with at most that RMSE, or null.
 const Row* fastest_within(double error, const std::vector<Row>& rows);
 
-/// Whether both spend samples in the same way, however many.
+/// Whether the settings differ only in the number of samples or the target.
 bool same_but_samples(const RenderSettings& a, const RenderSettings& b);
 
-/// What the sentence says.
+/// The contents of the sentence.
 struct Answer {
   double error = 0;
-  bool asked = false;       ///< else it is the RMSE of the scene's own settings
+  bool asked = false;       ///< false: `error` is the RMSE of the scene's own settings
   Row pick;                 ///< measured
-  bool own = false;         ///< `pick` differs from the scene's own settings in samples at most
-  double own_seconds = 0;   ///< time that the scene's own settings take to `error`
+  bool own = false;         ///< `pick` has the scene's own settings, apart from the samples
+  double own_seconds = 0;   ///< time of the scene's own settings to reach `error`
   std::string own_options;  ///< options of those settings; empty: unknown
   RenderSettings scene;     ///< with the size of the scene's own picture
 };

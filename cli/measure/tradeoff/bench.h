@@ -10,24 +10,24 @@
 
 namespace parray::tradeoff {
 
-/// What --denoise makes of a picture, and what that takes: features and filter.
+/// A denoised picture, and the time of features and filter.
 struct DenoisedRender {
   Denoised picture;
   Effort effort;
 };
 
-/// Renders one scene over and over with all threads. One thread calls. The scene and `stop` must
+/// Renders one scene repeatedly with all threads. Not thread-safe. The scene and `stop` must
 /// outlive it.
 class Bench {
  public:
   Bench(const Scene& scene, int threads, const std::atomic<bool>& stop)
       : scene_(scene), threads_(threads), stop_(stop) {}
 
-  /// `settings` are resolved. The accelerator that they ask for is built the first time, and kept.
-  /// Throws Interrupted.
+  /// `settings` must be resolved. Builds the accelerator on first use and keeps it. Throws
+  /// Interrupted.
   [[nodiscard]] DirectRender render(const RenderSettings& settings);
 
-  /// `picture` is what render(settings) has given, with two samples a pixel at least. Throws
+  /// `picture` is the result of render(settings), with at least two samples per pixel. Throws
   /// Interrupted.
   [[nodiscard]] DenoisedRender denoise(const RenderSettings& settings, const DirectRender& picture);
 

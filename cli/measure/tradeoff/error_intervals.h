@@ -7,39 +7,39 @@
 
 namespace parray::tradeoff {
 
-/// Shares of intervals that are asked to hold, and half the width of each in standard deviations of
-/// a normal.
+/// Confidence levels, and the half-width of each in standard deviations of a normal distribution.
 inline constexpr std::array<double, 5> interval_levels = {0.5, 0.8, 0.9, 0.95, 0.99};
 inline constexpr std::array<double, 5> normal_half_widths = {0.674490, 1.281552, 1.644854, 1.959964,
                                                              2.575829};
-inline constexpr std::size_t stated_level = 3;  ///< of ErrorEstimate: 95 %
+inline constexpr std::size_t stated_level = 3;  ///< the level of ErrorEstimate, 95 %
 
-/// Intervals of other levels than the 95 % that pictures state. These promise at least their 95 %;
-/// narrower ones are meant to hold as often as they say, no more. From the picture alone, whatever
-/// the sampler; wider ones are the stated ones, widened as a normal's.
+/// Confidence intervals of other levels than the 95 % that pictures state. Stated intervals hold at
+/// least 95 % of the time; narrower ones should hold exactly as often as their level. They come
+/// from the picture alone, for any sampler. Wider intervals are the stated ones, widened as for a
+/// normal distribution.
 class ErrorIntervals {
  public:
-  /// `error` is estimate_error(state), and known.
+  /// `error` is estimate_error(state) and must be known.
   ErrorIntervals(const FramebufferView& state, const ErrorEstimate& error);
 
-  /// By what half-widths of pixels are to be multiplied for a level, by its number. Below 95 %:
-  /// that share of the half differences (A - B) / 2 of all pixels' replicates is as wide at most.
-  /// They and the errors (A + B) / 2 - mu are alike but for the sign of a half (noise_model.h), so
-  /// their shape is that of the errors. Values whose replicates agree to the last bit have no say:
-  /// had they no noise, they need no interval, and had they not seen it yet, it would seem to be 0.
+  /// Returns the factor for half-widths of pixels at a level, by its index. Below 95 % it is a
+  /// quantile of the half differences (A - B) / 2 of all pixels' replicates. These have the same
+  /// distribution as the errors (A + B) / 2 - mu, apart from the sign of one half (noise_model.h).
+  /// Values whose replicates agree to the last bit do not count: they have no noise, or have not
+  /// seen it yet.
   [[nodiscard]] double scale(std::size_t level) const { return scales_[level]; }
 
   struct Interval {
     double low = 0;
     double high = 0;
   };
-  /// Of the picture's RMSE. Below 95 %: by a variance of its square between two that bracket it,
-  /// the geometric mean of both. With u and w the errors of a pixel's replicates, that variance is
-  /// the sum over pixels of the mean of (uw)^2 (error_estimate.cpp). By each pixel's own samples,
-  /// and by how alike its channels are, it comes out too high: where these show a rare bright one,
-  /// both factors do. By the products of differences of pixels side by side, which have no noise in
-  /// common, it comes out too low: noise varies from pixel to pixel. What no sample has shown is
-  /// left out: that is for the wide ones.
+  /// Returns the interval of the picture's RMSE. Below 95 % its width follows from the variance of
+  /// the square error: the geometric mean of an upper and a lower estimate. With u and w the errors
+  /// of a pixel's replicates, that variance is the sum over pixels of the mean of (uw)^2
+  /// (error_estimate.cpp). The estimate from each pixel's own samples, and the correlation of its
+  /// channels, is too high: a rare bright sample raises both factors. The estimate from products of
+  /// differences of neighbouring pixels, which share no noise, is too low: noise varies from pixel
+  /// to pixel. Light that no sample has shown is left to the wide intervals.
   [[nodiscard]] Interval rmse(std::size_t level) const { return rmse_[level]; }
 
  private:

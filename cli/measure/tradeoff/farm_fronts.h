@@ -5,26 +5,26 @@
 
 #include "cli/measure/tradeoff/analysis.h"
 
-/// The front as farms would have it. Modelled, not measured.
+/// Pareto fronts of farms. Modelled, not measured.
 namespace parray::tradeoff {
 
-/// A row's picture in the scene's own size.
+/// A picture with the settings of a row, in the scene's own size.
 struct FarmPoint {
-  std::size_t row = 0;  ///< its number
+  std::size_t row = 0;  ///< index of the row
   double seconds = 0;
   double rmse = 0;  ///< as measured
   bool on_front = false;
 };
 
 struct FarmFront {
-  std::uint32_t workers = 0;        ///< each as fast as this machine
-  std::vector<FarmPoint> points{};  ///< of rows that have an error
+  std::uint32_t workers = 0;        ///< workers as fast as this machine
+  std::vector<FarmPoint> points{};  ///< rows with a known error
 };
 
-/// For 1, 4, 16 and 64 workers of `threads` threads: the time that a row took, in proportion to the
-/// pixels of the `scene`'s own settings, dealt out by the coordinator's own rules in virtual time
-/// (cli/measure/plan/farm_model.h), in as many passes as it had. Nothing is sent. A single machine
-/// denoises.
+/// Returns the fronts for 1, 4, 16 and 64 workers of `threads` threads. Scales the time of each row
+/// to the number of pixels of `scene` and replays the coordinator's lease rules in virtual time
+/// (cli/measure/plan/farm_model.h), in the row's number of passes. Leaves out the network. One
+/// machine denoises.
 std::vector<FarmFront> farm_fronts_of(const std::vector<Row>& rows, const RenderSettings& scene,
                                       int threads);
 

@@ -9,16 +9,16 @@
 #include "cli/measure/tradeoff/analysis.h"
 #include "cli/measure/tradeoff/bench.h"
 
-/// Systematic errors by pairs of renders with the same random numbers: what noise would hide is
-/// seen, because both have the same.
+/// Systematic errors from pairs of renders with the same random numbers. Both have nearly the same
+/// noise, so it does not hide the difference.
 namespace parray::tradeoff {
 
-/// Collects differences of pictures, each pair with a seed of its own.
+/// Collects the differences of pairs of pictures. Each pair has its own seed.
 class PairedDifference {
  public:
   void add(const std::vector<float>& picture, const std::vector<float>& from);
-  /// The mean square of the mean difference, unbiased: from products of different pairs alone.
-  /// Precondition: two pairs or more.
+  /// Returns the mean square of the mean difference. It is unbiased because it uses only products
+  /// of different pairs. Precondition: at least two pairs.
   [[nodiscard]] PairedBias bias() const;
 
  private:
@@ -34,14 +34,14 @@ struct PairedBiases {
 
 inline constexpr std::uint32_t pairs = 4;
 
-/// `samples`: a pixel, of each render. `next` is called after each, with the share that is done.
+/// `samples`: per pixel of each render. Calls `next` after each render with the completed share.
 PairedBiases measure_pairs(Bench& bench, const RenderSettings& base, std::uint32_t samples,
                            const std::function<void(double)>& next);
-/// Renders that it takes.
+/// Returns the number of renders that measure_pairs() makes.
 std::size_t paired_renders(const RenderSettings& base);
 
 nlohmann::json to_json(const PairedBiases& biases);
-/// Throws nlohmann::json::exception or InputError when it is not what to_json() gives.
+/// The inverse of to_json(). Throws nlohmann::json::exception or InputError for any other value.
 PairedBiases paired_biases_from(const nlohmann::json& map);
 
 }  // namespace parray::tradeoff

@@ -4,16 +4,21 @@
 #include <optional>
 #include <string>
 
-#include "cli/measure/tradeoff/findings.h"
+#include "cli/measure/tradeoff/tradeoff_results.h"
 
+/// Plots of the tables in DIR. Their scripts are plots/*.gp, which the program contains.
 namespace parray::tradeoff {
 
-/// Writes DIR/plots/{convergence,front,budget,coverage,farms}.{dat,gp}: data, and scripts that
-/// gnuplot makes SVG, PDF and PNG of (in that directory: `gnuplot front.gp`).
-void write_plot_scripts(const Findings& findings, const std::filesystem::path& directory);
+/// One line below each plot: the scene, the machine, the version and the date.
+std::string caption_of(const TradeoffResults& results);
 
-/// Runs gnuplot, found in the directories of `path`, on them. Returns a line for people when there
-/// are no plots to look at. Throws Interrupted.
+/// Writes gnuplot's scripts to DIR/plots. They read DIR/tradeoff.csv, farms.csv and intervals.csv
+/// and draw {convergence,front,budget,coverage,farms}.{svg,pdf,png} (in DIR/plots: `gnuplot
+/// front.gp`).
+void write_plot_scripts(const TradeoffResults& results, const std::filesystem::path& directory);
+
+/// Runs gnuplot on the scripts. Looks for it in the directories of `path`. Returns a message if
+/// there are no plots. Throws Interrupted.
 std::optional<std::string> draw_plots(const std::filesystem::path& directory,
                                       const std::string& path);
 

@@ -11,38 +11,40 @@
 
 namespace parray::tradeoff {
 
-/// What a picture would be with endless samples, nearly: from independent samples, as two halves
-/// that have no seed in common. With the halves' errors u and w, a picture's error e fulfils
-/// E[(e - u)(e - w)] = E[e^2]: the reference's own error takes itself off.
+/// Approximates the picture with infinitely many samples: two halves of independent samples without
+/// a common seed. With the halves' errors u and w, a picture's error e satisfies E[(e - u)(e - w)]
+/// = E[e^2], so the reference's own error cancels.
 class Reference {
  public:
   Reference(std::uint32_t width, std::uint32_t height);
 
-  /// Settings of every render that goes into it: f64, independent, deep.
+  /// Returns the settings of the reference's renders: f64, independent samples, great depth.
   static RenderSettings settings_of(const RenderSettings& base);
 
-  /// Adds a render to a half: the next one in turn. Settings other than the seed and the samples
-  /// are always the same.
+  /// Adds a render to the halves in turn. Only the seed and the samples may differ between renders.
   void add(const DirectRender& chunk);
-  [[nodiscard]] std::uint64_t chunks() const { return chunks_; }  ///< also the next one's number
+  [[nodiscard]] std::uint64_t chunks() const {
+    return chunks_;
+  }  ///< also the index of the next render
 
-  /// Of each pixel, both halves together.
+  /// Returns the samples per pixel of both halves together.
   [[nodiscard]] double samples() const { return samples_[0] + samples_[1]; }
-  /// Both halves have samples, as many.
+  /// Whether both halves have the same number of samples, above 0.
   [[nodiscard]] bool balanced() const { return samples_[0] > 0 && samples_[0] == samples_[1]; }
-  /// Of the mean of both halves, from how they differ. Precondition: balanced().
+  /// Returns the RMSE of the mean of both halves, from their difference. Precondition: balanced().
   [[nodiscard]] double rmse() const;
 
-  /// The picture's errors, and how often what it states of them holds; settings, time and work of
-  /// the render are left open. Pixels without noise are not asked. Precondition: balanced(), the
-  /// same size.
+  /// Returns the picture's errors, and how often its stated intervals hold. Leaves out settings,
+  /// times and work of the run. Pixels without noise do not count. Precondition: balanced(), and
+  /// the same size.
   [[nodiscard]] Run compare(const DirectRender& picture) const;
-  /// The same of a denoised picture, which says nothing of its pixels.
+  /// The same for a denoised picture, which states no intervals of its pixels.
   [[nodiscard]] Run compare(const Denoised& picture) const;
 
-  /// An EXR file: the mean as RGB, both halves and the variance of a sample as further channels.
+  /// Writes an EXR file: the mean as RGB, and both halves and the variance of a sample as further
+  /// channels.
   void save(const std::filesystem::path& path) const;
-  /// Throws InputError when it is not such a file, or of another size.
+  /// Throws InputError if the file is not from save() or has another size.
   void load(const std::filesystem::path& path);
 
  private:
@@ -57,12 +59,12 @@ class Reference {
   std::uint32_t width_;
   std::uint32_t height_;
   std::array<std::vector<double>, 2> half_;  ///< mean of each value
-  std::vector<double> square_;               ///< mean of squares, both halves
+  std::vector<double> square_;               ///< mean square of each value, of both halves
   std::array<double, 2> samples_{};          ///< a pixel
   std::uint64_t chunks_ = 0;
 };
 
-/// What a value of linear light becomes in an 8-bit sRGB picture, as linear light.
+/// Returns the linear value that remains of a linear value in an 8-bit sRGB picture.
 double through_8bit(double value);
 
 }  // namespace parray::tradeoff

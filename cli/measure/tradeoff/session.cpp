@@ -66,11 +66,11 @@ std::uint32_t even_samples(double seconds, double samples_per_second, double pix
 
 }  // namespace
 
-Session::Session(const Request& request, Bench& bench, Journal& journal,
+Session::Session(const Request& request, Bench& bench, MeasurementLog& log,
                  std::function<void(double)> show)
     : request_(request),
       bench_(bench),
-      journal_(journal),
+      log_(log),
       show_(std::move(show)),
       reference_(request.base.width, request.base.height) {}
 
@@ -78,47 +78,47 @@ void Session::show(const Stage& stage, double done) const {
   show_(stage.from + stage.share * std::clamp(done, 0.0, 1.0));
 }
 
-Findings Session::measure() {
-  json& state = journal_.state();
+TradeoffResults Session::measure() {
+  json& state = log_.state();
   try {
     if (!state.contains("pilot")) {
       state["pilot"] = to_json(pilot());
-      journal_.keep_state();
+      log_.keep_state();
     }
     pilot_ = pilot_from(state["pilot"]);
     make_reference();
     sweep();
     if (!state.contains("biases")) {
       measure_biases();
-      journal_.keep_state();
+      log_.keep_state();
     }
     biases_ = paired_biases_from(state["biases"]);
   } catch (const json::exception&) {
-    throw InputError(printable(journal_.file("state.json").string(), 4096) +
+    throw InputError(printable(log_.file("state.json").string(), 4096) +
                      ": is damaged: start anew with --restart");
   }
-  Findings findings;
-  findings.scene = request_.scene;
-  findings.base = request_.base;
-  findings.biases = biases_;
-  findings.reference_samples = reference_.samples();
-  findings.reference_rmse = reference_.rmse();
-  refresh(findings);
-  find_answer(findings);
-  findings.farms = farm_fronts_of(findings.rows, request_.scene, bench_.threads());
-  findings.occasion = occasion();
-  add_notes(findings);
-  return findings;
+  TradeoffResults results;
+  results.scene = request_.scene;
+  results.base = request_.base;
+  results.biases = biases_;
+  results.reference_samples = reference_.samples();
+  results.reference_rmse = reference_.rmse();
+  refresh(results);
+  find_answer(results);
+  results.farms = farm_fronts_of(results.rows, request_.scene, bench_.threads());
+  results.environment = environment();
+  add_notes(results);
+  return results;
 }
 
 /// The date is that of the last measurement.
-Occasion Session::occasion() {
-  json& state = journal_.state();
-  const std::size_t runs = journal_.runs().size();
+Environment Session::environment() {
+  json& state = log_.state();
+  const std::size_t runs = log_.runs().size();
   if (state.value("dated_runs", std::size_t{0}) != runs) {
     state["dated_runs"] = runs;
     state["date"] = date_text(std::chrono::system_clock::now());
-    journal_.keep_state();
+    log_.keep_state();
   }
   const Isa isa = request_.base.isa == Isa::automatic ? best_isa() : request_.base.isa;
   return {processor_model(), std::string(name_of(isa)), state.value("date", "")};
@@ -168,8 +168,8 @@ Pilot Session::pilot() {
 void Session::make_reference() {
   const Stage stage{0, reference_share};
   const RenderSettings& base = request_.base;
-  if (std::filesystem::exists(journal_.reference())) reference_.load(journal_.reference());
-  if (journal_.state().value("reference_done", false)) {
+  if (std::filesystem::exists(log_.reference())) reference_.load(log_.reference());
+  if (log_.state().value("reference_done", false)) {
     if (!reference_.balanced()) throw InputError("the reference is missing: use --restart");
     return;
   }
@@ -189,7 +189,7 @@ void Session::make_reference() {
     const double took = to_seconds(clock_.now() - began);
     const bool enough = reference_.balanced() && (took > limit || reference_.rmse() <= target);
     if (enough || (reference_.balanced() && clock_.now() - kept > seconds(5))) {
-      reference_.save(journal_.reference());
+      reference_.save(log_.reference());
       kept = clock_.now();
     }
     if (enough) break;
@@ -198,9 +198,9 @@ void Session::make_reference() {
     show(stage, took / limit);
   }
   // What is on the disk has rounded values: another run must see the same.
-  reference_.load(journal_.reference());
-  journal_.state()["reference_done"] = true;
-  journal_.keep_state();
+  reference_.load(log_.reference());
+  log_.state()["reference_done"] = true;
+  log_.keep_state();
 }
 
 // ---- Sweep -------------------------------------------------------------------------------------
@@ -225,18 +225,18 @@ void Session::keep(Run measured, const RenderSettings& settings, const DirectRen
   measured.truncation =
       static_cast<double>(counts.lost) * TraceCounts::lost_unit / samples * render.largest_radiance;
   measured.passes = std::max(static_cast<double>(render.passes.size()), 1.0);
-  journal_.append(measured);
+  log_.append(measured);
 }
 
 /// The raw picture and the denoised one come of one render, if both are wanted.
 void Session::measure_run(const RenderSettings& settings, std::uint32_t run) {
   RenderSettings seeded = settings;
   seeded.seed = seed_of(settings, request_.base.seed, run);
-  if (journal_.has(options_of(settings), seeded.seed)) return;
+  if (log_.has(options_of(settings), seeded.seed)) return;
   const DirectRender render = bench_.render(seeded);
   const auto wanted = [&](bool denoised) {
     const RenderSettings twin = with_denoise(settings, denoised);
-    return !journal_.has(options_of(twin), seeded.seed) &&
+    return !log_.has(options_of(twin), seeded.seed) &&
            (denoised == settings.replicates || planned(twin, run));
   };
   if (wanted(false)) keep(reference_.compare(render), with_denoise(seeded, false), render);
@@ -282,26 +282,26 @@ void Session::measure_biases() {
   const double each = paired_share * request_.seconds / static_cast<double>(paired_renders(base));
   const std::uint32_t samples =
       even_samples(each, pilot_.samples_per_second / 1.2, pixels_of(base), 256);
-  journal_.state()["biases"] = tradeoff::to_json(
+  log_.state()["biases"] = tradeoff::to_json(
       measure_pairs(bench_, base, samples, [&](double done) { show(stage, done); }));
-  journal_.state()["biases"]["samples_per_pixel"] = samples;
+  log_.state()["biases"]["samples_per_pixel"] = samples;
 }
 
 // ---- Answer ------------------------------------------------------------------------------------
 
-void Session::refresh(Findings& findings) const {
-  findings.timing = timing_of(journal_.runs(), bench_.threads());
-  findings.rows = rows_of(sweep_.variants, journal_.runs(), biases_, findings.timing);
-  findings.convergence = convergence_of(findings.rows, request_.base);
-  findings.calibration = calibration_of(findings.rows);
-  findings.spheres = bench_.scene().spheres.size();
+void Session::refresh(TradeoffResults& results) const {
+  results.timing = timing_of(log_.runs(), bench_.threads());
+  results.rows = rows_of(sweep_.variants, log_.runs(), biases_, results.timing);
+  results.convergence = convergence_of(results.rows, request_.base);
+  results.calibration = calibration_of(results.rows);
+  results.spheres = bench_.scene().spheres.size();
 }
 
 /// Measures settings of the answer, if there is time, and returns their row, or null.
-const Row* Session::measured(const RenderSettings& settings, Findings& findings) {
+const Row* Session::measured(const RenderSettings& settings, TradeoffResults& results) {
   const std::string options = options_of(settings);
   const auto find = [&]() -> const Row* {
-    for (const Row& row : findings.rows) {
+    for (const Row& row : results.rows) {
       if (row.options == options) return &row;
     }
     return nullptr;
@@ -317,107 +317,107 @@ const Row* Session::measured(const RenderSettings& settings, Findings& findings)
     if (run == 0 && to_seconds(clock_.now() - began) > limit) break;  // one has to do
     show(stage, took / limit);
   }
-  sweep_.variants.push_back({Knob::answer, settings, answer_runs});
-  refresh(findings);
+  sweep_.variants.push_back({VariedSetting::answer, settings, answer_runs});
+  refresh(results);
   return find();
 }
 
-void Session::find_answer(Findings& findings) {
-  const auto own = std::find_if(findings.rows.begin(), findings.rows.end(),
-                                [](const Row& row) { return row.knob == Knob::scene; });
-  if (own == findings.rows.end()) throw RunError("the scene's own settings were not measured");
+void Session::find_answer(TradeoffResults& results) {
+  const auto own = std::find_if(results.rows.begin(), results.rows.end(),
+                                [](const Row& row) { return row.varied == VariedSetting::scene; });
+  if (own == results.rows.end()) throw RunError("the scene's own settings were not measured");
   const Row scene_row = *own;
   Answer answer;
   answer.asked = request_.error.has_value();
   answer.error = request_.error.value_or(scene_row.rmse);
   answer.scene = request_.scene;
-  const auto candidates = candidates_for(answer.error, findings.rows, request_.base, biases_);
+  const auto candidates = candidates_for(answer.error, results.rows, request_.base, biases_);
   // Those that should be the fastest are put to the test; what is promised has been measured.
   const double affordable = answer_share * request_.seconds / 2;
   for (std::size_t i = 0; i < std::min<std::size_t>(candidates.size(), 2); ++i) {
     std::optional<Candidate> next = candidates[i];
     for (int attempt = 0; next && next->seconds < affordable && attempt < 3; ++attempt) {
-      const Row* row = measured(next->settings, findings);
+      const Row* row = measured(next->settings, results);
       next = row == nullptr ? std::nullopt : corrected(*row, answer.error);
     }
   }
-  const Row* pick = fastest_within(answer.error, findings.rows);
+  const Row* pick = fastest_within(answer.error, results.rows);
   if (!answer.asked) {
     answer.own_seconds = scene_row.seconds.median;
     answer.own_options = options_against(scene_row.settings, request_.scene);
-  } else if (const auto equal = own_for(answer.error, findings.rows, request_.base)) {
+  } else if (const auto equal = own_for(answer.error, results.rows, request_.base)) {
     answer.own_seconds = equal->seconds;
     answer.own_options = options_against(equal->settings, request_.scene);
   }
-  findings.answer_facts = {{"error", answer.error},
-                           {"asked", answer.asked},
-                           {"measured", pick != nullptr},
-                           {"own_options", answer.own_options},
-                           {"own_seconds", answer.own_seconds}};
+  results.answer_facts = {{"error", answer.error},
+                          {"asked", answer.asked},
+                          {"measured", pick != nullptr},
+                          {"own_options", answer.own_options},
+                          {"own_seconds", answer.own_seconds}};
   if (pick != nullptr) {
     answer.pick = *pick;
     answer.own = same_but_samples(pick->settings, request_.base);
-    findings.answer = sentence_of(answer);
-    findings.answer_facts["options"] = options_against(pick->settings, request_.scene);
-    findings.answer_facts["seconds"] = pick->seconds.median;
-    findings.answer_facts["rmse"] = pick->rmse;
-    findings.answer_facts["rmse_sd"] = pick->rmse_deviation;
+    results.answer = sentence_of(answer);
+    results.answer_facts["options"] = options_against(pick->settings, request_.scene);
+    results.answer_facts["seconds"] = pick->seconds.median;
+    results.answer_facts["rmse"] = pick->rmse;
+    results.answer_facts["rmse_sd"] = pick->rmse_deviation;
     return;
   }
-  findings.answer =
+  results.answer =
       "For an RMSE of " + formatted("%.3g", answer.error) + " nothing that was measured will do; ";
   if (candidates.empty()) {
-    findings.answer += "a longer --time-budget measures more.";
+    results.answer += "a longer --time-budget measures more.";
     return;
   }
   const Candidate& best = candidates.front();
-  findings.answer += options_against(best.settings, request_.scene) + " should, in about " +
-                     duration_text(best.seconds) + " at " + std::to_string(request_.base.width) +
-                     " x " + std::to_string(request_.base.height) +
-                     " (extrapolated: a longer --time-budget measures it).";
-  findings.answer_facts["options"] = options_against(best.settings, request_.scene);
-  findings.answer_facts["seconds"] = best.seconds;
+  results.answer += options_against(best.settings, request_.scene) + " should, in about " +
+                    duration_text(best.seconds) + " at " + std::to_string(request_.base.width) +
+                    " x " + std::to_string(request_.base.height) +
+                    " (extrapolated: a longer --time-budget measures it).";
+  results.answer_facts["options"] = options_against(best.settings, request_.scene);
+  results.answer_facts["seconds"] = best.seconds;
 }
 
-void Session::add_notes(Findings& findings) const {
+void Session::add_notes(TradeoffResults& results) const {
   double smallest = 0;
   double farthest = 0;
-  for (const Row& row : findings.rows) {
+  for (const Row& row : results.rows) {
     if (row.rmse > 0 && (smallest == 0 || row.rmse < smallest)) smallest = row.rmse;
     const double ratio = row.ratio();
     if (ratio > 0 && std::abs(std::log(ratio)) > std::abs(std::log(farthest > 0 ? farthest : 1))) {
       farthest = ratio;
     }
   }
-  if (smallest > 0 && findings.reference_rmse > reference_to_smallest * smallest) {
-    findings.notes.push_back(
-        "the reference's own RMSE is " + formatted("%.2g", findings.reference_rmse / smallest) +
+  if (smallest > 0 && results.reference_rmse > reference_to_smallest * smallest) {
+    results.notes.push_back(
+        "the reference's own RMSE is " + formatted("%.2g", results.reference_rmse / smallest) +
         " of the smallest that was measured; it is taken off, but leaves more scatter there: a "
         "longer --time-budget makes it smaller");
   }
   if (farthest > 1.1 || (farthest > 0 && farthest < 1 / 1.1)) {
-    findings.notes.push_back("the parts of the error make up " + formatted("%.2f", farthest) +
-                             " of it where they fit least (column predicted_to_rmse)");
+    results.notes.push_back("the parts of the error make up " + formatted("%.2f", farthest) +
+                            " of it where they fit least (column predicted_to_rmse)");
   }
   if (runs_missing_ > 0) {
-    findings.notes.push_back("the time is used up: " + counted(runs_missing_, "render") +
-                             " left out; the same command again goes on");
+    results.notes.push_back("the time is used up: " + counted(runs_missing_, "render") +
+                            " left out; the same command again goes on");
   }
-  if (findings.calibration.empty()) {
-    findings.notes.push_back(
+  if (results.calibration.empty()) {
+    results.notes.push_back(
         "no calibration of intervals: everywhere more than a fifth of the error is systematic, "
         "from "
         "--max-depth or --precision");
   }
-  findings.left_out = sweep_.left_out;
+  results.left_out = sweep_.left_out;
   if (!sweep_.left_out.empty()) {
-    findings.notes.push_back(
+    results.notes.push_back(
         "settings whose renders would take too long are left out (" +
         std::to_string(sweep_.left_out.size()) +
         "; tradeoff.json lists them): a longer --time-budget has room for more");
   }
-  if (findings.timing.busy) {
-    findings.notes.push_back(
+  if (results.timing.busy) {
+    results.notes.push_back(
         "other programs kept this machine busy: seconds are processor time divided by threads");
   }
 }

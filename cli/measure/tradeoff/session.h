@@ -7,34 +7,36 @@
 #include <vector>
 
 #include "cli/measure/tradeoff/bench.h"
-#include "cli/measure/tradeoff/findings.h"
-#include "cli/measure/tradeoff/journal.h"
+#include "cli/measure/tradeoff/measurement_log.h"
 #include "cli/measure/tradeoff/reference.h"
+#include "cli/measure/tradeoff/tradeoff_results.h"
 #include "proto/clock.h"
 
 namespace parray::tradeoff {
 
-/// What is to be measured.
+/// The task of a session.
 struct Request {
   RenderSettings scene;                ///< the scene's own, resolved, with its own size
-  RenderSettings base;                 ///< the same with the size to measure at
+  RenderSettings base;                 ///< the same settings with the measured size
   std::vector<RenderSettings> also{};  ///< more settings to measure
-  std::optional<double> error;         ///< RMSE asked for; none: that of the scene's own settings
-  double seconds = 120;                ///< for everything
+  std::optional<double> error;         ///< required RMSE; empty: that of the scene's own settings
+  double seconds = 120;                ///< for all measurements
 };
 
-/// Measures a trade, stage by stage, into a journal: what is there already is not measured again.
-/// One thread.
+/// Measures stage by stage and writes to a log. Skips measurements that the log already has. Not
+/// thread-safe.
 class Session {
  public:
-  /// All must outlive it. `show` hears of the share that is done, 0 .. 1, several times a second.
-  Session(const Request& request, Bench& bench, Journal& journal, std::function<void(double)> show);
+  /// All arguments must outlive it. Calls `show` several times a second with the completed share, 0
+  /// to 1.
+  Session(const Request& request, Bench& bench, MeasurementLog& log,
+          std::function<void(double)> show);
 
-  /// Throws Interrupted; the journal has what was measured until then.
-  [[nodiscard]] Findings measure();
+  /// Throws Interrupted. The log then has the measurements made until then.
+  [[nodiscard]] TradeoffResults measure();
 
  private:
-  /// A part of the whole, for progress.
+  /// A part of the session, for the progress bar.
   struct Stage {
     double from = 0;
     double share = 0;
@@ -49,15 +51,15 @@ class Session {
   void keep(Run measured, const RenderSettings& settings, const DirectRender& render);
   [[nodiscard]] bool planned(const RenderSettings& settings, std::uint32_t run) const;
   void measure_biases();
-  [[nodiscard]] Occasion occasion();
-  void find_answer(Findings& findings);
-  const Row* measured(const RenderSettings& settings, Findings& findings);
-  void refresh(Findings& findings) const;
-  void add_notes(Findings& findings) const;
+  [[nodiscard]] Environment environment();
+  void find_answer(TradeoffResults& results);
+  const Row* measured(const RenderSettings& settings, TradeoffResults& results);
+  void refresh(TradeoffResults& results) const;
+  void add_notes(TradeoffResults& results) const;
 
   const Request& request_;
   Bench& bench_;
-  Journal& journal_;
+  MeasurementLog& log_;
   const std::function<void(double)> show_;
   const SteadyClock clock_;
   Reference reference_;

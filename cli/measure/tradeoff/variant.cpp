@@ -71,27 +71,28 @@ class Planner {
       : base_(base), pilot_(pilot), seconds_(seconds) {}
 
   /// `samples`: a pixel, as expected. False if there is no time for it; known ones are no news.
-  bool add(Knob knob, const RenderSettings& settings, double samples, double speed = 0) {
+  bool add(VariedSetting varied, const RenderSettings& settings, double samples, double speed = 0) {
     const std::string options = options_of(settings);
     if (known_.contains(options)) return true;
     const double one = cost(samples, speed > 0 ? speed : pilot_.samples_per_second) +
                        (settings.replicates ? pilot_.denoise : 0);
-    const bool first = knob != Knob::accelerator && begun_.insert({knob, settings.sampler}).second;
-    const bool needed = first || knob == Knob::also;
+    const bool first =
+        varied != VariedSetting::accelerator && begun_.insert({varied, settings.sampler}).second;
+    const bool needed = first || varied == VariedSetting::also;
     const std::uint32_t runs =
-        knob == Knob::denoise ? denoised_runs_of(one, needed) : runs_of(one, needed);
+        varied == VariedSetting::denoise ? denoised_runs_of(one, needed) : runs_of(one, needed);
     if (runs == 0) {
       sweep_.left_out.push_back(options);
       known_.insert(options);
       return false;
     }
     known_.insert(options);
-    sweep_.variants.push_back({knob, settings, runs});
+    sweep_.variants.push_back({varied, settings, runs});
     return true;
   }
 
-  /// Samples at which knobs other than samples are tried: few enough to be tried often.
-  [[nodiscard]] std::uint32_t knob_samples() const {
+  /// Samples at which settings other than samples are tried: few enough to be tried often.
+  [[nodiscard]] std::uint32_t setting_samples() const {
     const double speed = pilot_.samples_per_second;
     return 8 * cost(64, speed) <= seconds_ / 40   ? 64
            : 8 * cost(32, speed) <= seconds_ / 40 ? 32
@@ -120,7 +121,7 @@ class Planner {
   const double seconds_;
   Sweep sweep_;
   std::set<std::string> known_;
-  std::set<std::pair<Knob, Sampler>> begun_;
+  std::set<std::pair<VariedSetting, Sampler>> begun_;
 };
 
 RenderSettings uniform(RenderSettings settings, Sampler sampler, std::uint32_t samples) {
@@ -147,7 +148,7 @@ void add_targets(const RenderSettings& base, const Pilot& pilot, Planner& planne
     const double share = target / pilot.error;
     bool any = false;
     for (const Sampler sampler : samplers) {
-      any |= planner.add(Knob::target, with_target(base, sampler, rounded(target)),
+      any |= planner.add(VariedSetting::target, with_target(base, sampler, rounded(target)),
                          expected_samples(share));
     }
     if (!any) break;
@@ -160,16 +161,16 @@ void add_targets(const RenderSettings& base, const Pilot& pilot, Planner& planne
 void add_denoised(const RenderSettings& base, Planner& planner) {
   for (std::uint32_t samples = least_samples; samples <= most_samples; samples *= 4) {
     const RenderSettings settings = uniform(base, Sampler::sobol, samples);
-    if (!planner.add(Knob::denoise, with_denoise(settings, true), samples)) break;
+    if (!planner.add(VariedSetting::denoise, with_denoise(settings, true), samples)) break;
   }
 }
 
 }  // namespace
 
-std::string_view name_of(Knob knob) {
+std::string_view name_of(VariedSetting varied) {
   constexpr std::array<std::string_view, 9> known = {
       "scene", "also", "spp", "target", "denoise", "depth", "precision", "accelerator", "answer"};
-  return known.at(static_cast<std::size_t>(knob));
+  return known.at(static_cast<std::size_t>(varied));
 }
 
 std::string options_of(const RenderSettings& settings) {
@@ -249,38 +250,38 @@ std::vector<std::uint32_t> depths_of(std::uint32_t base_depth) {
 Sweep plan_sweep(const RenderSettings& base, const std::vector<RenderSettings>& also,
                  const Pilot& pilot, double seconds) {
   Planner planner(base, pilot, seconds);
-  planner.add(Knob::scene, base, base.samples_per_pixel);
+  planner.add(VariedSetting::scene, base, base.samples_per_pixel);
   for (const RenderSettings& settings : also) {
     const auto speed = pilot.other_speeds.find(settings.accelerator);
-    planner.add(Knob::also, settings, samples_of(settings, pilot),
+    planner.add(VariedSetting::also, settings, samples_of(settings, pilot),
                 speed == pilot.other_speeds.end() ? 0 : speed->second);
   }
   const Sampler own = base.sampler;
   for (std::uint32_t samples = least_samples; samples <= most_samples; samples *= 2) {
     bool any = false;
     for (const Sampler sampler : samplers) {
-      any |= planner.add(Knob::spp, uniform(base, sampler, samples), samples);
+      any |= planner.add(VariedSetting::spp, uniform(base, sampler, samples), samples);
     }
     if (!any) break;
   }
   add_targets(base, pilot, planner);
   add_denoised(base, planner);
-  const std::uint32_t knob_samples = planner.knob_samples();
-  RenderSettings turned = uniform(base, own, knob_samples);
+  const std::uint32_t setting_samples = planner.setting_samples();
+  RenderSettings turned = uniform(base, own, setting_samples);
   for (const std::uint32_t depth : depths_of(base.max_depth)) {
     turned.max_depth = depth;
-    planner.add(Knob::depth, turned, knob_samples);
+    planner.add(VariedSetting::depth, turned, setting_samples);
   }
-  turned = uniform(base, own, knob_samples);
+  turned = uniform(base, own, setting_samples);
   for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
     turned.precision = precision;
-    planner.add(Knob::precision, turned, knob_samples);
+    planner.add(VariedSetting::precision, turned, setting_samples);
   }
   // So slow, some of them, that more samples would not fit.
   turned = uniform(base, own, least_samples);
   for (const auto& [accelerator, speed] : pilot.other_speeds) {
     turned.accelerator = accelerator;
-    planner.add(Knob::accelerator, turned, least_samples, speed);
+    planner.add(VariedSetting::accelerator, turned, least_samples, speed);
   }
   return planner.take();
 }

@@ -12,33 +12,33 @@
 
 namespace parray::tradeoff {
 
-/// What measurements must have in common to be told together.
+/// Properties that all measurements in one directory share.
 struct Identity {
   std::string scene_sha256;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::string settings;  ///< options_of() the scene's own, and their seed
+  std::string settings;  ///< options_of() of the scene's own settings, and their seed
   int threads = 0;
   std::string processor;
 };
 
-/// The directory of a trade: what has been measured is kept there as it is measured, and another
-/// run of the same command goes on with it.
+/// The directory of measurements. Every measurement is written at once, and a later run of the same
+/// command continues.
 ///
-/// `runs.csv` has a line for each render, `state.json` everything else but the reference, which is
-/// `reference.exr`.
-class Journal {
+/// `runs.csv` has a line for each render, `reference.exr` the reference, `state.json` everything
+/// else.
+class MeasurementLog {
  public:
-  /// Makes the directory if need be. `restart`: forgets what is there. Throws InputError when it
-  /// holds the trade of something else, or what it holds is damaged.
-  Journal(std::filesystem::path directory, const Identity& identity, bool restart);
+  /// Makes the directory if it is missing. `restart` discards existing measurements. Throws
+  /// InputError if the directory has measurements with another identity, or is damaged.
+  MeasurementLog(std::filesystem::path directory, const Identity& identity, bool restart);
 
   [[nodiscard]] std::filesystem::path file(const std::string& name) const {
     return directory_ / name;
   }
   [[nodiscard]] std::filesystem::path reference() const { return file("reference.exr"); }
 
-  /// Facts of the stages before: read and changed by them, kept by keep_state().
+  /// Results of earlier stages. keep_state() writes them.
   [[nodiscard]] nlohmann::json& state() { return state_; }
   void keep_state() const;
 
@@ -46,7 +46,7 @@ class Journal {
   [[nodiscard]] bool has(const std::string& options, std::uint64_t seed) const {
     return known_.contains({options, seed});
   }
-  /// Throws RunError when it cannot be written.
+  /// Throws RunError if the file cannot be written.
   void append(const Run& run);
 
  private:
@@ -60,11 +60,12 @@ class Journal {
   std::set<std::pair<std::string, std::uint64_t>> known_;
 };
 
-/// Width and height of the trade in a directory; none if there is none.
+/// Returns the width and height of the measurements in a directory, or nothing if there are none.
 std::optional<std::pair<std::uint32_t, std::uint32_t>> size_in(
     const std::filesystem::path& directory);
 
-/// A line of runs.csv, without its end, and the other way round (throws std::runtime_error).
+/// Converts a run to a line of runs.csv, without line end, and back. run_of_csv() throws
+/// std::runtime_error.
 std::string csv_line(const Run& run);
 Run run_of_csv(const std::string& line);
 

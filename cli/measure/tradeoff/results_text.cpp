@@ -3,7 +3,7 @@
 #include <functional>
 #include <map>
 
-#include "cli/measure/tradeoff/findings.h"
+#include "cli/measure/tradeoff/tradeoff_results.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 
@@ -26,7 +26,7 @@ json coverage_of(const Row& row, std::size_t level) {
 const std::vector<Field>& fields() {
   static const std::vector<Field> all = {
       {"options", [](const Row& r) { return r.options; }},
-      {"knob", [](const Row& r) { return name_of(r.knob); }},
+      {"knob", [](const Row& r) { return name_of(r.varied); }},
       {"sampler", [](const Row& r) { return name_of(r.settings.sampler); }},
       {"adaptive", [](const Row& r) { return r.settings.adaptive; }},
       {"denoised", [](const Row& r) { return r.settings.replicates; }},
@@ -83,6 +83,23 @@ std::string cell_of(const json& value) {
   return formatted("%.9g", value.get<double>());
 }
 
+std::string without_commas(std::string text) {
+  std::erase(text, ',');
+  return text;
+}
+
+/// The differences between settings in a few words: "sobol 16 depth 5".
+std::string name_in_plots(const RenderSettings& s, const RenderSettings& base) {
+  std::string name = std::string(name_of(s.sampler)) +
+                     (s.target_error > 0 ? " to " + formatted("%.2g", s.target_error)
+                                         : " " + std::to_string(s.samples_per_pixel));
+  if (s.max_depth != base.max_depth) name += " depth " + std::to_string(s.max_depth);
+  if (s.precision != base.precision) name += " " + std::string(name_of(s.precision));
+  if (s.accelerator != base.accelerator) name += " " + std::string(name_of(s.accelerator));
+  if (s.isa != base.isa) name += " " + std::string(name_of(s.isa));
+  return name + (s.replicates ? " denoised" : "");
+}
+
 std::string rough(double value) { return formatted("%.3g", value); }
 std::string percent(double share) { return formatted("%.1f %%", 100 * share); }
 
@@ -96,24 +113,24 @@ std::vector<const Row*> front_of(const std::vector<Row>& rows) {
   return front;
 }
 
-std::string front_text(const Findings& findings) {
+std::string front_text(const TradeoffResults& results) {
   std::vector<std::vector<std::string>> cells;
-  for (const Row* row : front_of(findings.rows)) {
+  for (const Row* row : front_of(results.rows)) {
     const Budget& budget = row->budget;
     cells.push_back({rough(row->seconds.median), formatted("%.1f", row->samples), rough(row->rmse),
                      rough(budget.monte_carlo), rough(budget.depth), rough(budget.precision),
                      formatted("%.3f", row->ratio()), rough(row->rmse_8bit),
                      formatted("%.3f", row->ratio_8bit()),
-                     options_against(row->settings, findings.scene)});
+                     options_against(row->settings, results.scene)});
   }
   return table_text({"seconds", "spp", "RMSE", "noise", "depth", "precision", "predicted",
                      "RMSE PNG", "predicted", "settings"},
                     cells);
 }
 
-std::string convergence_text(const Findings& findings) {
+std::string convergence_text(const TradeoffResults& results) {
   std::vector<std::vector<std::string>> cells;
-  for (const Convergence& one : findings.convergence) {
+  for (const Convergence& one : results.convergence) {
     cells.push_back(
         {one.name, one.mse ? formatted("%.3f +- %.3f", one.mse->slope, one.mse->slope_error) : "-",
          one.equal_time_gain > 0 ? formatted("%.2f", one.equal_time_gain) : "-"});
@@ -121,7 +138,7 @@ std::string convergence_text(const Findings& findings) {
   return table_text({"samples", "slope of MSE", "MSE gain in equal time"}, cells);
 }
 
-std::string calibration_text(const Findings& findings) {
+std::string calibration_text(const TradeoffResults& results) {
   std::vector<std::vector<std::string>> cells;
   const auto add = [&](const std::string& name, const ByLevel& shares, std::size_t runs) {
     if (runs == 0) return;
@@ -130,7 +147,7 @@ std::string calibration_text(const Findings& findings) {
     line.push_back(std::to_string(runs));
     cells.push_back(line);
   };
-  for (const Calibration& one : findings.calibration) {
+  for (const Calibration& one : results.calibration) {
     add(one.name + ": pixels", one.pixels, one.pixel_runs);
     add(one.name + ": pictures", one.pictures, one.runs);
   }
@@ -138,21 +155,21 @@ std::string calibration_text(const Findings& findings) {
 }
 
 /// For each number of workers: what its front costs.
-std::string farms_text(const Findings& findings) {
+std::string farms_text(const TradeoffResults& results) {
   std::vector<std::string> header = {"RMSE"};
-  for (const FarmFront& farm : findings.farms) {
+  for (const FarmFront& farm : results.farms) {
     header.push_back(counted(farm.workers, "worker"));
   }
   header.emplace_back("settings");
   std::map<double, std::vector<std::string>, std::greater<>> lines;
-  for (std::size_t farm = 0; farm < findings.farms.size(); ++farm) {
-    for (const FarmPoint& point : findings.farms[farm].points) {
+  for (std::size_t farm = 0; farm < results.farms.size(); ++farm) {
+    for (const FarmPoint& point : results.farms[farm].points) {
       if (!point.on_front) continue;
       std::vector<std::string>& line = lines[point.rmse];
       line.resize(header.size(), "-");
       line.front() = rough(point.rmse);
       line[farm + 1] = rough(point.seconds);
-      line.back() = options_against(findings.rows[point.row].settings, findings.scene);
+      line.back() = options_against(results.rows[point.row].settings, results.scene);
     }
   }
   std::vector<std::vector<std::string>> cells;
@@ -169,41 +186,57 @@ json json_of(const RenderSettings& settings) {
 
 }  // namespace
 
-std::string farms_csv_of(const Findings& findings) {
-  std::string text = "workers,options,modelled_seconds,rmse,on_front\n";
-  for (const FarmFront& farm : findings.farms) {
+std::string farms_csv_of(const TradeoffResults& results) {
+  std::string text = "workers,options,modelled_seconds,rmse,on_front,name\n";
+  for (const FarmFront& farm : results.farms) {
     for (const FarmPoint& point : farm.points) {
-      text += std::to_string(farm.workers) + "," + findings.rows[point.row].options +
+      text += std::to_string(farm.workers) + "," + results.rows[point.row].options +
               formatted(",%.9g,%.9g", point.seconds, point.rmse) +
-              (point.on_front ? ",1\n" : ",0\n");
+              (point.on_front ? ",1," : ",0,") +
+              name_in_plots(results.rows[point.row].settings, results.base) + "\n";
     }
   }
   return text;
 }
 
-std::string csv_of(const std::vector<Row>& rows) {
+std::string intervals_csv_of(const TradeoffResults& results) {
+  std::string text = "intervals,nominal,pixels,pixel_runs,pictures,runs\n";
+  for (const Calibration& one : results.calibration) {
+    for (std::size_t i = 0; i < interval_levels.size(); ++i) {
+      text += without_commas(one.name) + formatted(",%.9g,", interval_levels.at(i)) +
+              (one.pixel_runs > 0 ? formatted("%.9g", one.pixels.at(i)) : "") +
+              formatted(",%zu,%.9g,%zu\n", one.pixel_runs, one.pictures.at(i), one.runs);
+    }
+  }
+  return text;
+}
+
+std::string csv_of(const TradeoffResults& results) {
+  std::map<const Row*, std::string> families;
+  for (const auto& [name, rows] : families_of(results.rows, results.base)) {
+    for (const Row* row : rows) families[row] = without_commas(name);
+  }
   std::string text;
-  for (const Field& field : fields()) text += (text.empty() ? "" : ",") + std::string(field.name);
-  text += "\n";
-  for (const Row& row : rows) {
-    std::string line;
-    for (const Field& field : fields()) {
-      line += (line.empty() ? "" : ",") + cell_of(field.value(row));
-    }
-    text += line + "\n";
+  for (const Field& field : fields()) text += std::string(field.name) + ",";
+  text += "family,name\n";
+  for (const Row& row : results.rows) {
+    for (const Field& field : fields()) text += cell_of(field.value(row)) + ",";
+    const auto family = families.find(&row);
+    text += (family == families.end() ? "other" : family->second) + "," +
+            name_in_plots(row.settings, results.base) + "\n";
   }
   return text;
 }
 
-json json_of(const Findings& findings) {
+json json_of(const TradeoffResults& results) {
   json rows = json::array();
-  for (const Row& row : findings.rows) {
+  for (const Row& row : results.rows) {
     json one = json::object();
     for (const Field& field : fields()) one[field.name] = field.value(row);
     rows.push_back(std::move(one));
   }
   json convergence = json::array();
-  for (const Convergence& one : findings.convergence) {
+  for (const Convergence& one : results.convergence) {
     const PowerLaw law = one.mse.value_or(PowerLaw());
     convergence.push_back({{"samples", one.name},
                            {"mse_slope", one.mse ? json(law.slope) : json()},
@@ -212,7 +245,7 @@ json json_of(const Findings& findings) {
                            {"equal_time_gain", one.equal_time_gain}});
   }
   json calibration = json::array();
-  for (const Calibration& one : findings.calibration) {
+  for (const Calibration& one : results.calibration) {
     calibration.push_back({{"intervals", one.name},
                            {"nominal", interval_levels},
                            {"pixels", one.pixel_runs > 0 ? json(one.pixels) : json()},
@@ -221,10 +254,10 @@ json json_of(const Findings& findings) {
                            {"runs", one.runs}});
   }
   json farms = json::array();
-  for (const FarmFront& farm : findings.farms) {
+  for (const FarmFront& farm : results.farms) {
     json points = json::array();
     for (const FarmPoint& point : farm.points) {
-      points.push_back({{"options", findings.rows[point.row].options},
+      points.push_back({{"options", results.rows[point.row].options},
                         {"modelled_seconds", point.seconds},
                         {"rmse", point.rmse},
                         {"on_front", point.on_front}});
@@ -232,50 +265,50 @@ json json_of(const Findings& findings) {
     farms.push_back({{"workers", farm.workers}, {"points", points}});
   }
   return {{"version", PARRAY_VERSION},
-          {"scene", findings.scene_file},
-          {"spheres", findings.spheres},
-          {"processor", findings.occasion.processor},
-          {"isa", findings.occasion.isa},
-          {"date", findings.occasion.date},
-          {"scene_settings", json_of(findings.scene)},
-          {"measured_settings", json_of(findings.base)},
-          {"threads", findings.timing.threads},
-          {"time", findings.timing.busy ? "cpu / threads" : "wall"},
+          {"scene", results.scene_file},
+          {"spheres", results.spheres},
+          {"processor", results.environment.processor},
+          {"isa", results.environment.isa},
+          {"date", results.environment.date},
+          {"scene_settings", json_of(results.scene)},
+          {"measured_settings", json_of(results.base)},
+          {"threads", results.timing.threads},
+          {"time", results.timing.busy ? "cpu / threads" : "wall"},
           {"reference",
-           {{"samples_per_pixel", findings.reference_samples}, {"rmse", findings.reference_rmse}}},
+           {{"samples_per_pixel", results.reference_samples}, {"rmse", results.reference_rmse}}},
           {"rows", rows},
-          {"biases", to_json(findings.biases)},
+          {"biases", to_json(results.biases)},
           {"convergence", convergence},
           {"calibration", calibration},
           {"farms", farms},
-          {"left_out", findings.left_out},
-          {"notes", findings.notes},
-          {"answer", findings.answer_facts},
-          {"sentence", findings.answer}};
+          {"left_out", results.left_out},
+          {"notes", results.notes},
+          {"answer", results.answer_facts},
+          {"sentence", results.answer}};
 }
 
-std::string text_of(const Findings& findings) {
-  const RenderSettings& base = findings.base;
-  std::string text = printable(findings.scene_file, 500) + ": " + std::to_string(base.width) +
+std::string text_of(const TradeoffResults& results) {
+  const RenderSettings& base = results.base;
+  std::string text = printable(results.scene_file, 500) + ": " + std::to_string(base.width) +
                      " x " + std::to_string(base.height) + " pixels, " +
-                     counted(static_cast<std::uint64_t>(findings.timing.threads), "thread") + ", " +
-                     counted(findings.rows.size(), "setting") + " measured against " +
-                     formatted("%.0f", findings.reference_samples) + " samples a pixel (RMSE " +
-                     rough(findings.reference_rmse) + ", taken off)\n\n";
+                     counted(static_cast<std::uint64_t>(results.timing.threads), "thread") + ", " +
+                     counted(results.rows.size(), "setting") + " measured against " +
+                     formatted("%.0f", results.reference_samples) + " samples a pixel (RMSE " +
+                     rough(results.reference_rmse) + ", taken off)\n\n";
   text += "Pareto-optimal settings (nothing measured was both faster and as accurate):\n\n" +
-          front_text(findings);
+          front_text(results);
   text +=
       "\nRMSE of linear radiance; noise, depth and precision are its parts, measured by "
       "themselves; "
       "predicted: the\nroot of their squares over the RMSE; PNG: with the error of 8 bits.\n\n";
-  text += convergence_text(findings) + "\n" + calibration_text(findings);
+  text += convergence_text(results) + "\n" + calibration_text(results);
   text += "\nModelled, not measured: seconds of a picture of " +
-          std::to_string(findings.scene.width) + " x " + std::to_string(findings.scene.height) +
+          std::to_string(results.scene.width) + " x " + std::to_string(results.scene.height) +
           " pixels by workers as fast as this machine\neach, leases as the coordinator deals them "
           "out, no network; \"-\": there something else is faster and as accurate.\n\n" +
-          farms_text(findings);
-  for (const std::string& note : findings.notes) text += "\nNote: " + note;
-  return text + (findings.notes.empty() ? "" : "\n");
+          farms_text(results);
+  for (const std::string& note : results.notes) text += "\nNote: " + note;
+  return text + (results.notes.empty() ? "" : "\n");
 }
 
 }  // namespace parray::tradeoff

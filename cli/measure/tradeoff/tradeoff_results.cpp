@@ -1,4 +1,4 @@
-#include "cli/measure/tradeoff/findings.h"
+#include "cli/measure/tradeoff/tradeoff_results.h"
 
 #include <algorithm>
 #include <cmath>
@@ -112,7 +112,8 @@ std::vector<Calibration> calibration_of(const std::vector<Row>& rows) {
   };
   for (const Row& row : rows) {
     // These share their random numbers with other rows: they would count the same luck again.
-    if (row.knob == Knob::depth || row.knob == Knob::precision || row.knob == Knob::accelerator) {
+    if (row.varied == VariedSetting::depth || row.varied == VariedSetting::precision ||
+        row.varied == VariedSetting::accelerator) {
       continue;
     }
     // A systematic error is no part of what intervals promise; one of a fifth hardly changes it.

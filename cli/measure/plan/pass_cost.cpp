@@ -1,4 +1,4 @@
-#include "cli/measure/plan/pass_times.h"
+#include "cli/measure/plan/pass_cost.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@ static constexpr double least_doubt = 0.05;
 /// What is left for samples of a pass's time, at least.
 static constexpr double least_share = 0.3;
 
-FittedPassTimes fit_pass_times(std::span<const TracedPass> passes) {
+PassCost fit_pass_cost(std::span<const TracedPass> passes) {
   // Weighted by 1 / time^2: minimises the sum of (pass / t + sample * n / t - 1)^2.
   double u = 0;
   double un = 0;
@@ -35,7 +35,7 @@ FittedPassTimes fit_pass_times(std::span<const TracedPass> passes) {
   const double pass = std::clamp(exact, 0.0, (1 - least_share) * shortest);
   const double slower = all.wall / all.cpu;
   const auto count = static_cast<double>(passes.size());
-  FittedPassTimes times;
+  PassCost times;
   times.pass = {slower * pass, pass};
   times.sample = 1 / samples * (all - count * times.pass);
   double squares = 0;

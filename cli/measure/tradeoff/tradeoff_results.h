@@ -13,36 +13,37 @@
 
 namespace parray::tradeoff {
 
-/// How the error falls with samples, of one sampler.
+/// How the error of one family falls with samples.
 struct Convergence {
   std::string name;             ///< "independent", "sobol, adaptive, denoised"
-  std::optional<PowerLaw> mse;  ///< of samples a pixel
-  double equal_time_gain = 0;   ///< independent's MSE over this one's in the same time; 0: unknown
+  std::optional<PowerLaw> mse;  ///< as a function of samples per pixel
+  double equal_time_gain =
+      0;  ///< MSE of independent samples divided by this MSE, in the same time; 0: unknown
 };
 
 /// How often intervals hold.
 struct Calibration {
   std::string name;            ///< "all", "sobol"
-  ByLevel pixels{};            ///< pooled over pixels, channels and runs
-  std::size_t pixel_runs = 0;  ///< denoised pictures have none
-  ByLevel pictures{};          ///< of the RMSE
+  ByLevel pixels{};            ///< shares, over all pixels, channels and runs
+  std::size_t pixel_runs = 0;  ///< 0 for denoised pictures
+  ByLevel pictures{};          ///< shares of intervals of the RMSE
   std::size_t runs = 0;
 };
 
-/// Where and when it was measured.
-struct Occasion {
+/// Machine and date of the measurements.
+struct Environment {
   std::string processor;  ///< its model
-  std::string isa;        ///< that the scene's own settings use here
-  std::string date;       ///< of the last measurement: "2026-11-22"
+  std::string isa;        ///< instruction set of the scene's own settings on this machine
+  std::string date;       ///< date of the last measurement: "2026-11-22"
 };
 
-/// All that a trade has found.
-struct Findings {
+/// All results of `parray tradeoff`.
+struct TradeoffResults {
   std::string scene_file;
   std::size_t spheres = 0;
-  Occasion occasion;
-  RenderSettings scene;  ///< its own, its own size
-  RenderSettings base;   ///< as measured
+  Environment environment;
+  RenderSettings scene;  ///< the scene's own settings and size
+  RenderSettings base;   ///< the same with the measured size
   Timing timing;
   std::vector<Row> rows;
   PairedBiases biases;
@@ -57,22 +58,25 @@ struct Findings {
   nlohmann::json answer_facts;
 };
 
-/// Rows of the scene's own depth, precision and accelerator, by how samples are spent: the names of
-/// Convergence.
+/// Rows with the scene's own depth, precision and accelerator, by their kind of samples. The keys
+/// are the names of Convergence.
 using Families = std::map<std::string, std::vector<const Row*>>;
 Families families_of(const std::vector<Row>& rows, const RenderSettings& base);
 
-/// Rows of `runs`, as `variants` order them, with their budgets and the front.
+/// Returns the rows of `runs` in the order of `variants`, with error budgets and the Pareto front.
 std::vector<Row> rows_of(const std::vector<Variant>& variants, const std::vector<Run>& runs,
                          const PairedBiases& biases, const Timing& timing);
 std::vector<Convergence> convergence_of(const std::vector<Row>& rows, const RenderSettings& base);
 std::vector<Calibration> calibration_of(const std::vector<Row>& rows);
 
-std::string csv_of(const std::vector<Row>& rows);
+// Tables with a header. The plots read them: names have no commas.
+std::string csv_of(const TradeoffResults& results);
 /// The modelled fronts.
-std::string farms_csv_of(const Findings& findings);
-nlohmann::json json_of(const Findings& findings);
-/// For people: the front, the budget, what was found. Without the answer.
-std::string text_of(const Findings& findings);
+std::string farms_csv_of(const TradeoffResults& results);
+/// How often intervals hold.
+std::string intervals_csv_of(const TradeoffResults& results);
+nlohmann::json json_of(const TradeoffResults& results);
+/// Returns the tables for people, without the answer.
+std::string text_of(const TradeoffResults& results);
 
 }  // namespace parray::tradeoff

@@ -1,4 +1,4 @@
-#include "cli/measure/tradeoff/journal.h"
+#include "cli/measure/tradeoff/measurement_log.h"
 
 #include <array>
 #include <fstream>
@@ -130,7 +130,7 @@ Run run_of_csv(const std::string& line) {
   return run;
 }
 
-Journal::Journal(fs::path directory, const Identity& identity, bool restart)
+MeasurementLog::MeasurementLog(fs::path directory, const Identity& identity, bool restart)
     : directory_(std::move(directory)) {
   std::error_code failed;
   fs::create_directories(directory_, failed);
@@ -154,7 +154,7 @@ Journal::Journal(fs::path directory, const Identity& identity, bool restart)
   keep_state();
 }
 
-void Journal::read_state(const Identity& identity) {
+void MeasurementLog::read_state(const Identity& identity) {
   state_ = json::parse(text_of(file(state_name)), nullptr, false);
   if (!state_.is_object() || !state_.contains("identity")) {
     throw InputError(shown(file(state_name)) + ": is damaged" + remedy);
@@ -169,7 +169,7 @@ void Journal::read_state(const Identity& identity) {
   }
 }
 
-void Journal::read_runs() {
+void MeasurementLog::read_runs() {
   std::string text = text_of(file(runs_name));
   const std::size_t whole = text.rfind('\n') == std::string::npos ? 0 : text.rfind('\n') + 1;
   if (whole < text.size()) {  // a line that the end of the program has cut
@@ -192,17 +192,17 @@ void Journal::read_runs() {
   }
 }
 
-void Journal::keep_state() const {
+void MeasurementLog::keep_state() const {
   write_text_file(file(state_name),
                   state_.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
-void Journal::add(Run run) {
+void MeasurementLog::add(Run run) {
   known_.insert({run.options, run.seed});
   runs_.push_back(std::move(run));
 }
 
-void Journal::append(const Run& run) {
+void MeasurementLog::append(const Run& run) {
   const bool fresh = !fs::exists(file(runs_name)) || fs::file_size(file(runs_name)) == 0;
   std::ofstream output(file(runs_name), std::ios::binary | std::ios::app);
   output << (fresh ? header() + "\n" : "") + csv_line(run) + "\n" << std::flush;

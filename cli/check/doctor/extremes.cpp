@@ -1,0 +1,169 @@
+#include "cli/check/doctor/extremes.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "cli/check/doctor/known_pictures.h"
+#include "cli/output/text.h"
+#include "common/base/cpu_count.h"
+#include "common/math/float_mode.h"
+
+namespace parray::doctor {
+namespace {
+
+constexpr const char* wrong_bits =
+    "use another --isa; if none is right, do not render on this machine: please report it";
+
+constexpr std::uint64_t one = std::uint64_t{1} << 32;  // the radiance 1 in fixed point
+
+struct Sums {
+  std::vector<PixelSums> pixels;
+  TraceCounts counts;
+};
+
+Sums sums_of(const PathTracer& tracer, const RenderSettings& settings) {
+  const FloatMode ieee;
+  Sums sums{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
+  for (std::uint32_t y = 0; y < settings.height; ++y) {
+    tracer.trace({y, 0, settings.width}, {0, settings.samples_per_pixel},
+                 std::span(sums.pixels).subspan(std::size_t{y} * settings.width, settings.width),
+                 sums.counts);
+  }
+  return sums;
+}
+
+bool all_are(const Sums& sums, std::uint64_t fixed, const RenderSettings& settings) {
+  return sums.counts.nonfinite == 0 &&
+         pixels_other_than(sums.pixels, fixed, settings.samples_per_pixel) == 0;
+}
+
+/// The names of those among the precisions and accelerators that `wrong` is true of.
+std::string wrong_ones(RenderSettings settings,
+                       const std::function<bool(const RenderSettings&)>& wrong) {
+  std::string names;
+  for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
+    for (const AcceleratorKind accelerator : {AcceleratorKind::linear, AcceleratorKind::bvh}) {
+      settings.precision = precision;
+      settings.accelerator = accelerator;
+      if (wrong(settings)) {
+        names += (names.empty() ? "" : ", ") + std::string(name_of(precision)) + " " +
+                 std::string(name_of(accelerator));
+      }
+    }
+  }
+  return names;
+}
+
+template <typename Real>
+Real computed(char operation, Real first, Real second) {
+  // At run time, by the processor: no compiler may know the operands.
+  const volatile Real a = first;
+  const volatile Real b = second;
+  switch (operation) {
+    case '+':
+      return a + b;
+    case '-':
+      return a - b;
+    case '*':
+      return a * b;
+    case '/':
+      return a / b;
+    default:
+      return std::sqrt(a);
+  }
+}
+
+template <typename Real, typename Bits>
+std::size_t wrong_of(std::span<const RoundingCase<Bits>> cases) {
+  std::size_t wrong = 0;
+  for (const RoundingCase<Bits>& c : cases) {
+    const Real result =
+        computed(c.operation, std::bit_cast<Real>(c.first), std::bit_cast<Real>(c.second));
+    wrong += std::bit_cast<Bits>(result) == c.result ? 0 : 1;
+  }
+  return wrong;
+}
+
+}  // namespace
+
+CheckResult check_furnaces(const TracerMaker& make) {
+  const RenderSettings open = sized(24, 24, 8, 1U << 16);
+  const RenderSettings closed = sized(8, 8, 2, 1000);
+  const Scene balls = white_balls();
+  const Scene ball = closed_ball(1, 0.75);
+  std::uint64_t bounces = 0;
+  const std::string dark = wrong_ones(open, [&](const RenderSettings& settings) {
+    const Sums sums = sums_of(*make(balls, settings), settings);
+    return !all_are(sums, one, settings);
+  });
+  const std::string leaky = wrong_ones(closed, [&](const RenderSettings& settings) {
+    const Sums sums = sums_of(*make(ball, settings), settings);
+    bounces += sums.counts.rays;
+    return !all_are(sums, 0, settings) ||
+           sums.counts.rays != sums.counts.samples * settings.max_depth;
+  });
+  if (dark.empty() && leaky.empty()) {
+    return passed("white furnace exactly 1, closed ball exactly 0 after " +
+                  with_unit(static_cast<double>(bounces), "bounces"));
+  }
+  return failed((dark.empty() ? "" : "white furnace not exactly 1 in " + dark) +
+                    (dark.empty() || leaky.empty() ? "" : "; ") +
+                    (leaky.empty() ? "" : "closed ball not exactly 0 in " + leaky),
+                wrong_bits);
+}
+
+CheckResult check_self_hits(const TracerMaker& make) {
+  const Scene ball = grey_ball(1);
+  std::uint64_t paths = 0;
+  const std::string wrong = wrong_ones(sized(32, 32, 16, 50), [&](const RenderSettings& settings) {
+    const Sums sums = sums_of(*make(ball, settings), settings);
+    paths += sums.counts.samples;
+    return sums.counts.rays != 2 * sums.counts.samples || !all_are(sums, one / 2, settings);
+  });
+  return wrong.empty() ? passed("none in " + counted(paths, "path"))
+                       : failed("paths meet the surface that they leave in " + wrong, wrong_bits);
+}
+
+CheckResult check_scaling(const TracerMaker& make) {
+  const Scene scene = doctor_scene().scene;
+  const std::string wrong = wrong_ones(sized(24, 24, 2, 12), [&](const RenderSettings& settings) {
+    const auto expected = sums_of(*make_scalar_tracer(scene, settings), settings).pixels;
+    const auto differs = [&](int k) {
+      const Scene here = scaled(scene, k);
+      return sums_of(*make(here, settings), settings).pixels != expected;
+    };
+    return differs(-40) || differs(0) || differs(40);
+  });
+  return wrong.empty()
+             ? passed("scaled by 2^-40, 1 and 2^40, a picture has the bits of its definition")
+             : failed("a scaled picture does not have the bits of its definition in " + wrong,
+                      wrong_bits);
+}
+
+CheckResult check_rounding(std::span<const RoundingCase<std::uint32_t>> singles,
+                           std::span<const RoundingCase<std::uint64_t>> doubles) {
+  std::size_t wrong_singles = 0;
+  std::size_t wrong_doubles = 0;
+#pragma omp parallel num_threads(usable_cpus()) reduction(+ : wrong_singles, wrong_doubles)
+  {
+    const FloatMode ieee;
+    wrong_singles += wrong_of<float>(singles);
+    wrong_doubles += wrong_of<double>(doubles);
+  }
+  const std::string cases = counted(singles.size() + doubles.size(), "hard case");
+  if (wrong_singles + wrong_doubles == 0) {
+    return passed("+ - x / sqrt are correctly rounded in f32 and f64 (" + cases + ")");
+  }
+  return failed("wrong results of + - x / sqrt: " + std::to_string(wrong_singles) + " in f32, " +
+                    std::to_string(wrong_doubles) + " in f64, over all threads (" + cases + ")",
+                "do not render on this machine: its processor, or an emulator of one, is not IEEE "
+                "754");
+}
+
+CheckResult check_rounding() { return check_rounding(single_cases, double_cases); }
+
+}  // namespace parray::doctor

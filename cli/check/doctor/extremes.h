@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "cli/check/doctor/check.h"
+#include "cli/check/doctor/rounding_cases.h"
+#include "cli/check/doctor/tracing.h"
+
+/// Numerical extremes for `parray doctor --extremes`. tests/extremes has more cases of the same
+/// scenes (known_pictures.h).
+namespace parray::doctor {
+
+/// Traces white_balls() and closed_ball() in every precision, with linear search and the BVH. Every
+/// sample must be exactly 1 and 0.
+CheckResult check_furnaces(const TracerMaker& make);
+
+/// Traces grey_ball(). Every path must have two segments.
+CheckResult check_self_hits(const TracerMaker& make);
+
+/// Traces a scene scaled by 2^-40, 1 and 2^40. The sums must be those of the scalar definition
+/// (path.h) of the unscaled scene.
+CheckResult check_scaling(const TracerMaker& make);
+
+/// Computes + - x / sqrt of hard cases in every OpenMP thread, in the floating-point mode of
+/// tracing.
+CheckResult check_rounding(std::span<const RoundingCase<std::uint32_t>> singles,
+                           std::span<const RoundingCase<std::uint64_t>> doubles);
+CheckResult check_rounding();
+
+}  // namespace parray::doctor
