@@ -17,14 +17,14 @@
 #include "common/process/stop_signal.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "coordinator/disputes/referee_process.h"
-#include "coordinator/http/http_face.h"
+#include "coordinator/http/http_service.h"
 #include "coordinator/loop/coordinator.h"
 #include "coordinator/loop/descriptors.h"
 #include "coordinator/loop/key_watch.h"
 #include "coordinator/loop/process_limits.h"
-#include "coordinator/replica/keeper.h"
+#include "coordinator/replica/state_owner.h"
 #include "coordinator/store/state_commands.h"
-#include "proto/joined_link.h"
+#include "proto/merged_link.h"
 #include "proto/tokens.h"
 #include "proto/zmq_link.h"
 
@@ -38,7 +38,7 @@ struct Arguments {
   std::size_t max_message_bytes = default_max_message_bytes;
   std::string keys;
   bool insecure = false;
-  KeeperOptions keeper;
+  StateOptions keeper;
   double takeover_after = 15;
   double lease_timeout = 10;
   double heartbeat = 1;
@@ -108,7 +108,7 @@ void declare_http(CommandLine& line, Arguments& a) {
       .group(http_group)
       .needs(http)
       .show_default();
-  line.number("--http-parts", a.http.intake.parts, 1, 100000, "Parts of a form")
+  line.number("--http-parts", a.http.uploads.parts, 1, 100000, "Parts of a form")
       .group(http_group)
       .needs(http)
       .show_default();
@@ -117,7 +117,7 @@ void declare_http(CommandLine& line, Arguments& a) {
       .group(http_group)
       .needs(http)
       .show_default();
-  line.number("--http-scene-seconds", a.http.intake.child.seconds, 1, 100000,
+  line.number("--http-scene-seconds", a.http.uploads.child.seconds, 1, 100000,
               "Seconds of processor time that it may take")
       .group(http_group)
       .needs(http)
@@ -339,15 +339,15 @@ void check(const Arguments& a) {
 }
 
 /// Null: none is wanted.
-std::unique_ptr<http::HttpFace> make_http_face(Arguments& a, InprocHub& hub,
-                                               const std::shared_ptr<spdlog::logger>& log) {
+std::unique_ptr<http::HttpService> make_http_service(Arguments& a, InprocHub& hub,
+                                                     const std::shared_ptr<spdlog::logger>& log) {
   if (a.http.address.empty()) return nullptr;
   a.http.keys = a.keys;
   a.http.state = a.keeper.state;
   a.http.requests = a.options.limits.requests;
-  a.http.intake.body_bytes = static_cast<std::uint64_t>(a.http_body_mib * 0x1p20);
-  a.http.intake.child.memory = static_cast<std::uint64_t>(a.http_scene_gib * 0x1p30);
-  auto face = std::make_unique<http::HttpFace>(a.http, hub, log);
+  a.http.uploads.body_bytes = static_cast<std::uint64_t>(a.http_body_mib * 0x1p20);
+  a.http.uploads.child.memory = static_cast<std::uint64_t>(a.http_scene_gib * 0x1p30);
+  auto face = std::make_unique<http::HttpService>(a.http, hub, log);
   face->start();
   log->info("HTTP is served at http://{}", face->address());
   if (a.keys.empty() && !is_loopback("tcp://" + a.http.address)) {
@@ -357,7 +357,7 @@ std::unique_ptr<http::HttpFace> make_http_face(Arguments& a, InprocHub& hub,
 }
 
 /// Until a signal, or until a standby has taken over.
-void serve_jobs(Arguments& a, Keeper& keeper, const std::shared_ptr<spdlog::logger>& log) {
+void serve_jobs(Arguments& a, StateOwner& keeper, const std::shared_ptr<spdlog::logger>& log) {
   a.options.heartbeat = from_seconds(a.heartbeat);
   a.options.silence = 5 * a.options.heartbeat;
   a.options.lease_timeout = from_seconds(a.lease_timeout);
@@ -383,11 +383,11 @@ void serve_jobs(Arguments& a, Keeper& keeper, const std::shared_ptr<spdlog::logg
   a.options.limits.keep_seconds = a.keep_days * 24 * 3600;
   a.options.limits.keep_lost_seconds = a.keep_lost_days * 24 * 3600;
   a.options.wall_clock = seconds_since_1970;
-  a.options.backroom.wake = [&server] { server.link().wake(); };
-  a.options.backroom.threads = usable_cpus();
+  a.options.job_thread.wake = [&server] { server.link().wake(); };
+  a.options.job_thread.threads = usable_cpus();
   if (keeper.replicates()) {
     log->info("nothing is acknowledged before the standby at {} has it", a.keeper.replicate_to);
-    a.options.backroom.idle_commits = seconds(1);
+    a.options.job_thread.idle_commits = seconds(1);
     a.options.release_after = a.keeper.takeover_after;
   }
   CoordinatorOptions options = a.options;
@@ -401,8 +401,8 @@ void serve_jobs(Arguments& a, Keeper& keeper, const std::shared_ptr<spdlog::logg
   log->info("ParRay {} coordinator serves {}", PARRAY_VERSION, server.endpoint());
   std::cout << server.endpoint() << std::endl;
   InprocHub hub([&server] { server.link().wake(); });
-  JoinedLink link(server.link(), hub.coordinator());
-  const auto face = make_http_face(a, hub, log);
+  MergedLink link(server.link(), hub.coordinator());
+  const auto face = make_http_service(a, hub, log);
   KeyWatch key_watch(a.keys, log);
   DescriptorWatch descriptors(*log);
   run_actor(coordinator, link, clock, [&](Time now) {
@@ -425,7 +425,7 @@ int serve(Arguments& a) {
   const auto log = make_log("coordinator", a.log);
   a.keeper.keys = a.keys;
   a.keeper.takeover_after = from_seconds(a.takeover_after);
-  Keeper keeper(a.keeper, *log, check_interrupted);
+  StateOwner keeper(a.keeper, *log, check_interrupted);
   try {
     serve_jobs(a, keeper, log);
   } catch (const RunError&) {

@@ -282,14 +282,14 @@ void set_bulk(msg::Grant& m, const Bulk& bulk) {
   }
 }
 void set_bulk(msg::Chunk& m, Bulk bulk) { m.content = std::move(bulk); }
-void set_bulk(msg::Result& m, Bulk bulk) { m.cells = CellsParcel(std::move(bulk)); }
-void set_bulk(msg::Submit& m, Bulk bulk) { m.scene = SceneParcel(std::move(bulk)); }
+void set_bulk(msg::Result& m, Bulk bulk) { m.cells = CellsPayload(std::move(bulk)); }
+void set_bulk(msg::Submit& m, Bulk bulk) { m.scene = ScenePayload(std::move(bulk)); }
 void set_bulk(msg::JournalData& m, Bulk bulk) { m.journal = std::move(bulk); }
 void set_bulk(msg::ImageData& m, Bulk bulk) {
   if (bulk.data.size() != picture_size(m.width, m.height, detail_of(m))) {
     throw ProtocolError("image data do not fit the image");
   }
-  m.picture = PictureParcel(std::move(bulk));
+  m.picture = PicturePayload(std::move(bulk));
 }
 
 /// What several fields of a message have to agree on.
@@ -353,7 +353,7 @@ PictureDetail msg::detail_of(const ImageData& message) {
 
 Frames encode(const Message& message) {
   return std::visit(
-      [&](auto copy) {  // by value: a description binds to mutable fields; parcels are shared
+      [&](auto copy) {  // by value: a description binds to mutable fields; payloads are shared
         ControlWriter writer(type_names[message.index()]);
         fields(writer, copy);
         if constexpr (has_bulk<decltype(copy)>) {

@@ -15,7 +15,7 @@
 #include "common/schedule/cell_grid.h"
 #include "proto/frame.h"
 #include "proto/job_head.h"
-#include "proto/parcels.h"
+#include "proto/payloads.h"
 
 /// The messages of PROTOCOL.md, as structs. Ranges, answers and meaning stand there.
 namespace parray::proto {
@@ -102,7 +102,7 @@ struct Result {
   double build_seconds = 0;
   std::uint64_t accelerator_bytes = 0;
   std::string isa;
-  CellsParcel cells;
+  CellsPayload cells;
   /// How many cells, from the lease's first on; 0: all.
   std::uint64_t count = 0;
   /// Of the batch: what `cells` are packed by. Does not travel.
@@ -130,7 +130,7 @@ struct Bye {
 struct Submit : JobHead {
   std::uint64_t request = 0;
   std::string token;
-  SceneParcel scene;
+  ScenePayload scene;
   std::string user;  ///< counts only where there are no keys to tell
 };
 struct Submitted {
@@ -179,7 +179,7 @@ struct ImageData {
   std::uint32_t height = 0;
   bool statistics = false;
   bool replicates = false;
-  PictureParcel picture;
+  PicturePayload picture;
 };
 /// What of the picture is in it.
 PictureDetail detail_of(const ImageData& message);

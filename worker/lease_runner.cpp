@@ -69,7 +69,7 @@ void LeaseRunner::hand_in() {
   keep_at_work(clock_.now(), true);
 }
 
-void LeaseRunner::note(const Finished& finished) {
+void LeaseRunner::note(const LeaseResult& finished) {
   if (!finished.cells) {
     return;
   }

@@ -36,7 +36,7 @@ class LeaseRunner {
   void keep_at_work(Time now, bool copies);
   void take(Time now, bool idle);
   void start_next(Time now);
-  void note(const Finished& finished);
+  void note(const LeaseResult& finished);
 
   LeaseSource& source_;
   Team& team_;

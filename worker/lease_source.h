@@ -41,7 +41,7 @@ class LeaseSource {
   };
   struct Taken {
     Answer answer = Answer::none;
-    Assignment lease{};
+    LeaseWork lease{};
     bool fresh = true;  ///< false: a further part of the previous lease
     /// Approximate samples of the lease. 0: unknown; then the runner takes the next lease only
     /// after this one is done.
@@ -54,7 +54,7 @@ class LeaseSource {
 
   /// Hands in the result of a lease that take() returned. Throws RunError if a failure cannot be
   /// reported to anyone.
-  virtual void complete(Time now, Finished finished) = 0;
+  virtual void complete(Time now, LeaseResult finished) = 0;
 
   /// Returns whether a lease that take() returned is still worth tracing.
   [[nodiscard]] virtual bool wants(const LeaseKey& /*lease*/) const { return true; }

@@ -43,7 +43,7 @@ LeaseSource::Taken MessageSource::take(Time /*now*/, double /*samples_per_second
            std::move(grant.scene), scenes_.back().scene, grant.longest}};
 }
 
-void MessageSource::complete(Time now, Finished finished) {
+void MessageSource::complete(Time now, LeaseResult finished) {
   const LeaseKey lease = finished.key();
   if (tracing_ == lease) {
     tracing_.reset();
@@ -56,7 +56,7 @@ void MessageSource::complete(Time now, Finished finished) {
                           finished.build_seconds,
                           finished.accelerator_bytes,
                           std::move(finished.isa),
-                          CellsParcel(finished.cells),
+                          CellsPayload(finished.cells),
                           finished.cells->range.count(),
                           std::move(finished.grid)};
   }

@@ -53,7 +53,7 @@ class MessageSource final : public LeaseSource {
   void receive(Time now, const PeerId& from, const Envelope& content);
 
   Taken take(Time now, double samples_per_second, bool idle) override;
-  void complete(Time now, Finished finished) override;
+  void complete(Time now, LeaseResult finished) override;
   [[nodiscard]] bool wants(const LeaseKey& lease) const override { return tracing_ == lease; }
   Time tick(Time now, const TeamState& team) override;
 

@@ -8,7 +8,7 @@
 
 #include "common/scene/scene.h"
 #include "common/scene/scene_chunks.h"
-#include "proto/parcels.h"
+#include "proto/payloads.h"
 #include "worker/task_thread.h"
 
 namespace parray::worker {

@@ -25,11 +25,11 @@ ThreadTeam::ThreadTeam(int threads, std::function<void()> on_finished,
     : threads_(threads),
       accelerators_(std::move(accelerators)),
       tracers_(std::move(tracers)),
-      thread_([this](const Assignment& assignment,
+      thread_([this](const LeaseWork& assignment,
                      const std::atomic<bool>& stop) { return trace(assignment, stop); },
               std::move(on_finished)) {}
 
-std::shared_ptr<const PathTracer> ThreadTeam::tracer_for(const Assignment& assignment) {
+std::shared_ptr<const PathTracer> ThreadTeam::tracer_for(const LeaseWork& assignment) {
   if (tracers_) {
     return tracers_(assignment, threads_);
   }
@@ -44,7 +44,7 @@ std::shared_ptr<const PathTracer> ThreadTeam::tracer_for(const Assignment& assig
   return make_path_tracer(std::move(accelerator), assignment.scene->camera, assignment.settings);
 }
 
-void ThreadTeam::prepare(const Assignment& assignment) {
+void ThreadTeam::prepare(const LeaseWork& assignment) {
   if (tracer_ && scene_ == assignment.scene_id && same_tracer(settings_, assignment.settings)) {
     return;
   }
@@ -59,8 +59,8 @@ void ThreadTeam::prepare(const Assignment& assignment) {
   preparing_ = false;
 }
 
-Finished ThreadTeam::trace(const Assignment& assignment, const std::atomic<bool>& stop) {
-  Finished finished;
+LeaseResult ThreadTeam::trace(const LeaseWork& assignment, const std::atomic<bool>& stop) {
+  LeaseResult finished;
   finished.job = assignment.job;
   finished.pass = assignment.pass;
   finished.epoch = assignment.epoch;

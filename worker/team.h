@@ -22,7 +22,7 @@ namespace parray::worker {
 using LeaseKey = std::pair<std::uint64_t, std::uint64_t>;
 
 /// A lease with all data that tracing it needs.
-struct Assignment {
+struct LeaseWork {
   std::uint64_t job = 0;
   std::uint32_t pass = 0;
   std::uint64_t epoch = 0;
@@ -38,7 +38,7 @@ struct Assignment {
 };
 
 /// A lease that the team has finished.
-struct Finished {
+struct LeaseResult {
   std::uint64_t job = 0;
   std::uint32_t pass = 0;
   std::uint64_t epoch = 0;
@@ -57,12 +57,12 @@ class Team {
  public:
   virtual ~Team() = default;
   /// Begins to trace. Call it only when idle.
-  virtual void start(Assignment assignment) = 0;
+  virtual void start(LeaseWork assignment) = 0;
   /// Returns whether the team has no work and no finished lease that waits.
   [[nodiscard]] virtual bool idle() const = 0;
   /// Returns the finished lease, once. The team is idle from then on. After a failed lease it is
   /// idle, too, and traces other leases as before.
-  virtual std::optional<Finished> take() = 0;
+  virtual std::optional<LeaseResult> take() = 0;
   /// Gives up the current lease. The team is idle within a few milliseconds and has no result.
   virtual void abandon() = 0;
   /// Returns the samples that all threads have traced since the start. The number grows while the
@@ -79,7 +79,7 @@ class ThreadTeam final : public Team {
  public:
   /// Makes the tracer of a lease with `threads` threads. May throw.
   using TracerSource =
-      std::function<std::shared_ptr<const PathTracer>(const Assignment&, int threads)>;
+      std::function<std::shared_ptr<const PathTracer>(const LeaseWork&, int threads)>;
 
   /// Stores the accelerators that it builds in `accelerators`. In tests, `tracers` replaces this.
   explicit ThreadTeam(
@@ -87,9 +87,9 @@ class ThreadTeam final : public Team {
       std::shared_ptr<AcceleratorCache> accelerators = std::make_shared<AcceleratorCache>(),
       TracerSource tracers = {});
 
-  void start(Assignment assignment) override { thread_.start(std::move(assignment)); }
+  void start(LeaseWork assignment) override { thread_.start(std::move(assignment)); }
   [[nodiscard]] bool idle() const override { return thread_.idle(); }
-  std::optional<Finished> take() override { return thread_.take(); }
+  std::optional<LeaseResult> take() override { return thread_.take(); }
   void abandon() override { thread_.abandon(); }
   [[nodiscard]] std::uint64_t traced() const override { return traced_; }
   [[nodiscard]] bool preparing() const override { return preparing_; }
@@ -98,9 +98,9 @@ class ThreadTeam final : public Team {
   void wait(Time timeout) { thread_.wait_until_done(timeout); }
 
  private:
-  Finished trace(const Assignment& assignment, const std::atomic<bool>& stop);
-  void prepare(const Assignment& assignment);
-  std::shared_ptr<const PathTracer> tracer_for(const Assignment& assignment);
+  LeaseResult trace(const LeaseWork& assignment, const std::atomic<bool>& stop);
+  void prepare(const LeaseWork& assignment);
+  std::shared_ptr<const PathTracer> tracer_for(const LeaseWork& assignment);
 
   const int threads_;
   const std::shared_ptr<AcceleratorCache> accelerators_;
@@ -114,7 +114,7 @@ class ThreadTeam final : public Team {
   std::shared_ptr<const PathTracer> tracer_;
   double build_seconds_ = 0;
 
-  TaskThread<Assignment, Finished> thread_;
+  TaskThread<LeaseWork, LeaseResult> thread_;
 };
 
 }  // namespace parray::worker

@@ -38,7 +38,7 @@ LeaseSource::Taken WindowSource::take(Time /*now*/, double samples_per_second, b
           static_cast<double>(part.cells.count()) * pass_.plan->cell_samples()};
 }
 
-void WindowSource::complete(Time /*now*/, Finished finished) {
+void WindowSource::complete(Time /*now*/, LeaseResult finished) {
   if (!finished.cells) {
     throw RunError("tracing: " + finished.failure);
   }

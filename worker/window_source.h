@@ -62,7 +62,7 @@ class WindowSource final : public LeaseSource {
 
   Taken take(Time now, double samples_per_second, bool idle) override;
   /// Throws RunError for a lease that failed: ranks do not outlive a failure.
-  void complete(Time now, Finished finished) override;
+  void complete(Time now, LeaseResult finished) override;
   Time tick(Time now, const TeamState& team) override;
   void report(const WorkTally& tally) override;
 

@@ -69,8 +69,8 @@ std::vector<std::string> drawn_by(const LabelSettings& labels) {
   return names;
 }
 
-FinishingStep label_step(const LabelSettings& labels, LabelContent content) {
-  FinishingStep step;
+PostprocessStep label_step(const LabelSettings& labels, LabelContent content) {
+  PostprocessStep step;
   for (const std::string& name : drawn_by(labels)) {
     step.name += (step.name.empty() ? "" : ", ") + name;
   }

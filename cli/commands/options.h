@@ -8,10 +8,9 @@
 #include <string_view>
 
 #include "cli/commands/auto_scene_options.h"
-#include "cli/commands/finish_options.h"
 #include "cli/commands/label_options.h"
 #include "cli/commands/particle_options.h"
-#include "cli/commands/view_options.h"
+#include "cli/commands/postprocess_options.h"
 #include "cli/output/preview.h"
 #include "cli/output/write_outputs.h"
 #include "common/process/command_line.h"
@@ -51,7 +50,8 @@ inline constexpr const char* limits_group = "Accuracy (whichever is reached firs
 inline constexpr const char* work_group = "Speed (never changes the picture)";
 inline constexpr const char* output_group = "Output";
 /// Options for postprocessing.
-inline constexpr const char* finish_group = "Finishing, of a PNG picture (default: the scene's)";
+inline constexpr const char* postprocess_group =
+    "Finishing, of a PNG picture (default: the scene's)";
 inline constexpr const char* farm_group = "Farm";
 /// Options for files of particles.
 inline constexpr const char* particles_group = "When it is a file of particles";
@@ -123,10 +123,10 @@ class OutputOptions {
   void add_denoise_to(Command& command);
   /// Declares postprocessing and labels, for commands that have the scene.
   void add_labels_to(Command& command, RenderOptions& render) {
-    finish_.add_to(command, image_option_);
+    postprocessing_.add_to(command, image_option_);
     labels_.add_to(command, image_option_, render);
   }
-  [[nodiscard]] const FinishOptions& finish() const { return finish_; }
+  [[nodiscard]] const PostprocessOptions& postprocessing() const { return postprocessing_; }
   [[nodiscard]] const LabelOptions& labels() const { return labels_; }
   /// -o and --report, for commands where they need another option.
   [[nodiscard]] Option image_option() const { return image_option_; }
@@ -148,7 +148,7 @@ class OutputOptions {
   Aovs aovs_;
   bool denoise_ = false;
   std::string error_map_;
-  FinishOptions finish_;
+  PostprocessOptions postprocessing_;
   LabelOptions labels_;
   Option image_option_;
   Option report_option_;

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "cli/commands/finish_options.h"
 #include "cli/commands/label_options.h"
+#include "cli/commands/postprocess_options.h"
 #include "cli/commands/printing.h"
 #include "cli/commands/time_reserve.h"
 #include "cli/input/particles/packed_file.h"
@@ -117,8 +117,8 @@ OutputPaths outputs_of(const RenderRequest& request, const LoadedSubmission& loa
                      ": JPEG has no transparency: write .png, .tif, .jp2 or .exr");
   }
   add_labels(outputs, request.output.labels(), loaded.rest, submission.settings);
-  add_finishing(outputs, request.output.finish(), loaded.rest, submission.scene,
-                submission.settings);
+  add_postprocessing(outputs, request.output.postprocessing(), loaded.rest, submission.scene,
+                     submission.settings);
   return outputs;
 }
 
@@ -182,7 +182,7 @@ void check_request(const RenderRequest& request) {
   check(outputs.denoise, Feature::denoising, "--denoise");
   check(request.render.view().transparent(false), Feature::transparency, "--transparent");
   check_given(request.output.labels().first_given(), Feature::labels);
-  check_given(request.output.finish().first_given(), Feature::postprocessing);
+  check_given(request.output.postprocessing().first_given(), Feature::postprocessing);
   check(!outputs.preview.empty(), Feature::preview, "--preview");
   check(!request.following.display.empty(), Feature::preview, "--display");
   check(!request.following.on_end.empty(), Feature::end_command, "--on-end");
@@ -202,7 +202,8 @@ PreparedRender prepare(const RenderRequest& request) {
   Submission& submission = loaded.submission;
   RenderSettings& settings = submission.settings;
   if (!can_have(request.mode, Feature::postprocessing)) {
-    say_unfinished(loaded.rest.finish, submission.name, "add --wait -o IMAGE.png to have them");
+    say_unfinished(loaded.rest.postprocessing, submission.name,
+                   "add --wait -o IMAGE.png to have them");
   }
   if (traces_here(request.mode)) check_isa(settings.isa);
   settings.progressive = request.following.shows_picture();

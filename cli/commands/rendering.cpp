@@ -6,8 +6,8 @@
 #include <iostream>
 #include <utility>
 
-#include "cli/commands/finish_options.h"
 #include "cli/commands/label_options.h"
+#include "cli/commands/postprocess_options.h"
 #include "cli/commands/printing.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/measure/plan/denoising_worth.h"

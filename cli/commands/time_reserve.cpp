@@ -100,10 +100,10 @@ EndingCost ending_cost(const ExtraChannels& extra, const std::string& scene_id) 
 
 /// Seconds for drawing on the picture and its map.
 double drawing_seconds(const OutputPaths& outputs, double pixels) {
-  constexpr double finishing_a_pixel = 150e-9;
+  constexpr double postprocessing_a_pixel = 150e-9;
   constexpr double map_a_pixel = 100e-9;
   return (outputs.error_map.empty() ? 0 : map_a_pixel * pixels) +
-         (outputs.finishing.empty() ? 0 : finishing_a_pixel * pixels);
+         (outputs.finishing.empty() ? 0 : postprocessing_a_pixel * pixels);
 }
 
 void say(const TimeShare& share, const std::string& text) {
@@ -167,8 +167,9 @@ double reserve_time(TimeShare& share, PreparedRender& render) {
   if (cost.channels > 0 && (share.without_channels || !add_if_it_fits(cost.channels))) {
     leave_out(share, &TimeShare::without_channels, "tracing extra channels",
               cost.channels * share.parts);
-    outputs.aovs = extra.aovs = extra.for_finishing = {};
-    std::erase_if(outputs.finishing, [](const FinishingStep& step) { return !step.needs.empty(); });
+    outputs.aovs = extra.aovs = extra.for_postprocessing = {};
+    std::erase_if(outputs.finishing,
+                  [](const PostprocessStep& step) { return !step.needs.empty(); });
   }
   if (reserved + ending > share.seconds && !share.without_time) {
     share.without_time = true;

@@ -208,12 +208,12 @@ struct ValidateCommand {
 };
 
 /// A scene's own files of particles lie in its folder; a portrait's one is the file itself.
-bool is_portrait(const PackedFile& opened, const SceneFile& file) {
+bool is_auto_scene(const PackedFile& opened, const SceneFile& file) {
   return file.particle_files.size() == 1 && file.particle_files[0].path == opened.path();
 }
 
 std::string format_of(const PackedFile& opened, const SceneFile& file) {
-  if (is_portrait(opened, file)) return "particles";
+  if (is_auto_scene(opened, file)) return "particles";
   return file.seed_format ? "seed" : "v1";
 }
 
@@ -228,7 +228,7 @@ std::string format_text(const json& facts) {
 /// What the scene's files of particles hold, all of their columns, beside what it shows of them.
 json particle_files_of(PackedFile& opened, const SceneFile& file) {
   json list = json::array();
-  const bool portrait = is_portrait(opened, file);
+  const bool portrait = is_auto_scene(opened, file);
   const std::filesystem::path folder = portrait ? "" : opened.path().parent_path();
   const auto describe = [&](PackedFile& particles, const ParticleFile& shown) {
     ParticleRequest request = request_of(shown.source, folder, usable_cpus());

@@ -94,7 +94,7 @@ Client::Client(Link& link, const Clock& clock, Options options)
 
 msg::Submit submit_message(Submission submission) {
   msg::Submit message;
-  message.scene = SceneParcel(std::move(submission.scene));
+  message.scene = ScenePayload(std::move(submission.scene));
   static_cast<JobHead&>(message) = std::move(submission);
   return message;
 }

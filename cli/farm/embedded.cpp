@@ -128,8 +128,8 @@ class EmbeddedFarm::Impl {
 
   void run_coordinator() {
     CoordinatorOptions options = patient_options(fingerprint_);
-    options.backroom.wake = [this] { hub_.coordinator().wake(); };
-    options.backroom.threads = static_cast<int>(threads_);
+    options.job_thread.wake = [this] { hub_.coordinator().wake(); };
+    options.job_thread.threads = static_cast<int>(threads_);
     if (judge_of_) {
       options.judge_of = [this](const JobRecord& job) { return judge_of_(job.scene); };
     }

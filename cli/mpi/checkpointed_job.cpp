@@ -99,8 +99,8 @@ void CheckpointedJob::replay() {
   }
   const double now =
       std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-  for (const Conviction& conviction : kept_convictions(*store_).after(record_.convictions)) {
-    undo(*picture_, store_.get(), record_, conviction, now);
+  for (const FaultFinding& finding : kept_findings(*store_).after(record_.fault_findings)) {
+    undo(*picture_, store_.get(), record_, finding, now);
   }
   store_->put_job(record_);
   store_->commit();

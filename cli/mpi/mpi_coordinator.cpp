@@ -80,7 +80,7 @@ bool MpiCoordinator::run_pass(PassResources& resources, Transport& transport) {
   }
   while (!pass_->collector.done() && !pass_->collector.overtaken()) {
     stop_if_interrupted();
-    options_.pet();
+    options_.reset_watchdog();
     take_turn(clock_.now());
     const WindowCollector& collector = pass_->collector;
     const bool traces = !pass_->runner.idle() || !collector.wants_all_threads(clock_.now());
@@ -127,7 +127,7 @@ void MpiCoordinator::stop_if_interrupted() {
 
 /// While rank 0 does something else than its share of the work.
 void MpiCoordinator::stay_alive() {
-  options_.pet();
+  options_.reset_watchdog();
   pass_->transport.progress();
   pass_->collector.listen(clock_.now());
 }

@@ -41,8 +41,8 @@ class MpiCoordinator {
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
     /// See RankJudge::Hooks.
     std::function<TracedCells(const CellBatch& cell)> trace;
-    std::vector<std::string> hosts;  ///< of all ranks that take part
-    std::function<void()> pet;       ///< called in every turn
+    std::vector<std::string> hosts;        ///< of all ranks that take part
+    std::function<void()> reset_watchdog;  ///< called in every turn
   };
   /// References outlive the object.
   MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, ThreadTeam& team, Options options);

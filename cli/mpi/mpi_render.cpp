@@ -130,16 +130,16 @@ constexpr Time keeper_poll = std::chrono::microseconds(200);
 constexpr Time last_patience = seconds(10);
 
 /// Whether rank 0 has been seen alive, asked now and then.
-class Pulse {
+class RootHeartbeat {
  public:
-  explicit Pulse(Window& window) : window_(window) {}
+  explicit RootHeartbeat(Window& window) : window_(window) {}
 
   bool alive(Time now) {
     if (now < next_look_) {
       return false;
     }
     next_look_ = now + milliseconds(250);
-    return std::exchange(last_, window_.load(WindowLayout::pulse)) != last_;
+    return std::exchange(last_, window_.load(WindowLayout::heartbeat)) != last_;
   }
 
  private:
@@ -152,10 +152,10 @@ class Pulse {
 class Follower {
  public:
   /// Collective.
-  Follower(const MpiOptions& options, const MpiWorld& world, MpiJob job, Watchdog& dog)
+  Follower(const MpiOptions& options, const MpiWorld& world, MpiJob job, Watchdog& watchdog)
       : world_(world),
         job_(std::move(job)),
-        dog_(dog),
+        watchdog_(watchdog),
         ranks_(find_ranks(world, job_, threads_for(world, options, false))),
         rank_job_(rank_job(job_, std::make_shared<const Scene>(
                                      scene_from_bytes(std::exchange(job_.scene_bytes, {}))))),
@@ -168,20 +168,20 @@ class Follower {
     while (auto pass = broadcast_pass(world_, job_, nullptr)) {
       resources.begin(std::move(*pass), transport_, ranks_, rank_job_);
       work(resources);
-      dog_.pet();
+      watchdog_.reset();
     }
-    world_.barrier(for_ever, [this] { dog_.pet(); });
+    world_.barrier(for_ever, [this] { watchdog_.reset(); });
     transport_.close();
   }
 
  private:
   void work(PassResources& resources) {
     LeaseRunner runner(*resources.source, team_, clock_, tally_);
-    Pulse pulse(transport_.window());
+    RootHeartbeat heartbeat(transport_.window());
     const bool keeps = transport_.ledgers().ledgers.is_keeper(world_.rank());
     while (!runner.over()) {
-      if (!team_.idle() || pulse.alive(clock_.now())) {
-        dog_.pet();
+      if (!team_.idle() || heartbeat.alive(clock_.now())) {
+        watchdog_.reset();
       }
       const Time due = runner.tick(clock_.now());
       if (keeps) {
@@ -198,15 +198,15 @@ class Follower {
       if (keeps) {
         transport_.progress();  // others may still look at its ledger
       }
-      if (!transport_.by_messages() && pulse.alive(clock_.now())) {
-        dog_.pet();
+      if (!transport_.by_messages() && heartbeat.alive(clock_.now())) {
+        watchdog_.reset();
       }
     });
   }
 
   const MpiWorld& world_;
   MpiJob job_;
-  Watchdog& dog_;
+  Watchdog& watchdog_;
   const SteadyClock clock_;
   const Ranks ranks_;
   RankJob rank_job_;
@@ -225,9 +225,9 @@ int follow(const MpiOptions& options, const MpiWorld& world) {
     world.barrier(for_ever);
     return 0;
   }
-  Watchdog dog = guard(world, options);
+  Watchdog watchdog = guard(world, options);
   if (world.all_of(trace_fingerprint() == job->fingerprint)) {  // else rank 0 says so
-    Follower(options, world, std::move(*job), dog).run();
+    Follower(options, world, std::move(*job), watchdog).run();
   }
   return 0;
 }
@@ -336,7 +336,7 @@ void run_passes(const MpiWorld& world, const Ranks& ranks, const MpiJob& job, Ch
 /// Rank 0, once it has a job.
 Rendered render_job(const MpiOptions& options, const MpiWorld& world, CheckpointedJob& kept,
                     const MpiJob& job) {
-  Watchdog dog = guard(world, options);
+  Watchdog watchdog = guard(world, options);
   broadcast_job(world, &job, kept.scene_bytes());
   if (!job.alone() && !world.all_of(trace_fingerprint() == job.fingerprint)) {
     throw RunError(
@@ -361,7 +361,7 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
        .locate = [&retracer](const CellBatch& cell) { return retracer.locate(cell); },
        .trace = [&retracer](const CellBatch& cell) { return retracer.trace(cell); },
        .hosts = hosts_of(ranks),
-       .pet = [&dog] { dog.pet(); }});
+       .reset_watchdog = [&watchdog] { watchdog.reset(); }});
   run_passes(world, ranks, job, kept, coordinator, resources, *rendered.transport);
   rendered.all_answer =
       coordinator.last_barrier(std::min<Time>(seconds(options.patience), last_patience));
@@ -444,7 +444,7 @@ int mpi_render(const MpiOptions& options) {
   auto world = std::make_unique<MpiWorld>();
   const int status = world->first() ? lead(options, *world, started)
                                     : or_abort_all([&] { return follow(options, *world); });
-  const Watchdog dog(seconds(options.patience), [status] {
+  const Watchdog watchdog(seconds(options.patience), [status] {
     std::_Exit(status);  // a rank does not come to the end: all the others have done their work
   });
   world.reset();

@@ -14,7 +14,7 @@ namespace parray::mpi {
 /// for a rank that never answers.
 class Watchdog {
  public:
-  /// If pet() has not been called for `patience`, a thread of the watchdog calls `on_silence`,
+  /// If reset() has not been called for `patience`, a thread of the watchdog calls `on_silence`,
   /// which must not return.
   Watchdog(Time patience, std::function<void()> on_silence)
       : patience_(patience), on_silence_(std::move(on_silence)), thread_([this] { watch(); }) {}
@@ -29,7 +29,7 @@ class Watchdog {
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  void pet() {
+  void reset() {
     const std::scoped_lock lock(mutex_);
     petted_ = true;
   }

@@ -29,7 +29,7 @@ ExtraChannels extra_channels(const OutputPaths& outputs, const RenderSettings& s
           .settings = settings,
           .scene = needs_scene(outputs, settings) ? std::move(scene) : nullptr,
           .threads = threads,
-          .for_finishing = needs_of(outputs.finishing),
+          .for_postprocessing = needs_of(outputs.finishing),
           .denoise = settings.replicates,
           .transparent = outputs.transparent};
 }
@@ -100,8 +100,8 @@ void add_aovs(Picture& picture, const PathTracer* tracer, const ExtraChannels& e
   };
   trace(extra.aovs, picture.channels);
   Aovs others;
-  std::set_difference(extra.for_finishing.begin(), extra.for_finishing.end(), extra.aovs.begin(),
-                      extra.aovs.end(), std::inserter(others, others.end()));
+  std::set_difference(extra.for_postprocessing.begin(), extra.for_postprocessing.end(),
+                      extra.aovs.begin(), extra.aovs.end(), std::inserter(others, others.end()));
   trace(others, picture.traced);
   add_statistics(picture, extra.aovs);
   for (const Aov aov : extra.aovs) {
@@ -125,7 +125,8 @@ void add_channels(Picture& picture, const ExtraChannels& extra) {
   if (extra.scene) tracer = tracer_of(extra, picture.report.at("scene_sha256"));
   if (extra.denoise) denoise_picture(picture, *tracer, extra);
   if (extra.transparent) take_out_background(picture, *tracer, extra);
-  if (!extra.aovs.empty() || !extra.for_finishing.empty()) add_aovs(picture, tracer.get(), extra);
+  if (!extra.aovs.empty() || !extra.for_postprocessing.empty())
+    add_aovs(picture, tracer.get(), extra);
 }
 
 }  // namespace parray::output

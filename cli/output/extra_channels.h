@@ -20,7 +20,7 @@ struct ExtraChannels {
   std::shared_ptr<const Scene> scene;  ///< null: no channel is traced
   int threads = 1;
   /// Channels that postprocessing needs; traced like `aovs`.
-  Aovs for_finishing{};
+  Aovs for_postprocessing{};
   bool denoise = false;      ///< see cli/output/denoising.h; needs the scene
   bool transparent = false;  ///< remove the background; needs the scene
   /// Accelerators that are reused: those of a farm in this process, if there is one.

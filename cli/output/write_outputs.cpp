@@ -39,11 +39,11 @@ std::string samples_text(const json& report) {
   return text;
 }
 
-void say_what_was_written(const json& report, const OutputPaths& outputs, double seconds) {
+void say_what_was_written(const json& report, const OutputPaths& outputs, double elapsed) {
   const fs::path& file = outputs.image.empty() ? outputs.report : outputs.image;
   std::cout << "wrote " << file.string() << ": " << report.at("width") << " x "
             << report.at("height") << " pixels, " << samples_text(report) << ", "
-            << error_text(report) << ", " << duration_text(seconds) << ", "
+            << error_text(report) << ", " << duration_text(elapsed) << ", "
             << with_unit(report.at("samples_per_second").get<double>(), "samples/s")
             << ", image_sha256 " << report.at("image_sha256").get<std::string>().substr(0, 16)
             << "\n";

@@ -29,9 +29,9 @@ struct OutputPaths {
 
   OriginalPicture original{};  ///< the picture must have its bits; without a hash: no such check
 
-  Finishing finishing{};  ///< postprocessing of PNG files
-  std::string legends{};  ///< legends_text(), for files and report
-  double dpi = 0;         ///< pixels per inch in print, for the metadata; 0: unknown
+  PostprocessSteps finishing{};  ///< postprocessing of PNG files
+  std::string legends{};         ///< legends_text(), for files and report
+  double dpi = 0;                ///< pixels per inch in print, for the metadata; 0: unknown
 
   /// The part of the picture that the files need.
   [[nodiscard]] PictureDetail wanted_detail() const;

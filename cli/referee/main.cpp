@@ -91,9 +91,9 @@ class RefereeProgram {
     scene_.reset();
     failure_.clear();
     try {
-      const SceneParcel parcel(Bulk::of(std::move(frames.at(1))));
-      scene_id_ = parcel.identity();
-      scene_ = parcel.scene();
+      const ScenePayload payload(Bulk::of(std::move(frames.at(1))));
+      scene_id_ = payload.identity();
+      scene_ = payload.scene();
     } catch (const std::bad_alloc&) {
       failure_ = "not enough memory for the scene";
     } catch (const std::exception& error) {
@@ -139,7 +139,7 @@ class RefereeProgram {
     result.accelerator_bytes = accelerator->bytes();
     result.isa = tracer->isa();
     result.grid = grant.cells.grid;
-    result.cells = CellsParcel(
+    result.cells = CellsPayload(
         std::make_shared<const TracedCells>(trace_cells(*tracer, grant.cells, 1, count, false)));
     return result;
   }

@@ -58,11 +58,11 @@ void DisputeDesk::keep_worker_notes() {
   }
   const json notes = {{"drained", std::move(drained)},
                       {"quarantines", quarantines_.to_json()},
-                      {"convictions", convictions_.to_json()}};
+                      {"convictions", fault_findings_.to_json()}};
   farm_.for_log("keeping the note of workers")
       .give([store = farm_.store,
              text = notes.dump(-1, ' ', false,
-                               json::error_handler_t::replace)]() -> Backroom::Outcome {
+                               json::error_handler_t::replace)]() -> JobThread::Completion {
         store->put_note("workers", text);
         return {};
       });
@@ -80,10 +80,10 @@ void DisputeDesk::restore_worker_notes() {
     }
     // Earlier versions put processes into quarantine, which say nothing about machines.
     quarantines_ = QuarantineLedger::from_json(notes.value("quarantines", json::array()));
-    convictions_ = Convictions::from_json(notes.value("convictions", json::array()));
+    fault_findings_ = FaultFindings::from_json(notes.value("convictions", json::array()));
     if (!notes.contains("convictions")) {  // of an earlier version
       for (const auto& [machine, quarantine] : quarantines_.all()) {
-        convictions_.add(machine, quarantine.worker);
+        fault_findings_.add(machine, quarantine.worker);
       }
     }
   } catch (const json::exception& error) {
@@ -110,7 +110,7 @@ void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
         "traced is traced again. Test that machine, then: parray workers readmit",
         name, known.name, reason);
   }
-  const Conviction conviction = convictions_.add(machine, name);
+  const FaultFinding finding = fault_findings_.add(machine, name);
   keep_worker_notes();
   desk_.drop_claims(machine);
   const std::vector<WorkerRecord*> workers = farm_.workers.of_machine(machine);
@@ -133,40 +133,40 @@ void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
     for (const WorkerRecord* worker : workers) {
       job.work->leases->drop_worker(worker->id);
     }
-    retract(job, conviction);
+    retract(job, finding);
   }
   farm_.grants_due = true;
 }
 
-/// A job that was not at work at the time of a conviction may have kept rows of that machine.
-void DisputeDesk::retract_later_convicted(Job& job) {
-  for (const Conviction& conviction : convictions_.after(job.record.convictions)) {
-    retract(job, conviction);
+/// A job that was not at work at the time of a finding may have kept rows of that machine.
+void DisputeDesk::retract_later_faulty(Job& job) {
+  for (const FaultFinding& finding : fault_findings_.after(job.record.fault_findings)) {
+    retract(job, finding);
   }
 }
 
-/// What the backroom has set back.
+/// What the job_thread has set back.
 struct DisputeDesk::Retracted {
   JobPicture::Retraction retraction;
   TracerKey machine = 0;
   bool relied = false;
   std::string flag;
-  std::uint64_t conviction = 0;  ///< its number
+  std::uint64_t finding = 0;  ///< its number
   std::shared_ptr<const WorkPlan> plan;
   std::uint64_t samples = 0;
   std::uint64_t cells = 0;
 };
 
-void DisputeDesk::retract(Job& job, const Conviction& conviction) {
+void DisputeDesk::retract(Job& job, const FaultFinding& finding) {
   const auto retracted = std::make_shared<Retracted>();
-  retracted->machine = conviction.machine;
-  retracted->conviction = conviction.number;
-  ++job.work->errands;
-  const auto errands = job_book_.for_job(job, "setting back wrong results");
-  errands.give([this, retracted, conviction, at = farm_.since_1970(farm_.now), store = farm_.store,
-                id = job.record.id, record = job.record, picture = job.work->picture,
-                generation = job.work->generation]() mutable -> Backroom::Outcome {
-    const auto undone = undo(*picture, store, record, conviction, at);
+  retracted->machine = finding.machine;
+  retracted->finding = finding.number;
+  ++job.work->tasks;
+  const auto tasks = job_book_.for_job(job, "setting back wrong results");
+  tasks.give([this, retracted, finding, at = farm_.since_1970(farm_.now), store = farm_.store,
+              id = job.record.id, record = job.record, picture = job.work->picture,
+              generation = job.work->generation]() mutable -> JobThread::Completion {
+    const auto undone = undo(*picture, store, record, finding, at);
     retracted->relied = undone.has_value();
     retracted->retraction = undone.value_or(JobPicture::Retraction{});
     retracted->flag = record.flag;
@@ -184,8 +184,8 @@ void DisputeDesk::retract(Job& job, const Conviction& conviction) {
 
 void DisputeDesk::note_retracted(Job& job, const Retracted& retracted) {
   JobWork& work = *job.work;
-  --work.errands;
-  job.record.convictions = std::max(job.record.convictions, retracted.conviction);
+  --work.tasks;
+  job.record.fault_findings = std::max(job.record.fault_findings, retracted.finding);
   if (retracted.relied) {
     job.record.flag = retracted.flag;
     farm_.note(job, retracted.flag);

@@ -29,7 +29,7 @@ class CheckPolicy {
     std::uint64_t restart_leases = 20;  ///< of a process of it
     double referee_share = 0.1;         ///< of the checks, made by the referee
   };
-  /// `random` returns numbers evenly in [0, 1). A liar must not be able to foresee them.
+  /// `random` returns numbers evenly in [0, 1). A faulty worker must not be able to foresee them.
   CheckPolicy(Options options, std::function<double()> random)
       : options_(options), random_(std::move(random)) {}
 

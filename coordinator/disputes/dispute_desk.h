@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "coordinator/disputes/check_policy.h"
-#include "coordinator/disputes/convictions.h"
+#include "coordinator/disputes/fault_findings.h"
 #include "coordinator/disputes/merged.h"
 #include "coordinator/disputes/quarantine.h"
 #include "coordinator/disputes/referee_desk.h"
@@ -42,9 +42,9 @@ class DisputeDesk {
   void quarantine(TracerKey machine, const std::string& reason);
   void end_quarantines();
   /// Removes the results of machines that were put into quarantine while the job was not at work.
-  void retract_later_convicted(Job& job);
+  void retract_later_faulty(Job& job);
   /// The number of the latest quarantine, for new jobs.
-  [[nodiscard]] std::uint64_t latest_conviction() const { return convictions_.latest(); }
+  [[nodiscard]] std::uint64_t latest_finding() const { return fault_findings_.latest(); }
   /// Bars a worker by name, or a host; they finish the leases that they hold.
   void drain(const std::string& name, bool host, const std::string& asker);
   /// Ends drains and quarantines of a worker's name, or of a host.
@@ -65,7 +65,7 @@ class DisputeDesk {
   void judge(RefereeDesk::Traced traced);
   void note_judged(Job& job, const Judged& judged);
   void hold_disputed_jobs(Time now);
-  void retract(Job& job, const Conviction& conviction);
+  void retract(Job& job, const FaultFinding& finding);
   void note_retracted(Job& job, const Retracted& retracted);
   void bar_as_due(WorkerRecord& worker);
   [[nodiscard]] bool is_drained(const WorkerRecord& worker) const;
@@ -74,7 +74,7 @@ class DisputeDesk {
   Farm& farm_;
   JobBook& job_book_;
   QuarantineLedger quarantines_;
-  Convictions convictions_;
+  FaultFindings fault_findings_;
   CheckPolicy checks_;
   RefereeDesk desk_;
   bool any_held_ = false;                           ///< a job waits for the referee

@@ -87,7 +87,7 @@ RefereeCase DisputeDesk::case_of(const Job& job, double length) const {
   made.generation = work.generation;
   made.plan = work.plan;
   made.scene = job.record.scene;
-  made.parcel = work.scene;
+  made.payload = work.scene;
   made.settings = job.record.settings;
   made.memory = program + 2 * work.scene.size() + work.facts.accelerator_bytes;
   made.cells_at_once = static_cast<std::uint64_t>(
@@ -202,22 +202,22 @@ void DisputeDesk::judge(RefereeDesk::Traced traced) {
     return;
   }
   Job& job = farm_.jobs.at(*found);
-  ++job.work->errands;
+  ++job.work->tasks;
   const auto judged = std::make_shared<Judged>();
   judged->number = traced.number;
   judged->dispute = traced.dispute;
   judged->claimant = traced.claimant;
   judged->range = traced.range;
-  const auto errands = job_book_.for_job(job, "comparing what the referee traced");
-  errands.give([this, judged, id = job.record.id, generation = traced.generation,
-                claims = std::move(traced.claims), parcel = std::move(traced.cells),
-                picture = job.work->picture, plan = job.work->plan, store = farm_.store,
-                depth = job.record.settings.max_depth]() -> Backroom::Outcome {
+  const auto tasks = job_book_.for_job(job, "comparing what the referee traced");
+  tasks.give([this, judged, id = job.record.id, generation = traced.generation,
+              claims = std::move(traced.claims), payload = std::move(traced.cells),
+              picture = job.work->picture, plan = job.work->plan, store = farm_.store,
+              depth = job.record.settings.max_depth]() -> JobThread::Completion {
     judged->timely = picture->plan() == plan;
     try {
       if (judged->timely) {
         ResultCollector& collector = picture->collector();
-        const auto truth = collector.digests_of(*parcel.open(plan->batch(judged->range), depth));
+        const auto truth = collector.digests_of(*payload.open(plan->batch(judged->range), depth));
         judged->wrong = machines_of(collector.differing(judged->range, truth));
         judged->claimant_wrong = judged->dispute && claims != truth;
         if (judged->wrong.empty()) {
@@ -236,7 +236,7 @@ void DisputeDesk::judge(RefereeDesk::Traced traced) {
                 desk_.close(judged->number);
                 return;
               }
-              --there->work->errands;
+              --there->work->tasks;
               note_judged(*there, *judged);
             },
             {}};

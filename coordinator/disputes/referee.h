@@ -6,7 +6,7 @@
 
 #include "common/scene/settings.h"
 #include "common/schedule/cell_grid.h"
-#include "proto/parcels.h"
+#include "proto/payloads.h"
 
 namespace parray::coordinator {
 
@@ -17,7 +17,7 @@ class Referee {
   struct Question {
     std::uint64_t id = 0;
     std::string scene;  ///< scene_identity()
-    SceneParcel parcel;
+    ScenePayload payload;
     RenderSettings settings;
     CellBatch cells;
     std::uint64_t memory = 0;  ///< bytes that it may take
@@ -25,7 +25,7 @@ class Referee {
   struct Answer {
     std::uint64_t id = 0;
     std::string failure;  ///< why there are no cells; empty: there are
-    CellsParcel cells;
+    CellsPayload cells;
     double seconds = 0;        ///< of processor time
     std::uint64_t memory = 0;  ///< bytes that it holds now
   };

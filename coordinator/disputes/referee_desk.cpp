@@ -171,7 +171,7 @@ void RefereeDesk::ask_next(Time now, std::uint64_t memory_left) {
   asked_ = entry->number;
   asked_at_ = now;
   memory_ = std::max(memory_, entry->its.memory);
-  referee_->ask({entry->number, entry->its.scene, entry->its.parcel, entry->its.settings,
+  referee_->ask({entry->number, entry->its.scene, entry->its.payload, entry->its.settings,
                  entry->its.plan->batch(entry->asked), memory_left});
 }
 

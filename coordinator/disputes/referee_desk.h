@@ -20,7 +20,7 @@ struct RefereeCase {
   bool dispute = false;
   std::shared_ptr<const WorkPlan> plan;
   std::string scene;
-  SceneParcel parcel;
+  ScenePayload payload;
   RenderSettings settings;
   std::uint64_t memory = 0;           ///< bytes that scene and tree take, as far as is known
   std::uint64_t cells_at_once = 1;    ///< of one question, at most
@@ -64,7 +64,7 @@ class RefereeDesk {
     std::uint64_t claimant = 0;
     CellRange range;
     std::vector<std::uint64_t> claims;  ///< for the range; empty: of a check
-    CellsParcel cells;
+    CellsPayload cells;
   };
   /// Takes answers in. Each one is settled with close() or go_on().
   std::vector<Traced> take_answers(Time now);

@@ -235,7 +235,7 @@ Referee::Answer RefereeProcess::answer_of_child(const Question& question) {
   if (scene_ != question.scene) {
     scene_ = question.scene;
     sent =
-        write_frames(child->socket(), {std::string("scene"), Frame(question.parcel.bytes().data)});
+        write_frames(child->socket(), {std::string("scene"), Frame(question.payload.bytes().data)});
   }
   sent =
       sent && write_frames(child->socket(), encode(msg::Grant{1, 0, question.id, question.cells,

@@ -8,13 +8,13 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
-Convictions kept_convictions(Store& store) {
+FaultFindings kept_findings(Store& store) {
   const std::string text = store.note("workers");
   if (text.empty()) {
     return {};
   }
   try {
-    return Convictions::from_json(json::parse(text).value("convictions", json::array()));
+    return FaultFindings::from_json(json::parse(text).value("convictions", json::array()));
   } catch (const json::exception& error) {
     throw RunError(std::string("the state's note of workers is damaged: ") + error.what());
   }
@@ -33,13 +33,13 @@ static std::string flag_of(const JobPicture::Retraction& retraction, const std::
 }
 
 std::optional<JobPicture::Retraction> undo(JobPicture& picture, Store* store, JobRecord& record,
-                                           const Conviction& conviction, double at) {
+                                           const FaultFinding& finding, double at) {
   std::optional<JobPicture::Retraction> undone;
   record.passes = picture.passes().begun();
-  record.convictions = conviction.number;
-  if (picture.relies_on(conviction.machine)) {
-    undone = picture.retract(conviction.machine);
-    record.flag = flag_of(*undone, conviction.worker);
+  record.fault_findings = finding.number;
+  if (picture.relies_on(finding.machine)) {
+    undone = picture.retract(finding.machine);
+    record.flag = flag_of(*undone, finding.worker);
     std::vector<JournalEntry> entries{
         JournalRetraction{picture.passes().pass(), at, undone->cells}};
     if (undone->restarted) {

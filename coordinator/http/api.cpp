@@ -167,8 +167,8 @@ void Api::add_pictures(Router& router) {
              [this](const Request& request, const Arguments& arguments) {
                return report(request, job_in(arguments));
              });
-  using enum Pictures::Kind;
-  const std::array<std::pair<const char*, Pictures::Kind>, 8> files = {
+  using enum PictureCache::Kind;
+  const std::array<std::pair<const char*, PictureCache::Kind>, 8> files = {
       {{"image.png", png},
        {"image.exr", exr},
        {"pixels.f32", pixels},
@@ -201,7 +201,7 @@ void Api::add_workers(Router& router) {
 
 Reply Api::submit(const Request& request) {
   token_of(request, "");  // before a body is read for nothing
-  Taken taken = intake_.take(request);
+  Taken taken = uploads_.take(request);
   if (!taken.webhook.empty()) webhooks_.check(taken.webhook);
   taken.submit.token = token_of(request, taken.digest);
   taken.submit.user.clear();
@@ -284,15 +284,15 @@ Reply Api::report(const Request& request, JobId job) {
   }
 }
 
-Reply Api::picture(const Request& request, JobId job, Pictures::Kind kind) {
-  Pictures::Made made;
+Reply Api::picture(const Request& request, JobId job, PictureCache::Kind kind) {
+  PictureCache::Made made;
   try {
     made = pictures_.get(request.sender, owner_of(request), job, kind);
   } catch (const Problem& problem) {
     fail_precisely(loop_, {}, job, problem);
   }
   Reply reply;
-  using enum Pictures::Kind;
+  using enum PictureCache::Kind;
   reply.type = kind == exr                        ? "image/x-exr"
                : kind == tracer_names             ? "application/json"
                : kind == png || kind == error_png ? "image/png"

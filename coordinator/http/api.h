@@ -4,9 +4,9 @@
 #include <string>
 
 #include "coordinator/http/events.h"
-#include "coordinator/http/intake.h"
-#include "coordinator/http/pictures.h"
+#include "coordinator/http/picture_cache.h"
 #include "coordinator/http/router.h"
+#include "coordinator/http/upload_reader.h"
 #include "coordinator/http/webhooks.h"
 
 namespace parray::http {
@@ -22,10 +22,10 @@ struct ApiFacts {
 class Api {
  public:
   /// All must outlive this.
-  Api(LoopClient& loop, Intake& intake, Pictures& pictures, Events& events, Webhooks& webhooks,
-      ApiFacts facts)
+  Api(LoopClient& loop, UploadReader& uploads, PictureCache& pictures, Events& events,
+      Webhooks& webhooks, ApiFacts facts)
       : loop_(loop),
-        intake_(intake),
+        uploads_(uploads),
         pictures_(pictures),
         events_(events),
         webhooks_(webhooks),
@@ -43,14 +43,14 @@ class Api {
   Reply steer(const Request& request, JobId job, msg::JobAction action);
   Reply forget(const Request& request, JobId job);
   Reply report(const Request& request, JobId job);
-  Reply picture(const Request& request, JobId job, Pictures::Kind kind);
+  Reply picture(const Request& request, JobId job, PictureCache::Kind kind);
   Reply list_workers(const Request& request);
   Reply steer_workers(const Request& request, const std::string& name, msg::WorkerAction action);
   Reply server(const Request& request) const;
 
   LoopClient& loop_;
-  Intake& intake_;
-  Pictures& pictures_;
+  UploadReader& uploads_;
+  PictureCache& pictures_;
   Events& events_;
   Webhooks& webhooks_;
   const ApiFacts facts_;

@@ -15,29 +15,29 @@
 #include "coordinator/jobs/report.h"
 #include "coordinator/leases/lease_table.h"
 #include "coordinator/store/job_record.h"
-#include "proto/parcels.h"
+#include "proto/payloads.h"
 
 namespace parray::coordinator {
 
 /// Where an unfinished job is.
 enum class JobPhase : std::uint8_t {
   waiting,    ///< holds no memory for its picture
-  preparing,  ///< the backroom is making its picture, or its next pass
+  preparing,  ///< the job_thread is making its picture, or its next pass
   tracing,    ///< has leases to grant, or granted
-  finishing,  ///< the backroom is making the image and the report
+  finishing,  ///< the job_thread is making the image and the report
   ended
 };
 
-/// What a job has while its picture is under way. `picture` belongs to the backroom once tracing
+/// What a job has while its picture is under way. `picture` belongs to the job_thread once tracing
 /// has begun; everything else to the loop.
 struct JobWork {
   std::shared_ptr<JobPicture> picture;
-  SceneParcel scene;
+  ScenePayload scene;
   std::shared_ptr<const WorkPlan> plan;  ///< of the pass under way
   std::uint32_t pass = 0;
   std::optional<LeaseTable> leases;
   std::uint64_t generation = 0;  ///< names this work among all that there has been
-  std::uint32_t errands = 0;     ///< in the backroom, without which a pass cannot end
+  std::uint32_t tasks = 0;       ///< in the job_thread, without which a pass cannot end
 
   Time started = never;      ///< first grant
   Time clock_began = never;  ///< of the time limit
@@ -61,7 +61,7 @@ struct JobWork {
 struct Job {
   JobRecord record;
   JobPhase phase = JobPhase::waiting;
-  SceneParcel scene;       ///< where no store keeps it
+  ScenePayload scene;      ///< where no store keeps it
   Time submitted = never;  ///< in this life
   Time served = never;     ///< latest lease that was its regular turn; never: not counted yet
   Time granted = never;    ///< latest lease
@@ -70,7 +70,7 @@ struct Job {
   std::unique_ptr<JobWork> work;    ///< null while waiting, and once ended
   std::string pause_reason;         ///< of a pause that ends by itself
   Time retry_at = never;            ///< of finishing, after a full disk
-  PictureParcel picture;            ///< of a done job, where no store keeps it
+  PicturePayload picture;           ///< of a done job, where no store keeps it
   std::string journal;              ///< likewise
   std::uint64_t picture_bytes = 0;  ///< of both
   double kept_progress = 0;         ///< of an earlier life, until this one has taken it up

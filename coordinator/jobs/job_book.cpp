@@ -14,8 +14,8 @@
 #include "common/image/image.h"
 #include "common/image/picture_bytes.h"
 #include "coordinator/disputes/dispute_desk.h"
+#include "coordinator/jobs/replaying.h"
 #include "coordinator/jobs/report.h"
-#include "coordinator/jobs/taking_up.h"
 #include "coordinator/loop/farm.h"
 #include "coordinator/loop/worker_desk.h"
 
@@ -45,9 +45,9 @@ json JobBook::summary_of(Time now, const Series& listed) const {
   return series_summary(listed, now, open == nullptr ? "" : waits_for(*open));
 }
 
-/// For errands of the job's present work: if one throws, the job fails. `doing` says what it does.
-Backroom::Guarded JobBook::for_job(const Job& job, const std::string& doing) {
-  return farm_.backroom.guarded(
+/// For tasks of the job's present work: if one throws, the job fails. `doing` says what it does.
+JobThread::Guarded JobBook::for_job(const Job& job, const std::string& doing) {
+  return farm_.job_thread.guarded(
       [this, doing, id = job.record.id, generation = job.work->generation](const std::string& why) {
         if (Job* there = farm_.job_at_work(id, generation)) {
           fail_job(*there, doing + ": " + why);
@@ -89,10 +89,10 @@ void JobBook::restore_jobs() {
   }
 }
 
-/// What the backroom has made ready for tracing.
+/// What the job_thread has made ready for tracing.
 struct JobBook::Prepared {
   std::shared_ptr<JobPicture> picture;
-  SceneParcel scene;
+  ScenePayload scene;
   std::vector<CellRange> missing;
   std::vector<std::uint64_t> passes;
   std::uint64_t samples = 0;
@@ -132,11 +132,11 @@ void JobBook::prepare(Job& job) {
   job.work->generation = next_generation_++;
   farm_.at_work.insert(job.record.id);
   const auto prepared = std::make_shared<Prepared>();
-  const auto errands = for_job(job, "taking it up");
-  errands.give([this, prepared, store = farm_.store, record = job.record, scene = job.scene,
-                at = farm_.since_1970(farm_.now), id = job.record.id,
-                generation = job.work->generation, waiting_counts = farm_.options.waiting_counts,
-                judge = judge_of(job.record)]() mutable -> Backroom::Outcome {
+  const auto tasks = for_job(job, "taking it up");
+  tasks.give([this, prepared, store = farm_.store, record = job.record, scene = job.scene,
+              at = farm_.since_1970(farm_.now), id = job.record.id,
+              generation = job.work->generation, waiting_counts = farm_.options.waiting_counts,
+              judge = judge_of(job.record)]() mutable -> JobThread::Completion {
     Prepared& p = *prepared;
     try {
       if (store != nullptr) {
@@ -144,7 +144,7 @@ void JobBook::prepare(Job& job) {
         if (!bytes) {
           throw RunError("its scene is missing");
         }
-        scene = SceneParcel(Bulk::of(std::move(*bytes)));
+        scene = ScenePayload(Bulk::of(std::move(*bytes)));
       }
       p.scene = scene;
       const bool limited = record.settings.time_limit > 0;
@@ -214,7 +214,7 @@ void JobBook::begin_tracing(Job& job, const Prepared& prepared) {
   constexpr double most_leases = 4000;
   length.longest =
       std::max(length.longest, static_cast<double>(farm_.workers.size()) / most_leases);
-  // A result stays below 32 MiB as the collector has it, so that no errand takes long.
+  // A result stays below 32 MiB as the collector has it, so that no task takes long.
   constexpr std::uint64_t most_bytes = std::uint64_t{1} << 25;
   const std::uint64_t most_cells =
       most_bytes / record_bytes(work.plan->grid()->shape().cell_pixels);
@@ -224,10 +224,10 @@ void JobBook::begin_tracing(Job& job, const Prepared& prepared) {
   work.leases.emplace(ChunkSizer(job.record.settings.schedule, *work.plan, length),
                       prepared.missing, job.next_epoch, most_cells);
   farm_.grants_due = true;
-  disputes_.retract_later_convicted(job);
+  disputes_.retract_later_faulty(job);
   if (prepared.complete) {
     work.started = work.started == never ? farm_.now : work.started;
-    if (work.errands == 0) {  // else disputes_.note_retracted() looks at it again
+    if (work.tasks == 0) {  // else disputes_.note_retracted() looks at it again
       finish_job(job);
     }
   }
@@ -247,7 +247,7 @@ void JobBook::restart_leases(Job& job, const WorkPlan& plan) {
 }
 
 void JobBook::end_pass_if_done(Job& job) {
-  if (!job.tracing() || job.work->errands > 0 || job.work->cells < job.work->plan->cells()) {
+  if (!job.tracing() || job.work->tasks > 0 || job.work->cells < job.work->plan->cells()) {
     return;
   }
   JobWork& work = *job.work;
@@ -277,11 +277,11 @@ void JobBook::next_pass(Job& job) {
   job.work->pass_ended = farm_.now;
   const auto prepared = std::make_shared<Prepared>();
   prepared->scene = job.work->scene;
-  const auto errands = for_job(job, "deciding on its next pass");
-  errands.give([this, prepared, store = farm_.store, record = job.record, id = job.record.id,
-                picture = job.work->picture, times = job.times(farm_.now),
-                at = farm_.since_1970(farm_.now),
-                generation = job.work->generation]() mutable -> Backroom::Outcome {
+  const auto tasks = for_job(job, "deciding on its next pass");
+  tasks.give([this, prepared, store = farm_.store, record = job.record, id = job.record.id,
+              picture = job.work->picture, times = job.times(farm_.now),
+              at = farm_.since_1970(farm_.now),
+              generation = job.work->generation]() mutable -> JobThread::Completion {
     Prepared& p = *prepared;
     p.picture = picture;
     try {
@@ -308,8 +308,8 @@ void JobBook::next_pass(Job& job) {
 void JobBook::finish_job(Job& job) {
   job.phase = JobPhase::finishing;
   job.work->facts.render_seconds = to_seconds(farm_.now - job.work->started);
-  struct Finished {
-    PictureParcel picture;
+  struct LeaseResult {
+    PicturePayload picture;
     std::uint64_t bytes = 0;
     std::string report;
     std::vector<JobEvent> events;
@@ -317,12 +317,12 @@ void JobBook::finish_job(Job& job) {
     std::string failure;
     std::string full;  ///< why it cannot be kept now; empty: it can
   };
-  const auto finished = std::make_shared<Finished>();
-  const auto errands = for_job(job, "finishing its picture");
-  errands.give([this, finished, store = farm_.store, record = job.record, id = job.record.id,
-                picture = job.work->picture, facts = job.work->facts,
-                clock = farm_.options.wall_clock, ended = std::max(farm_.uptime(), 1.0),
-                generation = job.work->generation]() mutable -> Backroom::Outcome {
+  const auto finished = std::make_shared<LeaseResult>();
+  const auto tasks = for_job(job, "finishing its picture");
+  tasks.give([this, finished, store = farm_.store, record = job.record, id = job.record.id,
+              picture = job.work->picture, facts = job.work->facts,
+              clock = farm_.options.wall_clock, ended = std::max(farm_.uptime(), 1.0),
+              generation = job.work->generation]() mutable -> JobThread::Completion {
     try {
       auto made = finish_picture(*picture, record, facts);
       finished->report = made.report;
@@ -347,7 +347,7 @@ void JobBook::finish_job(Job& job) {
       } else {
         finished->journal = picture->journal().bytes();
         finished->picture =
-            PictureParcel(std::make_shared<const PictureParts>(std::move(made.picture)));
+            PicturePayload(std::make_shared<const PictureParts>(std::move(made.picture)));
       }
     } catch (const StorageFull& full) {
       finished->full = full.what();

@@ -39,7 +39,7 @@ class JobBook {
   /// Traces all cells of `plan` again.
   void restart_leases(Job& job, const WorkPlan& plan);
   /// For tasks of the job's present work: a failure fails the job. `doing` names the task.
-  [[nodiscard]] Backroom::Guarded for_job(const Job& job, const std::string& doing);
+  [[nodiscard]] JobThread::Guarded for_job(const Job& job, const std::string& doing);
 
   /// Finds the frames of a series, by number. Empty: there is no such series.
   std::vector<Job*> frames_of(JobId series);

@@ -41,7 +41,7 @@ void JobBook::keep_house(Time now) {
   keep_farm_notes();
   farm_.for_log("tidying up and adding up what the jobs keep")
       .give([this, store = farm_.store,
-             keep_lost = farm_.options.limits.keep_lost_seconds]() -> Backroom::Outcome {
+             keep_lost = farm_.options.limits.keep_lost_seconds]() -> JobThread::Completion {
         store->tidy(keep_lost);
         return {[this, usage = store->usage()]() mutable { note_usage(std::move(usage)); }, {}};
       });
@@ -65,7 +65,7 @@ void JobBook::keep_farm_notes() {
   uptime_kept_ = later ? farm_.uptime() : uptime_kept_;
   progress_kept_ = text;
   farm_.for_log("keeping the uptime and the progress of jobs")
-      .give([store = farm_.store, text, seconds_up = farm_.uptime()]() -> Backroom::Outcome {
+      .give([store = farm_.store, text, seconds_up = farm_.uptime()]() -> JobThread::Completion {
         store->put_note(progress_note, text);
         store->put_note(uptime_note, std::to_string(static_cast<std::uint64_t>(seconds_up)));
         return {};
@@ -148,7 +148,7 @@ void JobBook::forget_job(JobId id, const std::string& why) {
   farm_.jobs.erase(found);
   if (farm_.store != nullptr) {
     farm_.for_log(fmt::format("forgetting job {}", id))
-        .give([store = farm_.store, id]() -> Backroom::Outcome {
+        .give([store = farm_.store, id]() -> JobThread::Completion {
           store->drop_job(id);
           return {};
         });

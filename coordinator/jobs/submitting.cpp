@@ -27,7 +27,7 @@ std::string megabytes(std::uint64_t bytes) {
 
 }  // namespace
 
-/// A submitted job that the backroom has looked at.
+/// A submitted job that the job_thread has looked at.
 struct JobBook::Accepted {
   Job job;
   std::string refusal;
@@ -61,7 +61,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
   record.token = m.token;
   record.user = user;
   record.share = farm_.sender.share;
-  record.convictions = disputes_.latest_conviction();
+  record.fault_findings = disputes_.latest_finding();
   record.scene_bytes = m.scene.size();
   record.note(farm_.options.wall_clock(), "submitted" + (user.empty() ? "" : " by " + user));
   try {
@@ -107,13 +107,13 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     series_[{user, m.series}] = record.series_id;
   }
   const auto guarded =
-      farm_.backroom.guarded([this, accepted, peer, request = m.request](const std::string& why) {
+      farm_.job_thread.guarded([this, accepted, peer, request = m.request](const std::string& why) {
         accepted->refusal = why;
         accepted->status = 1;
         accept_job(peer, request, *accepted);
       });
   guarded.give([this, accepted, store = farm_.store, peer, request = m.request,
-                scene = std::move(m.scene)]() -> Backroom::Outcome {
+                scene = std::move(m.scene)]() -> JobThread::Completion {
     Job& job = accepted->job;
     try {
       job.record.scene = scene.identity();
@@ -141,8 +141,8 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
       accepted->status = 1;
     }
     const auto outcome = [this, accepted, peer, request] { accept_job(peer, request, *accepted); };
-    return accepted->refusal.empty() ? Backroom::Outcome{{}, outcome}
-                                     : Backroom::Outcome{outcome, {}};
+    return accepted->refusal.empty() ? JobThread::Completion{{}, outcome}
+                                     : JobThread::Completion{outcome, {}};
   });
 }
 

@@ -56,7 +56,7 @@ void LeaseDesk::queue_open_jobs() {
 
 namespace {
 
-/// What waits for the backroom stays within memory: beyond this many errands nothing is granted.
+/// What waits for the job_thread stays within memory: beyond this many tasks nothing is granted.
 constexpr std::size_t most_backlog = 4096;
 /// Some milliseconds' worth: whoever asks something meanwhile is answered soon.
 constexpr int most_granted_at_once = 64;
@@ -67,7 +67,7 @@ constexpr int most_granted_at_once = 64;
 /// take all. Does nothing where nothing has changed since. False: there are more to be granted than
 /// one turn of the loop has time for.
 bool LeaseDesk::grant_leases(Time now) {
-  if (!farm_.grants_due || !farm_.storage.empty() || farm_.backroom.backlog() > most_backlog) {
+  if (!farm_.grants_due || !farm_.storage.empty() || farm_.job_thread.backlog() > most_backlog) {
     return true;
   }
   if (farm_.workers.size() == 0) {

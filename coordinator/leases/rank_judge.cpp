@@ -53,14 +53,14 @@ void RankJudge::settle(std::uint32_t rank, std::uint64_t cell, std::uint64_t cla
   const std::uint64_t truth = truth_of(cell);
   const auto wrong = picture_.collector().differing({cell, cell + 1}, {truth});
   if (claim != truth) {
-    convict(ranks_[rank].tracer);
+    find_faulty(ranks_[rank].tracer);
   }
   if (!wrong.empty()) {
-    convict(wrong.front().tracer);
+    find_faulty(wrong.front().tracer);
   }
 }
 
-void RankJudge::convict(TracerKey tracer) {
+void RankJudge::find_faulty(TracerKey tracer) {
   Verdict verdict;
   verdict.rank = rank_of(tracer);
   if (verdict.rank && left_out(*verdict.rank)) {
@@ -122,7 +122,7 @@ void RankJudge::recheck(std::uint64_t most_cells) {
     if (wrong.empty()) {
       picture_.note_check(ranks_[0].tracer, {cell, cell + 1});
     } else {
-      convict(wrong.front().tracer);
+      find_faulty(wrong.front().tracer);
     }
   }
 }

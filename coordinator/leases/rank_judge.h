@@ -74,7 +74,7 @@ class RankJudge {
  private:
   void settle(std::uint32_t rank, std::uint64_t cell, std::uint64_t claim);
   [[nodiscard]] std::uint64_t truth_of(std::uint64_t cell) const;
-  void convict(TracerKey tracer);
+  void find_faulty(TracerKey tracer);
   void retract(TracerKey tracer, Verdict& verdict);
   [[nodiscard]] std::optional<std::uint32_t> rank_of(TracerKey tracer) const;
 

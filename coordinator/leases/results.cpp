@@ -55,8 +55,8 @@ void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Resul
   merged->accelerator_bytes = result.accelerator_bytes;
   merged->isa = result.isa;
   const auto work = [merged, store = farm_.store, id = job.record.id, picture = job.work->picture,
-                     plan = job.work->plan, pass = job.work->pass, parcel = std::move(result.cells),
-                     depth = job.record.settings.max_depth] {
+                     plan = job.work->plan, pass = job.work->pass,
+                     payload = std::move(result.cells), depth = job.record.settings.max_depth] {
     if (picture->plan() != plan) {
       return;
     }
@@ -66,9 +66,9 @@ void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Resul
     Bulk packed;
     try {
       if (store != nullptr) {
-        packed = parcel.packed(*plan->grid());
+        packed = payload.packed(*plan->grid());
       }
-      cells = parcel.open(batch, depth);
+      cells = payload.open(batch, depth);
     } catch (const ChecksumError& error) {
       merged->kind = Merged::Kind::damaged;
       merged->fault = error.what();
@@ -102,9 +102,9 @@ void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Resul
       }
     }
   };
-  const auto errands = job_book_.for_job(job, "taking in a result");
-  errands.give([this, work, merged, peer = worker.peer, id = job.record.id,
-                generation = job.work->generation]() -> Backroom::Outcome {
+  const auto tasks = job_book_.for_job(job, "taking in a result");
+  tasks.give([this, work, merged, peer = worker.peer, id = job.record.id,
+              generation = job.work->generation]() -> JobThread::Completion {
     work();
     return {
         [this, merged, id, generation] {

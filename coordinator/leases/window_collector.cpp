@@ -39,7 +39,7 @@ constexpr std::uint64_t most_rechecks = 8;
 
 }  // namespace
 
-static std::uint32_t crew_of(const RankThreads& threads) {
+static std::uint32_t merging_threads_of(const RankThreads& threads) {
   const std::uint64_t wanted = divide_up(threads.all, threads_for_one);
   return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(wanted, 1, threads.own));
 }
@@ -56,7 +56,7 @@ WindowCollector::WindowCollector(JobPicture& picture, RankJudge& judge, const Wi
       totals_(totals),
       hooks_(std::move(hooks)),
       many_ranks_(threads.all > many_threads * threads.own),
-      crew_(many_ranks_ ? threads.own : crew_of(threads)),
+      merging_threads_(many_ranks_ ? threads.own : merging_threads_of(threads)),
       last_entry_(now),
       lives_(layout.ranks(), Life{0, now}),
       last_life_(now) {
@@ -77,9 +77,9 @@ bool WindowCollector::collect(Time now, std::uint64_t most_cells) {
   const std::size_t count = entries_of(most_cells);
   behind_ = count < waiting_.size();
   std::vector<char> read(count);
-  const bool together = crew() > 1 && count >= least_parallel_entries;
+  const bool together = merging_threads() > 1 && count >= least_parallel_entries;
   if (together) {
-    side_by_side(count, static_cast<int>(crew()),
+    side_by_side(count, static_cast<int>(merging_threads()),
                  [&](std::size_t i) { read[i] = read_entry(now, waiting_[i]) ? 1 : 0; });
   } else {
     for (std::size_t i = 0; i < count; ++i) {
@@ -279,23 +279,23 @@ void WindowCollector::finish() {
 }
 
 void WindowCollector::issue_copies(Time now) {
-  const std::uint64_t tickets = std::min(load(Word::tickets), layout_.most_copies());
-  if (tickets > copies_issued_ && hungry_since_ == never) {
+  const std::uint64_t copy_requests = std::min(load(Word::copy_requests), layout_.most_copies());
+  if (copy_requests > copies_issued_ && waiting_since_ == never) {
     find_gaps(now);
   }
   // What has not been read yet may be finished.
-  if (tickets <= copies_issued_ || behind_ || overtaken() || picture_.collector().done()) {
-    hungry_since_ = never;
+  if (copy_requests <= copies_issued_ || behind_ || overtaken() || picture_.collector().done()) {
+    waiting_since_ = never;
     return;
   }
-  hungry_since_ = std::min(hungry_since_, now);
-  if (now - hungry_since_ < hunger_time || now < next_round_) {
+  waiting_since_ = std::min(waiting_since_, now);
+  if (now - waiting_since_ < hunger_time || now < next_round_) {
     return;
   }
   const std::uint64_t left = picture_.plan()->cells() - picture_.collector().done_cells();
   const std::uint64_t most =
       std::clamp<std::uint64_t>(left / (2ULL * layout_.ranks()), 1, most_copy_cells);
-  while (copies_issued_ < tickets) {
+  while (copies_issued_ < copy_requests) {
     if (copy_cursor_ == 0) {
       round_began_ = now;
     }
@@ -314,7 +314,7 @@ void WindowCollector::issue_copies(Time now) {
 }
 
 std::uint64_t WindowCollector::activity() const {
-  return load(Word::step) + load(Word::position) + load(Word::tickets) + totals_.entries;
+  return load(Word::step) + load(Word::position) + load(Word::copy_requests) + totals_.entries;
 }
 
 void WindowCollector::listen(Time now) {

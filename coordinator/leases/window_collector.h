@@ -51,8 +51,8 @@ class WindowCollector {
                   std::span<const std::byte> memory, Time now, Totals& totals, Hooks hooks,
                   RankThreads threads = {});
 
-  /// Takes in logged results, about `most_cells` at a time, with crew() threads. True if it found
-  /// any.
+  /// Takes in logged results, about `most_cells` at a time, with merging_threads() threads. True if
+  /// it found any.
   bool collect(Time now, std::uint64_t most_cells);
   /// The last collect() has left results for the next.
   [[nodiscard]] bool behind() const { return behind_; }
@@ -60,7 +60,7 @@ class WindowCollector {
   /// results come.
   [[nodiscard]] bool wants_all_threads(Time now) const;
   /// Threads that take results in.
-  [[nodiscard]] std::uint32_t crew() const { return crew_; }
+  [[nodiscard]] std::uint32_t merging_threads() const { return merging_threads_; }
   /// All cells are in, and rank 0 has checked what it had to.
   [[nodiscard]] bool done() const {
     return !overtaken() && picture_.collector().done() && !judge_.has_rechecks();
@@ -120,7 +120,7 @@ class WindowCollector {
   Totals& totals_;
   const Hooks hooks_;
   const bool many_ranks_;
-  const std::uint32_t crew_;
+  const std::uint32_t merging_threads_;
   std::mutex mutex_;  ///< of what follows a check: picture, totals, hooks
   std::vector<Block> blocks_;
   std::uint64_t claimed_blocks_ = 0;
@@ -129,7 +129,7 @@ class WindowCollector {
   Time last_entry_;
   std::uint64_t copies_issued_ = 0;
   std::uint64_t copy_cursor_ = 0;
-  Time hungry_since_ = never;
+  Time waiting_since_ = never;
   Time round_began_{};
   Time next_round_{};
   struct Life {

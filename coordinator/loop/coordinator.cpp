@@ -14,14 +14,14 @@ namespace parray::coordinator {
 
 Coordinator::Coordinator(CoordinatorOptions options, Store* store,
                          std::shared_ptr<spdlog::logger> log)
-    : farm_(std::move(options), store, std::move(log), backroom_),
+    : farm_(std::move(options), store, std::move(log), job_thread_),
       worker_desk_(farm_, job_book_, leases_, disputes_),
       job_book_(farm_, disputes_, worker_desk_),
       leases_(farm_, job_book_, disputes_, worker_desk_),
       disputes_(farm_, job_book_),
       clients_(farm_, job_book_, leases_, disputes_, worker_desk_),
       requests_(farm_.options.limits.requests),
-      backroom_(store, farm_.options.backroom) {
+      job_thread_(store, farm_.options.job_thread) {
   disputes_.restore_worker_notes();
   job_book_.restore_jobs();
 }
@@ -124,7 +124,7 @@ Time Coordinator::tick(Time now, bool drained) {
   if (farm_.wall_zero == 0) {
     farm_.wall_zero = farm_.options.wall_clock() - to_seconds(now);
   }
-  farm_.backroom.run_finished();
+  farm_.job_thread.run_finished();
   const bool cases_open = !disputes_.referee().idle();
   disputes_.take_referee_turn(now);
   worker_desk_.note_storage(now);
@@ -144,7 +144,7 @@ Time Coordinator::tick(Time now, bool drained) {
     disputes_.look_after_checks();
   }
   leases_.grant_leases(now);
-  farm_.backroom.run_finished();  // what has been prepared meanwhile
+  farm_.job_thread.run_finished();  // what has been prepared meanwhile
   if (!leases_.grant_leases(now)) {
     return now;
   }

@@ -48,7 +48,7 @@ class Coordinator final : public Actor {
   DisputeDesk disputes_;
   ClientRequests clients_;
   RequestBudget requests_;
-  Backroom backroom_;  ///< last: its tasks end before the parts that they report to
+  JobThread job_thread_;  ///< last: its tasks end before the parts that they report to
 };
 
 }  // namespace parray::coordinator

@@ -8,7 +8,7 @@
 #include "coordinator/disputes/check_policy.h"
 #include "coordinator/disputes/referee_desk.h"
 #include "coordinator/jobs/job.h"
-#include "coordinator/loop/backroom.h"
+#include "coordinator/loop/job_thread.h"
 #include "coordinator/loop/limits.h"
 #include "proto/actor.h"
 
@@ -55,7 +55,7 @@ struct CoordinatorOptions {
   std::string fingerprint;
   /// Seconds since 1970, for a job's history. Any thread.
   std::function<double()> wall_clock = [] { return 0.0; };
-  Backroom::Options backroom{};
+  JobThread::Options job_thread{};
 };
 
 }  // namespace parray::coordinator

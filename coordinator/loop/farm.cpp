@@ -10,11 +10,11 @@ namespace parray::coordinator {
 static constexpr std::size_t most_bulk_of_peer = 4;
 
 Farm::Farm(CoordinatorOptions options_of_farm, Store* kept_in,
-           std::shared_ptr<spdlog::logger> log_of_farm, Backroom& tasks)
+           std::shared_ptr<spdlog::logger> log_of_farm, JobThread& tasks)
     : options(std::move(options_of_farm)),
       store(kept_in),
       log(std::move(log_of_farm)),
-      backroom(tasks),
+      job_thread(tasks),
       warnings(log),
       arrivals(log, 100),
       bulk(options.memory / 4, most_bulk_of_peer),
@@ -29,18 +29,18 @@ void Farm::fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t
   send(peer, msg::Error{request, status, message});
 }
 
-/// For errands that answer a client: if one throws, the client gets the error.
-Backroom::Guarded Farm::for_client(const PeerId& peer, std::uint64_t request,
-                                   const std::string& doing) {
-  return backroom.guarded([this, peer, request, doing](const std::string& why) {
+/// For tasks that answer a client: if one throws, the client gets the error.
+JobThread::Guarded Farm::for_client(const PeerId& peer, std::uint64_t request,
+                                    const std::string& doing) {
+  return job_thread.guarded([this, peer, request, doing](const std::string& why) {
     log->error("{}: {}", doing, why);
     fail_request(peer, request, 1, doing + ": " + why);
   });
 }
 
-/// For errands that nobody waits for: if one throws, the log says so.
-Backroom::Guarded Farm::for_log(const std::string& doing) {
-  return backroom.guarded(
+/// For tasks that nobody waits for: if one throws, the log says so.
+JobThread::Guarded Farm::for_log(const std::string& doing) {
+  return job_thread.guarded(
       [this, doing](const std::string& why) { log->error("{}: {}", doing, why); });
 }
 
@@ -48,8 +48,8 @@ Backroom::Guarded Farm::for_log(const std::string& doing) {
 /// already.
 void Farm::keep(const Job& job) {
   if (store != nullptr && job.phase != JobPhase::finishing) {
-    const auto errands = for_log(fmt::format("keeping the record of job {}", job.record.id));
-    errands.give([to = store, record = job.record]() -> Backroom::Outcome {
+    const auto tasks = for_log(fmt::format("keeping the record of job {}", job.record.id));
+    tasks.give([to = store, record = job.record]() -> JobThread::Completion {
       to->put_job(record);
       return {};
     });

@@ -13,9 +13,9 @@
 #include "coordinator/jobs/job.h"
 #include "coordinator/jobs/job_index.h"
 #include "coordinator/jobs/log_budget.h"
-#include "coordinator/loop/backroom.h"
 #include "coordinator/loop/bulk_ledger.h"
 #include "coordinator/loop/coordinator_options.h"
+#include "coordinator/loop/job_thread.h"
 #include "coordinator/loop/scene_service.h"
 #include "coordinator/loop/worker_registry.h"
 #include "coordinator/store/store.h"
@@ -40,10 +40,10 @@ struct Tally {
 /// Plain data with a few services on it; every rule belongs to one of the parts: WorkerDesk,
 /// JobBook, LeaseDesk, DisputeDesk, ClientRequests. Not thread-safe.
 struct Farm {
-  /// `store` may be null: then nothing outlives the process. `backroom` runs tasks on the store; it
-  /// must be destroyed before the parts whose completions it calls.
+  /// `store` may be null: then nothing outlives the process. `job_thread` runs tasks on the store;
+  /// it must be destroyed before the parts whose completions it calls.
   Farm(CoordinatorOptions options, Store* store, std::shared_ptr<spdlog::logger> log,
-       Backroom& backroom);
+       JobThread& job_thread);
 
   /// Adds a message to the outbox.
   void send(const PeerId& peer, Message message);
@@ -66,15 +66,15 @@ struct Farm {
   /// Keeps the record of a job in the store.
   void keep(const Job& job);
   /// For tasks that answer a client: a failure answers with an error.
-  [[nodiscard]] Backroom::Guarded for_client(const PeerId& peer, std::uint64_t request,
-                                             const std::string& doing);
+  [[nodiscard]] JobThread::Guarded for_client(const PeerId& peer, std::uint64_t request,
+                                              const std::string& doing);
   /// For tasks without a recipient: a failure is logged.
-  [[nodiscard]] Backroom::Guarded for_log(const std::string& doing);
+  [[nodiscard]] JobThread::Guarded for_log(const std::string& doing);
 
   const CoordinatorOptions options;
   Store* const store;
   std::shared_ptr<spdlog::logger> log;
-  Backroom& backroom;
+  JobThread& job_thread;
   LogBudget warnings;
   LogBudget arrivals;  ///< log lines of workers that join or leave
   WorkerRegistry workers;

@@ -89,7 +89,7 @@ void ClientRequests::send_kept_picture(const PeerId& peer, const msg::Fetch& m, 
   const std::string doing = fmt::format("reading the picture of job {}", m.job);
   farm_.for_client(peer, m.request, doing)
       .give([this, answer, ticket, peer, store = farm_.store, id = m.job,
-             report = job.record.report]() -> Backroom::Outcome {
+             report = job.record.report]() -> JobThread::Completion {
         const auto kept = std::make_shared<PictureFile>(read_picture_file(*store, id));
         if (kept->bytes) {
           answer->report = json::parse(report);
@@ -97,7 +97,7 @@ void ClientRequests::send_kept_picture(const PeerId& peer, const msg::Fetch& m, 
               kept->bytes->size(),
               picture_size(answer->width, answer->height, detail_of(*answer))));
           answer->picture =
-              PictureParcel(Bulk::of(with_ticket(std::exchange(*kept->bytes, {}), ticket)));
+              PicturePayload(Bulk::of(with_ticket(std::exchange(*kept->bytes, {}), ticket)));
         }
         return {[this, answer, peer, kept, id] {
                   note_picture_file(id, *kept);
@@ -150,18 +150,18 @@ void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const
   const std::string doing = fmt::format("reading the picture of job {}", m.job);
   farm_.for_client(peer, m.request, doing)
       .give([this, peer, ticket, request = m.request,
-             picture = job.work->picture]() -> Backroom::Outcome {
+             picture = job.work->picture]() -> JobThread::Completion {
         auto parts = std::make_shared<PictureParts>();
         parts->image = shown_image(*picture).image;
         const json report = {{"partial", true},
                              {"samples", picture->framebuffer().counts().samples}};
         const auto answer = std::make_shared<msg::ImageData>(
             msg::ImageData{request, report, parts->image.width, parts->image.height, false, false,
-                           PictureParcel(parts)});
+                           PicturePayload(parts)});
         if (ticket) {
           Bulk bytes = answer->picture.bytes(PictureDetail::image);
           bytes.data = with_ticket(std::move(bytes.data), ticket);
-          answer->picture = PictureParcel(std::move(bytes));
+          answer->picture = PicturePayload(std::move(bytes));
         }
         return {[this, answer, peer] { farm_.send(peer, std::move(*answer)); }, {}};
       });
@@ -186,7 +186,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
   farm_.for_client(peer, m.request, doing)
       .give([this, answer, ticket, peer, done, store = farm_.store, id = m.job, kept = job->journal,
              report = job->record.report, size = picture_size(s.width, s.height, kept_detail(s)),
-             picture = job->work ? job->work->picture : nullptr]() -> Backroom::Outcome {
+             picture = job->work ? job->work->picture : nullptr]() -> JobThread::Completion {
         answer->report = report.empty() ? json::object() : json::parse(report);
         std::string bytes = kept;
         PictureFile file;

@@ -6,7 +6,7 @@
 namespace parray::coordinator {
 
 /// That of a job at work; null: there is none.
-const SceneParcel* WorkerDesk::scene_at_work(const std::string& scene) const {
+const ScenePayload* WorkerDesk::scene_at_work(const std::string& scene) const {
   for (const JobId id : farm_.at_work) {
     const Job& job = farm_.jobs.at(id);
     if (job.work && job.record.scene == scene && job.work->plan) {
@@ -21,7 +21,7 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedScene& m) {
   if (worker == nullptr) {
     return;
   }
-  const SceneParcel* scene = scene_at_work(m.scene);
+  const ScenePayload* scene = scene_at_work(m.scene);
   if (scene == nullptr) {
     return;
   }
@@ -42,7 +42,7 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedChunk& m) {
   if (worker == nullptr) {
     return;
   }
-  const SceneParcel* scene = scene_at_work(m.scene);
+  const ScenePayload* scene = scene_at_work(m.scene);
   const Bulk* bytes = scene == nullptr ? nullptr : scene->held_bytes();
   auto chunk = bytes == nullptr ? std::nullopt : farm_.scenes.chunk(m.scene, bytes->data, m.chunk);
   if (chunk) {

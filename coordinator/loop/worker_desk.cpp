@@ -146,7 +146,7 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Bye& m) {
 
 /// A full disk holds all jobs until there is room; then they go on by themselves.
 void WorkerDesk::note_storage(Time now) {
-  const std::string blocked = farm_.backroom.blocked();
+  const std::string blocked = farm_.job_thread.blocked();
   if (blocked != farm_.storage) {
     farm_.storage = blocked;
     farm_.grants_due = true;

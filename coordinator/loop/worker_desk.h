@@ -37,7 +37,7 @@ class WorkerDesk {
   void welcome(WorkerRecord& worker);
   void note_progress(Time now, WorkerRecord& worker, const msg::Heartbeat& heartbeat) const;
   void release_workers(Time now);
-  [[nodiscard]] const SceneParcel* scene_at_work(const std::string& scene) const;
+  [[nodiscard]] const ScenePayload* scene_at_work(const std::string& scene) const;
 
   Farm& farm_;
   JobBook& job_book_;

@@ -8,8 +8,8 @@
 namespace parray::replica {
 
 Replica::Replica(Store& store, bool overwrite)
-    : store_(store), overwrite_(overwrite), lineage_(lineage_of(store)) {
-  if (!lineage_ && !store.jobs().empty()) {
+    : store_(store), overwrite_(overwrite), replication_(replication_state_of(store)) {
+  if (!replication_ && !store.jobs().empty()) {
     throw InputError(
         "--standby: --state holds jobs of its own, which a copy would replace: name an empty "
         "directory");
@@ -17,84 +17,84 @@ Replica::Replica(Store& store, bool overwrite)
 }
 
 std::string Replica::answer(std::string_view message) {
-  Ask ask;
+  ReplicaRequest ask;
   try {
-    ask = decode_ask(message);
+    ask = decode_request(message);
   } catch (const DecodeError&) {
     return {};  // as if it were lost: it comes again
   }
-  Answer answer;
+  ReplicaReply answer;
   try {
     answer = reply(ask);
   } catch (const StorageFull& full) {
-    answer = {0, 0, AnswerKind::full, 0, full.what()};
+    answer = {0, 0, ReplicaReplyKind::full, 0, full.what()};
   }
   answer.session = ask.session;
   answer.number = ask.number;
   return encode(answer);
 }
 
-Answer Replica::reply(const Ask& ask) {
-  if (const std::optional<Answer> no = refusal(ask)) {
+ReplicaReply Replica::reply(const ReplicaRequest& ask) {
+  if (const std::optional<ReplicaReply> no = refusal(ask)) {
     return *no;
   }
-  if (ask.kind == AskKind::hello) {
+  if (ask.kind == ReplicaRequestKind::hello) {
     return begin_session(ask);
   }
   if (ask.session != session_) {
-    return {0, 0, AnswerKind::who};
+    return {0, 0, ReplicaReplyKind::who};
   }
   switch (ask.kind) {
-    case AskKind::copy:
+    case ReplicaRequestKind::copy:
       return begin_copy(ask);
-    case AskKind::piece:
+    case ReplicaRequestKind::piece:
       return take_piece(ask);
-    case AskKind::commit:
+    case ReplicaRequestKind::commit:
       return take_batch(ask);
-    case AskKind::picture:
+    case ReplicaRequestKind::picture:
       return picture_piece(ask);
     default:
       return {};
   }
 }
 
-std::optional<Answer> Replica::refusal(const Ask& ask) const {
-  if (!lineage_) {
+std::optional<ReplicaReply> Replica::refusal(const ReplicaRequest& ask) const {
+  if (!replication_) {
     return std::nullopt;
   }
-  if (ask.position.history != lineage_->history) {
-    return Answer{0, 0, AnswerKind::refused, 0,
-                  "it holds the state of another farm: give it an empty directory"};
+  if (ask.position.history != replication_->history) {
+    return ReplicaReply{0, 0, ReplicaReplyKind::refused, 0,
+                        "it holds the state of another farm: give it an empty directory"};
   }
-  if (serves() || ask.position.generation < lineage_->generation) {
-    return Answer{0, 0, AnswerKind::fenced, lineage_->generation};
+  if (serves() || ask.position.generation < replication_->generation) {
+    return ReplicaReply{0, 0, ReplicaReplyKind::fenced, replication_->generation};
   }
   return std::nullopt;
 }
 
-Answer Replica::begin_session(const Ask& ask) {
+ReplicaReply Replica::begin_session(const ReplicaRequest& ask) {
   if (ask.session == session_) {  // it was repeated
-    return {0, 0, awaits_copy_ ? AnswerKind::behind : AnswerKind::in_step};
+    return {0, 0, awaits_copy_ ? ReplicaReplyKind::behind : ReplicaReplyKind::in_step};
   }
-  if (const std::optional<Answer> no = refuse_set_back(ask)) {
+  if (const std::optional<ReplicaReply> no = refuse_set_back(ask)) {
     return *no;
   }
   session_ = ask.session;
   batch_.clear();
   applied_ = 0;
-  const bool same = lineage_ && !applying_ && position_of(store_, *lineage_) == ask.position &&
-                    !store_.lacks_files();
+  const bool same = replication_ && !applying_ &&
+                    position_of(store_, *replication_) == ask.position && !store_.lacks_files();
   awaits_copy_ = !same;
   in_step_ = same;
   position_ = ask.position;
-  return {0, 0, same ? AnswerKind::in_step : AnswerKind::behind};
+  return {0, 0, same ? ReplicaReplyKind::in_step : ReplicaReplyKind::behind};
 }
 
 /// One batch may be here alone: its primary was killed before it committed the batch. More than one
 /// means that the primary has lost what it had.
-std::optional<Answer> Replica::refuse_set_back(const Ask& ask) {
+std::optional<ReplicaReply> Replica::refuse_set_back(const ReplicaRequest& ask) {
   const std::optional<Position> here =
-      lineage_ && !applying_ ? position_of(store_, *lineage_) : std::nullopt;
+      replication_ && !applying_ ? position_of(store_, *replication_) : std::nullopt;
   if (!here || overwrite_) {
     return std::nullopt;
   }
@@ -102,18 +102,19 @@ std::optional<Answer> Replica::refuse_set_back(const Ask& ask) {
   for (const LeftGeneration& left : decode_left(ask.bytes)) {
     there = left.generation == here->generation ? std::max(there, left.sequence) : there;
   }
-  if (there >= lineage_->copy_begin && there < lineage_->copy_end) {
-    there = lineage_->copy_end;
+  if (there >= replication_->copy_begin && there < replication_->copy_end) {
+    there = replication_->copy_end;
   }
   if (here->sequence <= there + 1) {
     return std::nullopt;
   }
-  return Answer{0, 0, AnswerKind::refused, 0,
-                "the primary has been set back: " + std::to_string(here->sequence - there) +
-                    " batches would be lost: serve from the standby, or start it with --overwrite"};
+  return ReplicaReply{
+      0, 0, ReplicaReplyKind::refused, 0,
+      "the primary has been set back: " + std::to_string(here->sequence - there) +
+          " batches would be lost: serve from the standby, or start it with --overwrite"};
 }
 
-Answer Replica::begin_copy(const Ask& ask) {
+ReplicaReply Replica::begin_copy(const ReplicaRequest& ask) {
   if (!awaits_copy_) {
     return {};  // it was repeated
   }
@@ -124,9 +125,9 @@ Answer Replica::begin_copy(const Ask& ask) {
   for (const auto& [name, text] : store_.notes()) {
     store_.put_note(name, "");
   }
-  lineage_ = {ask.position.history, ask.position.generation, Part::standby, ask.position.sequence,
-              0};
-  put_lineage(store_, *lineage_);
+  replication_ = {ask.position.history, ask.position.generation, ReplicaRole::standby,
+                  ask.position.sequence, 0};
+  put_replication_state(store_, *replication_);
   store_.put_mark("");
   store_.commit();
   applying_ = false;
@@ -134,20 +135,20 @@ Answer Replica::begin_copy(const Ask& ask) {
   return {};
 }
 
-bool Replica::is_next(const Ask& ask) const {
+bool Replica::is_next(const ReplicaRequest& ask) const {
   return !awaits_copy_ && ask.position.sequence == position_.sequence + 1;
 }
 
-Answer Replica::take_piece(const Ask& ask) {
+ReplicaReply Replica::take_piece(const ReplicaRequest& ask) {
   if (is_next(ask) && !applying_ && ask.offset == batch_.size()) {
     batch_ += ask.bytes;
   }
   return have();
 }
 
-Answer Replica::take_batch(const Ask& ask) {
+ReplicaReply Replica::take_batch(const ReplicaRequest& ask) {
   if (ask.position.sequence == position_.sequence) {
-    return {0, 0, AnswerKind::committed};
+    return {0, 0, ReplicaReplyKind::committed};
   }
   if (!is_next(ask) || ask.offset != batch_.size()) {
     return have();
@@ -159,9 +160,9 @@ Answer Replica::take_batch(const Ask& ask) {
   apply();
   if (ask.whole) {
     put_position(store_, ask.position);
-    if (!in_step_ && lineage_ && lineage_->copy_end == 0) {
-      lineage_->copy_end = ask.position.sequence;
-      put_lineage(store_, *lineage_);
+    if (!in_step_ && replication_ && replication_->copy_end == 0) {
+      replication_->copy_end = ask.position.sequence;
+      put_replication_state(store_, *replication_);
     }
   }
   store_.commit();
@@ -170,7 +171,7 @@ Answer Replica::take_batch(const Ask& ask) {
   batch_.clear();
   position_ = ask.position;
   in_step_ = ask.whole;
-  return {0, 0, AnswerKind::committed};
+  return {0, 0, ReplicaReplyKind::committed};
 }
 
 /// Goes on where a full disk has stopped it.
@@ -186,7 +187,7 @@ void Replica::apply() {
 }
 
 /// The file is read once, for its first piece, and held until its last one.
-Answer Replica::picture_piece(const Ask& ask) {
+ReplicaReply Replica::picture_piece(const ReplicaRequest& ask) {
   if (lent_job_ != ask.bytes || lent_.empty()) {
     lent_job_ = ask.bytes;
     try {
@@ -197,9 +198,10 @@ Answer Replica::picture_piece(const Ask& ask) {
   }
   if (ask.offset >= lent_.size()) {
     lent_.clear();
-    return {0, 0, AnswerKind::nothing};
+    return {0, 0, ReplicaReplyKind::nothing};
   }
-  Answer answer{0, 0, AnswerKind::picture, lent_.size(), lent_.substr(ask.offset, piece_bytes)};
+  ReplicaReply answer{0, 0, ReplicaReplyKind::picture, lent_.size(),
+                      lent_.substr(ask.offset, piece_bytes)};
   if (ask.offset + answer.text.size() == lent_.size()) {
     lent_ = {};
   }
@@ -208,8 +210,8 @@ Answer Replica::picture_piece(const Ask& ask) {
 
 std::string fenced_answer(std::string_view message, std::uint64_t generation) {
   try {
-    const Ask ask = decode_ask(message);
-    return encode(Answer{ask.session, ask.number, AnswerKind::fenced, generation});
+    const ReplicaRequest ask = decode_request(message);
+    return encode(ReplicaReply{ask.session, ask.number, ReplicaReplyKind::fenced, generation});
   } catch (const DecodeError&) {
     return {};
   }

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "coordinator/replica/ask.h"
-#include "coordinator/store/lineage.h"
+#include "coordinator/replica/replica_request.h"
+#include "coordinator/store/replication_state.h"
 #include "coordinator/store/store.h"
 
 namespace parray::replica {
@@ -28,24 +28,26 @@ class Replica {
   /// The store has been exactly where its primary was, in this life, and has had all since.
   [[nodiscard]] bool in_step() const { return in_step_; }
   /// It has taken over in an earlier life: no primary may fill it.
-  [[nodiscard]] bool serves() const { return lineage_ && lineage_->part == Part::alone; }
+  [[nodiscard]] bool serves() const {
+    return replication_ && replication_->part == ReplicaRole::alone;
+  }
 
  private:
-  Answer reply(const Ask& ask);
-  std::optional<Answer> refusal(const Ask& ask) const;
-  Answer begin_session(const Ask& ask);
-  std::optional<Answer> refuse_set_back(const Ask& ask);
-  Answer begin_copy(const Ask& ask);
-  Answer take_piece(const Ask& ask);
-  Answer take_batch(const Ask& ask);
-  Answer picture_piece(const Ask& ask);
+  ReplicaReply reply(const ReplicaRequest& ask);
+  std::optional<ReplicaReply> refusal(const ReplicaRequest& ask) const;
+  ReplicaReply begin_session(const ReplicaRequest& ask);
+  std::optional<ReplicaReply> refuse_set_back(const ReplicaRequest& ask);
+  ReplicaReply begin_copy(const ReplicaRequest& ask);
+  ReplicaReply take_piece(const ReplicaRequest& ask);
+  ReplicaReply take_batch(const ReplicaRequest& ask);
+  ReplicaReply picture_piece(const ReplicaRequest& ask);
   void apply();
-  [[nodiscard]] bool is_next(const Ask& ask) const;
-  [[nodiscard]] Answer have() const { return {0, 0, AnswerKind::have, batch_.size()}; }
+  [[nodiscard]] bool is_next(const ReplicaRequest& ask) const;
+  [[nodiscard]] ReplicaReply have() const { return {0, 0, ReplicaReplyKind::have, batch_.size()}; }
 
   Store& store_;
   const bool overwrite_;
-  std::optional<Lineage> lineage_;
+  std::optional<ReplicationState> replication_;
   std::uint64_t session_ = 0;
   bool awaits_copy_ = false;
   bool in_step_ = false;

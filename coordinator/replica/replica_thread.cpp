@@ -27,10 +27,10 @@ ReplicaThread::~ReplicaThread() {
   thread_.join();
 }
 
-std::optional<Answer> ReplicaThread::ask(Ask ask) {
+std::optional<ReplicaReply> ReplicaThread::ask(ReplicaRequest ask) {
   std::unique_lock lock(mutex_);
   ask.number = ++number_;
-  ping_ = {ask.session, 0, AskKind::ping, ask.position};
+  ping_ = {ask.session, 0, ReplicaRequestKind::ping, ask.position};
   session_lost_ = false;
   answer_.reset();
   waiting_ = encode(ask);
@@ -81,7 +81,7 @@ void ReplicaThread::work(Time now) {
   while (const auto delivery = link_->receive()) {
     const Frames frames = delivery->content.frames();
     try {
-      take(decode_answer(frames.size() == 1 ? frames[0].view() : std::string_view()));
+      take(decode_reply(frames.size() == 1 ? frames[0].view() : std::string_view()));
     } catch (const DecodeError&) {
       continue;  // as if it were lost: it comes again
     }
@@ -96,14 +96,14 @@ void ReplicaThread::work(Time now) {
   }
 }
 
-void ReplicaThread::take(const Answer& answer) {
+void ReplicaThread::take(const ReplicaReply& answer) {
   if (answer.session != ping_.session) {
     return;
   }
   silent_ = false;
-  fenced_ = fenced_ || answer.kind == AnswerKind::fenced;
+  fenced_ = fenced_ || answer.kind == ReplicaReplyKind::fenced;
   if (answer.number == 0) {
-    session_lost_ = session_lost_ || answer.kind == AnswerKind::who;
+    session_lost_ = session_lost_ || answer.kind == ReplicaReplyKind::who;
   } else if (answer.number == number_ && !waiting_.empty()) {
     waiting_.clear();
     answer_ = answer;

@@ -25,7 +25,7 @@ class ReplicaThread final : public ReplicaLine {
 
   /// Waits 3 s, and the time of its bytes at 10 MB/s; as long as the standby has been silent since,
   /// 0.3 s, so that who asks can do other things meanwhile.
-  std::optional<Answer> ask(Ask ask) override;
+  std::optional<ReplicaReply> ask(ReplicaRequest ask) override;
   [[nodiscard]] bool session_lost() const override;
   [[nodiscard]] const std::string& address() const override { return address_; }
   /// A later generation serves: the standby has said so. Any thread.
@@ -34,7 +34,7 @@ class ReplicaThread final : public ReplicaLine {
  private:
   void lead();
   void work(Time now);
-  void take(const Answer& answer);
+  void take(const ReplicaReply& answer);
 
   const std::unique_ptr<Link> link_;
   const std::string address_;
@@ -43,9 +43,9 @@ class ReplicaThread final : public ReplicaLine {
   std::condition_variable changed_;
   std::string waiting_;  ///< what is asked; empty: nothing
   Time send_at_{};
-  std::optional<Answer> answer_;
+  std::optional<ReplicaReply> answer_;
   std::uint64_t number_ = 0;
-  Ask ping_;  ///< of the session that was asked in last
+  ReplicaRequest ping_;  ///< of the session that was asked in last
   bool session_lost_ = false;
   bool silent_ = false;
   bool fenced_ = false;

@@ -11,25 +11,26 @@ static constexpr std::size_t copy_bytes = std::size_t{32} << 20;
 ReplicatedStore::ReplicatedStore(Store& inner, ReplicaLine& line,
                                  std::function<std::uint64_t()> random)
     : inner_(inner), line_(line), random_(std::move(random)) {
-  find_lineage();
+  find_replication_state();
 }
 
 /// Goes on where the last life has left off, if that is known; else as a new generation, of which
 /// no standby has anything yet.
-void ReplicatedStore::find_lineage() {
-  lineage_ = lineage_of(inner_).value_or(Lineage{random_() | 1, 0, Part::alone});
-  const std::optional<Position> kept = position_of(inner_, lineage_);
-  if (!is_whole(inner_, lineage_)) {
+void ReplicatedStore::find_replication_state() {
+  replication_ =
+      replication_state_of(inner_).value_or(ReplicationState{random_() | 1, 0, ReplicaRole::alone});
+  const std::optional<Position> kept = position_of(inner_, replication_);
+  if (!is_whole(inner_, replication_)) {
     throw InputError(
         "--replicate-to: --state holds a copy that is not whole: start it with --standby, and its "
         "primary fills it up");
   }
-  if (lineage_.part == Part::primary && kept) {
+  if (replication_.part == ReplicaRole::primary && kept) {
     position_ = marked_ = *kept;
     return;
   }
-  begin_generation(inner_, lineage_, Part::primary);
-  position_ = {lineage_.history, lineage_.generation, 0};
+  begin_generation(inner_, replication_, ReplicaRole::primary);
+  position_ = {replication_.history, replication_.generation, 0};
   put_position(inner_, position_);
   marked_ = position_;
   inner_.commit();  // before any standby hears of it
@@ -97,13 +98,13 @@ std::string ReplicatedStore::fetch_picture(JobId job) {
   const std::string name = std::to_string(job);
   std::string whole;
   for (;;) {
-    Ask next;
-    next.kind = AskKind::picture;
+    ReplicaRequest next;
+    next.kind = ReplicaRequestKind::picture;
     next.position = position_;
     next.offset = whole.size();
     next.bytes = name;
-    const Answer answer = ask(next);
-    if (answer.kind != AnswerKind::picture || answer.text.empty()) {
+    const ReplicaReply answer = ask(next);
+    if (answer.kind != ReplicaReplyKind::picture || answer.text.empty()) {
       return {};
     }
     whole += answer.text;
@@ -149,13 +150,13 @@ void ReplicatedStore::catch_up() {
 
 void ReplicatedStore::begin_session() {
   session_ = 0;
-  Ask hello;
+  ReplicaRequest hello;
   hello.session = random_() | 1;
-  hello.kind = AskKind::hello;
+  hello.kind = ReplicaRequestKind::hello;
   hello.position = position_;
-  const std::string left = encode_left(lineage_, position_);
+  const std::string left = encode_left(replication_, position_);
   hello.bytes = left;
-  const bool in_step = ask(hello).kind == AnswerKind::in_step;
+  const bool in_step = ask(hello).kind == ReplicaReplyKind::in_step;
   if (in_step) {
     session_ = hello.session;
   } else {
@@ -166,16 +167,16 @@ void ReplicatedStore::begin_session() {
 
 /// What was put and is not committed yet is in the copy, too.
 void ReplicatedStore::copy_everything(std::uint64_t session) {
-  Ask begin;
+  ReplicaRequest begin;
   begin.session = session;
-  begin.kind = AskKind::copy;
+  begin.kind = ReplicaRequestKind::copy;
   begin.position = position_;
   ask(begin);
   session_ = session;
   try {
     Changes changes;
     for (const auto& [name, text] : inner_.notes()) {
-      if (name != lineage_note) {
+      if (name != replication_note) {
         changes.put_note(name, text);
       }
     }
@@ -233,18 +234,18 @@ void ReplicatedStore::send_if_large(Changes& changes) {
 
 void ReplicatedStore::send_batch(std::string_view batch, bool whole) {
   constexpr int most_repeats = 3;  // of a batch that was damaged on its way
-  Ask next;
+  ReplicaRequest next;
   next.position = position_;
   ++next.position.sequence;
   for (int repeats = 0; repeats < most_repeats;) {
     const bool complete = next.offset >= batch.size();
-    next.kind = complete ? AskKind::commit : AskKind::piece;
+    next.kind = complete ? ReplicaRequestKind::commit : ReplicaRequestKind::piece;
     next.whole = whole;
     next.offset = complete ? batch.size() : next.offset;
     next.checksum = complete ? checksum_of(batch) : 0;
     next.bytes = complete ? std::string_view() : batch.substr(next.offset, piece_bytes);
-    const Answer answer = ask(next);
-    if (answer.kind == AnswerKind::committed) {
+    const ReplicaReply answer = ask(next);
+    if (answer.kind == ReplicaReplyKind::committed) {
       position_ = next.position;
       return;
     }
@@ -255,23 +256,23 @@ void ReplicatedStore::send_batch(std::string_view batch, bool whole) {
   fail("takes no batch");
 }
 
-Answer ReplicatedStore::ask(Ask ask) {
+ReplicaReply ReplicatedStore::ask(ReplicaRequest ask) {
   ask.session = ask.session == 0 ? session_ : ask.session;
-  const std::optional<Answer> answer = line_.ask(ask);
+  const std::optional<ReplicaReply> answer = line_.ask(ask);
   if (!answer) {
     fail("does not answer");
   }
   switch (answer->kind) {
-    case AnswerKind::who:
+    case ReplicaReplyKind::who:
       session_ = 0;
       fail("has started again");
-    case AnswerKind::full:
+    case ReplicaReplyKind::full:
       fail("cannot keep what it was sent (" + answer->text + ")");
-    case AnswerKind::fenced:
+    case ReplicaReplyKind::fenced:
       throw RunError("fenced: the standby at " + line_.address() + " serves as generation " +
                      std::to_string(answer->value) + ", this one was generation " +
                      std::to_string(position_.generation));
-    case AnswerKind::refused:
+    case ReplicaReplyKind::refused:
       throw RunError("the standby at " + line_.address() + " refuses to be one: " + answer->text);
     default:
       return *answer;

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "coordinator/replica/ask.h"
 #include "coordinator/replica/changes.h"
-#include "coordinator/store/lineage.h"
+#include "coordinator/replica/replica_request.h"
+#include "coordinator/store/replication_state.h"
 #include "coordinator/store/store.h"
 
 namespace parray::replica {
@@ -23,7 +23,7 @@ class ReplicaLine {
 
   /// Asks until there is an answer, for some seconds; nothing: there is none. Its number is the
   /// line's to choose.
-  virtual std::optional<Answer> ask(Ask ask) = 0;
+  virtual std::optional<ReplicaReply> ask(ReplicaRequest ask) = 0;
   /// The standby does not know the session that was asked in last.
   [[nodiscard]] virtual bool session_lost() const = 0;
   /// Of the standby, for messages.
@@ -73,7 +73,7 @@ class ReplicatedStore final : public Store {
   bool restore_picture(JobId job) override;
 
  private:
-  void find_lineage();
+  void find_replication_state();
   void catch_up();
   void begin_session();
   void copy_everything(std::uint64_t session);
@@ -81,13 +81,13 @@ class ReplicatedStore final : public Store {
   void send_if_large(Changes& changes);
   void send_batch(std::string_view batch, bool whole);
   std::string fetch_picture(JobId job);
-  Answer ask(Ask ask);
+  ReplicaReply ask(ReplicaRequest ask);
   [[noreturn]] void fail(const std::string& what) const;
 
   Store& inner_;
   ReplicaLine& line_;
   std::function<std::uint64_t()> random_;
-  Lineage lineage_{};
+  ReplicationState replication_{};
   bool behind_ = false;        ///< the standby has committed a batch that `inner_` has not
   Position position_{};        ///< that the standby has committed
   Position marked_{};          ///< the last that was put to the inner store

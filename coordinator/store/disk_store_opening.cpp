@@ -142,7 +142,7 @@ void DiskStore::keep_up(const Upkeep& upkeep, const FoundFiles& found, const Rec
     write(files_.job_json(id),
           job_file_to_text(id, {row.batch, *row.record, row.rows, row.picture}));
   }
-  if (upkeep.finish_notes) {
+  if (upkeep.postprocessing_notes) {
     put_in_place(files_.notes_next(), files_.notes_json());
   } else if (upkeep.rewrite_notes) {
     write(files_.notes_json(), notes_file_to_text({records.notes_batch, records.notes}));

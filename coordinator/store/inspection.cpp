@@ -137,7 +137,7 @@ void compare_notes(const Records& records, const FoundFiles& found, Comparison& 
   std::optional<NotesFile> notes = found.notes;
   if (found.notes_next && found.notes_next->batch == records.notes_batch) {
     notes = found.notes_next;
-    result.upkeep.finish_notes = true;
+    result.upkeep.postprocessing_notes = true;
   }
   if (!notes || notes->batch < records.notes_batch) {
     if (records.notes_batch > 0) {

@@ -58,7 +58,7 @@ struct Upkeep {
   std::vector<JobId> restore{};         ///< rename job.dropped to job.json: the drop never was
   std::vector<JobId> remove_dropped{};  ///< the files of a dropped job are yet to go
   std::vector<JobId> rewrite{};         ///< job.json, from the database
-  bool finish_notes = false;
+  bool postprocessing_notes = false;
   bool rewrite_notes = false;
 };
 

@@ -59,7 +59,7 @@ void fields(F& f, JobRecord& job) {
   f.number("tile", job.tile, 0U, limits::max_image_side);
   f.number("scene_bytes", job.scene_bytes);
   f.value("flag", job.flag);
-  f.number("convictions", job.convictions);
+  f.number("convictions", job.fault_findings);
   f.number("series_id", job.series_id);
   f.value("share", job.share);
   f.value("ended", job.ended);

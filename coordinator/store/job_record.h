@@ -42,8 +42,8 @@ struct JobRecord : JobHead {
   std::string reason;  ///< of a failure
   std::string report;  ///< JSON, of a done job
   std::string flag;    ///< what was found wrong with results, and mended; empty: nothing
-  /// Number of the latest conviction whose machine's results were set back; see Convictions.
-  std::uint64_t convictions = 0;
+  /// Number of the latest finding whose machine's results were set back; see FaultFindings.
+  std::uint64_t fault_findings = 0;
   double share = 1;     ///< of its user
   JobId series_id = 0;  ///< the series' number among those of jobs
   double ended = 0;  ///< uptime of the farm when it ended, in seconds; 0: it has not, or not known

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <system_error>
 
-#include "coordinator/store/lineage.h"
 #include "coordinator/store/rebuild.h"
+#include "coordinator/store/replication_state.h"
 #include "coordinator/store/row_log.h"
 #include "coordinator/store/store.h"
 #include "coordinator/store/survey.h"
@@ -105,19 +105,19 @@ void refuse_target(const StateFiles& from, const fs::path& target) {
 /// Throws InputError while such a copy is under way.
 std::uint64_t full_copy_in(const StateFiles& from) {
   const auto notes = committed_notes(from);
-  if (!notes || !notes->notes.contains(lineage_note)) {
+  if (!notes || !notes->notes.contains(replication_note)) {
     return 0;
   }
-  const auto lineage = lineage_from_text(notes->notes.at(lineage_note));
-  if (!lineage || lineage->part != Part::standby) {
+  const auto replication = replication_state_from_text(notes->notes.at(replication_note));
+  if (!replication || replication->part != ReplicaRole::standby) {
     return 0;
   }
-  if (lineage->copy_end == 0) {
+  if (replication->copy_end == 0) {
     throw InputError(from.directory().string() +
                      ": is a standby that its primary is filling up: wait until it is in step, or "
                      "back up the primary");
   }
-  return lineage->copy_end;
+  return replication->copy_end;
 }
 
 /// Removes what a backup has written to `target`, which was empty or missing before. Returns what a

@@ -265,7 +265,7 @@ class Crowd {
     if (arguments_.distinct) {
       scene_.spheres.front().radius = 1 + 1e-4 * jobs_;
     }
-    submit.scene = SceneParcel(std::make_shared<const Scene>(scene_));
+    submit.scene = ScenePayload(std::make_shared<const Scene>(scene_));
     return submit;
   }
 

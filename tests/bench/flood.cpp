@@ -52,7 +52,7 @@ class Forger {
     for (std::uint64_t i = grant.cells.range.begin; i < grant.cells.range.end; ++i) {
       packed += cell_of(grant.cells, grid.cell(i));
     }
-    result.cells = CellsParcel(Bulk::of(std::move(packed)));
+    result.cells = CellsPayload(Bulk::of(std::move(packed)));
     return result;
   }
 

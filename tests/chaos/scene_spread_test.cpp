@@ -110,10 +110,10 @@ TEST_CASE("chunks that are damaged on their way are asked for again") {
 
 TEST_CASE("a worker that hands on other chunks is found out, and the scene comes all the same") {
   const Scene scene = dusty_scene();
-  for (const auto& liars :
+  for (const auto& faulty_workers :
        {std::map<std::size_t, Manner>{{0, Manner::lying}},
         std::map<std::size_t, Manner>{{0, Manner::lying}, {2, Manner::lying}}}) {
-    SimSpread spread(scene, 10, {}, 1, liars);
+    SimSpread spread(scene, 10, {}, 1, faulty_workers);
     REQUIRE(spread.run(seconds(300)));
     for (std::size_t i = 0; i < 10; ++i) {
       CHECK(spread.worker(i)->opened->scene->spheres.size() == scene.spheres.size());

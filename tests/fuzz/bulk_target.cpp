@@ -4,7 +4,7 @@
 #include "common/image/picture_bytes.h"
 #include "common/scene/scene_bytes.h"
 #include "common/schedule/traced_cells.h"
-#include "proto/parcels.h"
+#include "proto/payloads.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_messages.h"
@@ -28,7 +28,7 @@ CellBatch some_batch() {
 }
 
 bool run_scene(std::string_view bytes) {
-  const auto decoded = SceneParcel(Bulk::of(std::string(bytes))).scene();
+  const auto decoded = ScenePayload(Bulk::of(std::string(bytes))).scene();
   promise(scene_to_bytes(*decoded) == bytes, "equal scenes have equal bytes");
   promise_usable(*decoded, {});
   return true;
@@ -55,7 +55,7 @@ void promise_excluded(const TracedCells& cells, const CellBatch& batch) {
 }
 
 bool run_cells(std::string_view bytes, const CellBatch& batch) {
-  const auto cells = CellsParcel(Bulk::of(std::string(bytes))).open(batch, max_depth);
+  const auto cells = CellsPayload(Bulk::of(std::string(bytes))).open(batch, max_depth);
   promise(pack_cells(*cells, *batch.grid) == bytes, "equal cells have equal bytes");
   promise(fault_of(*cells, batch, max_depth).empty(), "one rule for cells of both ways");
   promise_excluded(*cells, batch);
@@ -67,7 +67,7 @@ bool run_picture(std::string_view bytes) {
   const std::uint32_t width = 1U + in.get<std::uint8_t>();
   const std::uint32_t height = 1U + in.get<std::uint8_t>();
   const std::string rest(in.get_bytes(in.left()));
-  const auto parts = PictureParcel(Bulk::of(rest)).picture(width, height);
+  const auto parts = PicturePayload(Bulk::of(rest)).picture(width, height);
   promise(picture_to_bytes(parts->image, parts->statistics) == rest, "a picture as packed");
   return true;
 }

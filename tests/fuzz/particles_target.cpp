@@ -32,7 +32,7 @@ const char* file_for(char letter) {
   return formats[static_cast<unsigned char>(letter) % formats.size()].file;
 }
 
-void promise_portrait(const std::filesystem::path& path) {
+void promise_auto_scene(const std::filesystem::path& path) {
   try {
     const AutoScene portrait = auto_scene(path, {}, auto_scene_settings());
     promise_usable(portrait.file.scene, portrait.file.settings);
@@ -70,7 +70,7 @@ bool run(std::string_view input) {
     promise(std::string_view(error.what()).starts_with(path.string()), "an error with its file");
     return named;
   }
-  promise_portrait(path);
+  promise_auto_scene(path);
   return true;
 }
 

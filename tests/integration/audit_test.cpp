@@ -49,33 +49,33 @@ TEST_CASE("a journal goes on in another life of the coordinator") {
   CHECK(audit_of(service, job).workers.size() == 2);  // the same name, another process
 }
 
-TEST_CASE("what a liar has traced is set back in the journal, and merged once more") {
+TEST_CASE("what a faulty worker has traced is set back in the journal, and merged once more") {
   CoordinatorOptions options = service_options();
   options.checks.share = 1;
   Service service(options);
   Hand ann(service, "ann");
   Hand bob(service, "bob");
-  Hand liar(service, "liar");
+  Hand faulty(service, "faulty");
   const JobId job = service.submit(small_scene(), many_leases());
-  work(service, {{&ann, honest}, {&bob, honest}, {&liar, lying}}, job);
+  work(service, {{&ann, honest}, {&bob, honest}, {&faulty, lying}}, job);
   REQUIRE(service.state(job) == "done");
   CHECK(audit_of(service, job).complete());
   CHECK(audit_of(service, job).set_back > 0);
 }
 
-TEST_CASE("of a picture in passes that a liar has spoilt, the journal begins again") {
+TEST_CASE("of a picture in passes that a faulty worker has spoilt, the journal begins again") {
   CoordinatorOptions options = service_options();
   options.checks.share = 1;
   CrashStore store(0, 1);
   Service service(options, &store);
   Hand ann(service, "ann");
   Hand bob(service, "bob");
-  Hand liar(service, "liar");
+  Hand faulty(service, "faulty");
   RenderSettings settings = many_leases();
   settings.passes = {4, 8};
   settings.samples_per_pixel = 8;
   const JobId job = service.submit(small_scene(), settings);
-  work(service, {{&ann, honest}, {&bob, honest}, {&liar, lying}}, job);
+  work(service, {{&ann, honest}, {&bob, honest}, {&faulty, lying}}, job);
   REQUIRE(service.state(job) == "done");
   CHECK(audit_of(service, job).complete());
   CHECK(audit_of(service, job).passes == 2);

@@ -223,7 +223,7 @@ TEST_CASE("submissions under way are answered in any order, while other requests
   CHECK(client.submitting() == 3);
   CHECK(client.submitting_bytes() > 0);
   CHECK(client.workers() == nlohmann::json{"w"});
-  std::map<std::uint32_t, Client::Outcome> outcomes;
+  std::map<std::uint32_t, Client::Completion> outcomes;
   while (auto outcome = client.take_outcome(seconds(1))) {
     const std::uint32_t frame = outcome->submission.frame;
     outcomes.emplace(frame, std::move(*outcome));
@@ -323,8 +323,8 @@ TEST_CASE("a picture is what its report says, bit by bit, or it is refused") {
     const auto& fetch = std::get<msg::Fetch>(message);
     const std::string pixels(reinterpret_cast<const char*>(image.rgb.data()),
                              image.rgb.size() * sizeof(float));
-    Frames frames = encode(
-        msg::ImageData{fetch.request, report, 2, 1, false, false, PictureParcel(Bulk::of(pixels))});
+    Frames frames = encode(msg::ImageData{fetch.request, report, 2, 1, false, false,
+                                          PicturePayload(Bulk::of(pixels))});
     if (std::exchange(damaged, false)) {  // on its way; the next is not
       frames[1] = Frame(std::string(pixels.size(), 'x'));
     }

@@ -35,7 +35,7 @@ class Peer : public Speaker {
     submit.token = "token";
     submit.name = "scene";
     submit.settings = settings;
-    submit.scene = SceneParcel(std::make_shared<const Scene>(scene));
+    submit.scene = ScenePayload(std::make_shared<const Scene>(scene));
     say(submit);
     return hear<msg::Submitted>().job;
   }
@@ -203,7 +203,7 @@ TEST_CASE("malformed messages are dropped, a client's is answered, and the servi
   submit.token = "token";
   submit.name = "scene";
   submit.settings = small_settings(small_scene());
-  submit.scene = SceneParcel(Bulk::of("bytes"));
+  submit.scene = ScenePayload(Bulk::of("bytes"));
   client.say(submit);
   const auto error = client.hear<msg::Error>();
   CHECK(error.request == 9);
@@ -236,7 +236,7 @@ TEST_CASE("a repeated submit makes no second job, and a scene that is none makes
   bad.token = "another";
   bad.name = "bad";
   bad.settings = job.settings;
-  bad.scene = SceneParcel(Bulk::of("no scene"));
+  bad.scene = ScenePayload(Bulk::of("no scene"));
   client.say(bad);
   CHECK(client.hear<msg::Error>().status == 2);
   client.say(msg::ListJobs{});

@@ -124,7 +124,8 @@ TEST_CASE("a finished picture that is damaged, cut or gone is restored from the 
     damage(DoneJobs::picture(jobs.directory.path() / "there", jobs.damaged), Damage::gone);
     CHECK(jobs.sha256(jobs.damaged) == expected);  // it is kept here
     CHECK(contains(jobs.flag(), "restored from the standby"));
-    CHECK(position_of(jobs.disk, *lineage_of(jobs.disk)).has_value());  // both are still in step
+    CHECK(position_of(jobs.disk, *replication_state_of(jobs.disk))
+              .has_value());  // both are still in step
   }
 }
 

@@ -38,7 +38,7 @@ msg::Submit submission() {
   submit.token = "token";
   submit.name = "scene";
   submit.settings = small_settings(small_scene());
-  submit.scene = SceneParcel(std::make_shared<const Scene>(small_scene()));
+  submit.scene = ScenePayload(std::make_shared<const Scene>(small_scene()));
   return submit;
 }
 

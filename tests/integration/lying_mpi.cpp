@@ -27,12 +27,12 @@ namespace fs = std::filesystem;
 using std::chrono::milliseconds;
 
 constexpr std::uint32_t ranks = 3;
-constexpr std::uint32_t liar = 1;
+constexpr std::uint32_t faulty = 1;
 constexpr std::uint32_t late = 2;
 /// Cells of a third of the picture: 100 x 75 pixels of 100 samples, 20 pixels in a cell.
 constexpr int third = 125;
 /// More than the first two copies have, a sixth of the cells that are missing each: the first may
-/// be of the liar's own third.
+/// be of the faulty worker's own third.
 constexpr int copied = 90;
 
 class ScriptedTracer final : public PathTracer {
@@ -48,7 +48,7 @@ class ScriptedTracer final : public PathTracer {
     follow_script();
     ++cells_;
     honest_->trace_run(run, samples, sums, counts);
-    if (rank_ == liar) {
+    if (rank_ == faulty) {
       sums[0].sum[0] += sums[0].sum[0] > 0 ? ~std::uint64_t{0} : 1;
     }
   }
@@ -75,7 +75,7 @@ class ScriptedTracer final : public PathTracer {
       std::this_thread::sleep_for(milliseconds(200));  // until the copy is handed in
     } else if (rank_ == late && cells_ == third) {
       say("compared");
-    } else if (rank_ == liar && cells_ == third + copied) {
+    } else if (rank_ == faulty && cells_ == third + copied) {
       say("copied");
       wait_for("compared", milliseconds(3000));
     } else if (rank_ == 0 && cells_ == third) {

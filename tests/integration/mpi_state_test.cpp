@@ -12,36 +12,36 @@ namespace parray::test {
 
 TEST_CASE("ranks do not go on from the rows of a machine that returned wrong bits") {
   for (const RenderSettings& settings : {many_leases(), in_passes()}) {
-    for (const bool convicted : {false, true}) {
+    for (const bool found_faulty : {false, true}) {
       CAPTURE(settings.in_passes());
-      CAPTURE(convicted);
+      CAPTURE(found_faulty);
       const TemporaryDirectory directory(in_memory());
       {
         DiskStore store(directory.path());
         Service service(service_options(), &store);
-        Hand liar(service, "liar");
+        Hand faulty(service, "faulty");
         const JobId job = service.submit(small_scene(), settings);
-        work(service, {{&liar, lying_loudly}}, job, 4);
+        work(service, {{&faulty, lying_loudly}}, job, 4);
         service.steer(job, msg::JobAction::pause);
         service.restart();
-        liar.come_back();
+        faulty.come_back();
         RenderSettings other = many_leases();
         other.seed = 7;
         service.submit(small_scene(), other);
         service.turn();
-        liar.listen();
-        const msg::Grant lease = liar.put_down();
-        convicted ? liar.send_forgery(lease) : liar.send_honest(lease);
+        faulty.listen();
+        const msg::Grant lease = faulty.put_down();
+        found_faulty ? faulty.send_forgery(lease) : faulty.send_honest(lease);
         service.turn();
-        CHECK((service.worker("liar").at("state") == "quarantined") == convicted);
+        CHECK((service.worker("faulty").at("state") == "quarantined") == found_faulty);
         service.turn();
       }
       Submission submission;
       submission.settings = settings;
       submission.scene = std::make_shared<const Scene>(small_scene());
       const CheckpointedJob taken_up(submission, 0, directory.path(), true);
-      CHECK(taken_up.taken_up() == !convicted);
-      CHECK(taken_up.record().flag.empty() == !convicted);
+      CHECK(taken_up.taken_up() == !found_faulty);
+      CHECK(taken_up.record().flag.empty() == !found_faulty);
       CHECK(taken_up.picture().framebuffer().counts().samples == taken_up.samples_before());
     }
   }

@@ -147,21 +147,22 @@ Audit check_right(Service& service, JobId job, const RenderSettings& settings) {
 
 }  // namespace
 
-TEST_CASE("a part that a liar returned is traced again, what another made of the rest is kept") {
+TEST_CASE(
+    "a part that a faulty worker returned is traced again, what another made of the rest is kept") {
   constexpr std::uint64_t part = 5;
   for (const bool rest_comes_first : {false, true}) {
     CAPTURE(rest_comes_first);
     Service service(checking_all());
-    Hand liar(service, "liar");
+    Hand faulty(service, "faulty");
     Hand ann(service, "ann");
     const RenderSettings settings = many_leases();
     const JobId job = service.submit(small_scene(), settings);
     service.turn();
-    liar.listen();
-    const msg::Grant lease = liar.put_down();
+    faulty.listen();
+    const msg::Grant lease = faulty.put_down();
     REQUIRE(lease.cells.range.count() > part);
-    service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::drain, false, "liar"});
-    liar.send_part(lease, part, true);
+    service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::drain, false, "faulty"});
+    faulty.send_part(lease, part, true);
     Hand bob(service, "bob");
     bob.listen();
     REQUIRE(bob.held.size() == 1);
@@ -183,20 +184,21 @@ TEST_CASE("a part that a liar returned is traced again, what another made of the
     ann.send_honest(check);
     service.turn();
     service.turn();  // the referee has answered
-    CHECK(service.worker("liar").at("state") == "quarantined");
+    CHECK(service.worker("faulty").at("state") == "quarantined");
     if (!rest_comes_first) {
       bob.send_part(rest, 1);
       service.turn();
     }
     bob.listen();
     CHECK(bob.verdicts == std::vector<msg::Verdict>{msg::Verdict::accepted});
-    service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "liar"});
-    work(service, {{&ann, in_parts(1)}, {&bob, in_parts(2)}, {&liar, in_parts(3)}}, job);
+    service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "faulty"});
+    work(service, {{&ann, in_parts(1)}, {&bob, in_parts(2)}, {&faulty, in_parts(3)}}, job);
     CHECK(check_right(service, job, settings).set_back == part);
   }
 }
 
-TEST_CASE("liars among workers that return parts are undone, whatever was granted to whom") {
+TEST_CASE(
+    "faulty workers among workers that return parts are undone, whatever was granted to whom") {
   std::uint64_t set_back = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     CAPTURE(seed);
@@ -208,11 +210,11 @@ TEST_CASE("liars among workers that return parts are undone, whatever was grante
     Service service(options);
     Hand ann(service, "ann", 2);
     Hand bob(service, "bob");
-    Hand liar(service, "liar", 2);
+    Hand faulty(service, "faulty", 2);
     const JobId job = service.submit(small_scene(), settings);
     work(service,
-         {{&liar, in_parts(seed, 3)}, {&ann, in_parts(seed + 1)}, {&bob, in_parts(seed + 2)}}, job,
-         2000);
+         {{&faulty, in_parts(seed, 3)}, {&ann, in_parts(seed + 1)}, {&bob, in_parts(seed + 2)}},
+         job, 2000);
     set_back += check_right(service, job, settings).set_back;
     CHECK(service.worker("ann").at("state") == "ready");
     CHECK(service.worker("bob").at("state") == "ready");

@@ -89,9 +89,9 @@ TEST_CASE("no pass decides the next one while the referee looks at its leases") 
       CAPTURE(honest_leases);
       Farm farm{milliseconds(delay)};
       Hand ann(*farm.service, "ann");
-      Hand liar(*farm.service, "liar");
+      Hand faulty(*farm.service, "faulty");
       const JobId job = farm.service->submit(small_scene(), in_passes());
-      work(*farm.service, {{&ann, honest}, {&liar, lying_later(honest_leases)}}, job, 5000);
+      work(*farm.service, {{&ann, honest}, {&faulty, lying_later(honest_leases)}}, job, 5000);
       check_right(*farm.service, job, in_passes());
       CHECK(farm.service->worker("ann").at("state") == "ready");
     }
@@ -120,11 +120,11 @@ TEST_CASE("a machine that works alone is caught by the referee in any pass") {
     CAPTURE(lies_from);
     CrashStore store(0, 1);
     Farm farm(milliseconds(50), &store);
-    Hand liar(*farm.service, "liar");
+    Hand faulty(*farm.service, "faulty");
     const JobId job = farm.service->submit(small_scene(), in_passes());
-    work(*farm.service, {{&liar, lying_later(lies_from)}}, job, 500);
+    work(*farm.service, {{&faulty, lying_later(lies_from)}}, job, 500);
     CHECK(farm.service->state(job) == "running");
-    CHECK(farm.service->worker("liar").at("state") == "quarantined");
+    CHECK(farm.service->worker("faulty").at("state") == "quarantined");
     farm.service->restart();
     Hand ann(*farm.service, "ann");
     work(*farm.service, {{&ann, honest}}, job, 5000);
@@ -132,19 +132,19 @@ TEST_CASE("a machine that works alone is caught by the referee in any pass") {
   }
 }
 
-TEST_CASE("a liar is undone in all unfinished frames of a series") {
+TEST_CASE("a faulty worker is undone in all unfinished frames of a series") {
   for (const int delay : {0, 40, 900}) {
     CAPTURE(delay);
     Farm farm{milliseconds(delay)};
     Service& service = *farm.service;
     Hand ann(service, "ann");
-    Hand liar(service, "liar", 4);
+    Hand faulty(service, "faulty", 4);
     const std::vector<JobId> frames = submit_frames(service, 4);
-    const Hands hands{{&liar, lying_at_first(6)}, {&ann, honest}};
+    const Hands hands{{&faulty, lying_at_first(6)}, {&ann, honest}};
     for (const JobId frame : frames) {
       work(service, hands, frame, 10'000);
     }
-    CHECK(service.worker("liar").at("state") == "quarantined");
+    CHECK(service.worker("faulty").at("state") == "quarantined");
     CHECK(service.worker("ann").at("state") == "ready");
     for (std::size_t frame = 0; frame < frames.size(); ++frame) {
       CAPTURE(frame);
@@ -159,10 +159,10 @@ TEST_CASE("a frame that waits for the referee holds up no other frame") {
   farm.referee->ailments.failure = "it was killed by signal 9";
   Hand ann(service, "ann");
   Hand bob(service, "bob");
-  Hand liar(service, "liar");
+  Hand faulty(service, "faulty");
   const std::vector<JobId> frames = submit_frames(service, 3);
   const Hands honest_ones{{&ann, honest}, {&bob, honest}};
-  const Hands all{{&liar, lying_loudly}, {&ann, honest}, {&bob, honest}};
+  const Hands all{{&faulty, lying_loudly}, {&ann, honest}, {&bob, honest}};
   for (int i = 0; i < 100 && service.state(frames[0]) != "paused"; ++i) {
     work(service, all, frames[0], 1, seconds(1));
   }

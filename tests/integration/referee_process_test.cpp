@@ -23,8 +23,8 @@ struct Asked {
       : referee({program, fingerprint, [this] { ++woken; }}) {}
 
   Referee::Question question(std::uint64_t id, const CellRange& range) {
-    const SceneParcel parcel(std::make_shared<const Scene>(scene));
-    return {id, parcel.identity(), parcel, settings, plan.batch(range), std::uint64_t{1} << 30};
+    const ScenePayload payload(std::make_shared<const Scene>(scene));
+    return {id, payload.identity(), payload, settings, plan.batch(range), std::uint64_t{1} << 30};
   }
   /// Waits for the next answer; one without a number after a minute.
   Referee::Answer answer() {

@@ -401,7 +401,7 @@ TEST_CASE("a scene that is none makes no job; one that was damaged on its way co
   for (Store* kept : {static_cast<Store*>(nullptr), static_cast<Store*>(&store)}) {
     Service service(service_options(), kept);
     msg::Submit bad = service.submission(small_scene(), many_leases());
-    bad.scene = SceneParcel(Bulk::of("no scene"));
+    bad.scene = ScenePayload(Bulk::of("no scene"));
     CHECK(service.ask<msg::Error>(bad).status == 2);
     const Frames whole = encode(service.submission(small_scene(), many_leases()));
     Frames frames = whole;

@@ -73,7 +73,8 @@ json document() {
   json sections = {{"image", leaves(all, traits::image)}, {"render", leaves(all, traits::render)}};
   sections["camera"] = leaves([o = Camera{}](const auto& f) { camera_fields(f, o); });
   sections["sky"] = leaves([o = Sky{}](const auto& f) { sky_fields(f, o); });
-  sections["finishing"] = leaves([o = Finish{}](const auto& f) { finish_fields(f, o); });
+  sections["finishing"] =
+      leaves([o = Postprocessing{}](const auto& f) { postprocessing_fields(f, o); });
   sections["labels"] = leaves([o = LabelSettings{}](const auto& f) { label_fields(f, o); });
   json materials = json::array();
   for (std::size_t i = 0; i < scene_words::materials.size(); ++i) {

@@ -396,24 +396,25 @@ TEST_CASE("a drained worker traces what it has and gets no more, in another life
   CHECK(drain("nobody", false).workers.empty());
 }
 
-TEST_CASE("a liar is quarantined in another life too, until it is readmitted") {
+TEST_CASE("a faulty worker is quarantined in another life too, until it is readmitted") {
   CoordinatorOptions options = service_options();
   options.checks.share = 1;
   CrashStore store(0, 1);
   Service service(options, &store);
   Hand ann(service, "ann");
   Hand bob(service, "bob");
-  Hand liar(service, "liar");
+  Hand faulty(service, "faulty");
   const JobId job = service.submit(small_scene(), many_leases());
-  work(service, {{&ann, honest}, {&bob, honest}, {&liar, lying}}, job);
-  REQUIRE(service.worker("liar").at("state") == "quarantined");
+  work(service, {{&ann, honest}, {&bob, honest}, {&faulty, lying}}, job);
+  REQUIRE(service.worker("faulty").at("state") == "quarantined");
   service.restart();
-  service.say(liar.peer(), msg::Hello{protocol_version, "liar", "1", 1, 1, trace_version, "same"});
+  service.say(faulty.peer(),
+              msg::Hello{protocol_version, "faulty", "1", 1, 1, trace_version, "same"});
   service.turn();
-  CHECK(service.worker("liar").at("state") == "quarantined");
-  CHECK(contains(service.worker("liar").at("reason"), "wrong bits"));
-  service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "liar"});
-  CHECK(service.worker("liar").at("state") == "ready");
+  CHECK(service.worker("faulty").at("state") == "quarantined");
+  CHECK(contains(service.worker("faulty").at("reason"), "wrong bits"));
+  service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "faulty"});
+  CHECK(service.worker("faulty").at("state") == "ready");
 }
 
 TEST_CASE("a worker that becomes slow gets short leases after its next result") {

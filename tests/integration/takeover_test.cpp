@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "coordinator/store/lineage.h"
+#include "coordinator/store/replication_state.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"
@@ -96,7 +96,8 @@ TEST_CASE("a standby has the part of a lease that came back, and grants the rest
   check_right(service, job, many_leases());
 }
 
-TEST_CASE("whenever a standby takes over, parts count once and what liars did stays undone") {
+TEST_CASE(
+    "whenever a standby takes over, parts count once and what faulty workers did stays undone") {
   int quarantined = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     CAPTURE(seed);
@@ -109,22 +110,22 @@ TEST_CASE("whenever a standby takes over, parts count once and what liars did st
     Service& service = twins.service;
     Hand ann(service, "ann", 2);
     Hand bob(service, "bob");
-    Hand liar(service, "liar", 2);
+    Hand faulty(service, "faulty", 2);
     const Hands hands{
-        {&liar, in_parts(seed, 3)}, {&ann, in_parts(seed + 1)}, {&bob, in_parts(seed + 2)}};
+        {&faulty, in_parts(seed, 3)}, {&ann, in_parts(seed + 1)}, {&bob, in_parts(seed + 2)}};
     const JobId job = service.submit(small_scene(), settings);
     work(service, hands, job, 1 + static_cast<int>(dice.below(40)));
     if (dice.one_in(3)) {
       twins.replace_standby();
       work(service, hands, job, 2);
     }
-    const bool convicted = service.worker("liar").at("state") == "quarantined";
+    const bool found_faulty = service.worker("faulty").at("state") == "quarantined";
     twins.take_over();
     for (const auto& [hand, manner] : hands) {
       dice.one_in(2) ? hand->join() : hand->come_back();
     }
-    quarantined += convicted ? 1 : 0;
-    CHECK((!convicted || service.worker("liar").at("state") == "quarantined"));
+    quarantined += found_faulty ? 1 : 0;
+    CHECK((!found_faulty || service.worker("faulty").at("state") == "quarantined"));
     work(service, hands, job, 2000);
     check_right(service, job, settings);
   }
@@ -138,51 +139,51 @@ TEST_CASE("a standby knows quarantines, of when it was in step and from a full c
     Twins twins(checking_all());
     Service& service = twins.service;
     Hand ann(service, "ann");
-    Hand liar(service, "liar", "10.0.0.7");
-    const Hands hands{{&ann, honest}, {&liar, lying_loudly}};
+    Hand faulty(service, "faulty", "10.0.0.7");
+    const Hands hands{{&ann, honest}, {&faulty, lying_loudly}};
     const JobId job = service.submit(small_scene(), many_leases());
-    for (int i = 0; i < 100 && service.worker("liar").at("state") == "ready"; ++i) {
+    for (int i = 0; i < 100 && service.worker("faulty").at("state") == "ready"; ++i) {
       work(service, hands, job, 1);
     }
-    REQUIRE(service.worker("liar").at("state") == "quarantined");
+    REQUIRE(service.worker("faulty").at("state") == "quarantined");
     if (full_copy) {
       twins.replace_standby();
     }
     work(service, hands, job, 1);
     twins.take_over();
-    CHECK(service.worker("liar").at("state") == "quarantined");
-    liar.join_as("liar under another name");
+    CHECK(service.worker("faulty").at("state") == "quarantined");
+    faulty.join_as("faulty under another name");
     service.turn();
-    liar.listen();
-    CHECK(liar.held.empty());
+    faulty.listen();
+    CHECK(faulty.held.empty());
     ann.join();
     work(service, hands, job);
     check_right(service, job, many_leases());
-    CHECK(liar.held.empty());
+    CHECK(faulty.held.empty());
     service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "10.0.0.7"});
     const JobId next = service.submit(small_scene(), many_leases());
-    work(service, {{&ann, idle}, {&liar, honest}}, next, 3);
-    CHECK_FALSE(service.worker("liar under another name").at("accepted") == 0);
-    work(service, {{&ann, honest}, {&liar, honest}}, next);
+    work(service, {{&ann, idle}, {&faulty, honest}}, next, 3);
+    CHECK_FALSE(service.worker("faulty under another name").at("accepted") == 0);
+    work(service, {{&ann, honest}, {&faulty, honest}}, next);
     CHECK(service.state(next) == "done");
   }
 }
 
-TEST_CASE("a standby mends a job that was cancelled while its liar was found") {
+TEST_CASE("a standby mends a job that was cancelled while its faulty worker was found") {
   const auto draw = std::make_shared<double>(0.9);  // no checks
   CoordinatorOptions options = checking_all();
   options.random = [draw] { return *draw; };
   Twins twins(options);
   Service& service = twins.service;
   Hand ann(service, "ann");
-  Hand liar(service, "liar");
+  Hand faulty(service, "faulty");
   const JobId job = service.submit(small_scene(), many_leases());
-  work(service, {{&liar, lying_loudly}}, job, 3);
+  work(service, {{&faulty, lying_loudly}}, job, 3);
   service.steer(job, msg::JobAction::cancel);
   *draw = 0.2;
   const JobId other = service.submit(small_scene(), many_leases());
-  work(service, {{&ann, honest}, {&liar, lying_loudly}}, other);
-  REQUIRE(service.worker("liar").at("state") == "quarantined");
+  work(service, {{&ann, honest}, {&faulty, lying_loudly}}, other);
+  REQUIRE(service.worker("faulty").at("state") == "quarantined");
   service.turn();
   twins.take_over();
   service.steer(job, msg::JobAction::requeue);
@@ -278,10 +279,10 @@ TEST_CASE("in any history a machine's results are undone in all jobs once one li
     Storm storm(seed, twins);
     Hand ann(service, "ann");
     Hand bob(service, "bob", 2);
-    Hand liar(service, "liar", 2);
+    Hand faulty(service, "faulty", 2);
     const Hands honest_ones{{&ann, in_parts(seed)}, {&bob, honest}};
     Hands all = honest_ones;
-    all.emplace_back(&liar, in_parts(seed + 1, 2));
+    all.emplace_back(&faulty, in_parts(seed + 1, 2));
     for (const RenderSettings& settings : {many_leases(), in_layers(), in_passes()}) {
       storm.submit(settings);
     }
@@ -289,14 +290,14 @@ TEST_CASE("in any history a machine's results are undone in all jobs once one li
     *draw = 0.2;  // another machine checks every lease
     const JobId bait = service.submit(small_scene(), many_leases(), 100);
     const auto is_caught = [&] {
-      const auto known = service.worker("liar");
+      const auto known = service.worker("faulty");
       return !known.is_null() && known.at("state") == "quarantined";
     };
     for (int i = 0; i < 300 && !is_caught(); ++i) {
-      if (service.worker("liar").is_null()) {
-        liar.join();
+      if (service.worker("faulty").is_null()) {
+        faulty.join();
       }
-      work(service, {{&ann, honest}, {&bob, honest}, {&liar, lying_loudly}}, bait, 1);
+      work(service, {{&ann, honest}, {&bob, honest}, {&faulty, lying_loudly}}, bait, 1);
     }
     REQUIRE(is_caught());
     std::vector<JobId> done;

@@ -37,7 +37,7 @@ struct CollectorRig : WindowRig {
   /// Issues copies until nothing new comes, and hands each in.
   void trace_copies(Time& now) {
     for (int i = 0; i < 100'000 && !collector.done(); ++i) {
-      window.fetch_add(WindowLayout::tickets, 1);
+      window.fetch_add(WindowLayout::copy_requests, 1);
       now += milliseconds(10);
       const std::uint64_t before = window.load(WindowLayout::copies);
       collector.issue_copies(now);

@@ -25,13 +25,13 @@ struct FarmRig {
       : farm(std::move(options), store,
              std::make_shared<spdlog::logger>("null",
                                               std::make_shared<spdlog::sinks::null_sink_st>()),
-             backroom),
+             job_thread),
         workers(farm, jobs, leases, disputes),
         jobs(farm, disputes, workers),
         leases(farm, jobs, disputes, workers),
         disputes(farm, jobs),
         clients(farm, jobs, leases, disputes, workers),
-        backroom(store, farm.options.backroom) {
+        job_thread(store, farm.options.job_thread) {
     farm.now = seconds(1);
     farm.began = seconds(1);
   }
@@ -39,7 +39,7 @@ struct FarmRig {
   static CoordinatorOptions rig_options() {
     CoordinatorOptions options;
     options.fingerprint = "same";
-    options.backroom.threaded = false;
+    options.job_thread.threaded = false;
     options.random = [] { return 0.5; };
     return options;
   }
@@ -92,7 +92,7 @@ struct FarmRig {
   LeaseDesk leases;
   DisputeDesk disputes;
   ClientRequests clients;
-  Backroom backroom;  ///< last, as in Coordinator
+  JobThread job_thread;  ///< last, as in Coordinator
 };
 
 }  // namespace parray::test

@@ -41,9 +41,9 @@ class FaultyTeam final : public Team {
              std::uint64_t seed)
       : team_(network, samples_per_second), ailments_(ailments), dice_(seed) {}
 
-  void start(Assignment assignment) override { team_.start(std::move(assignment)); }
+  void start(LeaseWork assignment) override { team_.start(std::move(assignment)); }
   [[nodiscard]] bool idle() const override { return team_.idle(); }
-  std::optional<Finished> take() override {
+  std::optional<LeaseResult> take() override {
     auto finished = team_.take();
     if (finished && dice_.unit() < ailments_.fails) {
       finished->cells = nullptr;

@@ -40,7 +40,7 @@ class Server {
 
  private:
   CoordinatorOptions awakening(CoordinatorOptions options) {
-    options.backroom.wake = [this] { server_.link().wake(); };
+    options.job_thread.wake = [this] { server_.link().wake(); };
     return options;
   }
 

@@ -27,7 +27,7 @@ namespace parray::test {
 inline CoordinatorOptions service_options() {
   CoordinatorOptions options;
   options.fingerprint = "same";
-  options.backroom.threaded = false;
+  options.job_thread.threaded = false;
   options.random = [dice = std::make_shared<Dice>(1)] { return dice->unit(); };
   options.referee = std::make_shared<SimReferee>();
   return options;
@@ -107,7 +107,7 @@ class Service {
     submit.name = "scene";
     submit.priority = priority;
     submit.settings = settings;
-    submit.scene = SceneParcel(std::make_shared<const Scene>(scene));
+    submit.scene = ScenePayload(std::make_shared<const Scene>(scene));
     return submit;
   }
   nlohmann::json job(JobId id) { return ask<msg::Job>(msg::ShowJob{1, id}).job; }
@@ -221,7 +221,7 @@ class Hand {
     result.seconds = 0.01;
     result.isa = "scalar";
     result.grid = grant.cells.grid;
-    result.cells = CellsParcel(std::make_shared<const TracedCells>(std::move(cells)));
+    result.cells = CellsPayload(std::make_shared<const TracedCells>(std::move(cells)));
     return result;
   }
   void send_honest(const msg::Grant& grant) { say(result(grant, trace(small_scene(), grant))); }

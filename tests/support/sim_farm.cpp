@@ -23,7 +23,7 @@ SimFarm::SimFarm(Faults faults, std::uint64_t seed, double failing_commits,
     : network(faults, seed),
       options_([&options] {
         options.fingerprint = "same";
-        options.backroom.threaded = false;
+        options.job_thread.threaded = false;
         return options;
       }()),
       store_(failing_commits, seed) {
@@ -117,7 +117,7 @@ void SimFarm::submit(const Scene& scene, const RenderSettings& settings) {
   submit.token = "token";
   submit.name = "scene";
   submit.settings = settings;
-  submit.scene = SceneParcel(std::make_shared<const Scene>(scene));
+  submit.scene = ScenePayload(std::make_shared<const Scene>(scene));
   request_ = std::move(submit);
 }
 

@@ -35,8 +35,8 @@ class SimReferee final : public Referee {
     answer.failure = ailments.failure;
     if (answer.failure.empty()) {
       std::atomic<std::uint64_t> count = 0;
-      answer.cells = CellsParcel(std::make_shared<const TracedCells>(
-          trace_cells(*make_path_tracer(*question.parcel.scene(), question.settings),
+      answer.cells = CellsPayload(std::make_shared<const TracedCells>(
+          trace_cells(*make_path_tracer(*question.payload.scene(), question.settings),
                       question.cells, 1, count, false)));
       cells += question.cells.range.count();
     }

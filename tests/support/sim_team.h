@@ -19,11 +19,11 @@ class SimTeam final : public Team {
   SimTeam(const SimNetwork& network, double samples_per_second)
       : network_(network), speed_(samples_per_second) {}
 
-  void start(Assignment assignment) override {
+  void start(LeaseWork assignment) override {
     const std::atomic<bool> stop = false;
     std::atomic<std::uint64_t> traced = 0;
     const auto tracer = make_path_tracer(*assignment.scene, assignment.settings);
-    Finished finished;
+    LeaseResult finished;
     finished.job = assignment.job;
     finished.pass = assignment.pass;
     finished.epoch = assignment.epoch;
@@ -41,7 +41,7 @@ class SimTeam final : public Team {
     finished_ = std::move(finished);
   }
   [[nodiscard]] bool idle() const override { return !finished_; }
-  std::optional<Finished> take() override {
+  std::optional<LeaseResult> take() override {
     if (!finished_ || network_.now() < due_) {
       return {};
     }
@@ -69,7 +69,7 @@ class SimTeam final : public Team {
   Time begun_{};
   Time due_{};
   std::uint64_t traced_ = 0;
-  std::optional<Finished> finished_;
+  std::optional<LeaseResult> finished_;
 };
 
 }  // namespace parray::test

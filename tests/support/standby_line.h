@@ -37,11 +37,11 @@ class Standby final : public ReplicaLine {
   int asks = 0;
   int last_ask = std::numeric_limits<int>::max();  ///< it is cut off after that
 
-  std::optional<Answer> ask(Ask ask) override {
+  std::optional<ReplicaReply> ask(ReplicaRequest ask) override {
     ++asks;
     cut_off = cut_off || asks > last_ask;
     ask.number = ++number_;
-    ping_ = {ask.session, 0, AskKind::ping, ask.position};
+    ping_ = {ask.session, 0, ReplicaRequestKind::ping, ask.position};
     constexpr int most_repeats = 4;
     for (int i = 0; i < most_repeats && !cut_off; ++i) {
       if (const auto answer = carry(encode(ask)); answer && answer->number == number_) {
@@ -51,14 +51,14 @@ class Standby final : public ReplicaLine {
     return std::nullopt;
   }
   [[nodiscard]] bool session_lost() const override {
-    return !cut_off && decode_answer(replica_->answer(encode(ping_))).kind == AnswerKind::who;
+    return !cut_off && decode_reply(replica_->answer(encode(ping_))).kind == ReplicaReplyKind::who;
   }
   [[nodiscard]] const std::string& address() const override { return address_; }
 
  private:
   bool chance() { return std::uniform_real_distribution<>(0, 1)(random_) < badness_; }
 
-  std::optional<Answer> carry(std::string message) {
+  std::optional<ReplicaReply> carry(std::string message) {
     if (chance()) {
       late_.push_back(message);
     }
@@ -78,7 +78,7 @@ class Standby final : public ReplicaLine {
     if (answer.empty() || chance()) {
       return std::nullopt;  // lost on the way back
     }
-    return decode_answer(answer);
+    return decode_reply(answer);
   }
 
   Store* store_;
@@ -87,7 +87,7 @@ class Standby final : public ReplicaLine {
   std::unique_ptr<Replica> replica_;
   std::vector<std::string> late_;
   std::uint64_t number_ = 0;
-  Ask ping_;
+  ReplicaRequest ping_;
   const std::string address_ = "tcp://standby:7401";
 };
 

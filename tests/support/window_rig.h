@@ -266,19 +266,19 @@ class MadeTeam final : public Team {
   MadeTeam(const Clock& clock, double samples_per_second)
       : clock_(clock), speed_(samples_per_second) {}
 
-  void start(Assignment assignment) override {
+  void start(LeaseWork assignment) override {
     began_ = clock_.now();
     samples_ = static_cast<double>(assignment.cells.sample_count());
     lease_ = std::move(assignment);
     ++started_;
   }
   [[nodiscard]] bool idle() const override { return !lease_; }
-  std::optional<Finished> take() override {
+  std::optional<LeaseResult> take() override {
     if (!lease_ || clock_.now() < due()) {
       return {};
     }
-    const Assignment lease = *std::exchange(lease_, std::nullopt);
-    Finished finished;
+    const LeaseWork lease = *std::exchange(lease_, std::nullopt);
+    LeaseResult finished;
     finished.job = lease.job;
     finished.pass = lease.pass;
     finished.epoch = lease.epoch;
@@ -308,7 +308,7 @@ class MadeTeam final : public Team {
            std::chrono::duration_cast<Time>(std::chrono::duration<double>(samples_ / speed_));
   }
   [[nodiscard]] std::uint64_t started() const { return started_; }
-  [[nodiscard]] const std::optional<Assignment>& lease() const { return lease_; }
+  [[nodiscard]] const std::optional<LeaseWork>& lease() const { return lease_; }
 
   std::string failure;  ///< of the leases that are taken from now on; empty: none
 
@@ -319,7 +319,7 @@ class MadeTeam final : public Team {
   double samples_ = 0;
   std::uint64_t traced_ = 0;
   std::uint64_t started_ = 0;
-  std::optional<Assignment> lease_;
+  std::optional<LeaseWork> lease_;
 };
 
 }  // namespace parray::test

@@ -24,6 +24,10 @@ struct CheckResult {
   nlohmann::json facts = nlohmann::json::object();  ///< numbers and names for scripts
 };
 
+/// The remedy of checks that found wrong bits.
+inline constexpr const char* wrong_bits =
+    "use another --isa; if none is right, do not render on this machine: please report it";
+
 // Results without a name; run() sets it.
 CheckResult passed(std::string detail);
 CheckResult warned(std::string detail, std::string remedy);

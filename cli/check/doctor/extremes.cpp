@@ -15,9 +15,6 @@
 namespace parray::doctor {
 namespace {
 
-constexpr const char* wrong_bits =
-    "use another --isa; if none is right, do not render on this machine: please report it";
-
 constexpr std::uint64_t one = std::uint64_t{1} << 32;  // the radiance 1 in fixed point
 
 struct Sums {

@@ -38,9 +38,6 @@ const std::string_view doctor_scene_text = R"({"version": 1,
 
 namespace {
 
-constexpr const char* wrong_bits =
-    "use another --isa; if none is right, do not render on this machine: please report it";
-
 constexpr std::array accelerators{AcceleratorKind::linear, AcceleratorKind::bvh};
 
 }  // namespace

@@ -133,7 +133,7 @@ class SceneBuilder final : public JsonSink {
   Format format_ = Format::unknown;
   SceneFile out_;
   std::optional<Style> style_;
-  FinishSection finish_;
+  PostprocessingSection postprocessing_;
   MaterialNames names_;  // version 1; a sphere's material is a number of these until finish()
   MaterialTable table_;
 };
@@ -186,7 +186,7 @@ void SceneBuilder::on_member(const JsonMember& member) {
   } else if (member.key == "style") {
     style_ = read_style(member.value, place);
   } else if (member.key == "finishing") {
-    finish_ = read_finish(member.value, place);
+    postprocessing_ = read_postprocessing(member.value, place);
   } else if (member.key == "sky") {
     out_.scene.sky = read_sky(member.value, place);
   } else {
@@ -299,7 +299,8 @@ void SceneBuilder::finish_version_1(std::uint64_t start_line) {
     fail_missing_key(required.key, start_line, root_, required.expectation);
   }
   if (style_ && !has_key("sky")) out_.scene.sky = sky_of(*style_);
-  out_.finish = finish_.over(style_ ? finish_of(*style_) : Finish{});
+  out_.postprocessing =
+      postprocessing_.over(style_ ? postprocessing_of(*style_) : Postprocessing{});
   resolve_materials();
   out_.materials = std::move(names_);
 }

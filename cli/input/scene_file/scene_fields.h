@@ -3,8 +3,8 @@
 #include <array>
 #include <string_view>
 
-#include "cli/input/scene_file/finish.h"
 #include "cli/input/scene_file/label_settings.h"
+#include "cli/input/scene_file/postprocessing.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings_fields.h"
 
@@ -72,7 +72,7 @@ void image_fields(F&& f, S& settings, T&... transparent) {
 }
 
 template <typename F, typename... S>
-void finish_fields(F&& f, S&... s) {
+void postprocessing_fields(F&& f, S&... s) {
   f({"outline",
      "Dark lines where spheres end before others that are farther away, so many pixels or, with "
      "--dpi, points (0.5pt) wide; on: a 450th of the picture's height",

@@ -9,10 +9,10 @@
 #include "cli/input/color/legend.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/duplicates.h"
-#include "cli/input/scene_file/finish.h"
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/material_names.h"
 #include "cli/input/scene_file/particle_source.h"
+#include "cli/input/scene_file/postprocessing.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
@@ -39,8 +39,8 @@ struct SceneFile {
   MaterialNames materials;   ///< the section of that name; the seed's format has none
   /// Particle files that are not in the scene yet: see expand_particles().
   std::vector<ParticleSource> particles;
-  Finish finish;         ///< postprocessing of the picture
-  LabelSettings labels;  ///< labels on the picture
+  Postprocessing postprocessing;  ///< postprocessing of the picture
+  LabelSettings labels;           ///< labels on the picture
   // Of its particles, once they are in the scene:
   std::vector<Legend> legends;               ///< what their colours mean
   std::vector<ParticleFile> particle_files;  ///< in order

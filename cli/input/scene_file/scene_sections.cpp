@@ -180,10 +180,10 @@ Sky read_sky(const JsonValue& value, const JsonPlace& place) {
   return sky;
 }
 
-FinishSection read_finish(const JsonValue& value, const JsonPlace& place) {
-  const auto keys = keys_of([](const auto& f) { finish_fields(f); });
-  FinishSection section;
-  finish_fields(SectionReader(JsonFields(value, place, keys)), section);
+PostprocessingSection read_postprocessing(const JsonValue& value, const JsonPlace& place) {
+  const auto keys = keys_of([](const auto& f) { postprocessing_fields(f); });
+  PostprocessingSection section;
+  postprocessing_fields(SectionReader(JsonFields(value, place, keys)), section);
   return section;
 }
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <string_view>
 
-#include "cli/input/scene_file/finish.h"
 #include "cli/input/scene_file/json_fields.h"
 #include "cli/input/scene_file/json_value.h"
 #include "cli/input/scene_file/label_settings.h"
+#include "cli/input/scene_file/postprocessing.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
@@ -25,7 +25,7 @@ std::span<const std::string_view> camera_keys();
 /// The same of an object that may have other keys, too.
 Camera camera_from(const JsonFields& fields);
 Sky read_sky(const JsonValue& value, const JsonPlace& place);
-FinishSection read_finish(const JsonValue& value, const JsonPlace& place);
+PostprocessingSection read_postprocessing(const JsonValue& value, const JsonPlace& place);
 LabelSettings read_labels(const JsonValue& value, const JsonPlace& place);
 /// Sets what the section `image`, or else `render`, names.
 void read_settings(const JsonValue& value, const JsonPlace& place, bool image,

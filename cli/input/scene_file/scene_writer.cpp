@@ -128,13 +128,16 @@ std::string head_text(const SceneFile& file) {
   };
   const auto camera = [&file](const auto& f) { camera_fields(f, file.scene.camera); };
   const auto sky = [&file](const auto& f) { sky_fields(f, file.scene.sky); };
-  const auto finish = [&file](const auto& f) { finish_fields(f, file.finish); };
+  const auto postprocessing = [&file](const auto& f) {
+    postprocessing_fields(f, file.postprocessing);
+  };
   const auto labels = [&file](const auto& f) { label_fields(f, file.labels); };
   std::string text = "{\"version\": 1,\n\"camera\": " + object_text(camera) +
                      ",\n\"image\": " + object_text(settings, ", ", traits::image) +
                      ",\n\"render\": " + object_text(settings, ", ", traits::render) +
                      ",\n\"sky\": " + object_text(sky) + ",\n";
-  if (file.finish != Finish{}) text += "\"finishing\": " + object_text(finish) + ",\n";
+  if (file.postprocessing != Postprocessing{})
+    text += "\"finishing\": " + object_text(postprocessing) + ",\n";
   if (file.labels != LabelSettings{}) text += "\"labels\": " + object_text(labels) + ",\n";
   return text;
 }

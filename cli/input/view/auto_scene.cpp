@@ -62,7 +62,7 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   AutoScene out;
   source.file = file.name();
   out.file.settings = settings;
-  out.file.finish = finish_of(viewing.style);
+  out.file.postprocessing = postprocessing_of(viewing.style);
   Scene& scene = out.file.scene;
   for (const SceneryObject& object : scenery_of(viewing)) {
     out.file.materials.define(std::string(object.name), object.material);

@@ -43,7 +43,7 @@ Sky sky_of(Style style) {
   return even(seen ? 1 : 1.15);
 }
 
-Finish finish_of(Style style) {
+Postprocessing postprocessing_of(Style style) {
   const LineWidth automatic{LineWidth::Unit::automatic, 0};
   switch (style) {
     case Style::publication:

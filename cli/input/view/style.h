@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string_view>
 
-#include "cli/input/scene_file/finish.h"
 #include "cli/input/scene_file/json_value.h"
+#include "cli/input/scene_file/postprocessing.h"
 #include "common/scene/scene.h"
 
 namespace parray::input {
@@ -33,6 +33,6 @@ Style read_style(const JsonValue& value, const JsonPlace& place);
 /// Returns the even light of the style.
 Sky sky_of(Style style);
 /// Returns the postprocessing of the style.
-Finish finish_of(Style style);
+Postprocessing postprocessing_of(Style style);
 
 }  // namespace parray::input

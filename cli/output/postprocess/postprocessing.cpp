@@ -29,23 +29,23 @@ std::span<const std::uint32_t> ShownPicture::wholes(const std::string& name) con
   return values_in<std::uint32_t>(*this, name);
 }
 
-Aovs needs_of(const Finishing& finishing) {
+Aovs needs_of(const PostprocessSteps& finishing) {
   Aovs needs;
-  for (const FinishingStep& step : finishing) needs.insert(step.needs.begin(), step.needs.end());
+  for (const PostprocessStep& step : finishing) needs.insert(step.needs.begin(), step.needs.end());
   return needs;
 }
 
-std::string names_of(const Finishing& finishing) {
+std::string names_of(const PostprocessSteps& finishing) {
   std::string names;
-  for (const FinishingStep& step : finishing) names += (names.empty() ? "" : ", ") + step.name;
+  for (const PostprocessStep& step : finishing) names += (names.empty() ? "" : ", ") + step.name;
   return names;
 }
 
-ShownPicture finished_picture(const Picture& picture, const Finishing& finishing) {
+ShownPicture finished_picture(const Picture& picture, const PostprocessSteps& finishing) {
   const std::span<const float> alpha = alpha_of(picture.channels);
   ShownPicture shown{
       picture.image, {alpha.begin(), alpha.end()}, &picture.channels, &picture.traced};
-  for (const FinishingStep& step : finishing) step.apply(shown);
+  for (const PostprocessStep& step : finishing) step.apply(shown);
   return shown;
 }
 

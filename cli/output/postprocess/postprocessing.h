@@ -27,22 +27,22 @@ struct ShownPicture {
 };
 
 /// One step of postprocessing.
-struct FinishingStep {
+struct PostprocessStep {
   std::string name;  ///< for the file's metadata: "outline", "legend"
   Aovs needs{};      ///< channels that it needs; traced even if no file has them
   std::function<void(ShownPicture&)> apply;
 };
 
 /// Steps in order: depth cue and outline before labels.
-using Finishing = std::vector<FinishingStep>;
+using PostprocessSteps = std::vector<PostprocessStep>;
 
 /// The channels that all steps need.
-Aovs needs_of(const Finishing& finishing);
+Aovs needs_of(const PostprocessSteps& finishing);
 
 /// The names of the steps, separated by commas.
-std::string names_of(const Finishing& finishing);
+std::string names_of(const PostprocessSteps& finishing);
 
 /// Applies all steps to a copy of the picture.
-ShownPicture finished_picture(const Picture& picture, const Finishing& finishing);
+ShownPicture finished_picture(const Picture& picture, const PostprocessSteps& finishing);
 
 }  // namespace parray::postprocess

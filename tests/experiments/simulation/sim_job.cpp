@@ -34,7 +34,7 @@ class WatchedSource final : public LeaseSource {
     }
     return taken;
   }
-  void complete(Time now, Finished finished) override {
+  void complete(Time now, LeaseResult finished) override {
     source_.complete(now, std::move(finished));
   }
   Time tick(Time now, const TeamState& team) override { return source_.tick(now, team); }
@@ -231,14 +231,15 @@ void SimJob::coordinate(Rank& rank) {
   coordinator_clock_.advance(
       options_.ranks * options_.host.look +
       (entries * options_.host.collect_entry + cells * options_.host.collect_cell) /
-          collector_.crew());
+          collector_.merging_threads());
   collector_.issue_copies(now);
   if (now >= next_look_) {
     next_look_ = now + look_interval;
     collector_.listen(now);
   }
   rank.clock.set(coordinator_clock_.now());
-  rank.team.share_core(now, rank.clock.now(), SimCellTeam::Other::coordinator, collector_.crew());
+  rank.team.share_core(now, rank.clock.now(), SimCellTeam::Other::coordinator,
+                       collector_.merging_threads());
 }
 
 double SimJob::cores() const {

@@ -88,7 +88,7 @@ void SimCellTeam::set_due() {
   }
 }
 
-void SimCellTeam::start(Assignment assignment) {
+void SimCellTeam::start(LeaseWork assignment) {
   begun_ = clock_.now();
   gaps_.push_back({idle_since_, begun_, waiting_});
   dealt_ = deal(assignment.cells.range);
@@ -114,11 +114,11 @@ void SimCellTeam::share_core(Time begin, Time end, Other what, std::uint32_t cor
   set_due();
 }
 
-std::optional<Finished> SimCellTeam::take() {
+std::optional<LeaseResult> SimCellTeam::take() {
   if (!lease_ || clock_.now() < due_) {
     return {};
   }
-  const Assignment lease = *std::exchange(lease_, std::nullopt);
+  const LeaseWork lease = *std::exchange(lease_, std::nullopt);
   const CellRange& range = lease.cells.range;
   const std::size_t size = record_bytes(plan_.grid()->shape().cell_pixels);
   TracedCells traced;
@@ -146,7 +146,7 @@ std::optional<Finished> SimCellTeam::take() {
   spent_.faults += threads * stopped_seconds(begun_, due_);
   samples_ += traced.samples;
   idle_since_ = due_;
-  Finished finished;
+  LeaseResult finished;
   finished.job = lease.job;
   finished.pass = lease.pass;
   finished.epoch = lease.epoch;

@@ -40,9 +40,9 @@ class SimCellTeam final : public Team {
   SimCellTeam(const WorkPlan& plan, const std::vector<double>& costs, TracedMap& map,
               const Clock& clock, std::vector<Stop> stops, const Options& options);
 
-  void start(Assignment assignment) override;
+  void start(LeaseWork assignment) override;
   [[nodiscard]] bool idle() const override { return !lease_; }
-  std::optional<Finished> take() override;
+  std::optional<LeaseResult> take() override;
   void abandon() override {}  // finish() accounts for it
   [[nodiscard]] std::uint64_t traced() const override;
   [[nodiscard]] bool preparing() const override { return lease_ && clock_.now() < built_at_; }
@@ -82,7 +82,7 @@ class SimCellTeam final : public Team {
   const Clock& clock_;
   const std::vector<Stop> stops_;
   const Options options_;
-  std::optional<Assignment> lease_;
+  std::optional<LeaseWork> lease_;
   Dealt dealt_;
   double build_ = 0;  ///< seconds, in the lease at hand
   Time begun_{};

@@ -367,7 +367,7 @@ TEST_CASE("an image's data must fit its size") {
                        .report = json::object(),
                        .width = 2,
                        .height = 3,
-                       .picture = PictureParcel(Bulk::of(std::string(72, '\0')))};
+                       .picture = PicturePayload(Bulk::of(std::string(72, '\0')))};
   CHECK_FALSE(refused(encode(image)));
   image.width = 3;
   CHECK(refused(encode(image)));

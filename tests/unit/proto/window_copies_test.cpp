@@ -83,7 +83,7 @@ TEST_CASE("an entry that was lost hides those behind it only until ranks have no
   rig.window.store(lost, 0);
   CHECK(rig.collect());
   CHECK(rig.picture.collector().done_cells() == rig.cells - WindowLayout::block_entries + 1);
-  rig.window.store(Word::tickets, 1);
+  rig.window.store(Word::copy_requests, 1);
   rig.collector.issue_copies(seconds(1));
   rig.collect(seconds(1));
   CHECK(rig.picture.collector().missing() == std::vector{range_from_word(range)});
@@ -104,7 +104,7 @@ TEST_CASE("of many ranks rank 0's threads take in results together, corrupt ones
         {[](const CellBatch& cell) { return test::made_cells(cell).excluded; },
          [&](TracerKey, const TracedCells& cells) { merged += cells.range.count(); }},
         {.own = 4, .all = 4096});
-    CHECK(collector.crew() == 4);
+    CHECK(collector.merging_threads() == 4);
     std::vector<CellRange> spoilt;
     for (const CellRange& range : shuffled_ranges(dice, rig.cells)) {
       if (dice.one_in(9)) {
@@ -143,9 +143,9 @@ TEST_CASE("rank 0 of many leaves tracing to the others as long as their results 
   };
   const auto few = collector_of({.own = 2, .all = 1024});
   const auto many = collector_of({.own = 2, .all = 1026});
-  CHECK(few->crew() == 1);
-  CHECK(many->crew() == 2);
-  CHECK(collector_of({.own = 16, .all = 4096})->crew() == 4);
+  CHECK(few->merging_threads() == 1);
+  CHECK(many->merging_threads() == 2);
+  CHECK(collector_of({.own = 16, .all = 4096})->merging_threads() == 4);
   CHECK_FALSE(few->wants_all_threads(seconds(1)));
   CHECK(many->wants_all_threads(seconds(1)));
   CHECK_FALSE(many->wants_all_threads(seconds(2)));
@@ -173,26 +173,26 @@ TEST_CASE("copies go to those who wait, cover what is missing, and begin again i
   rig.collect();
   rig.collector.issue_copies(seconds(1));
   CHECK(copies() == 0);  // nobody waits
-  rig.window.store(Word::tickets, 1);
+  rig.window.store(Word::copy_requests, 1);
   rig.collector.issue_copies(seconds(2));
   CHECK(copies() == 0);  // perhaps everybody ends now
   rig.collector.issue_copies(seconds(2) + milliseconds(5));
   REQUIRE(copies() == 1);
   CHECK(copy(0) == CellRange{0, 1});
-  rig.window.store(Word::tickets, 9);
+  rig.window.store(Word::copy_requests, 9);
   rig.collector.issue_copies(seconds(3));
   rig.collector.issue_copies(seconds(3) + milliseconds(5));
   REQUIRE(copies() == 2);  // the round is over
   CHECK(copy(1) == CellRange{1, 2});
   rig.collector.issue_copies(seconds(3) + milliseconds(40));
   CHECK(copies() == 2);
-  rig.window.store(Word::tickets, 4);
+  rig.window.store(Word::copy_requests, 4);
   rig.collector.issue_copies(seconds(60));
   CHECK(copies() == 4);  // another round: the first copies were lost
   CHECK(rig.totals.copies == 4);
   rig.put({0, 2});
   rig.collect();
-  rig.window.store(Word::tickets, 9);
+  rig.window.store(Word::copy_requests, 9);
   rig.collector.issue_copies(seconds(600));
   rig.collector.issue_copies(seconds(601));
   CHECK(copies() == 4);
@@ -200,7 +200,7 @@ TEST_CASE("copies go to those who wait, cover what is missing, and begin again i
 
 TEST_CASE("copies come round by round, and no more than the window has places for") {
   Rig rig(test::made_settings(8, 3, 4));
-  rig.window.store(Word::tickets, UINT64_MAX);
+  rig.window.store(Word::copy_requests, UINT64_MAX);
   for (Time now{}; rig.totals.copies <= 500; now += seconds(1000)) {
     const std::uint64_t before = rig.totals.copies;
     rig.collector.issue_copies(now);

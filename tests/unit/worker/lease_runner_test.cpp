@@ -36,7 +36,7 @@ class ScriptedSource final : public LeaseSource {
     answers.pop_front();
     return answer;
   }
-  void complete(Time /*now*/, Finished finished) override {
+  void complete(Time /*now*/, LeaseResult finished) override {
     clock_.go_on(complete_time);
     done.push_back(std::move(finished));
   }
@@ -59,7 +59,7 @@ class ScriptedSource final : public LeaseSource {
   void say(Answer answer) { answers.push_back({answer}); }
   [[nodiscard]] std::vector<CellRange> ranges() const {
     std::vector<CellRange> ranges;
-    for (const Finished& finished : done) {
+    for (const LeaseResult& finished : done) {
       ranges.push_back(finished.cells->range);
     }
     return ranges;
@@ -74,7 +74,7 @@ class ScriptedSource final : public LeaseSource {
   std::deque<Taken> answers;
   Answer otherwise = Answer::wait;
   std::vector<Asked> asked;
-  std::vector<Finished> done;
+  std::vector<LeaseResult> done;
   std::vector<TeamState> states;
   std::vector<WorkTally> reported;
   std::set<std::uint64_t> unwanted;  ///< epochs

@@ -102,14 +102,14 @@ bool eventually(Condition condition) {
   return false;
 }
 
-Assignment assignment(std::uint64_t epoch, const RenderSettings& settings) {
+LeaseWork assignment(std::uint64_t epoch, const RenderSettings& settings) {
   return {7, 3, epoch, whole(settings), settings, "the small scene", shared_scene()};
 }
 
 /// What the team makes of a lease.
-Finished finished_by(ThreadTeam& team, Assignment lease) {
+LeaseResult finished_by(ThreadTeam& team, LeaseWork lease) {
   team.start(std::move(lease));
-  std::optional<Finished> finished;
+  std::optional<LeaseResult> finished;
   REQUIRE(eventually([&] {
     finished = team.take();
     return finished.has_value();
@@ -314,7 +314,7 @@ TEST_CASE(
   int built = 0;
   ThreadTeam team(
       1, [] {}, std::make_shared<AcceleratorCache>(),
-      [&](const Assignment& lease, int threads) {
+      [&](const LeaseWork& lease, int threads) {
         ++built;
         return make_path_tracer(*lease.scene, lease.settings, {threads});
       });
@@ -323,13 +323,13 @@ TEST_CASE(
   const auto dark_scene = std::make_shared<const Scene>(dark);
   for (const RenderSettings& settings : {sized(8, 4, 2), sized(4, 8, 2)}) {
     for (const bool is_dark : {false, true, false, false}) {
-      Assignment next = assignment(1, settings);
+      LeaseWork next = assignment(1, settings);
       next.settings.samples_per_pixel += is_dark ? 0 : 5;  // no picture's bits
       if (is_dark) {
         next.scene = dark_scene;
         next.scene_id = "dark";
       }
-      const Finished finished = finished_by(team, next);
+      const LeaseResult finished = finished_by(team, next);
       REQUIRE(finished.cells);
       CHECK((without_times(*finished.cells) == plain_records(settings, next.cells)) == !is_dark);
     }
@@ -339,12 +339,12 @@ TEST_CASE(
 
 TEST_CASE("a scene may go once the team has its tracer") {
   ThreadTeam team(1);
-  Assignment lease = assignment(1, sized(6, 5, 4));
+  LeaseWork lease = assignment(1, sized(6, 5, 4));
   REQUIRE(finished_by(team, lease).cells);
   lease.scene.reset();
   CHECK(finished_by(team, lease).cells);
   lease.scene_id = "another";
-  const Finished failed = finished_by(team, lease);
+  const LeaseResult failed = finished_by(team, lease);
   CHECK_FALSE(failed.cells);
   CHECK(failed.failure == "a lease without its scene");
 }
@@ -354,7 +354,7 @@ TEST_CASE("a lease that cannot be traced fails by itself, and the team goes on")
   int built = 0;
   ThreadTeam team(
       2, [] {}, std::make_shared<AcceleratorCache>(),
-      [&](const Assignment& lease, int threads) -> std::shared_ptr<const PathTracer> {
+      [&](const LeaseWork& lease, int threads) -> std::shared_ptr<const PathTracer> {
         ++built;
         if (lease.scene_id == "poison") {
           fail();
@@ -377,17 +377,17 @@ TEST_CASE("a lease that cannot be traced fails by itself, and the team goes on")
   }
   for (const char* scene : {"poison", "slow poison"}) {  // in building, in one thread of tracing
     CHECK(finished_by(team, assignment(1, settings)).cells);
-    Assignment bad = assignment(2, settings);
+    LeaseWork bad = assignment(2, settings);
     bad.scene_id = scene;
     for (int i = 0; i < 2; ++i) {
-      const Finished failed = finished_by(team, bad);
+      const LeaseResult failed = finished_by(team, bad);
       CHECK(failed.key() == LeaseKey{7, 2});
       CHECK_FALSE(failed.cells);
       CHECK(failed.failure == reason);
       CHECK(team.idle());
       CHECK_FALSE(team.preparing());
     }
-    const Finished good = finished_by(team, assignment(3, settings));
+    const LeaseResult good = finished_by(team, assignment(3, settings));
     REQUIRE(good.cells);
     CHECK(without_times(*good.cells) == expected);
   }
@@ -397,9 +397,9 @@ TEST_CASE("a lease that cannot be traced fails by itself, and the team goes on")
 // Sanitizers end a program that asks for more than there can be.
 TEST_CASE("a lease larger than any memory fails by itself" * doctest::skip(PARRAY_SANITIZED)) {
   ThreadTeam team(1);
-  Assignment large = assignment(1, sized(20, 13, 6));
+  LeaseWork large = assignment(1, sized(20, 13, 6));
   large.cells.range.end = std::uint64_t{1} << 50;
-  const Finished failed = finished_by(team, large);
+  const LeaseResult failed = finished_by(team, large);
   CHECK_FALSE(failed.cells);
   CHECK_FALSE(failed.failure.empty());
   CHECK(finished_by(team, assignment(2, sized(20, 13, 6))).cells);
@@ -419,7 +419,7 @@ TEST_CASE("an abandoned lease leaves no result, and the team takes the next") {
   CHECK_FALSE(team.take());
   const std::uint64_t before = team.traced();
   const RenderSettings settings = sized(6, 5, 4);
-  const Finished finished = finished_by(team, assignment(2, settings));
+  const LeaseResult finished = finished_by(team, assignment(2, settings));
   CHECK(finished.epoch == 2);
   CHECK(without_times(*finished.cells) == plain_records(settings, whole(settings)));
   CHECK(team.traced() == before + 120);
@@ -446,7 +446,7 @@ TEST_CASE("many leases started, abandoned and taken in any order neither hang no
       team.abandon();
       continue;
     }
-    const Finished finished = finished_by(team, assignment(epoch, settings));
+    const LeaseResult finished = finished_by(team, assignment(epoch, settings));
     REQUIRE(finished.epoch == epoch);
     REQUIRE(without_times(*finished.cells) == expected);
     ++taken;

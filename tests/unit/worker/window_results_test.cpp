@@ -149,7 +149,7 @@ TEST_CASE("a lease has what tracing it takes, and the scene goes once it is with
   CHECK(source.wants(first.lease.key()));
   CHECK(first.samples ==
         static_cast<double>(first.lease.cells.range.count()) * rig.plan().cell_samples());
-  Finished finished;
+  LeaseResult finished;
   finished.cells = std::make_shared<const TracedCells>(made_cells(first.lease.cells));
   source.complete(Time(0), finished);
   CHECK_FALSE(rig.job.scene);

@@ -32,7 +32,7 @@ TEST_CASE("a machine in quarantine gets no leases, and is listed after its worke
   rig.disputes.quarantine(worker.machine_key, "in a test");
   CHECK_FALSE(worker.may_trace());
   CHECK(rig.disputes.quarantined_elsewhere().empty());
-  CHECK(rig.disputes.latest_conviction() > 0);
+  CHECK(rig.disputes.latest_finding() > 0);
   rig.workers.lose_worker(rig.farm.now, "peer", "in a test", false);
   const auto listed = rig.disputes.quarantined_elsewhere();
   REQUIRE(listed.size() == 1);

@@ -43,7 +43,7 @@ struct Desk {
     one.dispute = dispute;
     one.plan = plan;
     one.scene = "scene";
-    one.parcel = SceneParcel(std::make_shared<const Scene>(test::small_scene()));
+    one.payload = ScenePayload(std::make_shared<const Scene>(test::small_scene()));
     one.settings = settings;
     one.cells_at_once = 2;
     one.claimant = 77;

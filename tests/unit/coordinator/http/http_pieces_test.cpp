@@ -11,11 +11,11 @@
 
 #include "common/base/error.h"
 #include "coordinator/http/guard.h"
-#include "coordinator/http/intake.h"
 #include "coordinator/http/loop_client.h"
 #include "coordinator/http/router.h"
+#include "coordinator/http/upload_reader.h"
 #include "coordinator/http/webhooks.h"
-#include "proto/joined_link.h"
+#include "proto/merged_link.h"
 #include "proto/tokens.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"
@@ -275,7 +275,7 @@ TEST_CASE("both links of a joined one are heard by turns, and each gets its own 
   InprocHub outside;
   int woken = 0;
   InprocHub inside([&woken] { ++woken; });
-  JoinedLink joined(outside.coordinator(), inside.coordinator());
+  MergedLink joined(outside.coordinator(), inside.coordinator());
   const auto worker = outside.connect();
   const auto asker = inside.connect_as({Role::client, "ann"});
   for (int i = 0; i < 3; ++i) {

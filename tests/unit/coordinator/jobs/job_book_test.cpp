@@ -28,7 +28,7 @@ TEST_CASE(
     "a cancelled job ends, can be queued again, and can be forgotten only when it has ended") {
   FarmRig rig;
   Job& job = rig.add_job(5);
-  job.scene = SceneParcel(std::make_shared<const Scene>());
+  job.scene = ScenePayload(std::make_shared<const Scene>());
   CHECK_THROWS_AS(rig.jobs.steer(job, {1, 5, msg::JobAction::forget, 0}), InputError);
   rig.jobs.steer(job, {1, 5, msg::JobAction::cancel, 0});
   CHECK(job.record.state == JobState::cancelled);

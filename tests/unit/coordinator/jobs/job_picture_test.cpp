@@ -23,7 +23,7 @@ using test::made_cells;
 using Log = std::vector<std::string>;
 
 constexpr TracerKey honest = 1;
-constexpr TracerKey liar = 66;
+constexpr TracerKey faulty = 66;
 
 RenderSettings one_pass() { return test::made_settings(40, 12, 50); }
 RenderSettings in_passes() {
@@ -48,7 +48,7 @@ struct Life {
 
   void take(TracerKey tracer, const CellRange& range) {
     TracedCells cells = made_cells(picture.plan()->batch(range));
-    if (tracer == liar) {
+    if (tracer == faulty) {
       test::tell_a_lie(cells, record_bytes(picture.plan()->grid()->shape().cell_pixels));
     }
     picture.take(tracer, cells);
@@ -144,13 +144,13 @@ TEST_CASE("what was set back stays so in another life, and the end is the same")
     Dice dice(seed);
     Life life(one_pass());
     for (int i = 0; i < 6 && !life.picture.collector().done(); ++i) {
-      life.take_some(dice, i == 0 || dice.one_in(3) ? liar : honest);
+      life.take_some(dice, i == 0 || dice.one_in(3) ? faulty : honest);
     }
-    CHECK(life.picture.relies_on(liar));
-    const auto retraction = life.picture.retract(liar);
+    CHECK(life.picture.relies_on(faulty));
+    const auto retraction = life.picture.retract(faulty);
     CHECK_FALSE(retraction.restarted);
     CHECK_FALSE(retraction.cells.empty());
-    CHECK_FALSE(life.picture.relies_on(liar));
+    CHECK_FALSE(life.picture.relies_on(faulty));
     life.log.push_back(life.picture.retraction_entry(retraction.cells));
     life.take_some(dice);
     Life next(one_pass(), life.log);
@@ -160,26 +160,26 @@ TEST_CASE("what was set back stays so in another life, and the end is the same")
   }
 }
 
-TEST_CASE("a picture in passes that a liar has touched, in whichever pass, begins again") {
+TEST_CASE("a picture in passes that a faulty worker has touched, in whichever pass, begins again") {
   Life whole(in_passes());
   whole.finish();
   for (const int lying_pass : {0, 1}) {
     Life life(in_passes());
     for (int pass = 0; pass < 2; ++pass) {
       if (pass == lying_pass) {
-        life.take(liar, {1, 3});
+        life.take(faulty, {1, 3});
       }
       life.take_missing();
       life.picture.begin_pass();
     }
-    CHECK(life.picture.relies_on(liar));
+    CHECK(life.picture.relies_on(faulty));
     CHECK_FALSE(life.picture.relies_on(99));
-    const auto retraction = life.picture.retract(liar);
+    const auto retraction = life.picture.retract(faulty);
     CHECK(retraction.restarted);
     CHECK(retraction.cells == std::vector<CellRange>{{0, life.picture.plan()->cells()}});
     CHECK(life.picture.passes().pass() == 0);
     CHECK(life.framebuffer().counts() == TraceCounts{});
-    CHECK_FALSE(life.picture.relies_on(liar));
+    CHECK_FALSE(life.picture.relies_on(faulty));
     life.finish();
     CHECK(test::same_sums(life.framebuffer(), whole.framebuffer()));
     CHECK(life.picture.passes().begun() == whole.picture.passes().begun());

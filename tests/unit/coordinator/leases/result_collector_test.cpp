@@ -20,7 +20,7 @@ using Ranges = std::vector<CellRange>;
 
 constexpr TracerKey ann = 11;
 constexpr TracerKey bob = 22;
-constexpr TracerKey liar = 66;
+constexpr TracerKey faulty = 66;
 
 /// A picture of made-up samples: 40 x 12 pixels of 300 samples, in stages.
 struct Rig {
@@ -45,7 +45,7 @@ struct Rig {
   ResultCollector::Taken take_lie(const CellRange& range) {
     TracedCells cells = made_cells(plan->batch(range));
     test::tell_a_lie(cells, record_bytes(plan->grid()->shape().cell_pixels));
-    return collector.take(liar, cells);
+    return collector.take(faulty, cells);
   }
   std::vector<std::uint64_t> honest(const CellRange& range) const {
     return cell_digests(made_cells(plan->batch(range)).records,
@@ -160,34 +160,35 @@ TEST_CASE("a check counts where somebody else has traced the cells") {
   rig.collector.note_check(ann, {2, 5});
   CHECK(rig.collector.checked_cells() == 5);
   CHECK(rig.collector.relies_on(ann));
-  CHECK_FALSE(rig.collector.has_cells_of(liar));
+  CHECK_FALSE(rig.collector.has_cells_of(faulty));
 }
 
-TEST_CASE("the checks of a liar are void: their cells stay in, unchecked") {
+TEST_CASE("the checks of a faulty worker are void: their cells stay in, unchecked") {
   Rig rig;
   rig.take(ann, {0, 6});
-  rig.collector.note_check(liar, {1, 3});
-  rig.collector.note_check(liar, {4, 5});
+  rig.collector.note_check(faulty, {1, 3});
+  rig.collector.note_check(faulty, {4, 5});
   rig.collector.note_check(bob, {0, 2});
-  CHECK(rig.collector.relies_on(liar));
-  CHECK_FALSE(rig.collector.has_cells_of(liar));
-  const auto gone = rig.collector.retract(liar);
+  CHECK(rig.collector.relies_on(faulty));
+  CHECK_FALSE(rig.collector.has_cells_of(faulty));
+  const auto gone = rig.collector.retract(faulty);
   CHECK(gone.cells.empty());
   CHECK(gone.unchecked == Ranges{{1, 3}, {4, 5}});
   CHECK(rig.collector.checked_cells() == 2);
-  CHECK_FALSE(rig.collector.relies_on(liar));
+  CHECK_FALSE(rig.collector.relies_on(faulty));
 }
 
 TEST_CASE("cells that are traced again have not been checked") {
   Rig rig;
-  rig.take(liar, {0, 4});
+  rig.take(faulty, {0, 4});
   rig.collector.note_check(bob, {0, 4});
-  rig.collector.retract(liar);
+  rig.collector.retract(faulty);
   rig.take_missing(ann);
   CHECK(rig.collector.checked_cells() == 0);
 }
 
-TEST_CASE("what a liar has traced can be set back: all of it, and the picture is as without") {
+TEST_CASE(
+    "what a faulty worker has traced can be set back: all of it, and the picture is as without") {
   for (const bool ragged : {false, true}) {
     for (std::uint64_t seed = 1; seed <= 30; ++seed) {
       CAPTURE(seed);
@@ -200,11 +201,11 @@ TEST_CASE("what a liar has traced can be set back: all of it, and the picture is
         dice.one_in(3) ? rig.take_lie(range) : rig.take(dice.one_in(2) ? ann : bob, range);
       }
       const std::uint64_t done = rig.collector.done_cells();
-      const bool relied = rig.collector.relies_on(liar);
-      const Ranges gone = rig.collector.retract(liar).cells;
+      const bool relied = rig.collector.relies_on(faulty);
+      const Ranges gone = rig.collector.retract(faulty).cells;
       CHECK(relied == !gone.empty());
       CHECK(cells_in(gone) == done - rig.collector.done_cells());
-      CHECK_FALSE(rig.collector.relies_on(liar));
+      CHECK_FALSE(rig.collector.relies_on(faulty));
       for (const CellRange& range : gone) {
         for (std::uint64_t cell = range.begin; cell < range.end; ++cell) {
           CHECK_FALSE(rig.collector.has(cell));
@@ -213,18 +214,20 @@ TEST_CASE("what a liar has traced can be set back: all of it, and the picture is
           }
         }
       }
-      CHECK(rig.collector.retract(liar).cells.empty());
+      CHECK(rig.collector.retract(faulty).cells.empty());
       rig.take_missing(ann);
       CHECK(rig.complete());
     }
   }
 }
 
-TEST_CASE("what a liar has traced goes although somebody traced it alike: they may be two liars") {
+TEST_CASE(
+    "what a faulty worker has traced goes although somebody traced it alike: they may be two "
+    "faulty workers") {
   Rig rig;
-  rig.take(liar, {0, 6});
+  rig.take(faulty, {0, 6});
   rig.collector.note_check(bob, {2, 4});
-  rig.collector.retract(liar);
+  rig.collector.retract(faulty);
   CHECK(rig.collector.done_cells() == 0);
   CHECK_FALSE(rig.collector.relies_on(99));  // never heard of
   CHECK(rig.collector.retract(99).cells.empty());
@@ -267,7 +270,7 @@ TEST_CASE("whoever leaves another pixel's sample out of the sums is found") {
   };
   rig.collector.take(ann, leaving_out(0));
   CHECK(rig.collector.take(bob, leaving_out(0)).mismatches == 0);
-  CHECK(rig.collector.take(liar, leaving_out(1)).mismatches == 1);
+  CHECK(rig.collector.take(faulty, leaving_out(1)).mismatches == 1);
   CHECK(rig.collector.compare({0, 2}, rig.collector.digests_of(leaving_out(1))).mismatches == 1);
 }
 

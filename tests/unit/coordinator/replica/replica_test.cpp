@@ -294,7 +294,7 @@ TEST_CASE(
   CHECK_THROWS_AS(other.commit(), RunError);
   CHECK(second.jobs().size() == 1);
   stranger.put_job(stored_job(7));
-  stranger.put_note(lineage_note, "");
+  stranger.put_note(replication_note, "");
   CHECK_THROWS_AS(Replica{stranger}, InputError);
 }
 
@@ -357,15 +357,15 @@ TEST_CASE("a primary whose standby was away takes it in again, whatever it has d
 
 TEST_CASE("a fenced primary serves again only when it is told to, and as another farm") {
   CrashStore store(0, 1);
-  put_lineage(store, {7, 3, Part::primary});
+  put_replication_state(store, {7, 3, ReplicaRole::primary});
   store.commit();
   check_fence(store, false, 9);
   note_fence(store);
   CHECK_THROWS_WITH_AS(check_fence(store, false, 9), doctest::Contains("--serve-fenced"),
                        InputError);
-  CHECK(lineage_of(store)->history == 7);
+  CHECK(replication_state_of(store)->history == 7);
   check_fence(store, true, 9);
-  CHECK(lineage_of(store)->history == 9);
+  CHECK(replication_state_of(store)->history == 9);
   check_fence(store, false, 11);
   CHECK(serve_alone(store) == 2);
 }
@@ -379,18 +379,19 @@ TEST_CASE("a batch that comes again is answered and not applied again") {
   changes.put_job(stored_job(1));
   changes.append_rows(1, "row");
   const std::string batch = changes.take();
-  const auto answer = [&](const Ask& ask) {
-    return decode_answer(replica.answer(encode(ask))).kind;
+  const auto answer = [&](const ReplicaRequest& ask) {
+    return decode_reply(replica.answer(encode(ask))).kind;
   };
-  CHECK(answer({9, 1, AskKind::hello, begin}) == AnswerKind::behind);
-  CHECK(answer({9, 2, AskKind::copy, begin}) == AnswerKind::well);
-  const Ask piece{9, 3, AskKind::piece, end, 0, 0, false, batch};
-  const Ask commit{9, 4, AskKind::commit, end, batch.size(), checksum_of(batch), true};
+  CHECK(answer({9, 1, ReplicaRequestKind::hello, begin}) == ReplicaReplyKind::behind);
+  CHECK(answer({9, 2, ReplicaRequestKind::copy, begin}) == ReplicaReplyKind::well);
+  const ReplicaRequest piece{9, 3, ReplicaRequestKind::piece, end, 0, 0, false, batch};
+  const ReplicaRequest commit{
+      9, 4, ReplicaRequestKind::commit, end, batch.size(), checksum_of(batch), true};
   for (int i = 0; i < 3; ++i) {
-    CHECK(answer(piece) == AnswerKind::have);
-    CHECK(answer(piece) == AnswerKind::have);
-    CHECK(answer(commit) == AnswerKind::committed);
-    CHECK(answer({9, 2, AskKind::copy, begin}) == AnswerKind::well);  // late
+    CHECK(answer(piece) == ReplicaReplyKind::have);
+    CHECK(answer(piece) == ReplicaReplyKind::have);
+    CHECK(answer(commit) == ReplicaReplyKind::committed);
+    CHECK(answer({9, 2, ReplicaRequestKind::copy, begin}) == ReplicaReplyKind::well);  // late
   }
   CHECK(second.committed_rows(1) == std::vector<std::string>{"row"});
   CHECK(replica.in_step());
@@ -400,8 +401,8 @@ TEST_CASE("a copy that is not whole serves nobody") {
   CrashStore second(0, 2);
   Replica replica(second);
   const Position position{1, 1, 5};
-  replica.answer(encode(Ask{9, 1, AskKind::hello, position}));
-  replica.answer(encode(Ask{9, 2, AskKind::copy, position}));
+  replica.answer(encode(ReplicaRequest{9, 1, ReplicaRequestKind::hello, position}));
+  replica.answer(encode(ReplicaRequest{9, 2, ReplicaRequestKind::copy, position}));
   CHECK_FALSE(replica.in_step());
   CHECK_THROWS_AS(serve_alone(second), InputError);
 }
@@ -447,21 +448,22 @@ TEST_CASE("what a standby had no room for, and its primary has lost, is in neith
 }
 
 TEST_CASE("no damaged message is taken for one, wherever it is cut or changed") {
-  const std::string ask = encode(Ask{1, 2, AskKind::piece, {3, 4, 5}, 6, 7, true, "bytes"});
-  const std::string answer = encode(Answer{1, 2, AnswerKind::full, 3, "text"});
+  const std::string ask =
+      encode(ReplicaRequest{1, 2, ReplicaRequestKind::piece, {3, 4, 5}, 6, 7, true, "bytes"});
+  const std::string answer = encode(ReplicaReply{1, 2, ReplicaReplyKind::full, 3, "text"});
   for (const std::string& message : {ask, answer}) {
     for (std::size_t i = 0; i < message.size(); ++i) {
       std::string changed = message;
       changed[i] = static_cast<char>(changed[i] ^ 1);
       for (const std::string& bad : {message.substr(0, i), changed}) {
-        CHECK_THROWS_AS(decode_ask(bad), DecodeError);
-        CHECK_THROWS_AS(decode_answer(bad), DecodeError);
+        CHECK_THROWS_AS(decode_request(bad), DecodeError);
+        CHECK_THROWS_AS(decode_reply(bad), DecodeError);
       }
     }
   }
-  CHECK(decode_ask(ask).bytes == "bytes");
-  CHECK(decode_answer(answer).text == "text");
-  CHECK_THROWS_AS(decode_ask(answer), DecodeError);
+  CHECK(decode_request(ask).bytes == "bytes");
+  CHECK(decode_reply(answer).text == "text");
+  CHECK_THROWS_AS(decode_request(answer), DecodeError);
 }
 
 TEST_CASE("a commit that keeps a part, or that has no mark of its own, leaves none") {

@@ -6,7 +6,7 @@
 #include "common/base/bytes.h"
 #include "common/base/sha256.h"
 #include "coordinator/store/disk_store.h"
-#include "coordinator/store/lineage.h"
+#include "coordinator/store/replication_state.h"
 #include "coordinator/store/schema.h"
 #include "coordinator/store/state_tools.h"
 #include "tests/support/rooms.h"

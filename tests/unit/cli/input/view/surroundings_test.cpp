@@ -1,3 +1,5 @@
+#include "cli/input/view/surroundings.h"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 
 #include "cli/input/scene_file/scene_writer.h"
 #include "cli/input/view/principal_axes.h"
-#include "cli/input/view/surroundings.h"
 #include "common/base/error.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
@@ -59,7 +60,7 @@ struct Taken {
 };
 
 template <typename Check>
-void for_each_portrait(const Check& check) {
+void for_each_auto_scene(const Check& check) {
   for (const Group& group : sphere_groups()) {
     for (const Viewing& viewing : viewings()) {
       for (const double aspect : aspects) {
@@ -82,7 +83,7 @@ void for_each_portrait(const Check& check) {
 }  // namespace
 
 TEST_CASE("every sphere is inside the view, and the view is no wider than that") {
-  for_each_portrait([](const Taken& taken) {
+  for_each_auto_scene([](const Taken& taken) {
     Film tight = taken.film;
     tight.half_width *= 0.8501;
     tight.half_height *= 0.8501;
@@ -120,7 +121,7 @@ TEST_CASE("points that are to be in the picture are, and the ground is below the
 
 TEST_CASE("the ground touches the lowest sphere and no other is below") {
   int grounds = 0;
-  for_each_portrait([&](const Taken& taken) {
+  for_each_auto_scene([&](const Taken& taken) {
     const Sphere* const ground = taken.prop("ground");
     CHECK((ground != nullptr) ==
           (taken.viewing.style == Style::studio && !taken.viewing.transparent));
@@ -137,7 +138,7 @@ TEST_CASE("the ground touches the lowest sphere and no other is below") {
 }
 
 TEST_CASE("ground and wall fill the picture to its corners, behind the particles") {
-  for_each_portrait([](const Taken& taken) {
+  for_each_auto_scene([](const Taken& taken) {
     const bool night = taken.viewing.style == Style::night;
     const Sphere* const backdrop = taken.prop(night ? "wall" : "ground");
     if (backdrop == nullptr) return;
@@ -153,7 +154,7 @@ TEST_CASE("ground and wall fill the picture to its corners, behind the particles
 }
 
 TEST_CASE("the flag is out of the picture, and so are camera and particles out of the flag") {
-  for_each_portrait([](const Taken& taken) {
+  for_each_auto_scene([](const Taken& taken) {
     const Sphere* const flag = taken.prop("flag");
     CHECK((flag == nullptr) == (taken.viewing.style == Style::flat));
     if (flag == nullptr) return;
@@ -197,12 +198,12 @@ TEST_CASE("scaling by a power of two scales the portrait exactly") {
 }
 
 TEST_CASE("the reader takes every portrait as the writer writes it, bit by bit") {
-  for_each_portrait([](const Taken& taken) {
+  for_each_auto_scene([](const Taken& taken) {
     SceneFile file;
     file.scene = {taken.portrait.camera, taken.portrait.sky, {plain_material}, taken.spheres};
     for (const SceneryObject& prop : taken.portrait.scenery)
       file.scene.spheres.push_back(prop.sphere);
-    file.finish = finish_of(taken.viewing.style);
+    file.finish = postprocessing_of(taken.viewing.style);
     std::stringstream text;
     write_scene(text, file, [] {});
     remove_duplicates(file.scene);  // as the reader does

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "cli/input/scene_file/postprocessing.h"
+#include "cli/input/scene_file/scene_file.h"
+#include "cli/output/write_outputs.h"
+#include "common/process/command_line.h"
+#include "common/scene/settings.h"
+
+namespace parray::commands {
+
+/// Options for postprocessing. Part of OutputOptions. An option that is absent leaves the value of
+/// the scene, or of the style of its automatic scene.
+class PostprocessOptions {
+ public:
+  /// Declares the options, for commands that have the scene of the picture that they write.
+  /// `image`: the option that names it. The object must not move while the command line is parsed.
+  void add_to(Command& command, const Option& image);
+  [[nodiscard]] Postprocessing over(const Postprocessing& of_scene) const {
+    return given_.over(of_scene);
+  }
+  /// The first given option that asks for a step, as "--outline". Empty: none.
+  [[nodiscard]] std::string first_given() const;
+
+ private:
+  PostprocessingSection given_;
+};
+
+/// Adds depth cue and outline before the other steps of `outputs.finishing`. Call add_labels()
+/// before: it sets the resolution in print. `file`: the loaded scene, whose spheres are in `scene`.
+/// `settings`: of the picture.
+///
+/// Throws InputError if a step is impossible, or if an option asks for one and no output is a PNG
+/// file.
+void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
+                        const SceneFile& file, const std::shared_ptr<const Scene>& scene,
+                        const RenderSettings& settings);
+
+/// Prints on stderr that the picture of the job `name` will have no outline and no depth cue, if
+/// `postprocessing` asks for them: they need the scene. `remedy`: how to get them.
+void say_unfinished(const Postprocessing& postprocessing, const std::string& name,
+                    const std::string& remedy);
+
+}  // namespace parray::commands

@@ -1,0 +1,288 @@
+#include "coordinator/http/http_service.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <fstream>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <thread>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/sha256.h"
+#include "coordinator/http/api.h"
+#include "coordinator/http/assets.h"
+#include "coordinator/http/guard.h"
+#include "coordinator/http/server.h"
+#include "coordinator/jobs/log_budget.h"
+#include "coordinator/loop/limits.h"
+
+namespace parray::http {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// For what requests need while they last: STATE/http/requests, or a temporary directory. What is
+/// left there goes, before and after.
+class RequestsDirectory {
+ public:
+  explicit RequestsDirectory(const std::string& state) {
+    std::error_code error;
+    if (state.empty()) {
+      std::string name = (fs::temp_directory_path(error) / "parray-http-XXXXXX").string();
+      if (mkdtemp(name.data()) == nullptr) throw RunError("making " + name + " failed");
+      path_ = name;
+      return;
+    }
+    path_ = fs::path(state) / "http" / "requests";
+    fs::remove_all(path_, error);
+    fs::create_directories(path_, error);
+    if (error) throw RunError("making " + path_.string() + ": " + error.message());
+    fs::permissions(path_, fs::perms::owner_all, error);
+  }
+  ~RequestsDirectory() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  RequestsDirectory(const RequestsDirectory&) = delete;
+  RequestsDirectory& operator=(const RequestsDirectory&) = delete;
+
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// Nothing of other sites, nothing in-line.
+constexpr const char* page_policy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "font-src 'self'; connect-src 'self'; worker-src 'self'; manifest-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+Reply asset_reply(const Request& request, const Asset& asset, const std::string& etag) {
+  Reply reply;
+  reply.type = asset.type;
+  reply.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}};
+  if (asset.type.starts_with("text/html")) {
+    reply.headers.emplace_back("Content-Security-Policy", page_policy);
+  }
+  if (request.field("if-none-match").find(etag) != std::string::npos) {
+    reply.status = 304;
+  } else {
+    reply.body = std::make_shared<const std::string>(asset.bytes);
+  }
+  return reply;
+}
+
+/// So many requests a second of one address.
+class RequestLimit {
+ public:
+  explicit RequestLimit(std::size_t most) : budget_(most) {}
+
+  void spend(const std::string& address) {
+    const std::scoped_lock lock(mutex_);
+    if (!budget_.allow(clock_.now(), address)) {
+      throw Problem(429, "too many requests a second (--max-requests)", 0, {{"Retry-After", "1"}});
+    }
+  }
+
+ private:
+  SteadyClock clock_;
+  std::mutex mutex_;  // guards budget_
+  RequestBudget budget_;
+};
+
+}  // namespace
+
+class HttpService::Impl {
+ public:
+  Impl(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log)
+      : log_(std::move(log)),
+        directory_(options.state),
+        guard_(options.keys, options.hosts),
+        request_limit_(options.requests),
+        loop_(hub),
+        scene_places_("scenes", {.places = 3, .of_one = 2, .inside = 24, .one_inside = 16}),
+        picture_places_("pictures", {.places = 2, .of_one = 2, .inside = 40, .one_inside = 32}),
+        memory_(options.memory),
+        disk_(std::max<std::uint64_t>(options.memory, std::uint64_t{1} << 28)),
+        uploads_(runner_, scene_places_, memory_, directory_.path(), options.uploads),
+        pictures_(loop_, runner_, picture_places_, memory_, disk_, directory_.path()),
+        events_(loop_, options.streams),
+        webhooks_(
+            loop_, options.webhook_hosts,
+            options.state.empty() ? fs::path() : fs::path(options.state) / "http" / "webhooks"),
+        api_(loop_, uploads_, pictures_, events_, webhooks_,
+             {options.uploads.body_bytes, options.uploads.parts, options.streams}),
+        door_log_(log_, 1),
+        server_(options.address, server_limits(options),
+                {[this](const Request& request) { return answer(request); },
+                 [this](const RequestHead& head, const std::string& address, bool reserve) {
+                   return at_door(head, address, reserve);
+                 },
+                 [this](const std::string& line) { door_log_.warn(SteadyClock().now(), line); }}) {
+    api_.add_to(router_);
+    for (const Asset& asset : assets()) serve_asset(asset);
+  }
+
+  ~Impl() {
+    loop_.stop();
+    runner_.stop();
+    scene_places_.stop();
+    picture_places_.stop();
+    if (looking_at_children_.joinable()) looking_at_children_.join();
+    events_.stop();
+    webhooks_.stop();
+  }
+
+  void serve_text(const std::string& path, const std::string& type,
+                  std::function<std::string()> text) {
+    router_.add("GET", path,
+                [type, text = std::move(text)](const Request&, const std::vector<std::string>&) {
+                  return text_reply(text(), type);
+                });
+  }
+  void start() {
+    looking_at_children_ = std::thread([this] { look_at_children(); });
+    server_.start();
+  }
+  [[nodiscard]] const std::string& address() const { return server_.address(); }
+
+ private:
+  /// Says once what this kernel cannot keep children from.
+  void look_at_children() {
+    try {
+      const WorkDirectory theirs(directory_.path());
+      const WorkDirectory others(directory_.path());
+      const fs::path inside = theirs.path() / "inside";
+      const fs::path outside = others.path() / "outside";
+      fs::create_directory(inside);
+      std::ofstream(outside) << "secret";
+      const ChildEnd end = runner_.run({"confinement", outside.string()}, inside, ChildLimits{});
+      if (end.message.empty()) return;
+      log_->warn(
+          "HTTP: this kernel (Landlock, seccomp) does not wholly contain the process that reads "
+          "what strangers send: {}",
+          printable(end.message, 500));
+    } catch (const RunError& error) {
+      log_->debug("HTTP: whether children are contained is not known: {}", error.what());
+    }
+  }
+
+  void serve_asset(const Asset& asset) {
+    const std::string etag =
+        '"' + sha256_hex(std::as_bytes(std::span(asset.bytes))).substr(0, 32) + '"';
+    router_.add(
+        "GET", std::string(asset.path),
+        [&asset, etag](const Request& request, const std::vector<std::string>&) {
+          return asset_reply(request, asset, etag);
+        },
+        {}, Router::Door::open);
+  }
+
+  static ServerLimits server_limits(const Options& options) {
+    ServerLimits limits;
+    limits.threads = options.threads + options.streams;
+    limits.seats.connections = options.connections;
+    limits.seats.of_address = options.address_connections;
+    return limits;
+  }
+
+  /// Whether the program lives is answered whatever else there is to do.
+  [[nodiscard]] std::optional<Reply> at_door(const RequestHead& head, const std::string& address,
+                                             bool reserve) const {
+    const bool looks = head.method == "GET" || head.method == "HEAD";
+    if (looks && head.target == "/healthz") {
+      Request request;
+      request.method = head.method;
+      request.path = head.target;
+      request.remote = address;
+      request.field = [&head](const char* name) { return head.field(name); };
+      try {
+        check_origin(request);
+      } catch (const Problem& problem) {
+        return problem_reply(problem);
+      }
+      return text_reply("ok\n");
+    }
+    if (!reserve || (looks && head.target == "/readyz")) return {};
+    return problem_reply(Problem(503,
+                                 "as many connections are there as may be (--http-connections, "
+                                 "--http-connections-per-address): try again later",
+                                 0, {{"Retry-After", "5"}}));
+  }
+
+  /// As the guard, but whoever looks after this program may name no host, as HTTP/1.0 allows. Pages
+  /// always name one.
+  void check_origin(const Request& request) const {
+    const bool probe = request.path == "/healthz" || request.path == "/readyz";
+    if (!probe || !request.field("host").empty()) guard_.check_origin(request);
+  }
+
+  Reply answer(const Request& from) {
+    Reply reply = [&] {
+      try {
+        return answer_or_throw(from);
+      } catch (const Problem& problem) {
+        return problem_reply(problem);
+      } catch (const InputError& error) {
+        return problem_reply(Problem(422, error.what(), 2));
+      } catch (const std::bad_alloc&) {
+        return problem_reply(Problem(503, "out of memory", 1));
+      } catch (const RunError& error) {
+        log_->warn("HTTP {} {}: {}", from.method, printable(from.path, 200), error.what());
+        return problem_reply(Problem(500, error.what(), 1));
+      } catch (const std::exception& error) {
+        log_->error("HTTP {} {}: {}", from.method, printable(from.path, 200), error.what());
+        return problem_reply(Problem(500, std::string("internal error: ") + error.what(), 1));
+      }
+    }();
+    log_->debug("HTTP {} {} {}: {}", from.remote, printable(from.method), printable(from.path, 200),
+                reply.status);
+    return reply;
+  }
+
+  Reply answer_or_throw(const Request& from) {
+    check_origin(from);
+    request_limit_.spend(from.remote);
+    const Router::Match match = router_.find(from);
+    Request request = from;
+    if (match.door == Router::Door::guarded) request.sender = guard_.admit(from);
+    return (*match.handler)(request, match.arguments);
+  }
+
+  const std::shared_ptr<spdlog::logger> log_;
+  const RequestsDirectory directory_;
+  Guard guard_;
+  RequestLimit request_limit_;
+  Router router_;
+  LoopClient loop_;
+  ChildRunner runner_;
+  Places scene_places_;
+  Places picture_places_;
+  Budget memory_;
+  Budget disk_;
+  UploadReader uploads_;
+  PictureCache pictures_;
+  Events events_;
+  Webhooks webhooks_;
+  Api api_;
+  std::thread looking_at_children_;
+  LogBudget door_log_;  ///< the doorman's thread's
+  Server server_;       ///< last: nobody asks any more when the others go
+};
+
+HttpService::HttpService(const Options& options, InprocHub& hub,
+                         std::shared_ptr<spdlog::logger> log)
+    : impl_(std::make_unique<Impl>(options, hub, std::move(log))) {}
+HttpService::~HttpService() = default;
+void HttpService::serve_text(const std::string& path, const std::string& type,
+                             std::function<std::string()> text) {
+  impl_->serve_text(path, type, std::move(text));
+}
+void HttpService::start() { impl_->start(); }
+const std::string& HttpService::address() const { return impl_->address(); }
+
+}  // namespace parray::http

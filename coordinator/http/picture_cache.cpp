@@ -1,0 +1,213 @@
+#include "coordinator/http/picture_cache.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <bit>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/base/bytes.h"
+#include "common/base/error.h"
+#include "common/base/files.h"
+#include "common/image/picture_bytes.h"
+#include "coordinator/jobs/work_map.h"
+
+namespace parray::http {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Kind = PictureCache::Kind;
+
+/// What makes a picture is this program's own: the limits only end what hangs.
+constexpr Time patience = seconds(20);
+constexpr ChildLimits generous{std::uint64_t{64} << 30, 600};
+// Of what is kept; the latest stays whatever its size.
+constexpr std::size_t most_entries = 32;
+constexpr std::size_t most_bytes = std::size_t{256} << 20;  // of the disk
+
+bool of_work(Kind kind) {
+  return kind == Kind::cost || kind == Kind::tracers || kind == Kind::tracer_names;
+}
+/// Of this process, while the picture is made: what the loop has and sends, or what a map has.
+std::uint64_t memory_of(const json& job, Kind kind) {
+  const auto width = job.at("width").get<std::uint64_t>();
+  const auto height = job.at("height").get<std::uint64_t>();
+  const bool small = kind == Kind::png || kind == Kind::pixels;
+  return 2 * picture_size(width, height, small ? PictureDetail::image : PictureDetail::statistics);
+}
+
+/// The C library keeps what was freed, in each thread's arena.
+void give_memory_back(std::uint64_t freed) {
+  constexpr std::uint64_t little = std::uint64_t{8} << 20;
+  if (freed >= little) malloc_trim(0);
+}
+
+bool of_error(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
+
+const char* file_of(Kind kind) {
+  switch (kind) {
+    case Kind::png:
+      return "image.png";
+    case Kind::exr:
+      return "image.exr";
+    case Kind::error_png:
+      return "error.png";
+    case Kind::error_pixels:
+      return "error.f32";
+    case Kind::cost:
+      return "cost.f32";
+    case Kind::tracers:
+      return "workers.u32";
+    case Kind::tracer_names:
+      return "workers.json";
+    case Kind::pixels:
+      break;
+  }
+  return "pixels";
+}
+
+/// As they travel: little-endian.
+template <typename T>
+std::string_view bytes_of(const std::vector<T>& values) {
+  static_assert(std::endian::native == std::endian::little);
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+void keep_file(const fs::path& file, std::string_view bytes) {
+  if (!write_file(file, bytes)) {
+    throw Problem(503, "writing a picture failed: is the server's disk full?");
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<PictureCache::Entry> PictureCache::entry_of(JobId job, Kind kind) {
+  const std::scoped_lock lock(mutex_);
+  std::shared_ptr<Entry>& entry = entries_[{job, kind}];
+  if (!entry) entry = std::make_shared<Entry>();
+  entry->used_at = clock_.now();
+  return entry;
+}
+
+/// Whoever still uses one has it.
+void PictureCache::drop_old(std::size_t most_entries, std::size_t most_bytes) {
+  const std::scoped_lock lock(mutex_);
+  std::size_t bytes = 0;
+  for (const auto& [key, entry] : entries_) bytes += entry->size;
+  while (entries_.size() > 1 && (entries_.size() > most_entries || bytes > most_bytes)) {
+    const auto oldest = std::ranges::min_element(
+        entries_, {}, [](const auto& entry) { return entry.second->used_at; });
+    bytes -= oldest->second->size;
+    entries_.erase(oldest);
+  }
+}
+
+PictureCache::Made PictureCache::get(const Sender& sender, const std::string& owner, JobId job,
+                                     Kind kind) {
+  const Places::Entry entrance(places_, owner);
+  const json shown = loop_.ask<msg::Job>(sender, msg::ShowJob{0, job}).job;
+  const bool done = shown.at("state") == name_of(JobState::done);
+  const auto entry = entry_of(job, kind);
+  const std::scoped_lock one_maker(entry->mutex);
+  Made& made = entry->made;
+  const Time now = clock_.now();
+  const Time rest = std::max<Time>(seconds(1), 20 * entry->cost);
+  const bool fresh = made.file && made.partial != done && (done || now - entry->made_at < rest);
+  if (!fresh) {
+    made = {};
+    const Places::Place place(entrance);
+    const auto needed = memory_of(shown, kind);
+    {
+      const auto held = memory_.hold(needed, patience, "another picture");
+      made = make_any(sender, job, kind);
+    }
+    give_memory_back(needed);
+    entry->made_at = clock_.now();
+    entry->cost = entry->made_at - now;
+    entry->size = made.file->bytes().size();
+    drop_old(most_entries, most_bytes);
+  }
+  return made;
+}
+
+PictureCache::Made PictureCache::make_any(const Sender& sender, JobId job, Kind kind) {
+  return of_work(kind) ? make_map(sender, job, kind) : make(sender, job, kind);
+}
+
+PictureCache::Made PictureCache::make(const Sender& sender, JobId job, Kind kind) {
+  const bool statistics = of_error(kind) || kind == Kind::exr;
+  const auto data =
+      loop_.ask<msg::ImageData>(sender, msg::Fetch{0, job, !of_error(kind), statistics, false});
+  Made made;
+  made.width = data.width;
+  made.height = data.height;
+  made.partial = data.report.value("partial", false);
+  made.samples = data.report.value("samples", std::uint64_t{0});
+  made.etag = '"' +
+              (made.partial ? std::to_string(job) + "-" + std::to_string(made.samples)
+                            : data.report.value("image_sha256", "").substr(0, 32)) +
+              "-" + file_of(kind) + '"';
+  try {
+    made.file = kind == Kind::pixels ? keep(data.picture.bytes(PictureDetail::image).data.view())
+                                     : make_file(data, kind);
+  } catch (const ChecksumError&) {
+    throw RunError("the picture of job " + std::to_string(job) + " is damaged");
+  }
+  return made;
+}
+
+PictureCache::Made PictureCache::make_map(const Sender& sender, JobId job, Kind kind) {
+  const auto data = loop_.ask<msg::JournalData>(sender, msg::FetchJournal{0, job});
+  Made made;
+  made.width = data.job.at("width").get<std::uint32_t>();
+  made.height = data.job.at("height").get<std::uint32_t>();
+  made.partial = data.job.at("state") != name_of(JobState::done);
+  made.samples = data.report.value("samples", std::uint64_t{0});
+  const std::string_view journal = data.journal.verified();
+  made.etag = fmt::format("\"{}-{}-{}\"", job, journal.size(), file_of(kind));
+  try {
+    const WorkMap map = work_map(read_journal(journal), made.width, made.height);
+    const std::string names =
+        json{{"workers", map.workers}}.dump(-1, ' ', false, json::error_handler_t::replace);
+    made.file = keep(kind == Kind::cost      ? bytes_of(map.seconds)
+                     : kind == Kind::tracers ? bytes_of(map.tracer)
+                                             : std::string_view(names));
+  } catch (const DecodeError& error) {
+    throw RunError("the journal of job " + std::to_string(job) + " is damaged: " + error.what());
+  }
+  return made;
+}
+
+/// Keeps a file of a picture. If the disk budget is used up, deletes files that no client reads.
+std::shared_ptr<const FileBody> PictureCache::keep(const fs::path& file) {
+  try {
+    return std::make_shared<const FileBody>(file, disk_);
+  } catch (const Problem&) {
+    drop_old(1, 0);
+    return std::make_shared<const FileBody>(file, disk_);
+  }
+}
+
+std::shared_ptr<const FileBody> PictureCache::keep(std::string_view bytes) {
+  const WorkDirectory directory(directory_);
+  keep_file(directory.path() / "file", bytes);
+  return keep(directory.path() / "file");
+}
+
+std::shared_ptr<const FileBody> PictureCache::make_file(const msg::ImageData& data, Kind kind) {
+  const WorkDirectory directory(directory_);
+  const fs::path files = directory.path() / "picture";
+  fs::create_directory(files);
+  keep_file(files / "report", data.report.dump());
+  keep_file(files / "pixels", data.picture.bytes(detail_of(data)).data.view());
+  const std::string name = file_of(kind);
+  const ChildEnd end = runner_.run(
+      {"picture", name, std::to_string(data.width), std::to_string(data.height)}, files, generous);
+  if (end.status != 0) throw RunError("making " + name + " failed: " + end.message);
+  return keep(files / name);
+}
+
+}  // namespace parray::http

@@ -1,0 +1,177 @@
+#include "coordinator/loop/job_thread.h"
+
+#include <omp.h>
+
+#include <new>
+#include <utility>
+
+#include "common/math/float_mode.h"
+
+namespace parray::coordinator {
+namespace {
+
+using Closures = std::vector<std::function<void()>>;
+
+void append(Closures& to, Closures from) {
+  to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+}
+
+/// Does the task. An task that throws has `failed` as its completion.
+JobThread::Completion completion_of(const JobThread::Task& task, const JobThread::Failed& failed) {
+  std::string why;
+  try {
+    return task();
+  } catch (const std::bad_alloc&) {
+    why = "not enough memory";
+  } catch (const std::exception& error) {
+    why = error.what();
+  }
+  return {[failed, why] { failed(why); }, {}};
+}
+
+}  // namespace
+
+JobThread::JobThread(Store* store, Options options) : store_(store), options_(std::move(options)) {
+  if (options_.threaded) {
+    thread_ = std::thread([this] { lead(); });
+  }
+}
+
+JobThread::~JobThread() {
+  {
+    const std::scoped_lock lock(mutex_);
+    quit_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+}
+
+void JobThread::give(Given given) {
+  if (!options_.threaded) {
+    run_task(std::move(given));
+    return;
+  }
+  {
+    const std::scoped_lock lock(mutex_);
+    waiting_.push_back(std::move(given));
+  }
+  changed_.notify_all();
+}
+
+void JobThread::run_task(Given given) {
+  Completion completion = completion_of(given.task, given.failed);
+  given = {};  // what it held goes here, not in the loop
+  const std::scoped_lock lock(mutex_);
+  if (completion.done) {
+    finished_.push_back(std::move(completion.done));
+  }
+  if (completion.kept) {
+    (store_ == nullptr ? finished_ : uncommitted_).push_back(std::move(completion.kept));
+  }
+}
+
+void JobThread::commit() {
+  if (store_ == nullptr) {
+    return;
+  }
+  Closures waiting;
+  {
+    const std::scoped_lock lock(mutex_);
+    waiting = std::exchange(uncommitted_, {});
+  }
+  std::string blocked;
+  try {
+    store_->commit();
+  } catch (const StorageFull& full) {
+    blocked = full.what();
+  }
+  const std::scoped_lock lock(mutex_);
+  blocked_ = blocked;
+  append(blocked.empty() ? finished_ : uncommitted_, std::move(waiting));
+}
+
+void JobThread::run_finished() {
+  if (!options_.threaded) {
+    commit();
+  }
+  // Outcomes give tasks, which without a thread are done at once.
+  for (;;) {
+    Closures finished;
+    {
+      const std::scoped_lock lock(mutex_);
+      if (failure_) {
+        std::rethrow_exception(failure_);
+      }
+      finished = std::exchange(finished_, {});
+    }
+    if (finished.empty()) {
+      return;
+    }
+    for (const auto& next : finished) {
+      next();
+    }
+    if (!options_.threaded) {
+      commit();
+    }
+  }
+}
+
+std::string JobThread::blocked() const {
+  const std::scoped_lock lock(mutex_);
+  return blocked_;
+}
+
+std::size_t JobThread::backlog() const {
+  const std::scoped_lock lock(mutex_);
+  return waiting_.size() + (busy_ ? 1 : 0);
+}
+
+void JobThread::lead() {
+  const FloatMode ieee;
+  omp_set_num_threads(options_.threads);
+  const SteadyClock clock;
+  const auto after_idling = [&] {
+    return options_.idle_commits == never ? never : clock.now() + options_.idle_commits;
+  };
+  Time commit_at = store_ == nullptr ? never : after_idling();
+  std::unique_lock lock(mutex_);
+  while (!quit_) {
+    const bool due = commit_at <= clock.now();
+    if (waiting_.empty() && !due) {
+      const Time pause = commit_at == never ? Time(seconds(3600)) : commit_at - clock.now();
+      changed_.wait_for(lock, pause, [this] { return quit_ || !waiting_.empty(); });
+      continue;
+    }
+    Given next;
+    if (!waiting_.empty() && !due) {
+      next = std::move(waiting_.front());
+      waiting_.pop_front();
+    }
+    busy_ = true;
+    lock.unlock();
+    try {
+      if (next.task) {
+        run_task(std::move(next));
+        if (store_ != nullptr) {
+          commit_at = std::min(commit_at, clock.now() + options_.commit_interval);
+        }
+      } else {
+        commit();
+        commit_at = blocked().empty() ? after_idling() : clock.now() + seconds(1);
+      }
+    } catch (...) {
+      const std::scoped_lock guard(mutex_);
+      failure_ = std::current_exception();
+      quit_ = true;
+    }
+    if (options_.wake) {
+      options_.wake();
+    }
+    lock.lock();
+    busy_ = false;
+  }
+}
+
+}  // namespace parray::coordinator

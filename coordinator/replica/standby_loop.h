@@ -1,0 +1,39 @@
+#pragma once
+
+#include <spdlog/logger.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <thread>
+
+#include "coordinator/replica/replica.h"
+#include "proto/clock.h"
+#include "proto/zmq_link.h"
+
+namespace parray::replica {
+
+/// Answers the primary until that has been silent for `patience` while the store was in step with
+/// it. Time in which this process did not run is no silence. `stop` is asked at least every 50 ms;
+/// what it throws ends the wait.
+void standby_loop(Replica& replica, Link& link, Time patience, spdlog::logger& log,
+                  const std::function<void()>& stop);
+
+/// Tells an old primary, for as long as it exists, that a later generation serves.
+class Fence {
+ public:
+  Fence(std::unique_ptr<ZmqServer> server, std::uint64_t generation);
+  ~Fence();
+  Fence(const Fence&) = delete;
+  Fence& operator=(const Fence&) = delete;
+
+ private:
+  void lead();
+
+  const std::unique_ptr<ZmqServer> server_;
+  const std::uint64_t generation_;
+  std::atomic<bool> quit_ = false;
+  std::thread thread_;
+};
+
+}  // namespace parray::replica
