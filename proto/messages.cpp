@@ -45,9 +45,9 @@ void fields(F& f, msg::Heartbeat& m) {
   f.epochs("epochs", m.epochs);
 }
 template <typename F>
-void fields(F& /*f*/, msg::Pulse& /*m*/) {}
+void fields(F& /*f*/, msg::HeartbeatAck& /*m*/) {}
 template <typename F>
-void fields(F& /*f*/, msg::Who& /*m*/) {}
+void fields(F& /*f*/, msg::Identify& /*m*/) {}
 template <typename F>
 void fields(F& f, msg::Grant& m) {
   f.number("job", m.job);

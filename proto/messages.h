@@ -52,8 +52,8 @@ struct Heartbeat {
   bool preparing = false;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> epochs;  ///< job, epoch
 };
-struct Pulse {};
-struct Who {};
+struct HeartbeatAck {};
+struct Identify {};
 struct Grant {
   std::uint64_t job = 0;
   std::uint32_t pass = 0;
@@ -227,13 +227,13 @@ struct Error {
 }  // namespace msg
 
 using Message =
-    std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::Pulse, msg::Who,
-                 msg::Grant, msg::NeedScene, msg::SceneSource, msg::NeedChunk, msg::Chunk,
-                 msg::ChunkLater, msg::NoScene, msg::Result, msg::Failed, msg::ResultVerdict,
-                 msg::Revoke, msg::Bye, msg::Submit, msg::Submitted, msg::ListJobs, msg::Jobs,
-                 msg::ShowJob, msg::Job, msg::SteerJob, msg::Fetch, msg::ImageData,
-                 msg::FetchJournal, msg::JournalData, msg::ListWorkers, msg::SteerWorkers,
-                 msg::Workers, msg::ShowFarm, msg::Farm, msg::Error>;
+    std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::HeartbeatAck,
+                 msg::Identify, msg::Grant, msg::NeedScene, msg::SceneSource, msg::NeedChunk,
+                 msg::Chunk, msg::ChunkLater, msg::NoScene, msg::Result, msg::Failed,
+                 msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit, msg::Submitted,
+                 msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob, msg::Fetch,
+                 msg::ImageData, msg::FetchJournal, msg::JournalData, msg::ListWorkers,
+                 msg::SteerWorkers, msg::Workers, msg::ShowFarm, msg::Farm, msg::Error>;
 
 /// The message is malformed. `request` is set if it could still be read, so that a client can be
 /// told.

@@ -103,14 +103,14 @@ class WindowLayout {
  public:
   // Words that all ranks share.
   enum Word : std::size_t {
-    step = 0,           ///< chunks taken: static, guided, factoring
-    position = 1,       ///< cells handed out, of those that are missing: weighted
-    speed = 2,          ///< of all ranks together: SpeedSum
-    copy_requests = 3,  ///< ranks that have found nothing left, counted each time
-    copies = 4,         ///< copies of unfinished cells that have been issued
-    log_head = 5,       ///< blocks of the log that have been claimed, but for each rank's first
-    finished = 6,       ///< not 0: every cell is in, or the job is given up
-    pulse = 7,          ///< grows as long as rank 0 is alive
+    step = 0,            ///< chunks taken: static, guided, factoring
+    position = 1,        ///< cells handed out, of those that are missing: weighted
+    speed = 2,           ///< of all ranks together: SpeedSum
+    copy_requests = 3,   ///< ranks that have found nothing left, counted each time
+    copies = 4,          ///< copies of unfinished cells that have been issued
+    log_head = 5,        ///< blocks of the log that have been claimed, but for each rank's first
+    finished = 6,        ///< not 0: every cell is in, or the job is given up
+    root_heartbeat = 7,  ///< grows as long as rank 0 is alive
     shared_words = 8
   };
   /// Words of a rank's own.

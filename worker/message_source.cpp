@@ -175,9 +175,9 @@ void MessageSource::on(Time /*now*/, msg::Refuse& m) {
   }
 }
 
-void MessageSource::on(Time /*now*/, msg::Pulse& /*m*/) {}
+void MessageSource::on(Time /*now*/, msg::HeartbeatAck& /*m*/) {}
 
-void MessageSource::on(Time now, msg::Who& /*m*/) { forgotten(now); }
+void MessageSource::on(Time now, msg::Identify& /*m*/) { forgotten(now); }
 
 void MessageSource::on(Time now, msg::Bye& /*m*/) { forgotten(now); }
 

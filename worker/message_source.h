@@ -78,8 +78,8 @@ class MessageSource final : public LeaseSource {
 
   void on(Time now, msg::Welcome& m);
   void on(Time now, msg::Refuse& m);
-  void on(Time now, msg::Pulse& m);
-  void on(Time now, msg::Who& m);
+  void on(Time now, msg::HeartbeatAck& m);
+  void on(Time now, msg::Identify& m);
   void on(Time now, msg::Grant& m);
   void on(Time now, msg::ResultVerdict& m);
   void on(Time now, msg::Revoke& m);

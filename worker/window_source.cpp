@@ -196,7 +196,7 @@ SpeedSum WindowSource::speed_of(std::uint32_t ledger, double samples_per_second)
 
 WindowSource::Part WindowSource::take_copy() {
   if (!ticket_) {
-    ticket_ = window_.fetch_add(Word::tickets, 1);
+    ticket_ = window_.fetch_add(Word::copy_requests, 1);
   }
   if (window_.load(Word::finished) != 0) {
     return {Answer::over, {}};

@@ -216,8 +216,8 @@ void print_legend() {
          "HDR-FLIP: at all exposures, unclamped, of EXR against EXR only.\n";
 }
 
-void print_notes(const CompareCommand& command, const ImageFile& reference,
-                 const std::vector<Comparison>& comparisons) {
+void print_comparison_notes(const CompareCommand& command, const ImageFile& reference,
+                            const std::vector<Comparison>& comparisons) {
   for (const Comparison& one : comparisons) {
     const std::string name = printable(one.file, 500);
     if (!one.identical && !one.image_sha256.empty() && one.image_sha256 == sha256_in(reference)) {
@@ -233,7 +233,7 @@ void print_text(const CompareCommand& command, const ImageFile& reference,
             << size_text(reference.image) << " pixels\n\n";
   print_tables(comparisons);
   print_legend();
-  print_notes(command, reference, comparisons);
+  print_comparison_notes(command, reference, comparisons);
   if (!command.verification.empty()) {
     std::cout << "wrote " << printable(command.verification, 500)
               << ": white less V, the sum of |F - R| over " << counted(comparisons.size(), "image")

@@ -9,35 +9,42 @@
 #include "cli/input/scene_file/duplicates.h"
 #include "cli/input/scene_file/scene_file.h"
 
-/// What the commands print, on stdout but for warnings.
+/// Output of the commands: on stdout, warnings on stderr.
 namespace parray::commands {
 
-/// A JSON document, indented; bytes that are not UTF-8 become U+FFFD.
+/// Prints an indented JSON document. Bytes that are not UTF-8 become U+FFFD.
 void print_json(const nlohmann::json& document);
 
-/// A job's facts, a line each, or its map as JSON.
+/// Prints the facts of a job, one a line, or its map as JSON.
 void print_job(const nlohmann::json& map, bool as_json);
 
-/// One line on stderr about spheres that were left out of a scene, if any were.
+/// Prints one line on stderr if duplicate spheres were removed from a scene.
 void warn_of_duplicates(const Duplicates& duplicates, const std::string& scene_file);
 
-/// A line on stderr for each file of which something was guessed, dropped or left out.
+/// Prints a line on stderr for each file that the reader completed by guessing or read only in
+/// part.
 void print_notes(const std::vector<ParticleFile>& files);
 
-/// A note as people read it: "3 elements guessed from names".
+/// A note as text: "3 elements guessed from names".
 std::string note_text(const ParticleNote& note);
 
-/// [{"key", "count", "text"}, ...]; of several files each also with "file".
+/// [{"key", "count", "text"}, ...]. Notes of several files also have "file".
 nlohmann::json notes_json(const std::vector<ParticleNote>& notes);
 nlohmann::json notes_json(const std::vector<ParticleFile>& files);
 
-/// For messages: a file's path, or "standard input".
+/// The path of a file for messages, or "standard input".
 std::string name_of(const ParticleFile& file);
 
-/// A job's progress and time left: "43 %", "12 s"; empty where there is nothing to say.
+/// The progress of a job, its time left: "43 %", "12 s". Empty if unknown.
 std::string progress_cell(const JobStatus& job);
 std::string left_cell(const JobStatus& job);
-/// A done job's RMSE; of one with a target how far it is: "error 0.021 of 0.01".
+/// The RMSE of a finished job. For a job with a target, how close it is: "error 0.021 of 0.01".
 std::string error_cell(const JobStatus& job);
+
+/// Joins words to a line that a POSIX shell splits into the same words.
+std::string shell_line(const std::vector<std::string>& words);
+
+/// The file name of a scene with the extension .exr, without its folder.
+std::string default_picture(const std::string& scene);
 
 }  // namespace parray::commands

@@ -286,7 +286,7 @@ json facts_of(const ValidateCommand& command) {
           {"scene_sha256", scene_identity(file.scene)}};
 }
 
-std::string joined(const json& names) {
+std::string list_of(const json& names) {
   std::string text;
   for (const json& name : names) {
     text += (text.empty() ? "" : ", ") + name.get<std::string>();
@@ -329,7 +329,7 @@ Lines lines_of_scene(const json& f) {
       {"spheres", spheres_text(f)},
       {"left out", counted(f["duplicates_removed"], "duplicate")},
       {"materials", count(f["materials"])},
-      {"features", joined(f["features"])},
+      {"features", list_of(f["features"])},
       {"radii", any ? number(f["smallest_radius"]) + " to " + number(f["largest_radius"]) : "none"},
       {"origin", origin_text(f["origin"])},
       {"extent", number(f["extent"]) + " (largest coordinate or radius), " + number(f["spread"]) +

@@ -139,7 +139,7 @@ class RootHeartbeat {
       return false;
     }
     next_look_ = now + milliseconds(250);
-    return std::exchange(last_, window_.load(WindowLayout::heartbeat)) != last_;
+    return std::exchange(last_, window_.load(WindowLayout::root_heartbeat)) != last_;
   }
 
  private:

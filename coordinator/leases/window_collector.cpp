@@ -318,7 +318,7 @@ std::uint64_t WindowCollector::activity() const {
 }
 
 void WindowCollector::listen(Time now) {
-  window_.fetch_add(Word::pulse, 1);
+  window_.fetch_add(Word::root_heartbeat, 1);
   for (std::uint32_t rank = 0; rank < layout_.ranks(); ++rank) {
     const std::uint64_t beat = rank_value(rank, WindowLayout::beat);
     if (beat != lives_[rank].beat) {

@@ -93,7 +93,7 @@ WorkerRecord* WorkerDesk::heard_from(Time now, const PeerId& peer) {
   WorkerRecord* worker = farm_.workers.at(peer);
   if (worker == nullptr) {
     if (!released_) {
-      farm_.send(peer, msg::Who{});
+      farm_.send(peer, msg::Identify{});
     }
   } else {
     worker->last_heard = now;
@@ -119,7 +119,7 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
   }
   worker->tracing = m.epochs.empty() ? std::nullopt : std::optional(m.epochs.front());
   if (worker->pace == pace()) {
-    farm_.send(peer, msg::Pulse{});
+    farm_.send(peer, msg::HeartbeatAck{});
   } else {
     welcome(*worker);
   }

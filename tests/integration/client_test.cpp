@@ -152,7 +152,7 @@ TEST_CASE("late and foreign answers are passed over") {
     link.arrived.push_back(encode(msg::Job{asked.request + 1, wrong}));
     link.arrived.push_back(encode(msg::Jobs{asked.request, {}}));
     link.arrived.push_back(encode(msg::Error{asked.request + 1, 1, "not for this request"}));
-    link.arrived.push_back(encode(msg::Pulse{}));
+    link.arrived.push_back(encode(msg::HeartbeatAck{}));
     link.arrived.push_back({Frame(std::string("damaged"))});
     link.arrived.push_back(encode(msg::Job{asked.request, {{"id", asked.job}}}));
   });
@@ -291,7 +291,7 @@ TEST_CASE("a rest passes over messages instead of spinning on them") {
   ScriptedLink link([](Message&) {});
   int polls = 0;
   Client client(link, link, {.address = "a", .poll = [&] { ++polls; }});
-  link.arrived.push_back(encode(msg::Pulse{}));
+  link.arrived.push_back(encode(msg::HeartbeatAck{}));
   const Time begin = link.now();
   client.rest(seconds(1));
   CHECK(link.now() - begin == seconds(1));

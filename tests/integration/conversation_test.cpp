@@ -179,7 +179,7 @@ TEST_CASE("a worker that the coordinator does not know is asked who it is") {
   const Server server(quick());
   Peer worker(server);
   worker.say(msg::Heartbeat{});
-  worker.hear<msg::Who>();
+  worker.hear<msg::Identify>();
 }
 
 TEST_CASE("a heartbeat that lists a lease of somebody else's is answered by revoke") {

@@ -237,7 +237,7 @@ TEST_CASE("a coordinator that stood still for 30 s loses no worker whose words l
   }
   CHECK(turns > 5);
   service.turn(seconds(30));
-  CHECK(link.sent == 3 * workers);  // a pulse each: nobody was asked who he is
+  CHECK(link.sent == 3 * workers);  // a heartbeat_ack each: no worker was asked to identify itself
   service.turn(seconds(6));
   CHECK(service.ask<msg::Workers>(msg::ListWorkers{1}).total == 0);  // now they are silent
 }
@@ -499,7 +499,7 @@ TEST_CASE("a coordinator that cannot keep anything for too long sends its worker
   const auto silent = [&] {
     service.turn();
     return service.heard<msg::Welcome>(ann.peer()).empty() &&
-           service.heard<msg::Who>(ann.peer()).empty();
+           service.heard<msg::Identify>(ann.peer()).empty();
   };
   service.heard<msg::Welcome>(ann.peer());
   ann.come_back();

@@ -83,7 +83,7 @@ TEST_CASE("a standby has the part of a lease that came back, and grants the rest
   twins.take_over();
   ann.send_part(rest, 1);  // ann has not noticed
   service.turn();
-  CHECK(service.heard<msg::Who>(ann.peer()).size() == 1);
+  CHECK(service.heard<msg::Identify>(ann.peer()).size() == 1);
   ann.come_back();
   ann.send_part(rest, 1);
   ann.send_part(lease, part);

@@ -488,7 +488,7 @@ TEST_CASE("teams over a window make the picture of one thread, whatever the poli
       WindowSource third = rig.source({policy, 2, 1, 2, {}});
       for (Time now{}; !rig.collector.done() && now < seconds(60); now += milliseconds(60)) {
         rig.collect(now);
-        rig.window.fetch_add(WindowLayout::tickets, 1);
+        rig.window.fetch_add(WindowLayout::copy_requests, 1);
         const std::uint64_t before = rig.window.load(WindowLayout::copies);
         rig.collector.issue_copies(now);
         const auto tracer = make_path_tracer(*shared_scene(), settings);

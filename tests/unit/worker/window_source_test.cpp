@@ -207,12 +207,12 @@ TEST_CASE("copies are for the idle alone, one for each ticket") {
   for (int i = 0; i < 3; ++i) {
     CHECK(rank.take_part(1e6, false).answer == Answer::wait);
   }
-  CHECK(rig.window.load(Word::tickets) == 0);
+  CHECK(rig.window.load(Word::copy_requests) == 0);
   for (int i = 0; i < 3; ++i) {
     CHECK(rank.take_part(1e6, true).answer == Answer::wait);
     CHECK(other.take_part(1e6, true).answer == Answer::wait);
   }
-  CHECK(rig.window.load(Word::tickets) == 2);  // drawn once each
+  CHECK(rig.window.load(Word::copy_requests) == 2);  // drawn once each
   rig.window.store(rig.layout.copy_word(0), to_word({3, 5}));
   rig.window.store(Word::copies, 1);
   CHECK(other.take_part(1e6, true).answer == Answer::wait);
@@ -220,7 +220,7 @@ TEST_CASE("copies are for the idle alone, one for each ticket") {
   REQUIRE(copy.answer == Answer::lease);
   CHECK(copy.cells == CellRange{3, 5});
   CHECK(rank.take_part(1e6, true).answer == Answer::wait);  // a ticket is answered once
-  CHECK(rig.window.load(Word::tickets) == 3);
+  CHECK(rig.window.load(Word::copy_requests) == 3);
   rig.window.store(rig.layout.copy_word(1), to_word({7, 9}));
   rig.window.store(rig.layout.copy_word(2), to_word({9, 10}));
   rig.window.store(Word::copies, 3);
@@ -233,7 +233,7 @@ TEST_CASE(
   Rig rig(medium(), 2, weighted);
   WindowSource rank = rig.rank(1);
   rig.window.store(Word::position, rig.plan().cells());
-  rig.window.store(Word::tickets, rig.layout.most_copies());
+  rig.window.store(Word::copy_requests, rig.layout.most_copies());
   rig.window.store(Word::copies, rig.layout.most_copies());
   CHECK(rank.take_part(1e6, true).answer == Answer::wait);
   CHECK(rank.take_part(1e6, true).answer == Answer::wait);

@@ -279,7 +279,7 @@ TEST_CASE("both links of a joined one are heard by turns, and each gets its own 
   const auto worker = outside.connect();
   const auto asker = inside.connect_as({Role::client, "ann"});
   for (int i = 0; i < 3; ++i) {
-    worker->send({}, Message(msg::Who{}));
+    worker->send({}, Message(msg::Identify{}));
     asker->send({}, asker->seal(msg::ListJobs{5}));
   }
   CHECK(woken == 3);
@@ -297,10 +297,10 @@ TEST_CASE("both links of a joined one are heard by turns, and each gets its own 
   CHECK(from_inside[2] != from_inside[3]);
   CHECK(inner != outer);
   CHECK(inner.front() == '\0');
-  CHECK(joined.send(inner, Message(msg::Pulse{})));
+  CHECK(joined.send(inner, Message(msg::HeartbeatAck{})));
   CHECK(asker->receive());
   CHECK_FALSE(worker->receive());
-  CHECK(joined.send(outer, Message(msg::Pulse{})));
+  CHECK(joined.send(outer, Message(msg::HeartbeatAck{})));
   CHECK(worker->receive());
 }
 

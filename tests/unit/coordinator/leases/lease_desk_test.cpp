@@ -35,7 +35,7 @@ TEST_CASE("a result of an unknown worker is not looked at") {
   msg::Result result;
   rig.leases.on(rig.farm.now, "stranger", result);
   CHECK(rig.farm.tally.stale == 0);
-  CHECK(rig.sent<msg::Who>().size() == 1);
+  CHECK(rig.sent<msg::Identify>().size() == 1);
 }
 
 TEST_CASE("a failed lease that nobody holds changes nothing") {

@@ -52,7 +52,7 @@ TEST_CASE("a heartbeat of an unknown worker is answered with a question who it i
   FarmRig rig;
   msg::Heartbeat beat;
   rig.workers.on(rig.farm.now, "stranger", beat);
-  CHECK(rig.sent<msg::Who>().size() == 1);
+  CHECK(rig.sent<msg::Identify>().size() == 1);
 }
 
 TEST_CASE("a heartbeat that names a lease of nobody revokes it") {

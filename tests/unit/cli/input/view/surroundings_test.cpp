@@ -203,13 +203,13 @@ TEST_CASE("the reader takes every portrait as the writer writes it, bit by bit")
     file.scene = {taken.portrait.camera, taken.portrait.sky, {plain_material}, taken.spheres};
     for (const SceneryObject& prop : taken.portrait.scenery)
       file.scene.spheres.push_back(prop.sphere);
-    file.finish = postprocessing_of(taken.viewing.style);
+    file.postprocessing = postprocessing_of(taken.viewing.style);
     std::stringstream text;
     write_scene(text, file, [] {});
     remove_duplicates(file.scene);  // as the reader does
     const SceneFile read = read_scene(text, "s.json");
     CHECK(read.scene == file.scene);
-    CHECK(read.finish == file.finish);
+    CHECK(read.postprocessing == file.postprocessing);
   });
 }
 
