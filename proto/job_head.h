@@ -42,10 +42,6 @@ void head_fields(F& f, JobHead& head) {
   f.settings("settings", head.settings);
   f.text("precision_reason", head.precision_reason, max_line);
   f.duration("load_seconds", head.load_seconds);
-}
-/// Describes the remaining fields, which records of earlier versions do not have.
-template <typename F>
-void later_head_fields(F& f, JobHead& head) {
   f.duration("reserved_seconds", head.reserved_seconds);
   f.number("duplicates_removed", head.duplicates_removed);
   f.number("max_failures", head.max_failures, 0U, 1000U);

@@ -128,7 +128,6 @@ void fields(F& f, msg::Submit& m) {
   f.text("token", m.token, 64, 1);
   f.text("user", m.user, 64);
   head_fields(f, m);
-  later_head_fields(f, m);
 }
 template <typename F>
 void fields(F& f, msg::Submitted& m) {

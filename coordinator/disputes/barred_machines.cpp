@@ -78,14 +78,8 @@ void DisputeDesk::restore_worker_notes() {
     for (const json& drained : notes.at("drained")) {
       drained_.insert({drained.at(0).get<bool>(), drained.at(1).get<std::string>()});
     }
-    // Earlier versions put processes into quarantine, which say nothing about machines.
-    quarantines_ = QuarantineLedger::from_json(notes.value("quarantines", json::array()));
-    fault_findings_ = FaultFindings::from_json(notes.value("convictions", json::array()));
-    if (!notes.contains("convictions")) {  // of an earlier version
-      for (const auto& [machine, quarantine] : quarantines_.all()) {
-        fault_findings_.add(machine, quarantine.worker);
-      }
-    }
+    quarantines_ = QuarantineLedger::from_json(notes.at("quarantines"));
+    fault_findings_ = FaultFindings::from_json(notes.at("convictions"));
   } catch (const json::exception& error) {
     throw RunError(std::string("the state's note of workers is damaged: ") + error.what());
   }

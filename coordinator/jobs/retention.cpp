@@ -72,16 +72,12 @@ void JobBook::keep_farm_notes() {
       });
 }
 
-/// Jobs of earlier versions, which did not keep the uptime at which they ended, end now.
+/// Restores the farm's uptime and the progress of its jobs.
 void JobBook::restore_farm_notes() {
   farm_.uptime_before = uptime_kept_ = std::strtod(farm_.store->note(uptime_note).c_str(), nullptr);
   const nlohmann::json progress =
       nlohmann::json::parse(farm_.store->note(progress_note), nullptr, false);
   for (auto& [id, job] : farm_.jobs) {
-    if (job.ended() && job.record.ended == 0) {
-      job.record.ended = std::max(farm_.uptime(), 1.0);
-      farm_.keep(job);
-    }
     const std::string name = std::to_string(id);
     if (progress.is_object() && progress.contains(name) && progress.at(name).is_number()) {
       job.kept_progress = std::clamp(progress.at(name).get<double>(), 0.0, 1.0);

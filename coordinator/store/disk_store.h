@@ -40,12 +40,12 @@ struct RowLog {
 /// Rows are checked when they are read, so that the damaged file of one job is no other's trouble.
 class DiskStore final : public Store {
  public:
-  /// Makes the directory if need be. Reads no bulk data. A state of version 1 is converted (see
-  /// schema.h). `disk` outlives this.
+  /// Makes the directory if need be. Reads no bulk data. `disk` outlives
+  /// this.
   ///
   /// Throws StateInUse when another coordinator uses it, InputError when the directory cannot be
-  /// used or lacks even the room to open; StateDamaged (schema.h) when the database is damaged or
-  /// has lost commits; RunError when it is of a later version.
+  /// used, is of another version or lacks even the room to open; StateDamaged (schema.h) when the
+  /// database is damaged or has lost commits.
   explicit DiskStore(const std::filesystem::path& directory, Disk& disk = system_disk());
   ~DiskStore() override;
   DiskStore(const DiskStore&) = delete;
@@ -101,7 +101,7 @@ class DiskStore final : public Store {
 
   // disk_store_opening.cpp
   void open();
-  Records read_database(FoundFiles& found);
+  Records read_database(const FoundFiles& found);
   void keep_up(const Upkeep& upkeep, const FoundFiles& found, const Records& records);
   void load(const Records& records);
   void take_stock();

@@ -83,11 +83,8 @@ void DiskStore::open() {
   tidy(std::numeric_limits<double>::infinity());
 }
 
-/// `found` is as it is afterwards: an earlier version is converted.
-Records DiskStore::read_database(FoundFiles& found) {
-  if (ready_database(*database_, files_, found)) {
-    found = find_files(files_);
-  }
+Records DiskStore::read_database(const FoundFiles& found) {
+  ready_database(*database_, files_, found);
   Statement check(*database_, "PRAGMA quick_check(1)");
   if (check.step() && check.bytes(0) != "ok") {
     throw DatabaseDamaged("parray.sqlite: " + std::string(check.bytes(0)));

@@ -53,8 +53,6 @@ void fields(F& f, JobRecord& job) {
   f.value("state", job.state);
   f.value("reason", job.reason);
   f.value("report", job.report);
-  f.may_miss();  // earlier versions did not write the rest
-  later_head_fields(f, job);
   f.value("user", job.user);
   f.number("tile", job.tile, 0U, limits::max_image_side);
   f.number("scene_bytes", job.scene_bytes);
@@ -94,7 +92,6 @@ struct RecordWriter : HeadFields<RecordWriter> {
   void number(const char* key, T value, T /*lowest*/ = 0, T /*highest*/ = 0) {
     map[key] = value;
   }
-  void may_miss() {}
 };
 
 void read(const json& from, RenderSettings& value) { value = settings_from_json(from); }
@@ -109,23 +106,20 @@ void read(const json& from, std::vector<JobEvent>& value) {
 }
 void read(const json& from, auto& value) { from.get_to(value); }
 
-/// Throws for a value that is missing, though all versions wrote it, and for one that cannot be.
+/// Throws for a value that is missing, and for one that cannot be.
 struct RecordReader : HeadFields<RecordReader> {
   json map;
-  bool needed = true;
 
   explicit RecordReader(json record) : map(std::move(record)) {}
   void value(const char* key, auto& value) {
-    if (needed || map.contains(key)) read(map.at(key), value);
+    read(map.at(key), value);
   }
   void value(const char* key, std::vector<std::uint64_t>& value) { value = naturals_in(map, key); }
   template <typename T>
   void number(const char* key, T& value, T lowest = 0, T highest = std::numeric_limits<T>::max()) {
-    if (!needed && !map.contains(key)) return;
     value = static_cast<T>(natural_in(map, key, highest));
     if (value < lowest) throw RunError(std::string("there is no such ") + key);
   }
-  void may_miss() { needed = false; }
 };
 
 /// A pass that adds nothing would leave a picture without an end.

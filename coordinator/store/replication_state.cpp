@@ -17,12 +17,12 @@ std::optional<ReplicationState> replication_state_from_text(const std::string& t
   std::istringstream in(text);
   ReplicationState replication;
   unsigned part = 0;
-  in >> replication.history >> replication.generation >> part;
+  in >> replication.history >> replication.generation >> part >> replication.copy_begin >>
+      replication.copy_end;
   if (!in || replication.history == 0 || part > static_cast<unsigned>(ReplicaRole::fenced)) {
     throw RunError("the state's note '" + std::string(replication_note) + "' is damaged");
   }
   replication.part = static_cast<ReplicaRole>(part);
-  in >> replication.copy_begin >> replication.copy_end;  // earlier versions end before
   for (LeftGeneration left; in >> left.generation >> left.sequence;) {
     replication.left.push_back(left);
   }

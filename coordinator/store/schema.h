@@ -23,14 +23,15 @@ inline constexpr std::uint64_t present_version = 3;
 ///     logs(job, number, bytes)                     committed bytes of the job's rows file
 ///     notes(name, text)
 ///
-/// A state of version 2 gets the copies beside the database (job_file.h). One of version 1, which
-/// had everything in the database, is converted: finished jobs keep their pictures; unfinished
-/// ones, whose rows have another form, are cancelled. Crashing or failing in it leaves the former
-/// version. Returns whether it has converted.
-///
-/// `found`: the small files of the directory. Throws what Database throws, RunError for a state of
-/// a later version, and StateDamaged for a database without tables beside files of jobs.
-bool ready_database(Database& database, StateFiles& files, const FoundFiles& found);
+/// `found`: the small files of the directory. Throws what Database throws, InputError for a state
+/// of another version, and StateDamaged for a database without tables beside files of jobs.
+void ready_database(Database& database, const StateFiles& files, const FoundFiles& found);
+
+/// The damage of a database whose version is lower than that of the files beside it.
+inline constexpr const char* older_database = "the database is of an earlier version than the jobs";
+
+/// Returns the message for a state of another version, which this program cannot read.
+std::string other_version_text(const std::filesystem::path& directory, std::uint64_t version);
 
 /// Makes the tables of the present version in an empty database.
 void make_tables(Database& database);

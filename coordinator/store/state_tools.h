@@ -13,7 +13,7 @@ namespace parray::store {
 /// Reads the whole state: database, copies, rows, pictures and scenes. Returns one line for each
 /// damage; what a crash leaves behind is none. Changes nothing.
 ///
-/// Throws InputError when the directory holds no state, or one of an earlier version; StateInUse
+/// Throws InputError when the directory holds no state, or one of another version; StateInUse
 /// when a coordinator serves it.
 std::vector<std::string> find_damage(const std::filesystem::path& directory);
 

@@ -160,8 +160,9 @@ Survey survey_state(const StateFiles& files) {
   if (!database.present && survey.found.fresh()) {
     throw InputError(place + ": holds no state: name the directory of --state");
   }
-  if (database.version > present_version) {
-    throw InputError(place + ": the state is of a later version of ParRay");
+  const bool older = database.version != 0 && database.version < present_version;
+  if (database.version > present_version || (older && !survey.found.has_commits)) {
+    throw InputError(other_version_text(files.directory(), database.version));
   }
   if (!database.present) {
     survey.grave.emplace_back("parray.sqlite is missing");
@@ -169,12 +170,8 @@ Survey survey_state(const StateFiles& files) {
     survey.grave.push_back(database.damage);
   } else if (database.version == 0 && !survey.found.fresh()) {
     survey.grave.emplace_back("the database has lost its content");
-  } else if (database.version > 0 && database.version < present_version) {
-    if (!survey.found.has_commits) {
-      throw InputError(place + ": the state is of an earlier version: parray-coordinator --state " +
-                       place + ", started once, converts it");
-    }
-    survey.grave.emplace_back("the database is of an earlier version than the jobs");
+  } else if (older) {
+    survey.grave.emplace_back(older_database);
   }
   if (survey.grave.empty()) {
     survey.comparison = compare(database.records, survey.found);

@@ -8,6 +8,7 @@
 
 #include "common/base/error.h"
 #include "coordinator/store/schema.h"
+#include "coordinator/store/state_tools.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"
 #include "tests/support/stored_state.h"
@@ -265,12 +266,22 @@ TEST_CASE("a second coordinator on the same state is refused") {
                        InputError);
 }
 
-TEST_CASE("a state of a later version, a damaged record and a file that is none are told apart") {
+TEST_CASE("a state of another version is refused with its number and stays as it is") {
   const TemporaryDirectory later;
   { const DiskStore store(later.path()); }
   run_sql(later.path(), "PRAGMA user_version = 999");
-  CHECK_THROWS_WITH_AS(DiskStore{later.path()}, doctest::Contains("later version"), RunError);
+  CHECK_THROWS_WITH_AS(DiskStore{later.path()}, doctest::Contains("is of version 999"), InputError);
 
+  const TemporaryDirectory earlier;
+  write_bytes(earlier.path() / "parray.sqlite", "");
+  run_sql(earlier.path(), "CREATE TABLE blocks (job INTEGER); PRAGMA user_version = 2");
+  CHECK_THROWS_WITH_AS(DiskStore{earlier.path()}, doctest::Contains("is of version 2"), InputError);
+  run_sql(earlier.path(), "INSERT INTO blocks VALUES (1)");
+  CHECK_THROWS_WITH_AS(find_damage(earlier.path()), doctest::Contains("is of version 2"),
+                       InputError);
+}
+
+TEST_CASE("a damaged record and a file that is no database are told apart") {
   for (const char* record : {"{\"token\": 5}", "", "[", "{}"}) {
     const TemporaryDirectory damaged;
     {
