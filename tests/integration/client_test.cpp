@@ -223,7 +223,7 @@ TEST_CASE("submissions under way are answered in any order, while other requests
   CHECK(client.submitting() == 3);
   CHECK(client.submitting_bytes() > 0);
   CHECK(client.workers() == nlohmann::json{"w"});
-  std::map<std::uint32_t, Client::Completion> outcomes;
+  std::map<std::uint32_t, Client::Outcome> outcomes;
   while (auto outcome = client.take_outcome(seconds(1))) {
     const std::uint32_t frame = outcome->submission.frame;
     outcomes.emplace(frame, std::move(*outcome));

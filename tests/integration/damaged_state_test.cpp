@@ -44,9 +44,9 @@ void damage(const fs::path& file, Damage how) {
 class NearStandby final : public ReplicaLine {
  public:
   explicit NearStandby(Store& store) : replica_(store) {}
-  std::optional<Answer> ask(Ask ask) override {
+  std::optional<ReplicaReply> ask(ReplicaRequest ask) override {
     ask.number = ++number_;
-    return decode_answer(replica_.answer(encode(ask)));
+    return decode_reply(replica_.answer(encode(ask)));
   }
   [[nodiscard]] bool session_lost() const override { return false; }
   [[nodiscard]] const std::string& address() const override { return address_; }

@@ -219,7 +219,7 @@ TEST_CASE("copies are for the idle alone, one for each ticket") {
   const auto copy = rank.take_part(1e6, true);
   REQUIRE(copy.answer == Answer::lease);
   CHECK(copy.cells == CellRange{3, 5});
-  CHECK(rank.take_part(1e6, true).answer == Answer::wait);  // a ticket is answered once
+  CHECK(rank.take_part(1e6, true).answer == Answer::wait);  // a request is answered once
   CHECK(rig.window.load(Word::copy_requests) == 3);
   rig.window.store(rig.layout.copy_word(1), to_word({7, 9}));
   rig.window.store(rig.layout.copy_word(2), to_word({9, 10}));
