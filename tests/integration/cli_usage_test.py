@@ -71,7 +71,7 @@ OPTIONS = {
     "convert": PARTICLE_OPTIONS + ["--width", "--height", "--expand"],
     "compare": ["--output", "--json"],
     "verify": ["--pixels", "--all", "--seed", "--threads", "--json"],
-    "doctor": ["--json"],
+    "doctor": ["--json", "--extremes"],
 }
 REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed precision accelerator
     isa sampler adaptive passes error stopped_by schedule spheres accelerator_bytes threads workers
