@@ -135,8 +135,8 @@ bool LeaseDesk::may_trace(Time now, const WorkerRecord& worker, const Job& job) 
   if (!job.pause_reason.empty()) {
     return false;
   }
-  const auto shunned = worker.shunned.find(job.record.id);
-  return shunned == worker.shunned.end() || now >= shunned->second;
+  const auto denied_jobs = worker.denied_jobs.find(job.record.id);
+  return denied_jobs == worker.denied_jobs.end() || now >= denied_jobs->second;
 }
 
 bool LeaseDesk::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) {

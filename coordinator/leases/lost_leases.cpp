@@ -64,7 +64,7 @@ void LeaseDesk::on(Time now, const PeerId& peer, msg::Failed& m) {
   ++farm_.tally.failed;
   farm_.grants_due = true;
   // Others first: they may be able to do what it cannot.
-  worker->shunned[m.job] = now + farm_.options.heartbeat;
+  worker->denied_jobs[m.job] = now + farm_.options.heartbeat;
   farm_.grant_again_at = std::min(farm_.grant_again_at, now + farm_.options.heartbeat);
   note_failure(now, *job, {*range, worker->machine, worker->key, worker->hello.name, m.reason});
 }

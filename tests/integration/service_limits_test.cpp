@@ -162,7 +162,7 @@ TEST_CASE("without a store, finished pictures make room for jobs: the oldest go"
     REQUIRE(service.state(jobs.back()) == "done");
     CHECK(service.sha256(jobs.back()) == service.fetch(jobs.back()).report.at("image_sha256"));
   }
-  CHECK(contains(service.ask<msg::Error>(msg::Fetch{1, jobs[0]}).message, "no longer kept"));
+  CHECK(contains(service.ask<msg::Error>(msg::Fetch{1, jobs[0]}).message, "no longer keeps"));
   CHECK(service.state(jobs[0]) == "done");
 }
 
