@@ -17,7 +17,7 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
-//// Returns whether the comma-separated list `names` contains `state`.
+/// Returns whether the comma-separated list `names` contains `state`.
 static bool is_among(std::string_view names, std::string_view state) {
   for (std::size_t begin = 0; begin < names.size();) {
     const std::size_t end = std::min(names.find(',', begin), names.size());
@@ -46,7 +46,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ListJobs& m) {
   farm_.send(peer, msg::Jobs{m.request, std::move(list)});
 }
 
-//// Finds a job. If there is none, sends an error and returns null.
+/// Finds a job. If there is none, sends an error and returns null.
 Job* ClientRequests::find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id) {
   Job* job = farm_.job_of(id);
   if (job == nullptr) {
@@ -97,7 +97,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
   farm_.send(peer, msg::Workers{m.request, std::move(list), total});
 }
 
-//// Sends the farm map of PROTOCOL.md.
+/// Sends the farm map of PROTOCOL.md.
 void ClientRequests::on(Time now, const PeerId& peer, msg::ShowFarm& m) {
   json jobs = json::object();
   for (const JobState state : {JobState::queued, JobState::running, JobState::paused,
@@ -212,7 +212,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
   farm_.send(peer, msg::Job{m.request, std::move(summary)});
 }
 
-//// Returns whether there is room to queue the jobs again. If not, sends an error.
+/// Returns whether there is room to queue the jobs again. If not, sends an error.
 bool ClientRequests::may_requeue(const PeerId& peer, std::uint64_t request, const Series& named) {
   const auto again = std::ranges::find_if(
       named, [](const Job* job) { return job->ended() && job->record.state != JobState::done; });
@@ -227,7 +227,7 @@ bool ClientRequests::may_requeue(const PeerId& peer, std::uint64_t request, cons
   return true;
 }
 
-//// Gives leases again to workers of this name or host, whatever the reason they got none.
+/// Gives leases again to workers of this name or host, whatever the reason they got none.
 void ClientRequests::readmit(Time now, const msg::SteerWorkers& m) {
   disputes_.readmit(m.name, m.host);
   for (const auto& [peer, worker] : farm_.workers) {

@@ -26,7 +26,7 @@ Coordinator::Coordinator(CoordinatorOptions options, Store* store,
   job_book_.restore_jobs();
 }
 
-//// Passes a message to the part that handles it.
+/// Passes a message to the part that handles it.
 template <typename M>
 void Coordinator::dispatch(Time now, const PeerId& peer, M& m) {
   if constexpr (requires { worker_desk_.on(now, peer, m); }) {
@@ -43,7 +43,7 @@ void Coordinator::dispatch(Time now, const PeerId& peer, M& m) {
   }
 }
 
-//// Returns whether only workers send such messages. Clients send all others.
+/// Returns whether only workers send such messages. Clients send all others.
 static bool is_worker_message(const Message& message) {
   return std::holds_alternative<msg::Hello>(message) ||
          std::holds_alternative<msg::Heartbeat>(message) ||
@@ -68,7 +68,7 @@ static bool may_send(Role role, const Message& message) {
   return false;
 }
 
-//// Answers a message that the sender's key does not permit.
+/// Answers a message that the sender's key does not permit.
 void Coordinator::refuse(Time now, const PeerId& peer, const Message& message) {
   ++farm_.tally.malformed;
   const std::string why = farm_.sender.role == Role::none
@@ -116,7 +116,7 @@ void Coordinator::receive(Time now, Delivery delivery) {
   }
 }
 
-//// Looks for silent workers and expired leases only when all received messages are handled.
+/// Looks for silent workers and expired leases only when all received messages are handled.
 Time Coordinator::tick(Time now, bool drained) {
   farm_.now = now;
   farm_.began = std::min(farm_.began, now);

@@ -8,7 +8,7 @@
 
 namespace parray::coordinator {
 
-//// Number of files that this process has open, and that it may open.
+/// Number of files that this process has open, and that it may open.
 struct DescriptorUse {
   std::size_t open = 0;
   std::size_t most = 0;

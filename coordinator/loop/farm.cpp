@@ -6,7 +6,7 @@
 
 namespace parray::coordinator {
 
-//// Pictures and journals that one client may be receiving at a time.
+/// Pictures and journals that one client may be receiving at a time.
 static constexpr std::size_t most_bulk_of_peer = 4;
 
 Farm::Farm(CoordinatorOptions options_of_farm, Store* kept_in,

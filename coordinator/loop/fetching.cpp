@@ -21,7 +21,7 @@ static std::string no_picture_left(JobId id) {
   return fmt::format("the coordinator no longer keeps the picture of job {}: render it again", id);
 }
 
-//// Returns the answer to a fetch, without the picture and its report.
+/// Returns the answer to a fetch, without the picture and its report.
 static msg::ImageData answer_to(const msg::Fetch& m, const JobRecord& record) {
   const RenderSettings& s = record.settings;
   return {m.request,
@@ -50,7 +50,7 @@ void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
   }
 }
 
-//// Counts an answer of `bytes`. If there is no room now, sends an error and returns null.
+/// Counts an answer of `bytes`. If there is no room now, sends an error and returns null.
 BulkLedger::Ticket ClientRequests::admit_bulk(const PeerId& peer, std::uint64_t request,
                                               std::uint64_t bytes) {
   BulkLedger::Ticket ticket = farm_.bulk.admit(peer, bytes);
@@ -112,7 +112,7 @@ void ClientRequests::send_kept_picture(const PeerId& peer, const msg::Fetch& m, 
       });
 }
 
-//// Notes in the job's flag and history that its picture's file is damaged, or no longer damaged.
+/// Notes in the job's flag and history that its picture's file is damaged, or no longer damaged.
 void ClientRequests::note_picture_file(JobId id, const PictureFile& kept) {
   Job* job = farm_.job_of(id);
   if (job == nullptr) {
@@ -131,7 +131,7 @@ void ClientRequests::note_picture_file(JobId id, const PictureFile& kept) {
   }
 }
 
-//// Sends the picture of an unfinished job as it is now.
+/// Sends the picture of an unfinished job as it is now.
 void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job) {
   if (!job.work || !job.work->picture) {
     farm_.fail_request(peer, m.request, 2,
@@ -167,7 +167,7 @@ void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const
       });
 }
 
-//// Sends the journal: one line per merged lease, also of an unfinished job.
+/// Sends the journal: one line per merged lease, also of an unfinished job.
 void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
   const Job* job = find_or_refuse(peer, m.request, m.job);
   if (job == nullptr) {

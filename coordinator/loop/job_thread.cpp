@@ -16,7 +16,7 @@ void append(Closures& to, Closures from) {
   to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
 }
 
-//// Runs the task. If it throws, returns `failed` as its completion.
+/// Runs the task. If it throws, returns `failed` as its completion.
 JobThread::Completion completion_of(const JobThread::Task& task, const JobThread::Failed& failed) {
   std::string why;
   try {

@@ -5,7 +5,7 @@
 
 namespace parray::coordinator {
 
-//// Finds a scene by its SHA-256 among the jobs at work. Null: no job at work has it.
+/// Finds a scene by its SHA-256 among the jobs at work. Null: no job at work has it.
 const ScenePayload* WorkerDesk::scene_at_work(const std::string& scene) const {
   for (const JobId id : farm_.at_work) {
     const Job& job = farm_.jobs.at(id);

@@ -6,11 +6,11 @@
 namespace parray::coordinator {
 namespace {
 
-//// Packed chunks in the cache: workers that load a scene at the same time need the same chunks.
+/// Packed chunks in the cache: workers that load a scene at the same time need the same chunks.
 constexpr std::size_t chunks_kept = 64;
-//// Sources that may fail for a worker before the coordinator serves it.
+/// Sources that may fail for a worker before the coordinator serves it.
 constexpr std::uint32_t most_tries = 3;
-//// Workers for which a source may fail before it serves no others.
+/// Workers for which a source may fail before it serves no others.
 constexpr std::uint32_t most_complaints = 2;
 
 std::string endpoint(const std::string& address, std::uint32_t port) {
@@ -20,7 +20,7 @@ std::string endpoint(const std::string& address, std::uint32_t port) {
 
 }  // namespace
 
-//// Workers with the same host name and the same address are on one machine.
+/// Workers with the same host name and the same address are on one machine.
 SceneService::Node SceneService::node_of(const WorkerRecord& worker) {
   Node node;
   node.id = worker.id;
@@ -120,7 +120,7 @@ void SceneService::place(Tree& tree, Node& node) {
   ++tree.served;
 }
 
-//// Separates a node from its source.
+/// Separates a node from its source.
 void SceneService::release(Tree& tree, Node& node) {
   if (!node.placed) {
     return;

@@ -18,7 +18,7 @@ namespace parray::coordinator {
 static constexpr Time longest_heartbeat = seconds(60);
 static constexpr Time longest_silence = seconds(600);
 
-//// Returns why the coordinator refuses a worker. Empty: it accepts the worker.
+/// Returns why the coordinator refuses a worker. Empty: it accepts the worker.
 std::string WorkerDesk::refusal_of(const msg::Hello& hello) const {
   if (hello.version != protocol_version) {
     return "protocol version " + std::to_string(hello.version) + ", but this coordinator uses " +
@@ -67,7 +67,7 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Hello& m) {
   welcome(*known);
 }
 
-//// Returns the factor by which heartbeats and silences are longer than on a small farm: 1 or more.
+/// Returns the factor by which heartbeats and silences are longer than on a small farm: 1 or more.
 unsigned WorkerDesk::pace() const {
   const Time longest = std::min(farm_.options.lease_timeout / 3, longest_heartbeat);
   const auto most =

@@ -128,7 +128,7 @@ bool WorkerRegistry::all_drained() const {
   return std::ranges::all_of(workers_, [](const auto& worker) { return worker.second.drained; });
 }
 
-//// Adds a worker to the sums over workers that may trace (`in`), or subtracts it.
+/// Adds a worker to the sums over workers that may trace (`in`), or subtracts it.
 void WorkerRegistry::count(const WorkerRecord& worker, bool in) {
   const auto change = [in](auto& sum, auto by) { sum = in ? sum + by : sum - std::min(sum, by); };
   change(speed_.workers, 1U);

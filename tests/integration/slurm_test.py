@@ -144,7 +144,7 @@ class Farm(Jobs):
         self.assertEqual(self.report()["image_sha256"], self.expected(SETTINGS))
         self.log = log
         self.finish(farm, restarts=1)
-        self.assert_lines("DUE TO PREEMPTION", "1 unfinished jobs taken up", "no work for 3 s: leaving")
+        self.assert_lines("DUE TO PREEMPTION", "resumed 1 unfinished jobs", "no work for 3 s: leaving")
         self.assertFalse((self.directory / "farm" / "address").exists())
 
     def test_a_worker_that_has_joined_follows_a_coordinator_that_was_requeued(self):

@@ -9,7 +9,7 @@ namespace {
 
 using test::FarmRig;
 
-TEST_CASE("one more job than a user may have is refused") {
+TEST_CASE("a job beyond the limit per user is refused") {
   CoordinatorOptions options = FarmRig::rig_options();
   options.limits.user_jobs = 2;
   FarmRig rig(options);
@@ -37,7 +37,7 @@ TEST_CASE(
   CHECK(rig.farm.job_of(5) == nullptr);
 }
 
-TEST_CASE("a job that has ended takes no priority") {
+TEST_CASE("the priority of an ended job cannot be changed") {
   FarmRig rig;
   Job& job = rig.add_job(5);
   rig.jobs.steer(job, {1, 5, msg::JobAction::prioritise, 90});
@@ -47,7 +47,7 @@ TEST_CASE("a job that has ended takes no priority") {
   CHECK_THROWS_AS(rig.jobs.steer(job, {1, 5, msg::JobAction::prioritise, 10}), InputError);
 }
 
-TEST_CASE("a waiting job says what it lacks") {
+TEST_CASE("waits_for() names what a waiting job lacks") {
   FarmRig rig;
   Job& job = rig.add_job(5);
   CHECK(rig.jobs.waits_for(job) == "no workers connected");

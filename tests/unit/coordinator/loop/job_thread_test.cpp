@@ -21,7 +21,7 @@ namespace {
 
 using test::CrashStore;
 
-//// A job thread whose loop is the test's thread.
+/// A job thread whose loop is the test's thread.
 class Room {
  public:
   Room(Store* store, bool threaded)
@@ -64,7 +64,7 @@ class Room {
   }
 };
 
-//// A task that puts a job's record.
+/// A task that puts a job's record.
 JobThread::Task put(Store& store, JobId id, JobThread::Completion outcome = {}) {
   return [&store, id, outcome] {
     JobRecord record;
