@@ -57,7 +57,7 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Hello& m) {
   if (known == nullptr) {
     known = &farm_.workers.add(now, peer, m, farm_.sender);
     leases_.check_losses(now, *known);
-    disputes_.greet(*known);
+    disputes_.note_joined(*known);
     leases_.hold_back(now);
     farm_.grants_due = true;
     farm_.arrivals.info(

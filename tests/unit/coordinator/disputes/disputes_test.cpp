@@ -177,11 +177,11 @@ TEST_CASE("the desk asks one question at a time, disputes first, in pieces") {
   CHECK(first[0].range == CellRange{1, 3});
   CHECK(first[0].claims == std::vector<std::uint64_t>{1, 2});
   CHECK(farm.desk.busy_with(1));
-  farm.desk.go_on(first[0].number);
+  farm.desk.continue_case(first[0].number);
   CHECK(farm.turn()[0].range == CellRange{3, 4});
-  farm.desk.go_on(first[0].number);
+  farm.desk.continue_case(first[0].number);
   CHECK(farm.turn()[0].range == CellRange{7, 8});
-  farm.desk.go_on(first[0].number);
+  farm.desk.continue_case(first[0].number);
   CHECK(farm.desk.disputes() == 0);
   CHECK(farm.turn()[0].range == CellRange{9, 10});
   CHECK(farm.referee->asked == 4);
@@ -210,7 +210,7 @@ TEST_CASE("a referee that is silent at a check is named as what the job waits fo
   REQUIRE(farm.referee->asked == 1);
   CHECK(farm.desk.wait(farm.now, 1).empty());
   farm.turn(seconds(12));
-  CHECK(farm.desk.wait(farm.now, 1).find("the referee, which has not answered a check for 1") == 0);
+  CHECK(farm.desk.wait(farm.now, 1).find("the referee, which has been tracing for a check for 1") == 0);
   CHECK(farm.desk.wait(farm.now, 2).empty());  // another job's
   CHECK(farm.desk.busy_with(1));
   farm.turn(seconds(50));
