@@ -97,8 +97,8 @@ void LeaseDesk::note_failure(Time now, Job& job, Failure failure) {
   const std::uint32_t most =
       job.record.max_failures > 0 ? job.record.max_failures : farm_.options.max_failures;
   if (const auto who = failures.verdict(failure.range, able, most)) {
-    job_book_.fail_job(
-        job, fmt::format("{} ({} failed, last worker '{}')", failure.reason, *who, failure.name));
+    job_book_.fail_job(job, fmt::format("{} (failed on {}, last on worker '{}')", failure.reason,
+                                        *who, failure.name));
   }
 }
 

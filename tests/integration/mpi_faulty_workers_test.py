@@ -59,7 +59,7 @@ class Liars(unittest.TestCase):
 
     def test_a_picture_in_passes_is_begun_again_without_the_rank(self):
         report, lines = self.render(*IN_PASSES)
-        self.check(report, lines, IN_PASSES, "the picture was started again")
+        self.check(report, lines, IN_PASSES, "the picture was begun again")
         self.assertTrue(report["mpi"]["faulty_ranks"][0]["restarted"])
 
     def test_without_lies_no_rank_is_named(self):

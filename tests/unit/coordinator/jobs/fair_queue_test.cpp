@@ -83,8 +83,7 @@ TEST_CASE("among the jobs of one user the highest priority goes first, then the 
   CHECK(grant(queue, 100) == std::map<JobId, double>{{1, 100}});
 }
 
-TEST_CASE(
-    "a short job gets a quarter beside a long one that came before, its first lease at once") {
+TEST_CASE("a short job gets its first lease at once, then a quarter beside an older long job") {
   FairQueue queue;
   queue.assign({entry(1, "ann", 50, 1e6)});
   grant(queue, 100);
@@ -99,8 +98,7 @@ TEST_CASE(
   CHECK(grant(queue, 100) == std::map<JobId, double>{{1, 100}});
 }
 
-TEST_CASE(
-    "a job without work to grant keeps nobody waiting, but one that is being prepared its user") {
+TEST_CASE("a job without work blocks no other; a job in preparation blocks its user's later jobs") {
   FairQueue queue;
   queue.assign({entry(1, "ann"), entry(2, "ann"), entry(3, "bob")});
   std::vector<JobId> asked;

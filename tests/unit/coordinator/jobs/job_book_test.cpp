@@ -24,8 +24,7 @@ TEST_CASE("a job beyond the limit per user is refused") {
   CHECK_NOTHROW(rig.jobs.check_limits(next));
 }
 
-TEST_CASE(
-    "a cancelled job ends, can be queued again, and can be forgotten only when it has ended") {
+TEST_CASE("a cancelled job can be queued again; only an ended job can be forgotten") {
   FarmRig rig;
   Job& job = rig.add_job(5);
   job.scene = ScenePayload(std::make_shared<const Scene>());

@@ -170,7 +170,7 @@ TEST_CASE("a worker cannot give back a lease that it does not hold") {
   CHECK(f.table.held_by(ann) == 1);
 }
 
-TEST_CASE("a lease whose deadline passes goes back, and its result is stale") {
+TEST_CASE("after the deadline the cells of a lease are pending and its result is stale") {
   OneLease f;
   CHECK(f.table.expire(seconds(10) - Time(1)).empty());
   const auto expired = f.table.expire(seconds(10));

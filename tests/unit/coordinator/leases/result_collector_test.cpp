@@ -187,8 +187,7 @@ TEST_CASE("cells that are traced again are unchecked") {
   CHECK(rig.collector.checked_cells() == 0);
 }
 
-TEST_CASE(
-    "what a faulty worker has traced can be set back: all of it, and the picture is as without") {
+TEST_CASE("retract() removes all cells of a faulty worker; the final picture is right") {
   for (const bool ragged : {false, true}) {
     for (std::uint64_t seed = 1; seed <= 30; ++seed) {
       CAPTURE(seed);
@@ -221,9 +220,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "what a faulty worker has traced goes although somebody traced it alike: they may be two "
-    "faulty workers") {
+TEST_CASE("retract() also removes checked cells, because the checker may be faulty, too") {
   Rig rig;
   rig.take(faulty, {0, 6});
   rig.collector.note_check(bob, {2, 4});
