@@ -135,8 +135,7 @@ void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
   farm_.grants_due = true;
 }
 
-/// The log of a job that was not at work at the time of a finding may contain cells of that
-/// machine.
+/// If a job was not at work at the time of a finding, its log may contain cells of that machine.
 void DisputeDesk::retract_later_faulty(Job& job) {
   for (const FaultFinding& finding : fault_findings_.after(job.record.fault_findings)) {
     retract(job, finding);

@@ -8,8 +8,7 @@
 
 namespace parray::coordinator {
 
-/// Remembers the machines that this process of the coordinator has seen, connected or not. Not
-/// thread-safe.
+/// Remembers the machines that this process has seen, connected or not. Not thread-safe.
 class Machines {
  public:
   struct Known {

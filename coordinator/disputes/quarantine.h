@@ -22,22 +22,19 @@ struct Quarantine {
   double until = 0;  ///< seconds since 1970; 0: until it is readmitted
 };
 
-/// The machines in quarantine. A quarantine of a key lasts until an administrator readmits the
-/// machine. A quarantine of an address ends after address_seconds, because other machines may get
-/// the address.
+/// The machines in quarantine. A quarantine of a key lasts until the machine is readmitted. That of
+/// an address ends after address_seconds, because other machines may get the address.
 ///
 /// Not thread-safe. Times are seconds since 1970 by the wall clock.
 class QuarantineLedger {
  public:
   static constexpr double address_seconds = 24 * 3600;
 
-  /// Puts a machine into quarantine at the time `since` and sets `until`. False: it is in
-  /// quarantine already.
+  /// Puts a machine into quarantine from `since` on and sets `until`. False: it is there already.
   bool add(Quarantine quarantine);
   /// Finds a machine. Null: it is not in quarantine.
   [[nodiscard]] const Quarantine* find(std::uint64_t machine) const;
-  /// Ends quarantines of machines with this key, address, text_of(), or name of the worker. Returns
-  /// the machines.
+  /// Ends quarantines by key, address, text_of() or name of the worker. Returns the machines.
   std::vector<std::uint64_t> readmit(std::string_view name);
   /// Ends the quarantine of one machine. False: there was none.
   bool readmit(std::uint64_t machine) { return machines_.erase(machine) > 0; }

@@ -65,8 +65,7 @@ class RefereeDesk {
     std::vector<std::uint64_t> claims;  ///< for the range; empty for a check
     CellsPayload cells;
   };
-  /// Returns the answers that have arrived. The caller must end each with close(), ask_again() or
-  /// continue_case().
+  /// Returns new answers. The caller must end each with close(), ask_again() or continue_case().
   std::vector<Traced> take_answers(Time now);
   /// Returns whether ask_next() may have something to do.
   [[nodiscard]] bool may_ask(Time now) const {

@@ -38,8 +38,8 @@ class JobBook {
   void fail_job(Job& job, const std::string& reason);
   /// Traces all cells of `plan` again.
   void restart_leases(Job& job, const WorkPlan& plan);
-  /// Returns a queue for tasks of the job's current JobWork: if one throws, the job fails. `doing`
-  /// names the task.
+  /// Returns a queue for tasks of the job's JobWork. If one throws, the job fails. `doing`: its
+  /// name.
   [[nodiscard]] JobThread::Guarded for_job(const Job& job, const std::string& doing);
 
   /// Finds the frames of a series, in order. Empty: no series has this number.

@@ -34,9 +34,8 @@ struct AbleWorker {
 ///
 /// A job is at fault if no machine can trace it, or if no machine can trace certain cells of it. A
 /// machine has failed at a job when each of its workers has failed, or when many of its workers
-/// have died. (A worker that dies with every lease returns as a new process each time.) As long as
-/// a machine that has not failed may still get a lease, only machines that have traced other cells
-/// of the job count.
+/// have died. (A worker that dies with every lease returns as a new process each time.) While other
+/// machines may still get a lease, only machines that have traced other cells of the job count.
 ///
 /// Not thread-safe. Reads no clock.
 class JobFailures {

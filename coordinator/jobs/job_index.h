@@ -13,8 +13,7 @@
 namespace parray::coordinator {
 
 /// Finds jobs by the keys in messages, so that no message needs to look at all jobs. Every call
-/// takes logarithmic time in the number of jobs; calls that return frames take linear time in the
-/// number of frames.
+/// takes logarithmic time in the number of jobs, plus linear time in the frames that it returns.
 ///
 /// Holds pointers: a job must not move in memory until remove(). Not thread-safe.
 class JobIndex {
@@ -41,8 +40,7 @@ class JobIndex {
   /// Returns the numbers under which no job is unfinished. A series may still get more frames.
   [[nodiscard]] const std::set<JobId>& ended() const { return ended_; }
 
-  /// The unfinished jobs of a user. A series counts as one job with the pixels of its largest
-  /// frame.
+  /// The unfinished jobs of a user. A series is one job with the pixels of its largest frame.
   struct Open {
     std::size_t jobs = 0;
     std::uint64_t pixels = 0;

@@ -1,4 +1,3 @@
-
 #include <algorithm>
 
 #include "coordinator/disputes/dispute_desk.h"

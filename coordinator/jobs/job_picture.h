@@ -67,8 +67,7 @@ class JobPicture {
   void note_check(TracerKey tracer, const CellRange& range) {
     collector_->note_check(tracer, range);
   }
-  /// Returns the share, 0 to 1, of the cells of all passes so far that were traced twice with equal
-  /// bits.
+  /// Returns the share, 0 to 1, of the merged cells that were traced twice with equal bits.
   [[nodiscard]] double checked_share() const;
   /// Returns whether `tracer` has traced or checked cells in this pass or an earlier one.
   [[nodiscard]] bool relies_on(TracerKey tracer) const;
@@ -134,8 +133,7 @@ void keep_journal(JobPicture& picture, Store* store, JobId id,
 /// Returns the entries for the begin of the current pass; none if the journal has them.
 std::vector<JournalEntry> begun_entries(const JobPicture& picture, double at);
 
-/// Returns a number for a process of a worker or a rank. It is the same in every process of the
-/// coordinator.
+/// Returns a number for a process of a worker or a rank. It depends only on the arguments.
 TracerKey tracer_key(std::string_view name, std::string_view instance);
 
 }  // namespace parray::coordinator

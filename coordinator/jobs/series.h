@@ -19,8 +19,7 @@ bool has_ended(const Series& series);
 /// Returns the first frame that has not ended. Null: all have.
 const Job* first_unfinished(const Series& series);
 
-/// Returns the job map of PROTOCOL.md for a whole series. `waits_for`: what its first unfinished
-/// frame lacks.
+/// Returns a series' job map of PROTOCOL.md. `waits_for`: what the first unfinished frame lacks.
 nlohmann::json series_summary(const Series& series, Time now, const std::string& waits_for);
 
 /// Returns `frame_list` of that map: at most 1000 frames, from the number `from` on.

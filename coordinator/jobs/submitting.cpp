@@ -163,8 +163,7 @@ void JobBook::accept_job(const PeerId& peer, std::uint64_t request, Accepted& ac
   list_open_jobs();
 }
 
-/// Gives a new frame the priority and the pause of its series. Throws InputError if the series was
-/// cancelled.
+/// Gives a new frame the priority and pause of its series. Throws InputError for a cancelled one.
 void JobBook::join_series(JobRecord& record) {
   const auto known = series_.find({record.user, record.series});
   if (record.series.empty() || known == series_.end()) {

@@ -15,7 +15,7 @@ class Mapper {
     map_.width = width;
     map_.height = height;
     map_.seconds.resize(std::size_t{width} * height);
-    map_.tracer.resize(map_.seconds.size(), WorkMap::nobody);
+    map_.tracer.resize(map_.seconds.size(), WorkMap::no_worker);
   }
 
   void take(const JournalWorker& e) {

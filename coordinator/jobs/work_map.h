@@ -11,14 +11,13 @@ namespace parray::coordinator {
 
 /// Shows how much time each pixel of a job took and which worker traced it, from the journal.
 struct WorkMap {
-  static constexpr std::uint32_t nobody = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint32_t no_worker = std::numeric_limits<std::uint32_t>::max();
 
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  /// Thread-seconds of each pixel, in image order. The thread-seconds of a lease are distributed
-  /// equally over its samples.
+  /// Thread-seconds of each pixel, in image order. All samples of a lease count the same.
   std::vector<float> seconds;
-  /// Index in `workers` of the worker that traced the latest samples of each pixel, or `nobody`.
+  /// Index in `workers` of the worker that traced the latest samples of each pixel, or `no_worker`.
   std::vector<std::uint32_t> tracer;
   std::vector<std::string> workers;  ///< names, in the order of the journal
 };

@@ -33,8 +33,7 @@ void LeaseTable::add_pending(const CellRange& range) {
   pending_.emplace(merged.begin, merged.end);
 }
 
-/// Takes the first pending cells. Cells that were given back come first, because the picture waits
-/// for them.
+/// Takes the first pending cells. So cells that were given back come before later ones.
 CellRange LeaseTable::take_pending(std::uint64_t cells) {
   const auto first = pending_.begin();
   const CellRange range{first->first, std::min(first->second, first->first + cells)};
@@ -152,8 +151,7 @@ static bool is_part(const CellRange& range, std::uint64_t cells) {
   return cells > 0 && cells < range.count();
 }
 
-/// Ends a lease after its first `cells` cells; the rest becomes pending. Returns the workers that
-/// held a copy.
+/// Makes the cells after the first `cells` pending. Returns the workers that held a copy.
 std::vector<WorkerId> LeaseTable::shorten(Leases::iterator lease, std::uint64_t cells) {
   CellRange& range = lease->second.range;
   const std::uint64_t end = std::exchange(range.end, range.begin + cells);

@@ -41,8 +41,7 @@ class LeaseTable {
   /// make, otherwise pending work. Returns nothing if there is neither.
   std::optional<Lease> grant(Time deadline, WorkerId worker, const LeaseRequest& request,
                              const FarmSpeed& farm, MachineKey machine = 0);
-  /// Leases a copy of the oldest lease that `worker` does not hold and that has no copy yet. Checks
-  /// are not copied.
+  /// Leases a copy of the oldest lease that `worker` does not hold, without a copy and not a check.
   std::optional<Lease> grant_copy(Time deadline, WorkerId worker);
 
   /// Done cells that another machine must trace again.
@@ -77,14 +76,12 @@ class LeaseTable {
   /// Ends a lease whose result of kind `first` or `check` was merged or compared. Returns the
   /// workers that still hold a copy.
   std::vector<WorkerId> finish(Epoch epoch);
-  /// Takes a lease from `worker`, because its result was invalid or it failed. Returns whether the
-  /// worker held it.
+  /// Takes a lease from a worker after a failure or an invalid result. False: it did not hold it.
   bool give_back(WorkerId worker, Epoch epoch);
   /// Makes done cells pending again.
   void put_back(const std::vector<CellRange>& ranges);
 
-  /// Moves the deadline of a lease that `worker` holds, but never to an earlier time. False: the
-  /// worker does not hold it.
+  /// Moves the deadline of a lease, but never to an earlier time. False: `worker` does not hold it.
   bool extend(WorkerId worker, Epoch epoch, Time deadline);
   /// Takes all leases from a lost worker. Returns them.
   std::vector<Lease> drop_worker(WorkerId worker);

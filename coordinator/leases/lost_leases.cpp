@@ -69,8 +69,6 @@ void LeaseDesk::on(Time now, const PeerId& peer, msg::Failed& m) {
   note_failure(now, *job, {*range, worker->machine, worker->key, worker->hello.name, m.reason});
 }
 
-/// Fails the job if no machine can trace the cells. Delays leases for a worker that fails where
-/// others succeed.
 void LeaseDesk::note_failure(Time now, Job& job, Failure failure) {
   farm_.warnings.warn(
       now, fmt::format("job {}: worker '{}' could not trace cells [{}, {}): {}", job.record.id,
@@ -102,8 +100,7 @@ void LeaseDesk::note_failure(Time now, Job& job, Failure failure) {
   }
 }
 
-/// After the first accepted result, earlier failures count against the workers, not against the
-/// job.
+/// From the first accepted result on, failures count against the workers, not against the job.
 void LeaseDesk::note_success(Job& job, WorkerId id) {
   const WorkerRecord* worker = farm_.workers.by_id(id);
   if (worker == nullptr) {

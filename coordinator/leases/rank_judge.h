@@ -55,8 +55,7 @@ class RankJudge {
   /// Returns whether a rank is excluded: its results are dropped.
   [[nodiscard]] bool left_out(std::uint32_t rank) const { return left_out_.contains(rank); }
   [[nodiscard]] const std::vector<Verdict>& verdicts() const { return verdicts_; }
-  /// Returns whether rank 0 contradicted its own result. Then it decides nothing more, and its
-  /// cells are retracted.
+  /// Returns whether rank 0 contradicted itself: then it decides nothing and loses its cells.
   [[nodiscard]] bool self_doubt() const { return self_doubt_; }
 
   /// Returns whether a result of `rank` for the current pass may be merged. If it differs from

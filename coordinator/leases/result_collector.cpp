@@ -43,8 +43,7 @@ static bool is_of(const ExcludedSamples& some, const Cell& cell) {
          some.first >= cell.samples.begin && some.first < cell.samples.end;
 }
 
-/// `digests`: those of the records. Records do not contain which samples were excluded from the
-/// sums.
+/// `digests`: those of the records, which do not contain the excluded samples.
 std::vector<std::uint64_t> ResultCollector::digests_of(const TracedCells& traced,
                                                        std::vector<std::uint64_t> digests) const {
   const std::size_t size = record_size();

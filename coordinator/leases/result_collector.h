@@ -30,8 +30,7 @@ class ResultCollector {
     std::uint64_t mismatches = 0;  ///< merged before, with other bits
     std::uint64_t fresh_samples = 0;
   };
-  /// Merges the new cells of `traced` and compares the others. fault_of() or unpack_cells() must
-  /// have checked its numbers.
+  /// Merges new cells and compares others. fault_of() or unpack_cells() must have checked `traced`.
   Taken take(TracerKey tracer, const TracedCells& traced) {
     return take(tracer, traced, cell_digests(traced.records, record_size()),
                 plan_->grid()->cells_of(traced.range));
@@ -44,8 +43,7 @@ class ResultCollector {
   [[nodiscard]] std::vector<std::uint64_t> digests_of(const TracedCells& traced) const {
     return digests_of(traced, cell_digests(traced.records, record_size()));
   }
-  /// Compares without merging. `digests`: one per cell of the range. Ignores cells that are not
-  /// merged.
+  /// Compares merged cells only, without merging. `digests`: one per cell of the range.
   Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests) const;
   /// Notes that `tracer` also traced the range and got the merged bits.
   void note_check(TracerKey tracer, const CellRange& range);

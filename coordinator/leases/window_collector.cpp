@@ -168,8 +168,7 @@ bool WindowCollector::read_entry(Time now, const Entry& entry) {
   return true;
 }
 
-/// Checks and merges a result. First copies its bytes, because a rank that traces a cell again may
-/// overwrite them at any time.
+/// Copies, checks and merges a result. (A rank that traces a cell again may overwrite its bytes.)
 bool WindowCollector::take(std::uint32_t rank, const CellRange& range, std::uint64_t digest) {
   if (range.begin >= range.end || range.end > plan_->cells()) {
     return false;

@@ -43,20 +43,17 @@ class WindowCollector {
     std::function<void(TracerKey tracer, TracedCells cells)> merged;
   };
 
-  /// `picture` must have begun the pass, and `judge` must belong to it. `window` serves for
-  /// writing, `memory` for reading the same window in place. All references must outlive this
-  /// object.
+  /// `picture` must have begun the pass; `judge` must belong to it. `window` serves for writing,
+  /// `memory` for reading the same window in place. All references must outlive this object.
   WindowCollector(JobPicture& picture, RankJudge& judge, const WindowLayout& layout, Window& window,
                   std::span<const std::byte> memory, Time now, Totals& totals, Hooks hooks,
                   RankThreads threads = {});
 
-  /// Merges logged results of about `most_cells` cells with merging_threads() threads. Returns
-  /// whether it merged any.
+  /// Merges logged results of about `most_cells` cells by merging_threads(). False: there are none.
   bool collect(Time now, std::uint64_t most_cells);
   /// Returns whether the last collect() left results for the next.
   [[nodiscard]] bool behind() const { return behind_; }
-  /// Returns whether all threads of rank 0 should merge instead of trace: results arrive, and there
-  /// are very many ranks.
+  /// Returns whether very many ranks send results, so that all of rank 0's threads should merge.
   [[nodiscard]] bool wants_all_threads(Time now) const;
   /// Returns the number of threads that merge results.
   [[nodiscard]] std::uint32_t merging_threads() const { return merging_threads_; }
@@ -67,8 +64,7 @@ class WindowCollector {
   /// Returns whether the picture has restarted, because a faulty rank's bits had influenced its
   /// passes. Then this object is obsolete.
   [[nodiscard]] bool overtaken() const { return picture_.plan() != plan_; }
-  /// Returns the share of the pass's cells that are merged, 0 to 1, including those of earlier
-  /// processes.
+  /// Returns the share of the pass's cells that are merged, 0 to 1, also by earlier processes.
   [[nodiscard]] double progress() const;
 
   /// Issues copies of missing cells to ranks that wait for work. Copies cost time, so a round over

@@ -14,9 +14,7 @@ namespace parray::coordinator {
 /// minute, then 2, 4 ... up to 64. A success resets the series.
 ///
 /// Machine and name identify a worker. If no worker of a machine succeeds, the delay applies to the
-/// whole machine, so that a new name does not help.
-///
-/// Not thread-safe. Reads no clock: `now` is an argument.
+/// whole machine, so that a new name does not help. Not thread-safe. Reads no clock.
 class Backoff {
  public:
   /// Records that the worker failed at cells that another worker traced. `whole`: no worker of its

@@ -16,8 +16,7 @@ class LeaseDesk;
 class WorkerDesk;
 struct PictureFile;
 
-/// Answers the requests of clients and checks whether they may make a change. JobBook handles
-/// submits.
+/// Answers all requests of clients except submits. Checks whether clients may make a change.
 class ClientRequests {
  public:
   ClientRequests(Farm& farm, JobBook& job_book, LeaseDesk& leases, DisputeDesk& disputes,

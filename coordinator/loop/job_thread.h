@@ -18,9 +18,7 @@ namespace parray::coordinator {
 
 /// Runs tasks that take too long for the coordinator's loop: decoding, digests, merging, the noise
 /// model, pictures, the disk. Tasks run one at a time in the order of give(), in a background
-/// thread or, for tests and simulations, within give().
-///
-/// One commit saves what many tasks have put into the store.
+/// thread or, for tests and simulations, within give(). One commit saves the data of many tasks.
 class JobThread {
  public:
   /// What the loop calls after a task. Both may be empty.
@@ -71,8 +69,7 @@ class JobThread {
   /// commit has thrown, except for a full disk: see blocked().
   void run_finished();
 
-  /// Returns why the store cannot commit now: a full disk. Empty: it can. A blocked commit is tried
-  /// again every second.
+  /// Returns why the store cannot commit: a full disk. Empty: it can. Retries come every second.
   [[nodiscard]] std::string blocked() const;
   /// Returns the number of tasks that wait or run.
   [[nodiscard]] std::size_t backlog() const;

@@ -7,8 +7,7 @@
 namespace parray::coordinator {
 namespace {
 
-/// Returns one form of an address. An IPv4 address may arrive in IPv6 form, and a machine has many
-/// loopback addresses.
+/// Returns the same text for the IPv4 and IPv6 forms of an address, and for all loopback addresses.
 std::string normalized_address(std::string_view address) {
   constexpr std::string_view mapped = "::ffff:";
   if (address.starts_with(mapped)) {

@@ -87,7 +87,7 @@ TEST_CASE("a journal that is cut or damaged is refused") {
 TEST_CASE("the work map shows the seconds of each pixel and the worker that traced it last") {
   Entries entries = whole();
   CHECK(work_map(entries, 10, 20).tracer ==
-        std::vector(200, WorkMap::nobody));  // the journal has no grid
+        std::vector(200, WorkMap::no_worker));  // the journal has no grid
   entries.insert(entries.begin(), JournalGrid{0, grid()});
   WorkMap map = work_map(entries, 10, 20);
   CHECK(map.workers == std::vector<std::string>{"ann", "bob"});
