@@ -18,8 +18,8 @@ using FailedMachines = std::map<MachineId, MachineFailures>;
 
 bool overlap(const CellRange& a, const CellRange& b) { return a.begin < b.end && b.begin < a.end; }
 
-/// Returns whether a machine whose able workers are `workers` has failed: each of them has, or more
-/// processes have died than the machine has workers.
+/// Returns whether a machine with the able workers `workers` has failed: each of them has, or at
+/// least two more processes have died there than it has workers.
 bool has_failed(const MachineFailures& machine, const std::set<TracerKey>& workers) {
   return machine.deaths >= 2 + workers.size() || std::ranges::includes(machine.workers, workers);
 }

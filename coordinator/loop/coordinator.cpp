@@ -87,7 +87,8 @@ void Coordinator::refuse(Time now, const PeerId& peer, const Message& message) {
   std::visit(
       [&](const auto& m) {
         if constexpr (requires { m.request; }) {
-          farm_.fail_request(peer, m.request, 2, why + ": this request needs another role");
+          farm_.fail_request(peer, m.request, 2,
+                             why + ": only clients and administrators may ask this");
         }
       },
       message);

@@ -54,7 +54,7 @@ struct WorkerRecord {
   std::deque<Granted> grants;  ///< the latest
   std::string quarantined;     ///< why it gets no more leases; empty: it gets leases
   double quarantine_ends = 0;  ///< seconds since 1970; 0: when an administrator readmits it
-  bool drained = false;        ///< an administrator or an audit requested no more leases for it
+  bool drained = false;        ///< a client requested that it gets no more leases
   bool held_back = false;      ///< it gets no leases for a while: see Backoff
   Time held_back_until{};
   /// Jobs at which it failed, and when it may get their leases again.

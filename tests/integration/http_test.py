@@ -353,7 +353,8 @@ class Access(WebCase):
                 self.assertEqual(farm.get("/server", **ann).json()["user"], "ann")
                 job = farm.submitted(farm.post_scene(**ann))
                 self.assertEqual(farm.get(f"/jobs/{job}", **bob).json()["user"], "ann")
-                self.assert_problem(farm.ask("POST", f"/api/v1/jobs/{job}/cancel", headers=bob), 403, "belongs to 'ann'")
+                self.assert_problem(farm.ask("POST", f"/api/v1/jobs/{job}/cancel", headers=bob), 403,
+                                    "belongs to 'ann'")
                 self.assert_problem(farm.ask("POST", "/api/v1/workers/x/drain", headers=ann), 403)
                 self.assertEqual(farm.ask("POST", "/api/v1/workers/x/drain", headers=admin).status, 200)
                 self.assertEqual(farm.ask("POST", f"/api/v1/jobs/{job}/cancel", headers=admin).status, 200)
