@@ -8,7 +8,7 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/scene/scene_bytes.h"
-#include "coordinator/disputes/undoing.h"
+#include "coordinator/disputes/retraction.h"
 
 namespace parray::mpi {
 namespace {
@@ -100,7 +100,7 @@ void CheckpointedJob::replay() {
   const double now =
       std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
   for (const FaultFinding& finding : kept_findings(*store_).after(record_.fault_findings)) {
-    undo(*picture_, store_.get(), record_, finding, now);
+    retract_results(*picture_, store_.get(), record_, finding, now);
   }
   store_->put_job(record_);
   store_->commit();

@@ -6,7 +6,7 @@
 #include "common/base/error.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/disputes/merged.h"
-#include "coordinator/disputes/undoing.h"
+#include "coordinator/disputes/retraction.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/leases/lease_desk.h"
 #include "coordinator/loop/farm.h"
@@ -15,17 +15,16 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
-/// They trace what they hold, and get no more, those that come later included.
+/// Also applies to workers that join later.
 void DisputeDesk::drain(const std::string& name, bool host, const std::string& asker) {
   drained_.insert({host, name});
   for (auto& [peer, worker] : farm_.workers) {
-    bar_as_due(worker);
+    apply_bars(worker);
   }
-  farm_.log->info("{} '{}' is drained by {}", host ? "host" : "worker", name, asker);
+  farm_.log->info("{} drained {} '{}'", asker, host ? "host" : "worker", name);
 }
 
-/// They get leases again, whatever they were barred for. A quarantine is that of a machine: it ends
-/// for all workers there.
+/// Ends a quarantine for all workers of the machine.
 void DisputeDesk::readmit(const std::string& name, bool host) {
   drained_.erase({host, name});
   if (!host) {
@@ -38,7 +37,7 @@ void DisputeDesk::readmit(const std::string& name, bool host) {
     }
   }
   for (auto& [peer, worker] : farm_.workers) {
-    bar_as_due(worker);
+    apply_bars(worker);
   }
 }
 
@@ -47,7 +46,7 @@ bool DisputeDesk::is_drained(const WorkerRecord& worker) const {
          drained_.contains({true, worker.hello.host});
 }
 
-/// Who is barred is barred in the next life, too.
+/// Stores drains and quarantines for the next process.
 void DisputeDesk::keep_worker_notes() {
   if (farm_.store == nullptr) {
     return;
@@ -59,7 +58,7 @@ void DisputeDesk::keep_worker_notes() {
   const json notes = {{"drained", std::move(drained)},
                       {"quarantines", quarantines_.to_json()},
                       {"convictions", fault_findings_.to_json()}};
-  farm_.for_log("keeping the note of workers")
+  farm_.for_log("storing the note of workers")
       .give([store = farm_.store,
              text = notes.dump(-1, ' ', false,
                                json::error_handler_t::replace)]() -> JobThread::Completion {
@@ -85,14 +84,12 @@ void DisputeDesk::restore_worker_notes() {
   }
 }
 
-/// Name of the worker that joined last from a machine, for people.
+/// Returns the name of the worker that joined last from a machine, for people.
 std::string DisputeDesk::worker_of(TracerKey machine) const {
   const std::string worker = farm_.machines.find(machine).worker;
-  return worker.empty() ? "one that has left" : worker;
+  return worker.empty() ? "unknown" : worker;
 }
 
-/// No more leases for this machine. All that it has traced in unfinished jobs is traced again, and
-/// all that it has checked is checked again.
 void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
   const Machines::Known known = farm_.machines.find(machine);
   const double at = farm_.options.wall_clock();
@@ -100,8 +97,8 @@ void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
   const std::string name = worker_of(machine);
   if (fresh) {
     farm_.log->error(
-        "worker '{}' ({}) returns wrong bits: {}. Its machine gets no more leases, and what it "
-        "traced is traced again. Test that machine, then: parray workers readmit",
+        "worker '{}' ({}) returned wrong bits: {}. Its machine gets no more leases, and others "
+        "trace its cells again. Test that machine, then use parray workers readmit",
         name, known.name, reason);
   }
   const FaultFinding finding = fault_findings_.add(machine, name);
@@ -109,7 +106,7 @@ void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
   desk_.drop_claims(machine);
   const std::vector<WorkerRecord*> workers = farm_.workers.of_machine(machine);
   for (WorkerRecord* worker : workers) {
-    bar_as_due(*worker);
+    apply_bars(*worker);
     farm_.scenes.forget_worker(worker->id);
     worker->held = 0;
   }
@@ -119,7 +116,7 @@ void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
     if (made || !job.work || !job.work->leases) {
       continue;
     }
-    if (job.phase == JobPhase::finishing) {  // there was no room for its picture: not yet, then
+    if (job.phase == JobPhase::finishing) {  // it waits for room on the disk: trace again first
       job.phase = JobPhase::tracing;
       job.retry_at = never;
       job.pause_reason.clear();
@@ -132,18 +129,18 @@ void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
   farm_.grants_due = true;
 }
 
-/// A job that was not at work at the time of a finding may have kept rows of that machine.
+/// If a job was not at work at the time of a finding, its log may contain cells of that machine.
 void DisputeDesk::retract_later_faulty(Job& job) {
   for (const FaultFinding& finding : fault_findings_.after(job.record.fault_findings)) {
     retract(job, finding);
   }
 }
 
-/// What the job_thread has set back.
+/// What the job thread has retracted.
 struct DisputeDesk::Retracted {
   JobPicture::Retraction retraction;
   TracerKey machine = 0;
-  bool relied = false;
+  bool relied = false;  ///< the picture contained results or checks of the machine
   std::string flag;
   std::uint64_t finding = 0;  ///< its number
   std::shared_ptr<const WorkPlan> plan;
@@ -156,13 +153,13 @@ void DisputeDesk::retract(Job& job, const FaultFinding& finding) {
   retracted->machine = finding.machine;
   retracted->finding = finding.number;
   ++job.work->tasks;
-  const auto tasks = job_book_.for_job(job, "setting back wrong results");
+  const auto tasks = job_book_.for_job(job, "retracting wrong results");
   tasks.give([this, retracted, finding, at = farm_.since_1970(farm_.now), store = farm_.store,
               id = job.record.id, record = job.record, picture = job.work->picture,
               generation = job.work->generation]() mutable -> JobThread::Completion {
-    const auto undone = undo(*picture, store, record, finding, at);
-    retracted->relied = undone.has_value();
-    retracted->retraction = undone.value_or(JobPicture::Retraction{});
+    const auto retraction = retract_results(*picture, store, record, finding, at);
+    retracted->relied = retraction.has_value();
+    retracted->retraction = retraction.value_or(JobPicture::Retraction{});
     retracted->flag = record.flag;
     retracted->plan = picture->plan();
     retracted->samples = picture->framebuffer().counts().samples;
@@ -200,18 +197,18 @@ void DisputeDesk::note_retracted(Job& job, const Retracted& retracted) {
   job_book_.end_pass_if_done(job);
 }
 
-void DisputeDesk::greet(WorkerRecord& worker) {
+void DisputeDesk::note_joined(WorkerRecord& worker) {
   farm_.machines.note(worker.machine, worker.hello.name);
-  bar_as_due(worker);
+  apply_bars(worker);
 }
 
-void DisputeDesk::bar_as_due(WorkerRecord& worker) {
+void DisputeDesk::apply_bars(WorkerRecord& worker) {
   const Quarantine* quarantine = quarantines_.find(worker.machine_key);
   worker.quarantine_ends = quarantine == nullptr ? 0 : quarantine->until;
   farm_.workers.bar(worker, quarantine == nullptr ? "" : quarantine->reason, is_drained(worker));
 }
 
-/// Machines in quarantine of which no worker is connected, as worker maps.
+/// Lists each machine under the name of the worker that joined last.
 nlohmann::json DisputeDesk::quarantined_elsewhere() {
   auto list = nlohmann::json::array();
   for (const auto& [machine, quarantine] : quarantines_.all()) {
@@ -234,16 +231,16 @@ nlohmann::json DisputeDesk::quarantined_elsewhere() {
   return list;
 }
 
-/// Those of addresses end after a day.
+/// Quarantines of addresses end after a day.
 void DisputeDesk::end_quarantines() {
   const std::vector<std::uint64_t> ended = quarantines_.expire(farm_.options.wall_clock());
   if (ended.empty()) {
     return;
   }
   for (auto& [peer, worker] : farm_.workers) {
-    bar_as_due(worker);
+    apply_bars(worker);
   }
-  farm_.log->info("the quarantine of {} machines is over", ended.size());
+  farm_.log->info("the quarantine of {} machines has ended", ended.size());
   keep_worker_notes();
   farm_.grants_due = true;
 }

@@ -17,57 +17,61 @@ namespace parray::coordinator {
 
 class JobBook;
 
-/// Checks of results, disputes between machines, and machines that get no leases.
+/// Handles checks of results, disputes between machines, and machines that get no leases.
 class DisputeDesk {
  public:
   DisputeDesk(Farm& farm, JobBook& job_book);
 
   // Checks and disputes (disputes.cpp).
-  /// Decides whether an accepted lease is traced a second time.
+  /// Decides whether an accepted lease is checked. Its worker may have left.
   void draw_check(Job& job, const Merged& merged);
-  /// Gives checks whose machine has left or failed to others.
+  /// Gives checks whose machine has left or failed to other machines.
   void place_orphans(Job& job);
-  /// Notes the comparison of cells that came again; opens a dispute if they differ.
+  /// Handles a result that was compared with merged cells. Opens a dispute if they differ.
   void compare_result(Job& job, const Merged& merged);
-  /// Ends the passes that wait for checks only.
+  /// Ends passes that only wait for checks and may end now.
   void look_after_checks();
+  /// Handles answers of the referee, asks it the next question, and pauses or resumes jobs.
   void take_referee_turn(Time now);
   [[nodiscard]] RefereeDesk& referee() { return desk_; }
   [[nodiscard]] const RefereeDesk& referee() const { return desk_; }
 
   // Machines that get no leases (barred_machines.cpp).
-  /// Notes a worker that joined, and bars it if its machine or name is barred.
-  void greet(WorkerRecord& worker);
-  /// Bars a machine. What it traced and checked in unfinished jobs is traced and checked again.
+  /// Notes that a worker joined. Bars it if its machine, name or host is barred.
+  void note_joined(WorkerRecord& worker);
+  /// Puts a machine into quarantine. In unfinished jobs, others trace its cells again and repeat
+  /// its checks.
   void quarantine(TracerKey machine, const std::string& reason);
+  /// Ends the quarantines whose time is over.
   void end_quarantines();
   /// Removes the results of machines that were put into quarantine while the job was not at work.
   void retract_later_faulty(Job& job);
-  /// The number of the latest quarantine, for new jobs.
+  /// Returns the number of the latest finding, for new jobs.
   [[nodiscard]] std::uint64_t latest_finding() const { return fault_findings_.latest(); }
-  /// Bars a worker by name, or a host; they finish the leases that they hold.
+  /// Bars the workers of a name or a host. They finish the leases that they hold.
   void drain(const std::string& name, bool host, const std::string& asker);
-  /// Ends drains and quarantines of a worker's name, or of a host.
+  /// Ends drains and quarantines of the workers of a name or a host.
   void readmit(const std::string& name, bool host);
-  /// Machines in quarantine without a connected worker, as worker maps of PROTOCOL.md.
+  /// Returns machines in quarantine without a connected worker, as worker maps of PROTOCOL.md.
   [[nodiscard]] nlohmann::json quarantined_elsewhere();
+  /// Writes the barred workers and the findings to the store.
   void keep_worker_notes();
-  /// Throws RunError if the state's note is damaged.
+  /// Reads them from the store. Throws RunError if the note is damaged.
   void restore_worker_notes();
 
  private:
-  struct Judged;
+  struct CheckedAnswer;
   struct Retracted;
   void place_check(Job& job, LeaseTable::Check check);
   [[nodiscard]] RefereeCase case_of(const Job& job, double length) const;
   bool check_by_referee(Job& job, const CellRange& range);
   void open_dispute(Job& job, const Merged& merged);
-  void judge(RefereeDesk::Traced traced);
-  void note_judged(Job& job, const Judged& judged);
+  void check_answer(RefereeDesk::Traced traced);
+  void note_checked_answer(Job& job, const CheckedAnswer& judged);
   void hold_disputed_jobs(Time now);
   void retract(Job& job, const FaultFinding& finding);
   void note_retracted(Job& job, const Retracted& retracted);
-  void bar_as_due(WorkerRecord& worker);
+  void apply_bars(WorkerRecord& worker);
   [[nodiscard]] bool is_drained(const WorkerRecord& worker) const;
   [[nodiscard]] std::string worker_of(TracerKey machine) const;
 

@@ -12,14 +12,14 @@
 namespace parray::coordinator {
 namespace {
 
-/// Stands for the referee among those who checked cells. No machine_key() has this value.
+/// The referee as a tracer that checked cells. No machine_key() has this value.
 constexpr TracerKey referee_tracer = 3;
 
-/// Processor time that one question should take, in seconds.
+/// Processor time that one question to the referee should take, in seconds.
 constexpr double dispute_seconds = 0.25;
 constexpr double check_seconds = 0.05;
 
-/// Building the tree of a larger scene for a check would take the referee seconds.
+/// The referee would need seconds to build the tree of a larger scene for a check.
 constexpr std::uint64_t most_spheres_to_check = 2'000'000;
 
 std::set<TracerKey> machines_of(const std::vector<ResultCollector::Differing>& cells) {
@@ -32,8 +32,8 @@ std::set<TracerKey> machines_of(const std::vector<ResultCollector::Differing>& c
 
 }  // namespace
 
-/// Numbers that no worker can foresee. Opening the device takes far longer than a number.
-static std::function<double()> unforeseeable() {
+/// Returns a source of unpredictable numbers. It keeps the device open, because opening is slow.
+static std::function<double()> random_source() {
   return [device = std::make_shared<std::random_device>()] {
     return static_cast<double>((*device)()) * 0x1p-32;
   };
@@ -42,10 +42,9 @@ static std::function<double()> unforeseeable() {
 DisputeDesk::DisputeDesk(Farm& farm, JobBook& job_book)
     : farm_(farm),
       job_book_(job_book),
-      checks_(farm.options.checks, farm.options.random ? farm.options.random : unforeseeable()),
+      checks_(farm.options.checks, farm.options.random ? farm.options.random : random_source()),
       desk_(farm.options.referee, farm.options.refereeing) {}
 
-/// A lease was accepted: it may be one that is checked. Its worker may have left meanwhile.
 void DisputeDesk::draw_check(Job& job, const Merged& merged) {
   const CheckedWorker worker{farm_.machines.count_lease(merged.machine), merged.process_leases,
                              merged.ours};
@@ -70,14 +69,13 @@ void DisputeDesk::place_check(Job& job, LeaseTable::Check check) {
   farm_.grants_due = true;
 }
 
-/// Checks whose machine has left, or has failed, go to others.
 void DisputeDesk::place_orphans(Job& job) {
   for (LeaseTable::Check& check : job.work->leases->take_orphans(farm_.workers.usable_machines())) {
     place_check(job, std::move(check));
   }
 }
 
-/// A case without its cells. `length`: seconds of processor time, of one question.
+/// Makes a case without cells. `length`: processor time of one question, in seconds.
 RefereeCase DisputeDesk::case_of(const Job& job, double length) const {
   constexpr double most_cells = 1024;
   constexpr std::uint64_t program = std::uint64_t{64} << 20;
@@ -95,7 +93,7 @@ RefereeCase DisputeDesk::case_of(const Job& job, double length) const {
   return made;
 }
 
-/// The referee traces some of the cells, which are drawn at random. False: it cannot.
+/// Lets the referee check some random cells of the range. False: it cannot.
 bool DisputeDesk::check_by_referee(Job& job, const CellRange& range) {
   if (job.spheres > most_spheres_to_check && farm_.workers.usable_machines().size() > 1) {
     return false;
@@ -109,7 +107,6 @@ bool DisputeDesk::check_by_referee(Job& job, const CellRange& range) {
   return desk_.open(farm_.now, std::move(check));
 }
 
-/// Cells that were done have come again.
 void DisputeDesk::compare_result(Job& job, const Merged& merged) {
   if (merged.kind == Merged::Kind::differs) {
     ++farm_.tally.mismatch;
@@ -119,15 +116,15 @@ void DisputeDesk::compare_result(Job& job, const Merged& merged) {
   }
 }
 
-/// The referee decides. The job goes on meanwhile, unless the referee cannot.
+/// Asks the referee to decide. The job continues meanwhile, unless the referee cannot decide.
 void DisputeDesk::open_dispute(Job& job, const Merged& merged) {
-  std::set<TracerKey> voices = machines_of(merged.differing);
+  std::set<TracerKey> machines = machines_of(merged.differing);
   const bool decided = quarantines_.find(merged.machine) != nullptr ||
-                       std::ranges::all_of(voices, [&](TracerKey machine) {
+                       std::ranges::all_of(machines, [&](TracerKey machine) {
                          return quarantines_.find(machine) != nullptr;
                        });
   if (decided) {
-    return;  // compared before a quarantine set the cells back
+    return;  // this comparison happened before a quarantine retracted the cells
   }
   RefereeCase dispute = case_of(job, dispute_seconds);
   dispute.dispute = true;
@@ -137,15 +134,15 @@ void DisputeDesk::open_dispute(Job& job, const Merged& merged) {
     dispute.claims.push_back(merged.digests[differing.cell - merged.arrived.range.begin]);
   }
   if (!desk_.open(farm_.now, std::move(dispute))) {
-    voices.insert(merged.machine);
-    place_check(job, {merged.arrived.range, 0, std::move(voices)});  // later
+    machines.insert(merged.machine);
+    place_check(job, {merged.arrived.range, 0, std::move(machines)});  // a third machine checks
     return;
   }
   job.record.flag =
       fmt::format("workers '{}' and '{}' returned different bits for the same samples",
                   worker_of(merged.differing.front().tracer), merged.name);
   farm_.warnings.warn(farm_.now,
-                      fmt::format("job {} lease {}: {}: the referee decides", job.record.id,
+                      fmt::format("job {} lease {}: {}: the referee will decide", job.record.id,
                                   farm_.lease_number(merged.epoch), job.record.flag));
   if (desk_.disputes(job.work->generation) == 1) {
     farm_.note(job, job.record.flag);
@@ -153,7 +150,7 @@ void DisputeDesk::open_dispute(Job& job, const Merged& merged) {
   }
 }
 
-/// Passes of which all cells are in wait for checks alone, whose machine may have failed or left.
+/// A pass whose cells are all merged waits for checks whose machine may have failed or left.
 void DisputeDesk::look_after_checks() {
   std::vector<JobId> waiting;
   for (const JobId id : farm_.at_work) {
@@ -171,7 +168,7 @@ void DisputeDesk::look_after_checks() {
 
 void DisputeDesk::take_referee_turn(Time now) {
   for (RefereeDesk::Traced& traced : desk_.take_answers(now)) {
-    judge(std::move(traced));
+    check_answer(std::move(traced));
   }
   if (desk_.may_ask(now)) {
     const std::uint64_t others = job_book_.memory_in_use() - desk_.memory();
@@ -182,19 +179,19 @@ void DisputeDesk::take_referee_turn(Time now) {
   }
 }
 
-/// What came of a question to the referee.
-struct DisputeDesk::Judged {
+/// The outcome of a question to the referee.
+struct DisputeDesk::CheckedAnswer {
   std::uint64_t number = 0;  ///< of the case
   bool dispute = false;
   TracerKey claimant = 0;
   CellRange range;
-  bool timely = false;
-  std::string fault;  ///< of the answer; empty: it is good
+  bool timely = false;  ///< the pass of the question has not ended
+  std::string fault;    ///< what is wrong with the answer; empty: nothing
   bool claimant_wrong = false;
   std::set<TracerKey> wrong;  ///< machines whose merged bits are wrong
 };
 
-void DisputeDesk::judge(RefereeDesk::Traced traced) {
+void DisputeDesk::check_answer(RefereeDesk::Traced traced) {
   const auto found = std::ranges::find_if(
       farm_.at_work, [&](JobId id) { return farm_.job_at_work(id, traced.generation) != nullptr; });
   if (found == farm_.at_work.end()) {
@@ -203,60 +200,61 @@ void DisputeDesk::judge(RefereeDesk::Traced traced) {
   }
   Job& job = farm_.jobs.at(*found);
   ++job.work->tasks;
-  const auto judged = std::make_shared<Judged>();
-  judged->number = traced.number;
-  judged->dispute = traced.dispute;
-  judged->claimant = traced.claimant;
-  judged->range = traced.range;
-  const auto tasks = job_book_.for_job(job, "comparing what the referee traced");
-  tasks.give([this, judged, id = job.record.id, generation = traced.generation,
+  const auto checked = std::make_shared<CheckedAnswer>();
+  checked->number = traced.number;
+  checked->dispute = traced.dispute;
+  checked->claimant = traced.claimant;
+  checked->range = traced.range;
+  const auto tasks = job_book_.for_job(job, "comparing the referee's results");
+  tasks.give([this, checked, id = job.record.id, generation = traced.generation,
               claims = std::move(traced.claims), payload = std::move(traced.cells),
               picture = job.work->picture, plan = job.work->plan, store = farm_.store,
               depth = job.record.settings.max_depth]() -> JobThread::Completion {
-    judged->timely = picture->plan() == plan;
+    checked->timely = picture->plan() == plan;
     try {
-      if (judged->timely) {
+      if (checked->timely) {
         ResultCollector& collector = picture->collector();
-        const auto truth = collector.digests_of(*payload.open(plan->batch(judged->range), depth));
-        judged->wrong = machines_of(collector.differing(judged->range, truth));
-        judged->claimant_wrong = judged->dispute && claims != truth;
-        if (judged->wrong.empty()) {
-          picture->note_check(referee_tracer, judged->range);
+        const auto truth = collector.digests_of(*payload.open(plan->batch(checked->range), depth));
+        checked->wrong = machines_of(collector.differing(checked->range, truth));
+        checked->claimant_wrong = checked->dispute && claims != truth;
+        if (checked->wrong.empty()) {
+          picture->note_check(referee_tracer, checked->range);
           if (store != nullptr) {
-            store->append_rows(id, picture->check_entry(referee_tracer, judged->range));
+            store->append_rows(id, picture->check_entry(referee_tracer, checked->range));
           }
         }
       }
     } catch (const DecodeError& error) {
-      judged->fault = error.what();
+      checked->fault = error.what();
     }
-    return {[this, judged, id, generation] {
+    return {[this, checked, id, generation] {
               Job* there = farm_.job_at_work(id, generation);
               if (there == nullptr) {
-                desk_.close(judged->number);
+                desk_.close(checked->number);
                 return;
               }
               --there->work->tasks;
-              note_judged(*there, *judged);
+              note_checked_answer(*there, *checked);
             },
             {}};
   });
 }
 
-void DisputeDesk::note_judged(Job& job, const Judged& judged) {
+void DisputeDesk::note_checked_answer(Job& job, const CheckedAnswer& checked) {
   farm_.grants_due = true;
-  if (!judged.fault.empty()) {
-    farm_.warnings.warn(farm_.now, "the referee's answer is no good: " + judged.fault);
-    desk_.ask_again(farm_.now, judged.number, judged.fault);
+  if (!checked.fault.empty()) {
+    farm_.warnings.warn(farm_.now, "the referee's answer is invalid: " + checked.fault);
+    desk_.ask_again(farm_.now, checked.number, checked.fault);
     return;
   }
-  const std::string differs = "it returned wrong bits: the referee got others for the same samples";
-  judged.wrong.empty() && !judged.claimant_wrong ? desk_.go_on(judged.number)
-                                                 : desk_.close(judged.number);
-  if (judged.claimant_wrong) {
-    quarantine(judged.claimant, differs);
+  const std::string differs =
+      "it returned wrong bits: the referee's bits differ for the same samples";
+  checked.wrong.empty() && !checked.claimant_wrong ? desk_.continue_case(checked.number)
+                                                   : desk_.close(checked.number);
+  if (checked.claimant_wrong) {
+    quarantine(checked.claimant, differs);
   }
-  for (const TracerKey machine : judged.wrong) {
+  for (const TracerKey machine : checked.wrong) {
     quarantine(machine, differs);
   }
   if (job.work) {
@@ -264,7 +262,7 @@ void DisputeDesk::note_judged(Job& job, const Judged& judged) {
   }
 }
 
-/// Without the referee's word nothing is decided: no votes.
+/// Pauses jobs whose disputes the referee has not decided. Other machines do not vote.
 void DisputeDesk::hold_disputed_jobs(Time now) {
   any_held_ = false;
   for (const JobId id : farm_.at_work) {

@@ -8,28 +8,27 @@
 
 namespace parray::coordinator {
 
-/// What the coordinator remembers of machines that it has seen in this life, connected or not.
-/// Plain state; one thread.
+/// Remembers the machines that this process has seen, connected or not. Not thread-safe.
 class Machines {
  public:
   struct Known {
     std::string name;          ///< text_of() the machine
     std::string worker;        ///< name of the worker that joined last
-    std::uint64_t leases = 0;  ///< accepted
+    std::uint64_t leases = 0;  ///< accepted leases
   };
-  /// A worker has joined.
+  /// Notes that a worker has joined from a machine.
   void note(const MachineId& machine, const std::string& worker) {
     Known& known = known_[machine_key(machine)];
     known.name = text_of(machine);
     known.worker = worker;
-    constexpr std::size_t most = 100000;  // any of them goes: it only counts as new again
+    constexpr std::size_t most = 100000;  // a machine that is removed only counts as new again
     if (known_.size() > most) {
       known_.erase(known_.begin());
     }
   }
-  /// Counts one more lease. Returns how many there were before.
+  /// Counts a lease. Returns the number before.
   std::uint64_t count_lease(std::uint64_t machine) { return known_[machine].leases++; }
-  /// Empty fields where the machine has not been seen in this life.
+  /// Returns what is known of a machine. Empty fields: it is unknown.
   [[nodiscard]] Known find(std::uint64_t machine) const {
     const auto found = known_.find(machine);
     return found == known_.end() ? Known{} : found->second;

@@ -17,26 +17,26 @@ struct Merged {
   TracerKey tracer = 0;              ///< its process, for the journal
   TracerKey machine = 0;             ///< machine_key()
   bool ours = false;                 ///< see Sender::ours
-  std::uint64_t process_leases = 0;  ///< accepted of its process before
+  std::uint64_t process_leases = 0;  ///< leases accepted from its process before
   std::string name;
   Epoch epoch = 0;
   LeaseTable::Arrived arrived;
   enum class Kind : std::uint8_t {
-    taken,    ///< merged, or equal to what was there
-    differs,  ///< from what was there
-    damaged,  ///< on its way: to be traced again
-    invalid,  ///< numbers that tracing cannot have given
-    late,     ///< the pass is over
+    taken,    ///< merged, or equal to the merged cells
+    differs,  ///< differs from merged cells
+    damaged,  ///< damaged in transit: the cells must be traced again
+    invalid,  ///< contains impossible numbers
+    late,     ///< its pass has ended
   };
   Kind kind = Kind::late;
   std::string fault;
   ResultCollector::Taken taken;
-  std::vector<std::uint64_t> digests;                 ///< of what has come, where it differs
-  std::vector<ResultCollector::Differing> differing;  ///< cells, likewise
+  std::vector<std::uint64_t> digests;                 ///< of the result's cells, if compared
+  std::vector<ResultCollector::Differing> differing;  ///< the cells that differ
   bool whole = false;
   std::uint64_t samples = 0;
   std::uint32_t threads = 0;
-  double charged = 0;     ///< thread-seconds that its user paid for the lease
+  double charged = 0;     ///< thread-seconds that the job's user was charged for the lease
   double granted_at = 0;  ///< seconds since 1970
   double arrived_at = 0;
   double seconds = 0;
@@ -44,7 +44,7 @@ struct Merged {
   std::uint64_t accelerator_bytes = 0;
   std::string isa;
 
-  /// For the job's journal.
+  /// Returns the entries for the job's journal.
   [[nodiscard]] std::vector<JournalEntry> entries(const Journal& journal, std::uint32_t pass,
                                                   std::uint64_t digest) const {
     std::vector<JournalEntry> entries;

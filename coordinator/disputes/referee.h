@@ -10,24 +10,26 @@
 
 namespace parray::coordinator {
 
-/// Traces cells on behalf of the coordinator, whose word decides a dispute: the seam to a process
-/// of its own (RefereeProcess). Never blocks. One thread calls it.
+/// Traces cells again for the coordinator, to decide disputes. The interface of the process behind
+/// RefereeProcess. Calls never block. Not thread-safe.
 class Referee {
  public:
+  /// Cells to trace.
   struct Question {
     std::uint64_t id = 0;
     std::string scene;  ///< scene_identity()
     ScenePayload payload;
     RenderSettings settings;
     CellBatch cells;
-    std::uint64_t memory = 0;  ///< bytes that it may take
+    std::uint64_t memory = 0;  ///< bytes that the referee may use
   };
+  /// The traced cells, or the reason why there are none.
   struct Answer {
     std::uint64_t id = 0;
-    std::string failure;  ///< why there are no cells; empty: there are
+    std::string failure;  ///< why it did not trace the cells; empty: it did
     CellsPayload cells;
-    double seconds = 0;        ///< of processor time
-    std::uint64_t memory = 0;  ///< bytes that it holds now
+    double seconds = 0;        ///< processor time
+    std::uint64_t memory = 0;  ///< bytes that the referee uses now
   };
 
   Referee() = default;
@@ -35,12 +37,12 @@ class Referee {
   Referee& operator=(const Referee&) = delete;
   virtual ~Referee() = default;
 
-  /// Asks. The question before has been answered, or given up by forget().
+  /// Asks a question. The previous one must be answered, or cancelled by forget().
   virtual void ask(Question question) = 0;
   /// Returns the answers that have arrived since the last call.
   virtual std::vector<Answer> take_answers() = 0;
-  /// Gives up the current question and frees the referee's memory. The processor time that the
-  /// question took may arrive later, as an answer without a number.
+  /// Cancels the current question and frees the referee's memory. An answer with the id 0 may
+  /// report the question's processor time later.
   virtual void forget() = 0;
 };
 

@@ -10,10 +10,10 @@ namespace {
 constexpr Time first_pause = seconds(1);
 constexpr Time longest_pause = seconds(60);
 
-/// Checks leave so much of the burst to disputes.
+/// Share of the burst that checks leave for disputes.
 constexpr double reserve_of_checks = 0.5;
 
-/// The first run of neighbours.
+/// Returns the first run of adjacent cells, at most `most`.
 CellRange first_run(const std::vector<std::uint64_t>& cells, std::uint64_t most) {
   CellRange run{cells.front(), cells.front() + 1};
   for (std::size_t i = 1; i < cells.size() && cells[i] == run.end && run.count() < most; ++i) {
@@ -39,7 +39,7 @@ bool RefereeDesk::open(Time now, RefereeCase opened) {
     }
   } else {
     const auto checks = std::ranges::count_if(
-        entries_, [](const Entry& e) { return !e.its.dispute && e.state == State::waiting; });
+        entries_, [](const Entry& e) { return !e.content.dispute && e.state == State::waiting; });
     if (!referee_ || static_cast<std::size_t>(checks) >= options_.most_checks) {
       return false;
     }
@@ -53,18 +53,18 @@ RefereeDesk::Entries::iterator RefereeDesk::find(std::uint64_t number) {
 }
 
 void RefereeDesk::drop(std::uint64_t generation) {
-  std::erase_if(entries_, [&](const Entry& e) { return e.its.generation == generation; });
+  std::erase_if(entries_, [&](const Entry& e) { return e.content.generation == generation; });
 }
 
 std::size_t RefereeDesk::drop_checks(std::uint64_t generation) {
   return std::erase_if(entries_, [&](const Entry& e) {
-    return e.its.generation == generation && !e.its.dispute && e.state == State::waiting;
+    return e.content.generation == generation && !e.content.dispute && e.state == State::waiting;
   });
 }
 
 void RefereeDesk::drop_claims(std::uint64_t machine) {
   std::erase_if(entries_,
-                [&](const Entry& e) { return e.its.dispute && e.its.claimant == machine; });
+                [&](const Entry& e) { return e.content.dispute && e.content.claimant == machine; });
 }
 
 void RefereeDesk::fail(Time now, Entries::iterator entry, const std::string& why) {
@@ -73,13 +73,13 @@ void RefereeDesk::fail(Time now, Entries::iterator entry, const std::string& why
   if (entry == entries_.end()) {
     return;
   }
-  if (!entry->its.dispute) {
+  if (!entry->content.dispute) {
     entries_.erase(entry);
     return;
   }
   entry->state = State::waiting;
   entry->trouble = why;
-  entries_.splice(entries_.end(), entries_, entry);  // others may have a better chance
+  entries_.splice(entries_.end(), entries_, entry);  // other cases may succeed
 }
 
 std::vector<RefereeDesk::Traced> RefereeDesk::take_answers(Time now) {
@@ -92,7 +92,7 @@ std::vector<RefereeDesk::Traced> RefereeDesk::take_answers(Time now) {
     memory_ = answer.memory;
     answered_at_ = now;
     if (asked_ == 0 || answer.id != asked_) {
-      continue;  // given up
+      continue;  // an answer to a cancelled question
     }
     const auto entry = find(std::exchange(asked_, 0));
     if (!answer.failure.empty()) {
@@ -101,15 +101,16 @@ std::vector<RefereeDesk::Traced> RefereeDesk::take_answers(Time now) {
     }
     retry_pause_ = first_pause;
     if (entry == entries_.end()) {
-      continue;  // its job has ended
+      continue;  // the job has ended
     }
     entry->state = State::traced;
     entry->trouble.clear();
-    Traced one{entry->number,          entry->its.generation, entry->its.dispute,
-               entry->its.claimant,    entry->asked,          {},
+    Traced one{entry->number,          entry->content.generation,
+               entry->content.dispute, entry->content.claimant,
+               entry->asked,           {},
                std::move(answer.cells)};
-    const auto first = entry->its.claims.begin();
-    if (entry->its.dispute) {
+    const auto first = entry->content.claims.begin();
+    if (entry->content.dispute) {
       one.claims.assign(first, first + static_cast<std::ptrdiff_t>(entry->asked.count()));
     }
     traced.push_back(std::move(one));
@@ -124,22 +125,22 @@ std::vector<RefereeDesk::Traced> RefereeDesk::take_answers(Time now) {
   return traced;
 }
 
-/// When the question under way has taken too long.
+/// Returns when the current question has taken too long.
 Time RefereeDesk::answer_due() const {
   const auto entry = std::ranges::find(entries_, asked_, &Entry::number);
-  const bool check = entry != entries_.end() && !entry->its.dispute;
+  const bool check = entry != entries_.end() && !entry->content.dispute;
   return asked_at_ + (check ? options_.longest_check : options_.longest_answer);
 }
 
-/// Seconds that must be left in the budget before the case is asked.
+/// Returns the seconds that must be left in the budget before the case is asked.
 double RefereeDesk::reserve(const Entry& entry) const {
-  return entry.its.dispute ? 0 : reserve_of_checks * budget_.burst();
+  return entry.content.dispute ? 0 : reserve_of_checks * budget_.burst();
 }
 
 RefereeDesk::Entries::iterator RefereeDesk::next_entry(Time now) {
   const auto first = [&](bool dispute) {
     return std::ranges::find_if(entries_, [dispute](const Entry& e) {
-      return e.its.dispute == dispute && e.state == State::waiting;
+      return e.content.dispute == dispute && e.state == State::waiting;
     });
   };
   auto entry = first(true);
@@ -160,19 +161,19 @@ void RefereeDesk::ask_next(Time now, std::uint64_t memory_left) {
     }
     return;
   }
-  if (entry->its.memory > memory_left) {
+  if (entry->content.memory > memory_left) {
     fail(now, entry,
-         "it needs about " + mebibytes(entry->its.memory) + " of memory, and --memory leaves " +
+         "it needs about " + mebibytes(entry->content.memory) + " of memory, and --memory leaves " +
              mebibytes(memory_left));
     return;
   }
-  entry->asked = first_run(entry->its.cells, entry->its.cells_at_once);
+  entry->asked = first_run(entry->content.cells, entry->content.cells_at_once);
   entry->state = State::asked;
   asked_ = entry->number;
   asked_at_ = now;
-  memory_ = std::max(memory_, entry->its.memory);
-  referee_->ask({entry->number, entry->its.scene, entry->its.payload, entry->its.settings,
-                 entry->its.plan->batch(entry->asked), memory_left});
+  memory_ = std::max(memory_, entry->content.memory);
+  referee_->ask({entry->number, entry->content.scene, entry->content.payload,
+                 entry->content.settings, entry->content.plan->batch(entry->asked), memory_left});
 }
 
 Time RefereeDesk::next(Time now) const {
@@ -195,26 +196,26 @@ void RefereeDesk::close(std::uint64_t number) {
   std::erase_if(entries_, [number](const Entry& e) { return e.number == number; });
 }
 
-void RefereeDesk::go_on(std::uint64_t number) {
+void RefereeDesk::continue_case(std::uint64_t number) {
   const auto entry = find(number);
   if (entry == entries_.end()) {
     return;
   }
   const auto decided = static_cast<std::ptrdiff_t>(entry->asked.count());
-  RefereeCase& its = entry->its;
-  its.cells.erase(its.cells.begin(), its.cells.begin() + decided);
-  if (its.dispute) {
-    its.claims.erase(its.claims.begin(), its.claims.begin() + decided);
+  RefereeCase& content = entry->content;
+  content.cells.erase(content.cells.begin(), content.cells.begin() + decided);
+  if (content.dispute) {
+    content.claims.erase(content.claims.begin(), content.claims.begin() + decided);
   }
   entry->state = State::waiting;
-  if (its.cells.empty()) {
+  if (content.cells.empty()) {
     entries_.erase(entry);
   }
 }
 
 bool RefereeDesk::busy_with(std::uint64_t generation) const {
   return std::ranges::any_of(entries_, [&](const Entry& e) {
-    return e.its.generation == generation && (e.its.dispute || e.state != State::waiting);
+    return e.content.generation == generation && (e.content.dispute || e.state != State::waiting);
   });
 }
 
@@ -224,29 +225,31 @@ bool RefereeDesk::may_check(Time now) const {
 
 std::size_t RefereeDesk::checks(std::uint64_t generation) const {
   return static_cast<std::size_t>(std::ranges::count_if(entries_, [&](const Entry& e) {
-    return e.its.generation == generation && !e.its.dispute && e.state == State::waiting;
+    return e.content.generation == generation && !e.content.dispute && e.state == State::waiting;
   }));
 }
 
 std::size_t RefereeDesk::disputes(std::uint64_t generation) const {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      entries_, [&](const Entry& e) { return e.its.generation == generation && e.its.dispute; }));
+  return static_cast<std::size_t>(std::ranges::count_if(entries_, [&](const Entry& e) {
+    return e.content.generation == generation && e.content.dispute;
+  }));
 }
 
 std::size_t RefereeDesk::disputes() const {
   return static_cast<std::size_t>(
-      std::ranges::count_if(entries_, [](const Entry& e) { return e.its.dispute; }));
+      std::ranges::count_if(entries_, [](const Entry& e) { return e.content.dispute; }));
 }
 
 std::string RefereeDesk::wait(Time now, std::uint64_t generation) const {
   constexpr Time usual = seconds(5);
   const auto entry = std::ranges::find(entries_, asked_, &Entry::number);
-  if (entry == entries_.end() || entry->its.generation != generation || now - asked_at_ < usual) {
+  if (entry == entries_.end() || entry->content.generation != generation ||
+      now - asked_at_ < usual) {
     return {};
   }
   const auto silent = std::chrono::duration_cast<std::chrono::seconds>(now - asked_at_);
-  return std::string("the referee, which has not answered a ") +
-         (entry->its.dispute ? "dispute" : "check") + " for " + std::to_string(silent.count()) +
+  return std::string("the referee, which has been tracing for a ") +
+         (entry->content.dispute ? "dispute" : "check") + " for " + std::to_string(silent.count()) +
          " s";
 }
 
@@ -254,12 +257,12 @@ std::string RefereeDesk::hold(Time now, std::uint64_t generation) const {
   const std::string two = "two machines returned different bits for the same samples, and ";
   std::size_t open = 0;
   for (const Entry& entry : entries_) {
-    if (entry.its.generation != generation || !entry.its.dispute) {
+    if (entry.content.generation != generation || !entry.content.dispute) {
       continue;
     }
     ++open;
     if (!referee_) {
-      return two + "this coordinator has no referee to decide";
+      return two + "this coordinator has no referee to decide which is right";
     }
     if (!entry.trouble.empty()) {
       return two + "the referee cannot trace them again: " + entry.trouble;
@@ -269,10 +272,10 @@ std::string RefereeDesk::hold(Time now, std::uint64_t generation) const {
     }
   }
   if (open > 0 && budget_.left(now) < 0) {
-    return two + "the referee has used up its share of processor time: it goes on later";
+    return two + "the referee has used up its share of processor time: it will continue later";
   }
   if (open >= options_.most_disputes) {
-    return two + "the referee decides first: " + std::to_string(open) + " disputes are open";
+    return two + "the referee must decide first: " + std::to_string(open) + " disputes are open";
   }
   return {};
 }

@@ -16,44 +16,43 @@ namespace parray::coordinator {
 /// Cells of a job that the referee traces again.
 struct RefereeCase {
   std::uint64_t generation = 0;  ///< of the job's work
-  /// Two machines returned different bits. Otherwise the case is a check, which may be left out.
+  /// True: two machines returned different bits. False: the case is a check, which may be skipped.
   bool dispute = false;
   std::shared_ptr<const WorkPlan> plan;
   std::string scene;
   ScenePayload payload;
   RenderSettings settings;
-  std::uint64_t memory = 0;           ///< bytes that scene and tree take, as far as is known
-  std::uint64_t cells_at_once = 1;    ///< of one question, at most
-  std::uint64_t claimant = 0;         ///< machine_key() of whoever contradicts what is merged
-  std::vector<std::uint64_t> cells;   ///< not decided yet, ascending
-  std::vector<std::uint64_t> claims;  ///< digest of each, by the claimant; empty: of a check
+  std::uint64_t memory = 0;          ///< bytes of scene and tree, estimated
+  std::uint64_t cells_at_once = 1;   ///< most cells of one question
+  std::uint64_t claimant = 0;        ///< machine_key() of the machine that contradicts merged cells
+  std::vector<std::uint64_t> cells;  ///< cells that are not decided yet, ascending
+  std::vector<std::uint64_t> claims;  ///< the claimant's digest of each cell; empty for a check
 };
 
-/// Puts cases before the referee, one question at a time: disputes before checks, each kind in the
-/// order in which they were opened. Keeps the budget. Plain state; one thread. Nothing waits for
-/// the referee here.
+/// Asks the referee about cases, one question at a time: disputes before checks, each kind in the
+/// order of opening. Keeps to the budget. Not thread-safe. Never waits for the referee.
 class RefereeDesk {
  public:
   struct Options {
     double share = 0.1;                  ///< of one core, on average
-    double burst = 30;                   ///< seconds of processor time
-    std::size_t most_disputes = 64;      ///< open ones of one job
-    std::size_t most_checks = 64;        ///< that wait, of all jobs
-    Time patience = seconds(30);         ///< after which a job with a dispute is held
-    Time longest_answer = seconds(180);  ///< to a dispute; then the referee is started again
-    Time longest_check = seconds(60);    ///< for a check; then the referee is started again
-    Time rest = seconds(60);             ///< without a question, until it gives its memory back
+    double burst = 30;                   ///< seconds of processor time that may accumulate
+    std::size_t most_disputes = 64;      ///< open disputes of one job
+    std::size_t most_checks = 64;        ///< waiting checks of all jobs
+    Time patience = seconds(30);         ///< time after which a job with an open dispute pauses
+    Time longest_answer = seconds(180);  ///< for a dispute; then the referee restarts
+    Time longest_check = seconds(60);    ///< for a check; then the referee restarts
+    Time rest = seconds(60);             ///< idle time after which the referee frees its memory
   };
-  /// `referee` may be null: then every job with a dispute is held.
+  /// `referee` may be null: then every job with a dispute pauses.
   RefereeDesk(std::shared_ptr<Referee> referee, Options options);
 
-  /// False: there is no room for another dispute of that job, or for another check.
+  /// Opens a case. False: there are too many disputes of that job, or too many checks.
   bool open(Time now, RefereeCase opened);
   /// Forgets the cases of a job's work.
   void drop(std::uint64_t generation);
-  /// Forgets its checks that have not been asked yet; returns how many.
+  /// Forgets the waiting checks of a job's work. Returns their number.
   std::size_t drop_checks(std::uint64_t generation);
-  /// Forgets disputes that rest on the word of this machine.
+  /// Forgets the disputes whose claimant is this machine.
   void drop_claims(std::uint64_t machine);
 
   /// What the referee traced.
@@ -63,56 +62,57 @@ class RefereeDesk {
     bool dispute = false;
     std::uint64_t claimant = 0;
     CellRange range;
-    std::vector<std::uint64_t> claims;  ///< for the range; empty: of a check
+    std::vector<std::uint64_t> claims;  ///< for the range; empty for a check
     CellsPayload cells;
   };
-  /// Takes answers in. Each one is settled with close() or go_on().
+  /// Returns new answers. The caller must end each with close(), ask_again() or continue_case().
   std::vector<Traced> take_answers(Time now);
-  /// Whether ask_next() has anything to do.
+  /// Returns whether ask_next() may have something to do.
   [[nodiscard]] bool may_ask(Time now) const {
     return referee_ && asked_ == 0 && now >= retry_at_ && (memory_ > 0 || !entries_.empty());
   }
   /// Asks the next question if one may be asked. `memory_left`: bytes that the referee may use.
   void ask_next(Time now, std::uint64_t memory_left);
-  /// When either has something to do again, at the latest.
+  /// Returns the latest time at which take_answers() or ask_next() must be called again.
   [[nodiscard]] Time next(Time now) const;
 
-  /// A case is decided.
+  /// Ends a case that is decided.
   void close(std::uint64_t number);
-  /// The answer is no good.
+  /// Notes that the answer of a case was invalid.
   void ask_again(Time now, std::uint64_t number, const std::string& why) {
     fail(now, find(number), why);
   }
-  /// Those of its cells that were traced last are decided; the others are asked next.
-  void go_on(std::uint64_t number);
+  /// Notes that the traced cells of a case are decided. The others are asked next.
+  void continue_case(std::uint64_t number);
 
-  /// Whether there is processor time for a check.
+  /// Returns whether the budget permits a check.
   [[nodiscard]] bool may_check(Time now) const;
-  /// Checks of a job that wait.
+  /// Returns the number of waiting checks of a job.
   [[nodiscard]] std::size_t checks(std::uint64_t generation) const;
-  /// Open cases: disputes, and checks that have been asked.
+  /// Returns whether a job has open disputes or checks that were asked.
   [[nodiscard]] bool busy_with(std::uint64_t generation) const;
+  /// Returns the number of open disputes of a job, or of all jobs.
   [[nodiscard]] std::size_t disputes(std::uint64_t generation) const;
   [[nodiscard]] std::size_t disputes() const;
-  /// Why a job must get no more leases before the referee has decided; empty: it may.
+  /// Returns why a job must pause until the referee has decided. Empty: it need not.
   [[nodiscard]] std::string hold(Time now, std::uint64_t generation) const;
-  /// What a job waits for: the referee, if it has been tracing for the job for some seconds. Empty:
-  /// nothing.
+  /// Returns a text for people if the referee has been tracing for the job for some seconds. Empty:
+  /// the job does not wait for the referee.
   [[nodiscard]] std::string wait(Time now, std::uint64_t generation) const;
-  /// No case is open.
+  /// Returns whether no case is open.
   [[nodiscard]] bool idle() const { return entries_.empty(); }
-  /// Bytes that the referee holds.
+  /// Returns the bytes of memory that the referee uses.
   [[nodiscard]] std::uint64_t memory() const { return memory_; }
 
  private:
   enum class State : std::uint8_t { waiting, asked, traced };
   struct Entry {
     std::uint64_t number = 0;
-    RefereeCase its;
+    RefereeCase content;
     Time opened{};
     State state = State::waiting;
     CellRange asked;
-    std::string trouble;  ///< why it could not be traced the last time
+    std::string trouble;  ///< why the referee could not trace it the last time
   };
   using Entries = std::list<Entry>;
 
@@ -127,7 +127,7 @@ class RefereeDesk {
   RefereeBudget budget_;
   Entries entries_;
   std::uint64_t next_number_ = 1;
-  std::uint64_t asked_ = 0;  ///< number of the case under way; 0: none
+  std::uint64_t asked_ = 0;  ///< number of the case that was asked; 0: none
   Time asked_at_{};
   Time retry_at_{};
   Time retry_pause_{};

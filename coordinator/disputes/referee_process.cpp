@@ -25,8 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t most_answer_bytes = std::uint64_t{1} << 32;
 
-/// Address space in bytes for the code, threads and allocator of the referee, beside scene and
-/// tree.
+/// Address space in bytes for the referee's code, threads and allocator, without scene and tree.
 constexpr std::uint64_t program_bytes = std::uint64_t{1} << 30;
 
 double seconds_of(const timeval& time) {
@@ -35,17 +34,18 @@ double seconds_of(const timeval& time) {
 
 }  // namespace
 
-/// A process that runs until this object ends. Any thread may kill it.
+/// A process that this object ends in its destructor. Any thread may kill it.
 class RefereeProcess::Child {
  public:
-  /// Throws RunError.
+  /// Starts the process. Throws RunError.
   Child(const fs::path& program, std::uint64_t memory) {
     if (!executable(program)) {
-      throw RunError(program.string() + " is not there: install ParRay again");
+      throw RunError(program.string() + " does not exist: install ParRay again");
     }
     std::array<int, 2> ends{};
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-      throw RunError("no socket for the referee: " + std::generic_category().message(errno));
+      throw RunError("cannot make a socket for the referee: " +
+                     std::generic_category().message(errno));
     }
     socket_ = ends[0];
     try {
@@ -69,20 +69,20 @@ class RefereeProcess::Child {
 
   [[nodiscard]] int socket() const { return socket_; }
 
-  void kill_it() {
+  void kill_child() {
     const std::scoped_lock lock(mutex_);
     if (!ended_) {
       kill(pid_, SIGKILL);
     }
   }
 
-  /// How it has ended; ends it if it has not.
+  /// Kills the process if it is running. Returns how it ended.
   struct End {
     std::string why;
-    double seconds = 0;  ///< of processor time, in its life
+    double seconds = 0;  ///< its total processor time
   };
   const End& end() {
-    kill_it();
+    kill_child();
     const std::scoped_lock lock(mutex_);
     if (!ended_) {
       int status = 0;
@@ -98,7 +98,7 @@ class RefereeProcess::Child {
     return end_;
   }
 
-  /// Bytes that it holds now; 0: unknown.
+  /// Returns the bytes of memory that it uses now. 0: unknown.
   [[nodiscard]] std::uint64_t memory() const {
     std::ifstream in("/proc/" + std::to_string(pid_) + "/statm");
     std::uint64_t all = 0;
@@ -110,20 +110,20 @@ class RefereeProcess::Child {
  private:
   pid_t pid_ = 0;
   int socket_ = -1;
-  std::mutex mutex_;  // guards what follows, and the process number while it is in use
+  std::mutex mutex_;  // guards the members below, and against the reuse of pid_
   bool ended_ = false;
   End end_;
 };
 
 RefereeProcess::RefereeProcess(Options options)
-    : options_(std::move(options)), thread_([this] { lead(); }) {}
+    : options_(std::move(options)), thread_([this] { run(); }) {}
 
 RefereeProcess::~RefereeProcess() {
   {
     const std::scoped_lock lock(mutex_);
     quit_ = true;
     if (child_) {
-      child_->kill_it();
+      child_->kill_child();
     }
   }
   changed_.notify_all();
@@ -145,15 +145,15 @@ std::vector<Referee::Answer> RefereeProcess::take_answers() {
 
 void RefereeProcess::forget() {
   const std::scoped_lock lock(mutex_);
-  ++given_up_;
+  ++forgotten_;
   question_.reset();
   answers_.clear();
   if (child_) {
-    child_->kill_it();
+    child_->kill_child();
   }
 }
 
-void RefereeProcess::lead() {
+void RefereeProcess::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return quit_ || question_; });
@@ -162,12 +162,12 @@ void RefereeProcess::lead() {
     }
     const Question question = std::move(*question_);
     question_.reset();
-    const std::uint64_t round = given_up_;
+    const std::uint64_t round = forgotten_;
     lock.unlock();
     Answer found = answer(question);
     lock.lock();
-    if (round != given_up_) {
-      found = Answer{0, "given up", {}, found.seconds, 0};
+    if (round != forgotten_) {
+      found = Answer{0, "cancelled", {}, found.seconds, 0};
     }
     answers_.push_back(std::move(found));
     if (options_.wake && !quit_) {
@@ -177,7 +177,7 @@ void RefereeProcess::lead() {
   child_.reset();
 }
 
-/// A child that fails is ended; the next question starts another.
+/// Ends a child that fails. The next question starts another one.
 Referee::Answer RefereeProcess::answer(const Question& question) {
   Answer found;
   found.id = question.id;
@@ -197,7 +197,7 @@ Referee::Answer RefereeProcess::answer(const Question& question) {
   return found;
 }
 
-/// Throws when there is no child to be had, or it does not answer as it should.
+/// Throws if no child can be started or the answer is invalid.
 Referee::Answer RefereeProcess::answer_of_child(const Question& question) {
   std::shared_ptr<Child> child;
   {
@@ -219,7 +219,7 @@ Referee::Answer RefereeProcess::answer_of_child(const Question& question) {
       const std::scoped_lock lock(mutex_);
       child_ = child;
       if (quit_) {
-        child->kill_it();
+        child->kill_child();
       }
     }
     scene_.clear();
@@ -228,7 +228,7 @@ Referee::Answer RefereeProcess::answer_of_child(const Question& question) {
     const auto* hello = std::get_if<msg::Hello>(&message);
     if (hello == nullptr || hello->version != protocol_version || hello->trace != trace_version ||
         hello->fingerprint != options_.fingerprint) {
-      throw RunError("it traces other bits than this coordinator: install the same release");
+      throw RunError("it is of another release than this coordinator: install the same release");
     }
   }
   bool sent = true;
@@ -254,7 +254,7 @@ Referee::Answer RefereeProcess::answer_of_child(const Question& question) {
     return found;
   }
   const auto* failed = std::get_if<msg::Failed>(&message);
-  throw RunError(failed == nullptr ? "it does not answer the question" : failed->reason);
+  throw RunError(failed == nullptr ? "its message is not an answer" : failed->reason);
 }
 
 }  // namespace parray::coordinator

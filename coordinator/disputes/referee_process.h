@@ -15,15 +15,15 @@
 
 namespace parray::coordinator {
 
-/// The referee as a process: parray-referee (cli/referee/main.cpp), started by the first question,
-/// with the lowest priority and one thread. It keeps the scene, and the tree, of the last question.
-/// A thread of this object talks to it; the caller never waits.
+/// Runs the referee as a process: parray-referee (cli/referee/main.cpp). The first question starts
+/// it, with the lowest priority and one thread. It keeps the scene and the tree of the last
+/// question. A thread of this object communicates with it, so that callers never wait.
 class RefereeProcess final : public Referee {
  public:
   struct Options {
     std::filesystem::path program;  ///< empty: beside this program, in ../lib/parray
-    std::string fingerprint;        ///< trace_fingerprint(): it must trace the same bits
-    std::function<void()> wake;     ///< called when there is an answer
+    std::string fingerprint;        ///< trace_fingerprint() that the referee must have
+    std::function<void()> wake;     ///< called when an answer arrives; any thread
   };
   explicit RefereeProcess(Options options);
   ~RefereeProcess() override;
@@ -37,20 +37,20 @@ class RefereeProcess final : public Referee {
  private:
   class Child;
 
-  void lead();
+  void run();
   Answer answer(const Question& question);
   Answer answer_of_child(const Question& question);
 
   const Options options_;
-  std::string scene_;  ///< that the child has; of the thread alone
-  double stated_ = 0;  ///< processor time that its answers have stated; of the thread alone
+  std::string scene_;  ///< the child's scene; used only by thread_
+  double stated_ = 0;  ///< processor time in the child's answers; used only by thread_
 
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   std::optional<Question> question_;
   std::vector<Answer> answers_;
   std::shared_ptr<Child> child_;
-  std::uint64_t given_up_ = 0;  ///< how often forget() was called
+  std::uint64_t forgotten_ = 0;  ///< number of calls of forget()
   bool quit_ = false;
 
   std::thread thread_;

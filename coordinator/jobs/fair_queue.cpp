@@ -7,9 +7,9 @@
 
 namespace parray::coordinator {
 
-/// What a user's express lane gets of what the user gets.
+/// Part of a user's time that goes to the express lane.
 static constexpr double express_part = 0.25;
-/// What a user's starving jobs get of what the user gets.
+/// Part of a user's time that goes to starving jobs.
 static constexpr double starving_part = 0.05;
 
 void FairQueue::assign(const std::vector<Entry>& jobs) {
@@ -51,7 +51,7 @@ void FairQueue::assign(const std::vector<Entry>& jobs) {
         });
     user.shortest = shortest->id;
     user.shortest_is_fresh = shortest->fresh;
-    // Who is new among equals goes first: nothing of theirs is under way.
+    // A new user goes before users with the same total: none of its leases is being traced.
     const auto place = std::find_if(users_.begin(), users_.end(), [&](const User& other) {
       return found == known.end() ? other.had >= user.had : other.had > user.had;
     });

@@ -9,74 +9,76 @@
 
 namespace parray::coordinator {
 
-/// Whose job the next lease is of.
+/// Decides which job gets the next lease.
 ///
-/// Users take turns by what their leases cost in thread-seconds, each in proportion to a share,
-/// however many jobs they have (stride scheduling: Waldspurger and Weihl, "Stride Scheduling",
-/// MIT/LCS/TM-528, 1995). Who has no jobs for a while saves nothing up meanwhile.
+/// Users take turns by the thread-seconds of their leases, in proportion to their shares, however
+/// many jobs they have (stride scheduling: Waldspurger and Weihl, "Stride Scheduling",
+/// MIT/LCS/TM-528, 1995). A user does not accumulate credit while having no jobs.
 ///
-/// Of one user the job of the highest priority goes first, then the oldest; but a quarter of what
-/// the user gets goes to the job of that priority which has the least work left, in an **express
-/// lane**, and there one that has had nothing yet is due at once: so a short job does not wait for
-/// a long one that came before it.
+/// Among the jobs of one user, the highest priority goes first, then the oldest job. However, a
+/// quarter of the user's time goes to an **express lane**: the job of highest priority with the
+/// least work left. If that job has had no lease yet, its turn is next. So a short job does not
+/// wait for a long one that came earlier.
 ///
-/// No job starves: of what a user gets, a twentieth goes to those jobs that have waited in vain for
-/// long, whatever their priority, to the one that has waited longest.
+/// No job starves: a twentieth of a user's time goes to jobs that have waited long, whatever their
+/// priority. The job that has waited longest gets it.
 ///
-/// Plain state. One thread. A grant costs a time linear in the users at most.
+/// Not thread-safe. A grant takes at most linear time in the number of users.
 class FairQueue {
  public:
+  /// A job that needs leases.
   struct Entry {
     JobId id = 0;
     std::string user;
     double share = 1;  ///< > 0
     std::uint32_t priority = 0;
-    bool fresh = false;     ///< has had no lease yet
-    double work_left = 0;   ///< thread-seconds, roughly; only compared
-    bool starving = false;  ///< has long had no turn by right
+    bool fresh = false;     ///< it has had no lease yet
+    double work_left = 0;   ///< thread-seconds, roughly; only for comparisons
+    bool starving = false;  ///< it has had no regular turn for long
     double waited = 0;      ///< seconds since its latest lease, if it starves
   };
 
-  /// The jobs that there are, by age. What users have had so far stays.
+  /// Replaces the jobs; `jobs` must be sorted by age. The users' past thread-seconds remain.
   void assign(const std::vector<Entry>& jobs);
 
   enum class Answer : std::uint8_t {
-    granted,  ///< what the next charge() is for
-    nothing,
-    wait,  ///< nothing yet: the user's jobs behind it are not to overtake it
+    granted,  ///< the job got a lease; charge() must follow
+    nothing,  ///< the job needs no lease now
+    wait,     ///< nothing yet, and later jobs of this user must not overtake it
   };
   using Offer = std::function<Answer(JobId)>;
-  /// Offers one job after the other, the most entitled first, until one is granted something.
+  /// Calls `offer` for one job after the other in the order of their turns, until one is granted a
+  /// lease. Returns whether one was.
   bool visit(const Offer& offer);
 
-  /// Whether what visit() has granted was the job's turn by right, and not because it starves.
+  /// Returns whether the job that visit() selected had a regular turn, not one against starvation.
   [[nodiscard]] bool granted_by_turn() const { return lane_ != Lane::starving; }
 
-  /// What visit() has granted takes so many thread-seconds.
+  /// Charges the user of the job that visit() selected for these thread-seconds.
   void charge(double thread_seconds);
-  /// Adds thread-seconds to what a user has had; subtracts where negative. Call it when the real
-  /// cost of a charged lease is known. Does nothing for users outside the queue.
+  /// Adds thread-seconds, which may be negative, to a user's total. Call it when the real cost of a
+  /// charged lease is known. Does nothing for users without jobs in the queue.
   void correct(const std::string& user, double thread_seconds);
 
  private:
   struct User {
     std::string name;
     double share = 1;
-    double had = 0;             ///< thread-seconds by share
-    double owed = 0;            ///< thread-seconds that its express lane lacks of its part
+    double had = 0;             ///< thread-seconds so far, divided by the share
+    double owed = 0;            ///< thread-seconds that the express lane should still get
     std::vector<JobId> jobs{};  ///< by priority, then age
-    JobId shortest = 0;         ///< of the first's priority
+    JobId shortest = 0;         ///< the job with the least work left of the highest priority
     bool shortest_is_fresh = false;
-    JobId starving = 0;        ///< the one that has waited longest; 0: none
-    double owed_starving = 0;  ///< thread-seconds that those which starve lack of their part
+    JobId starving = 0;        ///< the starving job that has waited longest; 0: none
+    double owed_starving = 0;  ///< thread-seconds that starving jobs should still get
   };
   enum class Lane : std::uint8_t { regular, express, starving };
 
   bool visit_user(User& user, const Offer& offer);
 
-  std::vector<User> users_;    ///< with jobs; who has had the least comes first
-  std::size_t granted_ = 0;    ///< whose lease the last was
-  Lane lane_ = Lane::regular;  ///< by which it went
+  std::vector<User> users_;    ///< users with jobs; the one that has had the least comes first
+  std::size_t granted_ = 0;    ///< index of the user of the last grant
+  Lane lane_ = Lane::regular;  ///< lane of the last grant
 };
 
 }  // namespace parray::coordinator

@@ -11,7 +11,7 @@ using nlohmann::json;
 
 namespace {
 
-/// What is known of a job's error, and what is asked of it.
+/// Adds a job's targets and its current error.
 void add_error(json& summary, const Job& job) {
   const RenderSettings& s = job.record.settings;
   if (s.target_error > 0) {
@@ -63,7 +63,7 @@ PassTimes Job::times(Time now) const {
   PassTimes times = ending_times(record.settings, work->samples,
                                  record.reserved_seconds + since(work->clock_began));
   times.deciding = std::max(times.deciding, work->deciding);
-  // What workers have made ready in the first pass is ready in the next.
+  // Workers build accelerators only in the first pass.
   const double build = work->pass == 0 ? work->facts.build_seconds : 0;
   times.pass = work->pass_began == never ? 0 : std::max(since(work->pass_began) - build, 1e-4);
   return times;

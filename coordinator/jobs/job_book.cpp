@@ -23,7 +23,6 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
-/// The frames of a series, by number; none: there is no such series.
 std::vector<Job*> JobBook::frames_of(JobId series) {
   std::vector<Job*> frames;
   const JobIndex::Frames* listed = farm_.index.listed_as(series);
@@ -35,7 +34,6 @@ std::vector<Job*> JobBook::frames_of(JobId series) {
   return frames;
 }
 
-/// The job map of what is listed: a job, or a series.
 json JobBook::summary_of(Time now, const Series& listed) const {
   const Job& first = *listed.front();
   if (first.record.series_id == 0) {
@@ -45,7 +43,6 @@ json JobBook::summary_of(Time now, const Series& listed) const {
   return series_summary(listed, now, open == nullptr ? "" : waits_for(*open));
 }
 
-/// For tasks of the job's present work: if one throws, the job fails. `doing` says what it does.
 JobThread::Guarded JobBook::for_job(const Job& job, const std::string& doing) {
   return farm_.job_thread.guarded(
       [this, doing, id = job.record.id, generation = job.work->generation](const std::string& why) {
@@ -55,13 +52,12 @@ JobThread::Guarded JobBook::for_job(const Job& job, const std::string& doing) {
       });
 }
 
-/// Jobs have come, ended or changed: before the next grant the queue is made anew, once for all.
+/// The next grant rebuilds the queue, once for all changes.
 void JobBook::list_open_jobs() {
   farm_.queue_again_at = Time(0);
   farm_.grants_due = true;
 }
 
-/// Only the records are read; pictures under way are taken up when their turn comes.
 void JobBook::restore_jobs() {
   if (farm_.store == nullptr) {
     return;
@@ -85,11 +81,11 @@ void JobBook::restore_jobs() {
   restore_farm_notes();
   list_open_jobs();
   if (!farm_.index.open().empty()) {
-    farm_.log->info("{} unfinished jobs taken up", farm_.index.open().size());
+    farm_.log->info("resumed {} unfinished jobs", farm_.index.open().size());
   }
 }
 
-/// What the job_thread has made ready for tracing.
+/// What the job thread has prepared for tracing.
 struct JobBook::Prepared {
   std::shared_ptr<JobPicture> picture;
   ScenePayload scene;
@@ -101,7 +97,7 @@ struct JobBook::Prepared {
   ErrorFigures error;
   bool complete = false;
   bool whole = false;
-  std::string damage;  ///< of kept rows; empty: none
+  std::string damage;  ///< of stored results; empty: none
   std::string failure;
 };
 
@@ -116,23 +112,22 @@ static void touch(JobPicture& picture) {
   }
 }
 
-/// Whether there is time for the system to clear the memory of a picture with a time limit.
+/// Returns whether the time limit leaves time to clear the memory of the picture in advance.
 static bool may_touch(const RenderSettings& settings, bool waiting_counts) {
-  constexpr double byte_seconds = 2.5e-9;  // of a virtual machine that has not had it yet
+  constexpr double byte_seconds = 2.5e-9;  // on a virtual machine that uses the page the first time
   const double bytes =
       static_cast<double>(Framebuffer::pixel_bytes) * settings.width * settings.height;
   return !waiting_counts ||
          bytes * byte_seconds / static_cast<double>(touching_threads()) < settings.time_limit / 6;
 }
 
-/// Gives a job the memory that it needs.
 void JobBook::prepare(Job& job) {
   job.phase = JobPhase::preparing;
   job.work = std::make_unique<JobWork>();
   job.work->generation = next_generation_++;
   farm_.at_work.insert(job.record.id);
   const auto prepared = std::make_shared<Prepared>();
-  const auto tasks = for_job(job, "taking it up");
+  const auto tasks = for_job(job, "preparing the job");
   tasks.give([this, prepared, store = farm_.store, record = job.record, scene = job.scene,
               at = farm_.since_1970(farm_.now), id = job.record.id,
               generation = job.work->generation, waiting_counts = farm_.options.waiting_counts,
@@ -142,7 +137,7 @@ void JobBook::prepare(Job& job) {
       if (store != nullptr) {
         auto bytes = store->scene(record.scene);
         if (!bytes) {
-          throw RunError("its scene is missing");
+          throw RunError("the store lacks its scene: submit the job again");
         }
         scene = ScenePayload(Bulk::of(std::move(*bytes)));
       }
@@ -170,13 +165,13 @@ void JobBook::prepare(Job& job) {
         store->put_job(record);
       }
     } catch (const std::bad_alloc&) {
-      p.failure = "not enough memory for its picture";
+      p.failure = "not enough memory for its picture: render fewer pixels or free memory";
     }
     return {[this, prepared, id, generation] { trace_prepared(id, generation, *prepared); }, {}};
   });
 }
 
-/// Of a job that may have ended meanwhile.
+/// Begins tracing a prepared job, unless it has ended meanwhile.
 void JobBook::trace_prepared(JobId id, std::uint64_t generation, const Prepared& prepared) {
   Job* job = farm_.job_at_work(id, generation);
   if (job == nullptr) {
@@ -209,12 +204,12 @@ void JobBook::begin_tracing(Job& job, const Prepared& prepared) {
     work.pass_began = farm_.now;
     work.pass_ended = never;
   }
-  // No more than a few thousand leases a second, however many workers there are.
+  // A limit of a few thousand leases per second, however many workers there are.
   LeaseLength length = farm_.options.lease_length;
   constexpr double most_leases = 4000;
   length.longest =
       std::max(length.longest, static_cast<double>(farm_.workers.size()) / most_leases);
-  // A result stays below 32 MiB as the collector has it, so that no task takes long.
+  // A decoded result stays below 32 MiB, so that no task takes long.
   constexpr std::uint64_t most_bytes = std::uint64_t{1} << 25;
   const std::uint64_t most_cells =
       most_bytes / record_bytes(work.plan->grid()->shape().cell_pixels);
@@ -227,13 +222,12 @@ void JobBook::begin_tracing(Job& job, const Prepared& prepared) {
   disputes_.retract_later_faulty(job);
   if (prepared.complete) {
     work.started = work.started == never ? farm_.now : work.started;
-    if (work.tasks == 0) {  // else disputes_.note_retracted() looks at it again
+    if (work.tasks == 0) {  // else disputes_.note_retracted() finishes it
       finish_job(job);
     }
   }
 }
 
-/// All of it is to be traced once more.
 void JobBook::restart_leases(Job& job, const WorkPlan& plan) {
   disputes_.referee().drop(job.work->generation);
   Prepared prepared;
@@ -260,7 +254,7 @@ void JobBook::end_pass_if_done(Job& job) {
   work.unchecked += disputes_.referee().drop_checks(work.generation);
   if (work.unchecked > 0 && job.record.flag.empty()) {
     job.record.flag = fmt::format(
-        "{} of its leases were to be checked, and neither another machine nor the referee could",
+        "{} of its leases were not checked: neither another machine nor the referee could do it",
         work.unchecked);
     farm_.note(job, job.record.flag);
   }
@@ -271,13 +265,13 @@ void JobBook::end_pass_if_done(Job& job) {
   }
 }
 
-/// The sums of one pass may decide the next.
+/// Lets the job thread decide on the next pass, which may depend on the sums.
 void JobBook::next_pass(Job& job) {
   job.phase = JobPhase::preparing;
   job.work->pass_ended = farm_.now;
   const auto prepared = std::make_shared<Prepared>();
   prepared->scene = job.work->scene;
-  const auto tasks = for_job(job, "deciding on its next pass");
+  const auto tasks = for_job(job, "planning the next pass");
   tasks.give([this, prepared, store = farm_.store, record = job.record, id = job.record.id,
               picture = job.work->picture, times = job.times(farm_.now),
               at = farm_.since_1970(farm_.now),
@@ -298,13 +292,12 @@ void JobBook::next_pass(Job& job) {
         store->put_job(record);
       }
     } catch (const std::bad_alloc&) {
-      p.failure = "not enough memory to decide on its next pass";
+      p.failure = "not enough memory to plan the next pass: render fewer pixels or free memory";
     }
     return {[this, prepared, id, generation] { trace_prepared(id, generation, *prepared); }, {}};
   });
 }
 
-/// Image, error and report are made; the job is done once they are kept.
 void JobBook::finish_job(Job& job) {
   job.phase = JobPhase::finishing;
   job.work->facts.render_seconds = to_seconds(farm_.now - job.work->started);
@@ -315,10 +308,10 @@ void JobBook::finish_job(Job& job) {
     std::vector<JobEvent> events;
     std::string journal;
     std::string failure;
-    std::string full;  ///< why it cannot be kept now; empty: it can
+    std::string full;  ///< why the store cannot commit it now; empty: it can
   };
   const auto finished = std::make_shared<LeaseResult>();
-  const auto tasks = for_job(job, "finishing its picture");
+  const auto tasks = for_job(job, "finishing the picture");
   tasks.give([this, finished, store = farm_.store, record = job.record, id = job.record.id,
               picture = job.work->picture, facts = job.work->facts,
               clock = farm_.options.wall_clock, ended = std::max(farm_.uptime(), 1.0),
@@ -336,11 +329,11 @@ void JobBook::finish_job(Job& job) {
       finished->bytes =
           picture_size(parts.image.width, parts.image.height, kept_detail(picture->settings()));
       if (store != nullptr) {
-        // Nothing is known of them where there are none.
+        // Unknown half-widths are infinite.
         made.picture.statistics.half_width.resize(parts.image.rgb.size(),
                                                   std::numeric_limits<float>::infinity());
         auto pieces = picture_pieces(parts.image, parts.statistics);
-        pieces.push_back(picture->journal().bytes());  // behind what everybody reads
+        pieces.push_back(picture->journal().bytes());  // after the part that all fetches read
         store->put_picture(id, pieces);
         store->put_job(record);
         store->drop_work(id);
@@ -352,7 +345,8 @@ void JobBook::finish_job(Job& job) {
     } catch (const StorageFull& full) {
       finished->full = full.what();
     } catch (const std::bad_alloc&) {
-      finished->failure = "not enough memory to finish its picture";
+      finished->failure =
+          "not enough memory to finish the picture: render fewer pixels or free memory";
     }
     const auto outcome = [this, finished, id, generation] {
       Job* there = farm_.job_at_work(id, generation);
@@ -385,8 +379,8 @@ void JobBook::finish_job(Job& job) {
   });
 }
 
-/// A job that has ended needs nothing but its record, and its picture; or, while there is room,
-/// what it takes to go on after all. The list of open jobs is the caller's.
+/// Ends a job. Keeps its record, its picture and, while there is room, what a requeue needs. The
+/// caller calls list_open_jobs().
 void JobBook::end_job(Job& job, JobState state, const std::string& reason) {
   job.record.state = state;
   job.record.reason = reason;
@@ -406,7 +400,7 @@ void JobBook::end_job(Job& job, JobState state, const std::string& reason) {
   farm_.at_work.erase(job.record.id);
   farm_.index.note_ended(job);
   if (state == JobState::done) {
-    job.scene = {};  // its record is kept, with its picture
+    job.scene = {};  // only its record and picture stay
   } else {
     farm_.note(job, fmt::format("{}: {}", name_of(state), reason));
     farm_.keep(job);

@@ -15,61 +15,62 @@ namespace parray::coordinator {
 class DisputeDesk;
 class WorkerDesk;
 
-/// The life of every job: submitted, prepared, traced in passes, finished, ended, forgotten. Also
-/// the limits on jobs, memory and disk, and series.
+/// Leads every job through its life: submitted, prepared, traced in passes, finished, ended,
+/// forgotten. Also applies the limits on jobs, memory and disk, and handles series.
 class JobBook {
  public:
   JobBook(Farm& farm, DisputeDesk& disputes, WorkerDesk& worker_desk)
       : farm_(farm), disputes_(disputes), worker_desk_(worker_desk) {}
 
-  /// Reads the records of the store. Pictures in work are read when their turn comes. Throws
+  /// Reads the records of the store. Unfinished pictures are read when their turn comes. Throws
   /// RunError if the store cannot be read.
   void restore_jobs();
-  /// Takes a submitted job in, or answers why not.
+  /// Accepts a submitted job, or answers why it is refused.
   void on(Time now, const PeerId& peer, msg::Submit& m);
 
-  /// Gives a job the memory that it needs and reads what is kept of it.
+  /// Allocates a job's memory and reads what the store has of it.
   void prepare(Job& job);
-  /// Begins the next pass, or finishes the picture, if all cells are in and all checks are done.
+  /// If all cells are merged and all checks are done: begins the next pass or finishes the picture.
   void end_pass_if_done(Job& job);
-  /// Makes picture, error and report; the job is done when they are kept.
+  /// Makes picture, error and report. The job is done when the store has committed them.
   void finish_job(Job& job);
   /// Ends a job as failed.
   void fail_job(Job& job, const std::string& reason);
   /// Traces all cells of `plan` again.
   void restart_leases(Job& job, const WorkPlan& plan);
-  /// For tasks of the job's present work: a failure fails the job. `doing` names the task.
+  /// Returns a queue for tasks of the job's JobWork. If one throws, the job fails. `doing`: its
+  /// name.
   [[nodiscard]] JobThread::Guarded for_job(const Job& job, const std::string& doing);
 
-  /// Finds the frames of a series, by number. Empty: there is no such series.
+  /// Finds the frames of a series, in order. Empty: no series has this number.
   std::vector<Job*> frames_of(JobId series);
-  /// The job map of PROTOCOL.md of a job or a series.
+  /// Returns the job map of PROTOCOL.md of a job or a series.
   [[nodiscard]] nlohmann::json summary_of(Time now, const Series& listed) const;
-  /// What an unfinished job lacks, for people. Empty: nothing.
+  /// Returns what an unfinished job lacks, for people. Empty: nothing.
   [[nodiscard]] std::string waits_for(const Job& job) const;
   /// Throws InputError if one more job like this would exceed a limit.
   void check_limits(const JobRecord& record) const;
 
-  /// Changes a job as a client asks. Throws InputError if the action does not fit the job's state.
+  /// Changes a job as a client requested. Throws InputError if the job's state does not permit it.
   /// The caller calls list_open_jobs() afterwards.
   void steer(Job& job, const msg::SteerJob& m);
-  /// Names the client of the current message, for a job's history.
+  /// Returns a name for the client of the current message, for a job's history.
   [[nodiscard]] std::string asker() const;
   /// Forgets an ended job.
   void forget_job(JobId id, const std::string& why);
   /// Forgets a job, or all frames of a series.
   void forget_all(const Series& listed, const std::string& why);
-  /// Makes the queue and the grants follow jobs that came, ended or changed.
+  /// Requests a new queue and new grants, after jobs were added, ended or changed.
   void list_open_jobs();
 
-  /// Bytes that a job takes, or will take, while it is rendered.
+  /// Returns the bytes of memory that a job needs while it is rendered.
   [[nodiscard]] std::uint64_t memory_of(const Job& job) const;
   [[nodiscard]] std::uint64_t memory_in_use() const;
-  /// Drops what is kept of ended jobs until `bytes` more fit into memory. False: they do not fit.
+  /// Drops data of ended jobs until `bytes` more fit into memory. False: they do not fit.
   bool make_room(std::uint64_t bytes);
-  /// Bytes on disk, as of the last count.
+  /// Returns the bytes on disk at the last count.
   [[nodiscard]] std::uint64_t disk_used() const { return usage_.total; }
-  /// Every few seconds: forgets old jobs, counts the disk, keeps uptime and progress.
+  /// Every few seconds: forgets old jobs, counts bytes on disk, stores uptime and progress.
   void keep_house(Time now);
 
  private:
@@ -99,16 +100,16 @@ class JobBook {
   Farm& farm_;
   DisputeDesk& disputes_;
   WorkerDesk& worker_desk_;
-  std::map<std::string, JobId> submitting_;  ///< tokens whose job is being looked at, as listed
+  std::map<std::string, JobId> submitting_;  ///< tokens and listed numbers of jobs in submit
   /// Numbers of series, by user and token.
   std::map<std::pair<std::string, std::string>, JobId> series_;
   JobId next_job_ = 1;
   std::uint64_t next_generation_ = 1;
-  Store::Usage usage_;                            ///< of the store, as of the last count
+  Store::Usage usage_;                            ///< of the store, at the last count
   std::map<std::string, std::uint64_t> disk_of_;  ///< of usage_, by user
   Time next_housekeeping_{};
-  double uptime_kept_ = 0;     ///< seconds, as the store has it
-  std::string progress_kept_;  ///< as the store has it
+  double uptime_kept_ = 0;     ///< seconds, as stored
+  std::string progress_kept_;  ///< as stored
 };
 
 }  // namespace parray::coordinator

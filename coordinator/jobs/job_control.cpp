@@ -6,13 +6,10 @@
 
 namespace parray::coordinator {
 
-/// For a job's history.
 std::string JobBook::asker() const {
   return farm_.sender.name.empty() ? "a client" : "'" + farm_.sender.name + "'";
 }
 
-/// Throws InputError where the action does not fit the job's state. The list of open jobs, and the
-/// queue, are the caller's.
 void JobBook::steer(Job& job, const msg::SteerJob& m) {
   using enum msg::JobAction;
   switch (m.action) {
@@ -30,11 +27,12 @@ void JobBook::steer(Job& job, const msg::SteerJob& m) {
       break;
   }
   if (!job.ended()) {
-    throw InputError("job " + std::to_string(job.record.id) + " has not ended: cancel it first");
+    throw InputError("job " + std::to_string(job.record.id) +
+                     " has not ended yet: cancel it first");
   }
 }
 
-/// Leases that are granted are traced to their end. `named`: what the client has called it.
+/// Workers finish the leases that they hold. `named`: the number that the client used.
 void JobBook::pause(Job& job, JobId named) {
   if (job.ended() || job.phase == JobPhase::finishing || job.record.state == JobState::paused) {
     return;
@@ -54,7 +52,7 @@ void JobBook::resume(Job& job) {
   job.record.reason.clear();
   farm_.note(job, "resumed by " + asker());
   farm_.keep(job);
-  farm_.log->info("job {} '{}' goes on", job.record.id, job.record.name);
+  farm_.log->info("job {} '{}' is resumed", job.record.id, job.record.name);
 }
 
 void JobBook::cancel(Job& job) {
@@ -63,21 +61,21 @@ void JobBook::cancel(Job& job) {
   }
 }
 
-/// A job that has failed, or was cancelled, is to be rendered after all; it goes on from the rows
-/// that are kept.
+/// Queues a failed or cancelled job again. It continues from its stored results.
 void JobBook::requeue(Job& job) {
   const std::string number = std::to_string(job.record.id);
   if (!job.ended() || job.record.state == JobState::done) {
     throw InputError("job " + number + " is " + std::string(name_of(job.record.state)) +
-                     ": only one that has failed or was cancelled is queued again");
+                     ": only failed and cancelled jobs can be queued again");
   }
   if (farm_.store == nullptr && job.scene.size() == 0) {
-    throw InputError("the scene of job " + number + " is no longer kept: submit it again");
+    throw InputError("the coordinator no longer keeps the scene of job " + number +
+                     ": submit it again");
   }
   job.record.state = JobState::queued;
   job.record.reason.clear();
   if (farm_.store == nullptr) {
-    job.record.passes = {};  // they were decided by rows that are gone
+    job.record.passes = {};  // the results that determined them are gone
   }
   job.phase = JobPhase::waiting;
   job.retry_at = never;
@@ -89,7 +87,8 @@ void JobBook::requeue(Job& job) {
 
 void JobBook::prioritise(Job& job, std::uint32_t priority) {
   if (job.ended()) {
-    throw InputError("job " + std::to_string(job.record.id) + " has ended: it has no turn to come");
+    throw InputError("job " + std::to_string(job.record.id) +
+                     " has ended: only unfinished jobs have a priority");
   }
   job.record.priority = priority;
   farm_.note(job, fmt::format("priority {} by {}", priority, asker()));

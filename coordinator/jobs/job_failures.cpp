@@ -7,20 +7,20 @@
 namespace parray::coordinator {
 namespace {
 
-/// The failures of one machine that count.
-struct OfMachine {
+/// The failures of one machine.
+struct MachineFailures {
   std::size_t failures = 0;
   std::size_t deaths = 0;
-  std::set<TracerKey> workers{};  ///< that have failed
+  std::set<TracerKey> workers{};  ///< workers that have failed
 };
 
-using FailedMachines = std::map<MachineId, OfMachine>;
+using FailedMachines = std::map<MachineId, MachineFailures>;
 
 bool overlap(const CellRange& a, const CellRange& b) { return a.begin < b.end && b.begin < a.end; }
 
-/// Whether a machine whose able workers are `workers` has failed: each of them has, or so many have
-/// died that ever new processes must be dying there.
-bool has_failed(const OfMachine& machine, const std::set<TracerKey>& workers) {
+/// Returns whether a machine with the able workers `workers` has failed: each of them has, or at
+/// least two more processes have died there than it has workers.
+bool has_failed(const MachineFailures& machine, const std::set<TracerKey>& workers) {
   return machine.deaths >= 2 + workers.size() || std::ranges::includes(machine.workers, workers);
 }
 
@@ -42,24 +42,25 @@ std::vector<Failure> JobFailures::note_joined(const MachineId& machine, TracerKe
 std::optional<std::string> JobFailures::verdict(const CellRange& range,
                                                 const std::vector<AbleWorker>& able,
                                                 std::uint32_t most) const {
-  FailedMachines here;      // at the same cells
-  FailedMachines anywhere;  // at any; but workers are lost together where a network is
+  FailedMachines same_cells;  // failures at the same cells
+  FailedMachines
+      any_cells;  // failures at any cells, without losses elsewhere that a network may explain
   std::size_t trusted = 0;
   for (const Failure& failure : all_) {
     const bool same = overlap(failure.range, range);
-    for (FailedMachines* machines : {&here, &anywhere}) {
-      if (same || (machines == &anywhere && !failure.excused)) {
-        OfMachine& machine = (*machines)[failure.machine];
+    for (FailedMachines* machines : {&same_cells, &any_cells}) {
+      if (same || (machines == &any_cells && !failure.excused)) {
+        MachineFailures& machine = (*machines)[failure.machine];
         ++machine.failures;
         machine.deaths += failure.by_loss ? 1 : 0;
         machine.workers.insert(failure.worker);
       }
     }
   }
-  for (const auto& [machine, failed] : here) {
+  for (const auto& [machine, failed] : same_cells) {
     trusted += has_succeeded(machine) ? 1 : 0;
   }
-  const FailedMachines& counted = any_success() ? here : anywhere;
+  const FailedMachines& counted = any_success() ? same_cells : any_cells;
   std::map<MachineId, std::set<TracerKey>> present;
   for (const AbleWorker& worker : able) {
     present[worker.machine].insert(worker.worker);

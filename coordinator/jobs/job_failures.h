@@ -20,8 +20,8 @@ struct Failure {
   TracerKey worker = 0;  ///< the process
   std::string name;      ///< of the worker
   std::string reason;
-  bool by_loss = false;  ///< the worker did not say so: it was lost
-  bool excused = false;  ///< it was lost, and perhaps it is the network's fault
+  bool by_loss = false;  ///< the worker was lost and did not report the failure itself
+  bool excused = false;  ///< the network may have caused the loss
 };
 
 /// A worker that could get a lease now.
@@ -30,18 +30,18 @@ struct AbleWorker {
   TracerKey worker = 0;
 };
 
-/// The failures at one job, and whether they are the job's fault.
+/// Collects the failures at one job and decides whether the job is at fault.
 ///
-/// A job is at fault when no machine can trace it, or no machine certain cells of it. A machine has
-/// failed at a job when each of its workers has, or when many of its workers have died: one that
-/// dies with every lease comes back as another process each time. As long as a machine that has not
-/// failed may still get a lease, only machines that have traced other cells of the job count.
+/// A job is at fault if no machine can trace it, or if no machine can trace certain cells of it. A
+/// machine has failed at a job when each of its workers has failed, or when many of its workers
+/// have died. (A worker that dies with every lease returns as a new process each time.) While other
+/// machines may still get a lease, only machines that have traced other cells of the job count.
 ///
-/// Plain state, no clock. One thread.
+/// Not thread-safe. Reads no clock.
 class JobFailures {
  public:
   void add(Failure failure) { all_.push_back(std::move(failure)); }
-  /// A result of that machine was accepted.
+  /// Notes that a result of this machine was accepted.
   void note_success(const MachineId& machine) { succeeded_.insert(machine); }
   [[nodiscard]] bool any_success() const { return !succeeded_.empty(); }
   [[nodiscard]] bool has_succeeded(const MachineId& machine) const {
@@ -49,13 +49,14 @@ class JobFailures {
   }
   [[nodiscard]] const std::vector<Failure>& all() const { return all_; }
 
-  /// A worker has joined. The same process as before: it was not lost, and its losses are struck
-  /// out. Another process of the same name or machine: a loss there was a death. Returns these.
+  /// Notes that a worker has joined. Removes the losses of the same process, because it was not
+  /// lost. Losses of another process of the same name or machine become deaths; returns those.
   std::vector<Failure> note_joined(const MachineId& machine, TracerKey worker,
                                    const std::string& name);
 
-  /// Whether the job is at fault after a failure at `range`, given the workers that could get a
-  /// lease of it. `most`: as --max-failures. Returns who has failed, for people.
+  /// Decides whether the job is at fault after a failure at `range`. `able`: the workers that could
+  /// get a lease of it. `most`: --max-failures. Returns how many machines failed, for people;
+  /// nothing if the job is not at fault.
   [[nodiscard]] std::optional<std::string> verdict(const CellRange& range,
                                                    const std::vector<AbleWorker>& able,
                                                    std::uint32_t most) const;

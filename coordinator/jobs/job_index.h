@@ -12,42 +12,42 @@
 
 namespace parray::coordinator {
 
-/// Finds jobs by what messages ask for, so that no message looks at all jobs. Every call takes
-/// logarithmic time in the number of jobs; those that return frames, linear time in the frames.
+/// Finds jobs by the keys in messages, so that no message needs to look at all jobs. Every call
+/// takes logarithmic time in the number of jobs, plus linear time in the frames that it returns.
 ///
-/// Holds pointers: a job stays where it is until remove(). Plain state. One thread.
+/// Holds pointers: a job must not move in memory until remove(). Not thread-safe.
 class JobIndex {
  public:
-  /// The jobs that people see as one, by number of the frame: a series, or a single job.
+  /// The jobs that clients see under one number, by frame number: a series or a single job.
   using Frames = std::map<std::pair<std::uint32_t, JobId>, Job*>;
 
-  /// A new job. Its user, token, series, frame and size do not change from now on.
+  /// Adds a job. Its user, token, series, frame and size must not change afterwards.
   void add(Job& job);
   void remove(const Job& job);
-  /// The job has ended, or is queued again.
+  /// Notes that the job has ended, or that it is queued again.
   void note_ended(const Job& job);
   void note_open(const Job& job);
 
-  /// The job that was submitted with a token of that name (see name_in_token()). 0: there is none.
+  /// Finds the job whose token has this name (see name_in_token()). 0: none has it.
   [[nodiscard]] JobId by_token(const std::string& user, const std::string& name) const;
-  /// By the number that people see.
+  /// Returns all jobs by the number under which clients see them.
   [[nodiscard]] const std::map<JobId, Frames>& listed() const { return listed_; }
-  /// Null: no job is listed under that number.
+  /// Finds the frames with this number. Null: there are none.
   [[nodiscard]] const Frames* listed_as(JobId number) const;
-  /// Of jobs that have not ended, oldest first.
+  /// Returns the jobs that have not ended, oldest first.
   [[nodiscard]] const std::set<JobId>& open() const { return open_; }
 
-  /// The numbers under which no job is unfinished; frames of a series may still be to come.
+  /// Returns the numbers under which no job is unfinished. A series may still get more frames.
   [[nodiscard]] const std::set<JobId>& ended() const { return ended_; }
 
-  /// What a user has in unfinished jobs, without those listed under `but`. A series counts as one
-  /// job, with the pixels of its largest frame.
+  /// The unfinished jobs of a user. A series is one job with the pixels of its largest frame.
   struct Open {
     std::size_t jobs = 0;
     std::uint64_t pixels = 0;
   };
+  /// Counts a user's unfinished jobs, without those listed under `but`.
   [[nodiscard]] Open open_of(const std::string& user, JobId but) const;
-  /// The pixels of the largest frame that is listed under a number and unfinished; 0: none is.
+  /// Returns the pixels of the largest unfinished frame under a number. 0: there is none.
   [[nodiscard]] std::uint64_t open_pixels(const std::string& user, JobId number) const;
 
  private:
@@ -67,7 +67,7 @@ class JobIndex {
   std::map<std::string, OfUser> users_;
 };
 
-/// The same frames, for the functions of series.h.
+/// Converts frames for the functions of series.h.
 Series series_of(const JobIndex::Frames& frames);
 
 }  // namespace parray::coordinator

@@ -1,4 +1,3 @@
-
 #include <algorithm>
 
 #include "coordinator/disputes/dispute_desk.h"
@@ -7,11 +6,10 @@
 
 namespace parray::coordinator {
 
-/// Whether so many bytes more are within memory. What is kept of ended jobs makes room, the oldest
-/// first; the last picture only if nothing else can.
+/// Drops data of the oldest ended jobs first, and the last picture only if there is no other way.
 bool JobBook::make_room(std::uint64_t bytes) {
   if (farm_.store != nullptr) {
-    return memory_in_use() + bytes <= farm_.options.memory;  // nothing of ended jobs is in memory
+    return memory_in_use() + bytes <= farm_.options.memory;  // the store keeps ended jobs
   }
   std::uint64_t in_use = memory_in_use() + bytes;
   std::uint64_t kept = 0;
@@ -23,7 +21,7 @@ bool JobBook::make_room(std::uint64_t bytes) {
     at_work = at_work || job.work;
   }
   if (in_use - kept > farm_.options.memory) {
-    return false;  // in vain
+    return false;  // dropping everything would not suffice
   }
   for (auto& [id, job] : farm_.jobs) {
     if (in_use <= farm_.options.memory) {
@@ -62,8 +60,8 @@ std::uint64_t JobBook::memory_in_use() const {
   return bytes;
 }
 
-/// Whether each job that waits has room beside the scenes of all, with one more that needs so much,
-/// a scene of so many bytes included: else nobody's turn would come.
+/// Returns whether memory suffices for all scenes and the largest picture of the open jobs and a
+/// new job that needs `needed` bytes with its scene. Otherwise some job could never start.
 bool JobBook::fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) const {
   std::uint64_t scenes = scene;
   std::uint64_t largest = needed - scene;
@@ -74,7 +72,6 @@ bool JobBook::fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) cons
   return scenes + largest <= farm_.options.memory;
 }
 
-/// What an unfinished job lacks, for people; empty: nothing.
 std::string JobBook::waits_for(const Job& job) const {
   if (job.ended() || job.record.state == JobState::paused) {
     return {};
@@ -89,12 +86,12 @@ std::string JobBook::waits_for(const Job& job) const {
     const bool held_back =
         std::ranges::any_of(farm_.workers, [](const auto& w) { return w.second.held_back; });
     return farm_.workers.size() == 0     ? "no workers connected"
-           : farm_.workers.all_drained() ? "all workers are drained (parray workers readmit NAME)"
-           : held_back ? "all workers failed where others succeeded and wait (parray workers)"
-                       : "no worker whose results can be trusted";
+           : farm_.workers.all_drained() ? "workers: all are drained (parray workers readmit NAME)"
+           : held_back ? "workers: all failed at leases that others traced (parray workers)"
+                       : "workers: all are drained or in quarantine (parray workers)";
   }
   if (job.phase == JobPhase::waiting && memory_in_use() + memory_of(job) > farm_.options.memory) {
-    return "memory: other jobs are being rendered";
+    return "memory: the coordinator renders other jobs first";
   }
   return job.work ? disputes_.referee().wait(farm_.now, job.work->generation) : "";
 }

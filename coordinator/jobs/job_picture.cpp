@@ -135,14 +135,14 @@ void JobPicture::replay(std::string_view entry) {
     begin_pass();
   }
   if (!collector_ || passes_->pass() != pass) {
-    throw DecodeError("rows of a pass that has not begun");
+    throw DecodeError("cells of a pass that has not begun");
   }
   const auto take_range = [&] {
     CellRange range;
     range.begin = in.get<std::uint64_t>();
     range.end = in.get<std::uint64_t>();
     if (range.begin >= range.end || range.end > plan()->cells()) {
-      throw DecodeError("rows of cells that there are not");
+      throw DecodeError("cells outside the work plan");
     }
     return range;
   };
@@ -169,9 +169,10 @@ void JobPicture::replay(std::string_view entry) {
 }
 
 std::uint64_t JobPicture::memory(const RenderSettings& settings) {
-  // Framebuffer 76; at the end image 12, counts and half-widths 16, the noise model about 60.
+  // Bytes per pixel: framebuffer 76; at the end image 12, counts and half-widths 16, noise model
+  // about 60.
   constexpr std::uint64_t even = 170;
-  constexpr std::uint64_t in_passes = 60;  // samples of each pixel, allocation
+  constexpr std::uint64_t in_passes = 60;  // samples per pixel and their allocation
   constexpr std::uint64_t replicates = 40;
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
   return pixels * (even + (settings.in_passes() ? in_passes : 0) +

@@ -18,79 +18,81 @@
 
 namespace parray::coordinator {
 
-/// What the coordinator needs to know of a scene.
+/// The facts about a scene that the coordinator needs.
 struct SceneFacts {
   explicit SceneFacts(const Scene& scene);
   Requirements requirements;
   double largest_radiance;
 };
 
-/// A job's picture under way: framebuffer, passes, what is in of the pass that is being traced, and
-/// the log from which another life of the job goes on. The same under messages and over a window.
+/// The unfinished picture of a job: framebuffer, passes, the merged cells of the current pass, and
+/// the entries of the log from which a later process resumes. Both transports use it.
 ///
-/// Plain state; one thread at a time.
+/// Not thread-safe.
 class JobPicture {
  public:
-  /// `settings` are resolved. `begun`: samples of the passes of earlier lives. `tile`: see
-  /// WorkPlan. `large_pages`: see Framebuffer. `judge`: see PassController.
+  /// `settings` must be resolved. `begun`: samples of the passes that earlier processes began.
+  /// `tile`: see WorkPlan. `large_pages`: see Framebuffer. `judge`: see PassController.
   JobPicture(const RenderSettings& settings, const SceneFacts& scene,
              std::vector<std::uint64_t> begun = {}, std::uint32_t tile = 0, bool large_pages = true,
              PictureJudge judge = {});
 
-  /// See Framebuffer::touch(): for pictures whose passes are sized by the time they take.
+  /// Calls Framebuffer::touch(), for pictures with a time limit.
   void touch(std::size_t part, std::size_t parts) { framebuffer_.touch(part, parts); }
 
-  /// Begins the first or, when all of a pass is in, the next pass; false when the picture is
-  /// complete.
+  /// Begins the first pass, or the next pass when all cells of the current one are merged. Returns
+  /// false if the picture is complete.
   bool begin_pass(const PassTimes& times = {});
 
-  /// Merges what `tracer`, a machine_key(), has traced of the current pass.
+  /// Merges cells of the current pass that `tracer`, a machine_key(), has traced.
   ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced) {
     return collector_->take(tracer, traced);
   }
-  /// The same with the digests of its records and its cells at hand.
+  /// Does the same if the digests and cells of `traced` are known already.
   ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced,
                               std::vector<std::uint64_t> digests, std::span<const Cell> cells) {
     return collector_->take(tracer, traced, std::move(digests), cells);
   }
 
-  /// Sets back what `tracer` has traced, because it returned wrong bits. A picture in passes starts
-  /// all over again (`restarted`), because its sums decided what its passes are.
+  /// What retract() changed.
   struct Retraction {
-    std::vector<CellRange> cells;  ///< to be traced again; none if it traced nothing
-    bool restarted = false;
-    std::vector<CellRange> unchecked;  ///< still in, but only `tracer` had checked them
+    std::vector<CellRange> cells;      ///< to trace again; none if the tracer traced nothing
+    bool restarted = false;            ///< the picture began again from its first pass
+    std::vector<CellRange> unchecked;  ///< still merged, but only the tracer had checked them
   };
+  /// Removes the cells that `tracer` has traced, because it returned wrong bits. A picture in
+  /// passes restarts, because the wrong sums have influenced its passes.
   Retraction retract(TracerKey tracer);
-  /// Notes that `tracer` got the merged bits for the range, too.
+  /// Notes that `tracer` has checked the range and got the merged bits.
   void note_check(TracerKey tracer, const CellRange& range) {
     collector_->note_check(tracer, range);
   }
-  /// Share of the cells, 0 to 1, of all passes so far, that were traced twice with equal bits.
+  /// Returns the share, 0 to 1, of the merged cells that were traced twice with equal bits.
   [[nodiscard]] double checked_share() const;
   /// Returns whether `tracer` has traced or checked cells in this pass or an earlier one.
   [[nodiscard]] bool relies_on(TracerKey tracer) const;
 
-  /// Entries of the job's log. The first is for cells as pack_cells() has them.
+  /// Returns the log entry of merged cells. `packed`: the output of pack_cells().
   [[nodiscard]] std::string cells_entry(TracerKey tracer, const CellRange& range,
                                         std::string_view packed) const {
     return cells_entry(passes_->pass(), tracer, range, packed);
   }
-  /// The same of any pass.
+  /// Does the same for any pass.
   static std::string cells_entry(std::uint32_t pass, TracerKey tracer, const CellRange& range,
                                  std::string_view packed);
+  /// Returns the log entry of note_check() or retract().
   [[nodiscard]] std::string check_entry(TracerKey tracer, const CellRange& range) const;
   [[nodiscard]] std::string retraction_entry(const std::vector<CellRange>& cells) const;
-  /// Adds to the journal; returns the log's entry of it.
+  /// Adds an entry to the journal. Returns its log entry.
   std::string journal_entry(const JournalEntry& entry);
   [[nodiscard]] const Journal& journal() const { return journal_; }
-  /// Everything of earlier lives is in.
+  /// Must follow the last replay().
   void end_replay() { passes_->begin_timing(framebuffer_); }
-  /// Takes in an entry of an earlier life, in the order in which they were written; begins the
-  /// passes that the entries belong to. Throws DecodeError.
+  /// Applies a log entry of an earlier process. Entries must come in the order of their writing.
+  /// Begins their passes. Throws DecodeError.
   void replay(std::string_view entry);
 
-  /// Whether there is a pass; without one there is no collector and no plan.
+  /// Returns whether a pass has begun. Before that, collector() and plan() must not be called.
   [[nodiscard]] bool has_begun() const { return collector_ != nullptr; }
   [[nodiscard]] const RenderSettings& settings() const { return settings_; }
   [[nodiscard]] const SceneFacts& scene() const { return scene_; }
@@ -98,15 +100,15 @@ class JobPicture {
   [[nodiscard]] const PassController& passes() const { return *passes_; }
   [[nodiscard]] ResultCollector& collector() { return *collector_; }
   [[nodiscard]] const ResultCollector& collector() const { return *collector_; }
-  /// Of the pass under way.
+  /// Returns the plan of the current pass.
   [[nodiscard]] const std::shared_ptr<const WorkPlan>& plan() const {
     return collector_->shared_plan();
   }
-  /// Of the picture as it is.
+  /// Estimates the error of the picture as it is now.
   [[nodiscard]] ErrorEstimate error() const;
   [[nodiscard]] FramebufferView view() const { return framebuffer_.view(scene_.largest_radiance); }
 
-  /// Bytes that a picture of these settings takes at most while it is under way, ending included.
+  /// Returns the most bytes of memory that such a picture needs until its report is made.
   static std::uint64_t memory(const RenderSettings& settings);
 
  private:
@@ -118,20 +120,20 @@ class JobPicture {
   PictureJudge judge_;
   Framebuffer framebuffer_;
   std::unique_ptr<PassController> passes_;
-  std::unique_ptr<ResultCollector> collector_;  ///< of the pass under way; null before the first
-  std::set<TracerKey> earlier_tracers_;         ///< of the passes before, checkers included
-  std::uint64_t earlier_cells_ = 0;             ///< likewise
-  std::uint64_t earlier_checked_ = 0;           ///< likewise
+  std::unique_ptr<ResultCollector> collector_;  ///< of the current pass; null before the first
+  std::set<TracerKey> earlier_tracers_;         ///< tracers and checkers of earlier passes
+  std::uint64_t earlier_cells_ = 0;             ///< merged cells of earlier passes
+  std::uint64_t earlier_checked_ = 0;           ///< checked cells of earlier passes
   Journal journal_;
 };
 
-/// Adds entries to the picture's journal and, where there is a store, to the job's log.
+/// Adds entries to the picture's journal and, if `store` is not null, to the job's log.
 void keep_journal(JobPicture& picture, Store* store, JobId id,
                   const std::vector<JournalEntry>& entries);
-/// That the pass under way has begun, unless the journal knows.
+/// Returns the entries for the begin of the current pass; none if the journal has them.
 std::vector<JournalEntry> begun_entries(const JobPicture& picture, double at);
 
-/// Names whoever traces across lives of the coordinator: a process of a worker, or a rank.
+/// Returns a number for a process of a worker or a rank. It depends only on the arguments.
 TracerKey tracer_key(std::string_view name, std::string_view instance);
 
 }  // namespace parray::coordinator

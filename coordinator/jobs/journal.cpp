@@ -159,7 +159,7 @@ JournalEntry get_as(ByteReader& in) {
   return entry;
 }
 
-/// Its kind, then its fields.
+/// Decodes one entry: its kind, then its fields.
 JournalEntry get_entry(ByteReader& in) {
   switch (in.get<std::uint32_t>()) {
     case 0:

@@ -13,25 +13,29 @@
 
 namespace parray::coordinator {
 
-/// What has been merged into a job's picture, by whom and when: a list that grows, about 90 bytes a
-/// lease, from which anybody can prove that every cell of every pass counts once
-/// (cli/check/audit/audit.h), and where the time went. Times are seconds since 1970.
+// The journal lists which worker traced which merged cells, and when: about 90 bytes per lease. It
+// proves that every cell of every pass counts once (cli/check/audit/audit.h), and it shows where
+// the time was spent. Times are seconds since 1970.
+
+/// A worker. It precedes the worker's first merge.
 struct JournalWorker {
   TracerKey tracer = 0;
   std::uint32_t threads = 0;
   std::string name;
 };
+/// A pass has begun.
 struct JournalPass {
   std::uint32_t pass = 0;
   std::uint64_t cells = 0;
   double at = 0;
-  ChunkGrain grain{};  ///< of its plan
+  ChunkGrain grain{};  ///< of the pass's plan
 };
-/// Where the cells of a pass lie (coordinator/jobs/work_map.h).
+/// The positions of a pass's cells, for work_map.h.
 struct JournalGrid {
   std::uint32_t pass = 0;
   GridShape shape;
 };
+/// The cells of a lease were merged.
 struct JournalMerge {
   std::uint32_t pass = 0;
   TracerKey tracer = 0;
@@ -40,10 +44,10 @@ struct JournalMerge {
   std::uint64_t samples = 0;
   double granted = 0;
   double arrived = 0;
-  double seconds = 0;        ///< spent tracing, as the worker says
-  std::uint64_t digest = 0;  ///< XXH3-64 of the packed cells; 0: they never were packed
+  double seconds = 0;        ///< tracing time that the worker reported
+  std::uint64_t digest = 0;  ///< XXH3-64 of the packed cells; 0: they were not packed
 };
-/// Cells whose results were wrong: they count as not traced.
+/// The results of these cells were wrong. They count as not traced.
 struct JournalRetraction {
   std::uint32_t pass = 0;
   double at = 0;
@@ -52,15 +56,17 @@ struct JournalRetraction {
 using JournalEntry =
     std::variant<JournalWorker, JournalPass, JournalMerge, JournalRetraction, JournalGrid>;
 
+/// The journal of one job, encoded. Not thread-safe.
 class Journal {
  public:
-  /// Returns the entry's bytes, for the job's log.
+  /// Appends an entry. Returns its bytes, for the job's log.
   std::string add(const JournalEntry& entry);
-  /// Takes in the bytes of an earlier life's entry. Throws DecodeError.
+  /// Appends the bytes of an entry that an earlier process wrote. Throws DecodeError.
   void replay(std::string_view entry);
-  /// The picture is begun again: what has been merged counts no more.
+  /// Removes all entries, because the picture restarts.
   void clear() { *this = {}; }
 
+  /// Returns whether there is a JournalWorker for `tracer`.
   [[nodiscard]] bool knows(TracerKey tracer) const { return workers_.contains(tracer); }
   [[nodiscard]] bool has_pass(std::uint32_t pass) const { return passes_.contains(pass); }
   [[nodiscard]] const std::string& bytes() const { return bytes_; }
@@ -73,7 +79,7 @@ class Journal {
   std::set<std::uint32_t> passes_;
 };
 
-/// The entries of a journal's bytes. Throws DecodeError.
+/// Decodes a journal. Throws DecodeError.
 std::vector<JournalEntry> read_journal(std::string_view bytes);
 
 }  // namespace parray::coordinator

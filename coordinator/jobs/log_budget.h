@@ -10,10 +10,10 @@
 
 namespace parray::coordinator {
 
-/// Lines that a stranger can cause, so many in a time at most: the rest are counted.
+/// Limits the log lines that strangers can cause. Counts the lines that it drops.
 class LogBudget {
  public:
-  /// `most`: lines in ten seconds.
+  /// `most`: lines per ten seconds.
   explicit LogBudget(std::shared_ptr<spdlog::logger> log, std::uint32_t most = 20)
       : log_(std::move(log)), most_(most) {}
 
@@ -24,18 +24,18 @@ class LogBudget {
   void write(Time now, spdlog::level::level_enum level, const std::string& line) {
     constexpr Time period = seconds(10);
     if (now - began_ >= period) {
-      if (swallowed_ > 0) {
-        log_->log(level, "{} more lines like these were left out", swallowed_);
+      if (dropped_ > 0) {
+        log_->log(level, "dropped {} more lines like these", dropped_);
       }
       began_ = now;
       lines_ = 0;
-      swallowed_ = 0;
+      dropped_ = 0;
     }
     if (lines_ < most_) {
       ++lines_;
       log_->log(level, line);
     } else {
-      ++swallowed_;
+      ++dropped_;
     }
   }
 
@@ -43,7 +43,7 @@ class LogBudget {
   std::uint32_t most_;
   Time began_{};
   std::uint32_t lines_ = 0;
-  std::uint64_t swallowed_ = 0;
+  std::uint64_t dropped_ = 0;
 };
 
 }  // namespace parray::coordinator

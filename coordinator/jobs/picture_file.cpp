@@ -23,7 +23,7 @@ PictureFile read_picture_file(Store& store, JobId job) {
 
 std::string flag_with(const std::string& flag, const PictureFile& kept) {
   const std::size_t old = flag.find(note_begin);
-  // A file that was restored is as good as any, but the disk is not: that note stays.
+  // The note on a restored file stays, because the disk may be defective.
   const bool mended = old != std::string::npos && flag.find("restored", old) != std::string::npos;
   if (kept.damage.empty() && (mended || !kept.bytes)) {
     return flag;

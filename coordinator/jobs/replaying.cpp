@@ -4,7 +4,7 @@
 
 namespace parray::coordinator {
 
-/// Returns what is wrong with the first row that cannot be merged; empty: nothing.
+/// Returns what is wrong with the first entry that cannot be replayed. Empty: nothing.
 static std::string replay_rows(JobPicture& picture, Store& store, JobId id) {
   std::uint64_t sound = 0;
   std::string damage;

@@ -7,14 +7,15 @@
 
 namespace parray::coordinator {
 
+/// The state of a picture after take_up().
 struct TakenUp {
-  bool complete = false;  ///< no pass is due: the picture is complete
-  std::string damage{};  ///< why rows were left out, which are to be traced again; empty: none were
+  bool complete = false;  ///< the picture is complete: no pass is due
+  std::string damage{};   ///< why cells of the log must be traced again; empty: none must
 };
 
-/// Merges the rows of earlier lives into the picture, and begins the pass that is due. At a damaged
-/// row it stops and removes that row and all later ones from the store. `store` may be null. Throws
-/// StorageFull, and what begin_pass() throws.
+/// Replays the job's log into the picture and begins the pass that is due. If an entry is damaged,
+/// removes it and all later ones from the store. `store` may be null. Throws StorageFull, and what
+/// begin_pass() throws.
 TakenUp take_up(JobPicture& picture, Store* store, JobId id);
 
 }  // namespace parray::coordinator

@@ -15,10 +15,10 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
-/// Pixels with samples that were not finite, in the report: enough to find the cause.
+/// Number of pixels with non-finite samples that a report lists: enough to find the cause.
 static constexpr std::size_t most_located = 20;
 
-/// As asked for; the mean where pixels have different numbers.
+/// Returns the requested number, or the mean if pixels have different numbers.
 static json samples_per_pixel_of(const JobPicture& job) {
   const RenderSettings& s = job.settings();
   if (!s.in_passes()) {
@@ -59,7 +59,7 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
   }
   const auto [least, most] =
       std::minmax_element(framebuffer.samples().begin(), framebuffer.samples().end());
-  // Building is no tracing: it stands under its own name.
+  // The report states the build time separately.
   const double tracing = std::max(facts.render_seconds - facts.build_seconds, 0.0);
   const double rate = tracing > 0 ? 1 / tracing : 0;
   json report = settings_in_report(job.settings());
@@ -105,9 +105,9 @@ PictureDetail kept_detail(const WorkSettings& settings) {
 }
 
 PassTimes ending_times(const RenderSettings& settings, std::uint64_t samples, double elapsed) {
-  constexpr double resolving = 70e-9;  // of one pixel: its mean, its part of the hash, its memory
-  constexpr double stating = 130e-9;
-  constexpr double deciding = 70e-9;  // where an adaptive pass's samples go, from the pilot on
+  constexpr double resolving = 70e-9;  // seconds per pixel: mean, part of the hash, memory
+  constexpr double stating = 130e-9;   // for the error of a pixel
+  constexpr double deciding = 70e-9;   // for the samples of a pixel in an adaptive pass
   const auto pixels = static_cast<double>(std::uint64_t{settings.width} * settings.height);
   const bool placed = settings.adaptive && static_cast<double>(samples) >= pilot_samples * pixels;
   return {elapsed + resolving * pixels, 0, placed ? deciding * pixels : 0, stating * pixels};

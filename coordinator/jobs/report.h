@@ -13,48 +13,50 @@
 
 namespace parray::coordinator {
 
-/// What a report says of how the work went.
+/// What a report says about the render itself.
 struct RenderFacts {
   double render_seconds = 0;            ///< from the first lease to the last result
-  double deciding_seconds = 0;          ///< of those, deciding on passes; nobody traces meanwhile
-  double trace_seconds = 0;             ///< of all workers, spent tracing, together
-  double build_seconds = 0;             ///< the longest of any worker
+  double deciding_seconds = 0;          ///< part of these for planning passes, without any tracing
+  double trace_seconds = 0;             ///< sum of the tracing times of all workers
+  double build_seconds = 0;             ///< the longest of any worker, for its accelerator
   std::uint64_t accelerator_bytes = 0;  ///< the largest of any worker
   std::string isa;
   std::uint32_t threads = 0;
   std::size_t workers = 0;
 };
 
-/// What is left to do for a picture of these settings when all samples are in, as PassTimes has it:
-/// `elapsed` seconds have gone, and it has `samples`. From the number of pixels, at what one costs
-/// on a core of about 2 GHz, with a margin.
+/// Estimates the times of the work that follows the last sample, after `elapsed` seconds and
+/// `samples` samples. The estimate uses the number of pixels and the cost of one pixel on a core of
+/// about 2 GHz, with a margin.
 PassTimes ending_times(const RenderSettings& settings, std::uint64_t samples, double elapsed);
 
-/// The image as far as it has been traced; pixels without a sample are filled.
+/// The image of an unfinished picture. Pixels without a sample are filled.
 struct ShownImage {
   Image image;
   Fill fill;
 };
+/// Makes the image from the current sums.
 ShownImage shown_image(const JobPicture& picture);
 
 /// A picture that is complete.
 struct FinishedPicture {
   PictureParts picture;
-  /// JSON; its fields are described in cli/REFERENCE.md, "The report": everything but what the
-  /// client adds (seconds spent writing).
+  /// JSON with the fields of cli/REFERENCE.md, "The report", except the seconds spent writing. The
+  /// client adds those.
   std::string report;
 };
-/// What is kept of the picture of a job with these settings.
+/// Returns which parts of a picture with these settings the coordinator keeps.
 PictureDetail kept_detail(const WorkSettings& settings);
 
+/// Makes picture and report. All samples must be merged.
 FinishedPicture finish_picture(const JobPicture& picture, const JobRecord& record,
                                const RenderFacts& facts);
 
-/// Figures as the map `error` of reports and job maps, null where unknown.
+/// Returns the map `error` of reports and job maps. Unknown figures are null.
 nlohmann::json error_to_json(const ErrorFigures& error);
-/// Inverse; whatever is no such map, or has no such number, is unknown.
+/// Reads such a map. Missing and invalid figures are unknown.
 ErrorFigures error_from_json(const nlohmann::json& map);
-/// Of the text of a report; empty: unknown.
+/// Reads the figures from the text of a report. Empty text: all are unknown.
 ErrorFigures error_in(const std::string& report);
 
 }  // namespace parray::coordinator

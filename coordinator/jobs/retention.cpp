@@ -1,4 +1,4 @@
-// What is kept, and for how long.
+// Decides which jobs and files the coordinator keeps, and for how long.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -19,7 +19,6 @@ constexpr const char* progress_note = "progress";  // shares of unfinished jobs,
 
 }  // namespace
 
-/// Every now and then: what is too old goes, and what is too much.
 void JobBook::keep_house(Time now) {
   if (now < next_housekeeping_) {
     return;
@@ -33,13 +32,13 @@ void JobBook::keep_house(Time now) {
     }
   }
   for (const JobId id : old) {
-    forget_job(id, "because of its age");
+    forget_job(id, "because of its age (--keep-days)");
   }
   if (farm_.store == nullptr) {
     return;
   }
   keep_farm_notes();
-  farm_.for_log("tidying up and adding up what the jobs keep")
+  farm_.for_log("removing old files and counting the bytes of jobs")
       .give([this, store = farm_.store,
              keep_lost = farm_.options.limits.keep_lost_seconds]() -> JobThread::Completion {
         store->tidy(keep_lost);
@@ -47,7 +46,7 @@ void JobBook::keep_house(Time now) {
       });
 }
 
-/// What the next life cannot know otherwise: the uptime, and how far jobs are.
+/// Stores what the next process cannot compute: the uptime and the progress of jobs.
 void JobBook::keep_farm_notes() {
   nlohmann::json progress = nlohmann::json::object();
   for (const auto& [id, job] : farm_.jobs) {
@@ -64,7 +63,7 @@ void JobBook::keep_farm_notes() {
   }
   uptime_kept_ = later ? farm_.uptime() : uptime_kept_;
   progress_kept_ = text;
-  farm_.for_log("keeping the uptime and the progress of jobs")
+  farm_.for_log("storing the uptime and the progress of jobs")
       .give([store = farm_.store, text, seconds_up = farm_.uptime()]() -> JobThread::Completion {
         store->put_note(progress_note, text);
         store->put_note(uptime_note, std::to_string(static_cast<std::uint64_t>(seconds_up)));
@@ -87,13 +86,13 @@ void JobBook::restore_farm_notes() {
 
 void JobBook::note_damaged_rows(Job& job, const std::string& damage) {
   if (!damage.empty()) {
-    farm_.note(job, "rows that were kept are damaged and will be traced again: " + damage);
-    farm_.log->warn("job {}: {}: the rest will be traced again", job.record.id, damage);
+    farm_.note(job, "stored results are damaged and will be traced again: " + damage);
+    farm_.log->warn("job {}: {}: workers will trace the rest again", job.record.id, damage);
     farm_.keep(job);
   }
 }
 
-/// Jobs that have ended make room, the oldest first.
+/// Takes over a new count. Forgets the oldest ended jobs if there is too little room.
 void JobBook::note_usage(Store::Usage usage) {
   usage_ = std::move(usage);
   make_room_on_disk();
@@ -130,10 +129,9 @@ void JobBook::make_room_on_disk() {
   }
 }
 
-/// Of an ended job nothing is left.
 void JobBook::forget_job(JobId id, const std::string& why) {
   const auto found = farm_.jobs.find(id);
-  farm_.log->info("job {} '{}' forgotten {}", id, found->second.record.name, why);
+  farm_.log->info("forgot job {} '{}' {}", id, found->second.record.name, why);
   const auto used = usage_.jobs.find(id);
   if (used != usage_.jobs.end()) {
     std::uint64_t& disk = disk_of_[found->second.record.user];
@@ -151,7 +149,6 @@ void JobBook::forget_job(JobId id, const std::string& why) {
   }
 }
 
-/// A job, or all frames of a series.
 void JobBook::forget_all(const Series& listed, const std::string& why) {
   const JobId number = listed.front()->record.listed_as();
   std::vector<JobId> ids;

@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-/// How many frames are in which state, and what they have come to together.
+/// Number of frames in each state, and sums over all frames.
 struct Totals {
   std::uint32_t unfinished = 0;
   std::uint32_t paused = 0;
@@ -26,7 +26,7 @@ struct Totals {
   double samples_per_second = 0;
 };
 
-/// Frames that have come, of all that there are to be.
+/// Returns the number of frames that the series will have.
 std::uint32_t all_frames(const Series& series) {
   std::uint32_t frames = 0;
   for (const Job* job : series) {
@@ -48,7 +48,7 @@ Totals totals_of(const Series& series, Time now) {
     totals.progress += job->ended() ? 1 : job->progress(now);
     totals.samples_left += job->ended() ? 0 : job->samples_left(now);
     totals.begun += job->ended() || (job->work && job->work->started != never) ? 1 : 0;
-    // The frame before may have its last leases out: each alone knows the speed of all workers.
+    // Two frames may be traced at a time; each speed is that of all workers.
     totals.samples_per_second = std::max(totals.samples_per_second, job->samples_per_second(now));
   }
   totals.samples_left *=
@@ -76,7 +76,7 @@ const Job& first_in(const Series& series, JobState state) {
   return **std::ranges::find_if(series, [&](const Job* j) { return j->record.state == state; });
 }
 
-/// Why not all of it is being rendered, or was; empty: it is.
+/// Returns why frames are not rendered. Empty: all are, or were.
 std::string reason_of(const Series& series, const Totals& totals) {
   if (totals.failed > 0) {
     const JobRecord& first = first_in(series, JobState::failed).record;
@@ -92,7 +92,7 @@ std::string reason_of(const Series& series, const Totals& totals) {
              : "";
 }
 
-/// The first that there is, with its frame.
+/// Returns the first flag, with its frame. Empty: no frame has one.
 std::string flag_of(const Series& series) {
   const auto found =
       std::ranges::find_if(series, [](const Job* j) { return !j->record.flag.empty(); });
@@ -138,9 +138,8 @@ json series_summary(const Series& series, Time now, const std::string& waits_for
   summary["flag"] = flag_of(series);
   summary["whole"] = false;
   if (totals.unfinished == 0 && state == JobState::queued) {
-    summary["waits_for"] =
-        fmt::format("{} of {} frames that have not been submitted: the same parray submit goes on",
-                    totals.missing, frames);
+    summary["waits_for"] = fmt::format(
+        "{} of {} frames: repeat the same parray submit to submit them", totals.missing, frames);
   }
   return summary;
 }

@@ -9,21 +9,20 @@
 
 namespace parray::coordinator {
 
-/// Frames that people see as one job; each is a job of its own. By number of the frame; not empty.
+/// Frames that clients see as one job; each is a job of its own. Sorted by frame; not empty.
 using Series = std::vector<const Job*>;
 
-/// Whether nothing more will come of it: all frames have been submitted and have ended, or those
-/// that were not never will be, since some were cancelled.
+/// Returns whether the series has ended: all submitted frames have ended, and no more will come.
+/// More come until all are submitted or some are cancelled.
 bool has_ended(const Series& series);
 
-/// The first frame that has not ended; null: none.
+/// Returns the first frame that has not ended. Null: all have.
 const Job* first_unfinished(const Series& series);
 
-/// The job map of PROTOCOL.md of a whole series; `waits_for` is what its first unfinished frame
-/// lacks.
+/// Returns a series' job map of PROTOCOL.md. `waits_for`: what the first unfinished frame lacks.
 nlohmann::json series_summary(const Series& series, Time now, const std::string& waits_for);
 
-/// `frame_list` of that map: at most 1000 frames, those from this number on.
+/// Returns `frame_list` of that map: at most 1000 frames, from the number `from` on.
 nlohmann::json frame_list(const Series& series, std::uint32_t from);
 
 }  // namespace parray::coordinator

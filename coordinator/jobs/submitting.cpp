@@ -1,4 +1,4 @@
-// Submitted jobs: what the coordinator takes in, and why not.
+// Accepts submitted jobs, or refuses them with a reason.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ std::string megabytes(std::uint64_t bytes) {
 
 }  // namespace
 
-/// A submitted job that the job_thread has looked at.
+/// A submitted job that the job thread has checked.
 struct JobBook::Accepted {
   Job job;
   std::string refusal;
@@ -45,13 +45,13 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
       farm_.fail_request(
           peer, m.request, 2,
           "job " + std::to_string(id) +
-              " was submitted with this Idempotency-Key, and with another content: take "
-              "another key for another job");
+              " was submitted with this Idempotency-Key and different content: use a new key for "
+              "a new job");
     }
     return;
   }
   if (submitting_.contains(token)) {
-    return;  // its answer is on its way
+    return;  // the first submit will be answered
   }
   const auto accepted = std::make_shared<Accepted>();
   accepted->job.next_epoch = farm_.options.first_epoch;
@@ -69,23 +69,24 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     check_limits(record);
     if (m.settings.target_denoised && !farm_.options.judge_of) {
       throw InputError(
-          "a coordinator does not trace, and cannot tell the error of a denoised "
-          "picture: render it in one process, or let the target count the samples'");
+          "a coordinator does not trace and cannot estimate the error of a denoised picture: "
+          "render it with parray render, or set the target for the picture before denoising");
     }
     const std::uint64_t needed = JobPicture::memory(m.settings) + m.scene.size();
     if (needed > farm_.options.memory) {
-      throw InputError("its picture takes " + megabytes(needed) +
+      throw InputError("the picture needs " + megabytes(needed) +
                        " of memory, and this coordinator has " + megabytes(farm_.options.memory) +
                        ": raise --memory, or render fewer pixels");
     }
     if (farm_.store == nullptr &&
         !(fits_beside_scenes(needed, m.scene.size()) && make_room(m.scene.size()))) {
       throw NoRoom("this coordinator's memory, " + megabytes(farm_.options.memory) +
-                   ", is full of waiting scenes: wait, raise --memory, or keep them with --state");
+                   ", is full of waiting scenes: wait, raise --memory, or store them with --state");
     }
     accepted->ticket = farm_.scenes_waiting.admit(peer, m.scene.size());
     if (!accepted->ticket) {
-      throw NoRoom("scenes that wait to be kept fill a quarter of this coordinator's memory: wait");
+      throw NoRoom(
+          "scenes that wait for the disk fill a quarter of this coordinator's memory: wait");
     }
     if (!record.series.empty() && record.series_id == 0) {
       record.series_id = next_job_++;
@@ -117,7 +118,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     Job& job = accepted->job;
     try {
       job.record.scene = scene.identity();
-      const auto decoded = scene.scene();  // or it is no scene at all
+      const auto decoded = scene.scene();  // throws if it is not a scene
       job.spheres = decoded->spheres.size();
       check_targets(job.record.settings, largest_radiance(*decoded));
       if (store != nullptr) {
@@ -126,7 +127,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
       } else {
         job.scene = scene;
       }
-    } catch (const ChecksumError&) {  // damaged on its way: the client repeats it
+    } catch (const ChecksumError&) {  // damaged in transit: the client repeats it
       return {[this, accepted] { submitting_.erase(name_in_token(accepted->job.record.token)); },
               {}};
     } catch (const DecodeError& error) {
@@ -162,8 +163,7 @@ void JobBook::accept_job(const PeerId& peer, std::uint64_t request, Accepted& ac
   list_open_jobs();
 }
 
-/// A frame that comes later is treated like those that are there. Throws InputError where they were
-/// cancelled.
+/// Gives a new frame the priority and pause of its series. Throws InputError for a cancelled one.
 void JobBook::join_series(JobRecord& record) {
   const auto known = series_.find({record.user, record.series});
   if (record.series.empty() || known == series_.end()) {
@@ -175,8 +175,10 @@ void JobBook::join_series(JobRecord& record) {
   if (open == frames.end()) {
     if (std::ranges::any_of(
             frames, [](const Job* job) { return job->record.state == JobState::cancelled; })) {
-      throw InputError(fmt::format("series {} was cancelled: parray requeue it, or forget it",
-                                   record.series_id));
+      throw InputError(
+          fmt::format("series {0} was cancelled: use parray requeue {0} or "
+                      "parray forget {0}",
+                      record.series_id));
     }
     return;
   }
@@ -199,19 +201,18 @@ std::uint64_t pixels_of(const JobRecord& record) {
 
 }  // namespace
 
-/// Whether one more job may wait to be rendered. Throws InputError.
 void JobBook::check_limits(const JobRecord& record) const {
   const Limits& limits = farm_.options.limits;
   const std::string whose = record.user.empty() ? "you have" : "'" + record.user + "' has";
   if (pixels_of(record) > limits.pixels) {
     throw InputError(
-        fmt::format("its picture has {} pixels, and this coordinator takes {}: render "
+        fmt::format("the picture has {} pixels, and this coordinator allows {}: render "
                     "fewer, or raise --max-pixels",
                     pixels_of(record), limits.pixels));
   }
   const JobIndex::Open others = farm_.index.open_of(record.user, record.listed_as());
   const std::size_t jobs = others.jobs;
-  // Of a series one frame at a time.
+  // A series counts with its largest frame.
   const std::uint64_t pixels =
       others.pixels +
       std::max(pixels_of(record), farm_.index.open_pixels(record.user, record.listed_as()));
@@ -219,31 +220,31 @@ void JobBook::check_limits(const JobRecord& record) const {
   const std::uint64_t disk = record.scene_bytes + (used == disk_of_.end() ? 0 : used->second);
   if (jobs >= limits.user_jobs) {
     throw NoRoom(
-        fmt::format("{} {} unfinished jobs, as many as may be: wait, cancel one, or "
+        fmt::format("{} {} unfinished jobs, the limit per user: wait, cancel one, or "
                     "raise --max-user-jobs",
                     whose, jobs));
   }
   if (pixels > limits.user_pixels) {
     throw NoRoom(
-        fmt::format("with it {} {} pixels in unfinished jobs, more than {}: wait, or "
+        fmt::format("with this job {} {} pixels in unfinished jobs, more than {}: wait, or "
                     "raise --max-user-pixels",
                     whose, pixels, limits.user_pixels));
   }
   if (disk > limits.user_disk) {
     throw NoRoom(
-        fmt::format("with it {} {} on this coordinator's disk, more than {}: parray "
-                    "forget some jobs, or raise --max-user-disk",
+        fmt::format("with this job {} {} on this coordinator's disk, more than {}: remove jobs "
+                    "with parray forget, or raise --max-user-disk",
                     whose, gigabytes(disk), gigabytes(limits.user_disk)));
   }
   if (usage_.total + record.scene_bytes > limits.disk) {
     throw NoRoom(
-        fmt::format("this coordinator's jobs take {} of its disk, of {} that they "
-                    "may: parray forget some, or raise --max-disk",
+        fmt::format("this coordinator's jobs use {} of its disk, and the limit is {}: remove jobs "
+                    "with parray forget, or raise --max-disk",
                     gigabytes(usage_.total), gigabytes(limits.disk)));
   }
 }
 
-/// Forgets the oldest that has ended when there are too many.
+/// Forgets the oldest ended job or series if there are too many. Throws NoRoom if none has ended.
 void JobBook::make_room_for_job() {
   const auto& listed = farm_.index.listed();
   if (listed.size() + submitting_.size() <= farm_.options.limits.jobs) {
@@ -257,10 +258,10 @@ void JobBook::make_room_for_job() {
     return;
   }
   const auto oldest = std::ranges::find_if(farm_.index.ended(), [&](JobId number) {
-    return has_ended(series_of(listed.at(number)));  // and lacks no frame
+    return has_ended(series_of(listed.at(number)));  // a series may get more frames
   });
   if (oldest == farm_.index.ended().end()) {
-    throw NoRoom("this coordinator has its " + std::to_string(farm_.options.limits.jobs) +
+    throw NoRoom("this coordinator already has " + std::to_string(farm_.options.limits.jobs) +
                  " jobs and none has ended: wait, cancel one, or raise --max-jobs");
   }
   forget_all(series_of(listed.at(*oldest)), "to make room");

@@ -15,7 +15,7 @@ class Mapper {
     map_.width = width;
     map_.height = height;
     map_.seconds.resize(std::size_t{width} * height);
-    map_.tracer.resize(map_.seconds.size(), WorkMap::nobody);
+    map_.tracer.resize(map_.seconds.size(), WorkMap::no_worker);
   }
 
   void take(const JournalWorker& e) {
@@ -34,7 +34,7 @@ class Mapper {
     const auto worker = workers_.find(e.tracer);
     if (grid == grids_.end()) return;
     if (worker == workers_.end() || e.range.end > grid->second.cells()) {
-      throw DecodeError("journal: a lease of cells, or by somebody, that there is not");
+      throw DecodeError("journal: a lease with unknown cells or an unknown worker");
     }
     const std::vector<Cell> cells = grid->second.cells_of(e.range);
     double samples = 0;
@@ -51,7 +51,7 @@ class Mapper {
       }
     }
   }
-  /// The time was spent all the same; whoever traces them again is written down then.
+  /// The time counts nevertheless. A later merge names the worker that traced the cells again.
   void take(const JournalRetraction& /*entry*/) {}
 
   WorkMap result() { return std::move(map_); }

@@ -9,22 +9,21 @@
 
 namespace parray::coordinator {
 
-/// Where the time of a job went, and who traced what, by its journal.
+/// Shows how much time each pixel of a job took and which worker traced it, from the journal.
 struct WorkMap {
-  static constexpr std::uint32_t nobody = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint32_t no_worker = std::numeric_limits<std::uint32_t>::max();
 
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  /// Seconds of one thread that each pixel took, image order: those of a lease, all that its worker
-  /// spent on it, evenly over the samples that it held.
+  /// Thread-seconds of each pixel, in image order. All samples of a lease count the same.
   std::vector<float> seconds;
-  /// Number in `workers` of whoever traced the latest samples of each pixel; or nobody.
+  /// Index in `workers` of the worker that traced the latest samples of each pixel, or `no_worker`.
   std::vector<std::uint32_t> tracer;
-  std::vector<std::string> workers;  ///< names, as they came
+  std::vector<std::string> workers;  ///< names, in the order of the journal
 };
 
-/// Leases of passes whose cells the journal does not place (it was begun by an earlier version)
-/// are left out. Throws DecodeError where entries do not fit each other, or the picture.
+/// Computes the map. Ignores leases of passes without a JournalGrid. Throws DecodeError if entries
+/// contradict each other or the size of the picture.
 WorkMap work_map(const std::vector<JournalEntry>& journal, std::uint32_t width,
                  std::uint32_t height);
 

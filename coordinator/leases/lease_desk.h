@@ -14,28 +14,31 @@ class DisputeDesk;
 class JobBook;
 class WorkerDesk;
 
-/// Leases: which worker gets which, what comes back, and leases that fail.
+/// Grants leases to workers and handles their results and failures.
 class LeaseDesk {
  public:
   LeaseDesk(Farm& farm, JobBook& job_book, DisputeDesk& disputes, WorkerDesk& worker_desk)
       : farm_(farm), job_book_(job_book), disputes_(disputes), worker_desk_(worker_desk) {}
 
+  /// Handle a result or a failure of a lease.
   void on(Time now, const PeerId& peer, msg::Result& m);
   void on(Time now, const PeerId& peer, msg::Failed& m);
 
-  /// Grants leases to every worker with room. False: one turn of the loop has no time for all.
+  /// Grants leases to the workers with room, one at a time in turn. Does nothing if nothing has
+  /// changed. False: more leases remain than one turn of the loop has time for.
   bool grant_leases(Time now);
-  /// Takes leases back whose holders made no progress in time.
+  /// Takes back the leases whose holders made no progress in time.
   void expire_leases(Time now);
-  /// The next deadline of a lease; never: no lease is held.
+  /// Returns the next deadline of a lease; `never` if no worker holds one.
   [[nodiscard]] Time next_deadline() const;
-  /// Notes that `failure` ended a lease. Fails the job if too many workers failed at its cells.
+  /// Notes that `failure` ended a lease. Fails the job if no machine can trace these cells, and
+  /// delays leases for a worker that fails where others succeed.
   void note_failure(Time now, Job& job, Failure failure);
-  /// A worker joined: decides whether earlier deaths on its machine were its own fault.
+  /// After a worker joined: decides whether earlier losses on its machine were deaths.
   void check_losses(Time now, const WorkerRecord& worker);
-  /// Brings the registry up to date with the waiting times of failing workers.
+  /// Updates the registry with the delays of failing workers.
   void hold_back(Time now);
-  /// Ends the waiting time of a failing worker.
+  /// Ends the delay of a failing worker.
   void forgive(const WorkerRecord& worker);
 
  private:

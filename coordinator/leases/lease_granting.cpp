@@ -9,18 +9,18 @@
 
 namespace parray::coordinator {
 
-/// A job that has had no lease by right for so long starves.
+/// A job starves if it has had no regular turn for this long.
 static constexpr Time starving_after = seconds(600);
 
-/// By what is left of them, which changes. A series is one among the others: its frames stand where
-/// it was begun, and what is left of it is what is left of all of them.
+/// Rebuilds the queue with the current amounts of remaining work. A series counts as one job: its
+/// frames stand at the place of its first, with the remaining work of all of them.
 void LeaseDesk::queue_open_jobs() {
   std::vector<Job*> open;
   open.reserve(farm_.index.open().size());
   for (const JobId id : farm_.index.open()) {
     Job& job = farm_.jobs.at(id);
     if (farm_.now > Time(0) && (job.served == never || job.record.state == JobState::paused)) {
-      job.served = job.granted = farm_.now;  // its waiting begins
+      job.served = job.granted = farm_.now;  // its waiting time begins
     }
     open.push_back(&job);
   }
@@ -56,22 +56,19 @@ void LeaseDesk::queue_open_jobs() {
 
 namespace {
 
-/// What waits for the job_thread stays within memory: beyond this many tasks nothing is granted.
+/// If more tasks than this wait for the job thread, no leases are granted, to limit memory.
 constexpr std::size_t most_backlog = 4096;
-/// Some milliseconds' worth: whoever asks something meanwhile is answered soon.
+/// Grants per turn. They take some milliseconds, so that other messages do not wait long.
 constexpr int most_granted_at_once = 64;
 
 }  // namespace
 
-/// Leases to every worker with room, one at a time in turn, so that the first to be asked does not
-/// take all. Does nothing where nothing has changed since. False: there are more to be granted than
-/// one turn of the loop has time for.
 bool LeaseDesk::grant_leases(Time now) {
   if (!farm_.grants_due || !farm_.storage.empty() || farm_.job_thread.backlog() > most_backlog) {
     return true;
   }
   if (farm_.workers.size() == 0) {
-    return true;  // the first to come changes that
+    return true;  // a worker that joins sets grants_due
   }
   if (farm_.queue_again_at <= now) {
     queue_open_jobs();
@@ -79,7 +76,7 @@ bool LeaseDesk::grant_leases(Time now) {
   int granted = 0;
   bool room = true;
   auto next = farm_.workers.after(granted_last_);
-  for (std::size_t in_vain = 0; in_vain < farm_.workers.size() && !farm_.index.open().empty();) {
+  for (std::size_t refusals = 0; refusals < farm_.workers.size() && !farm_.index.open().empty();) {
     if (granted == most_granted_at_once) {
       return false;
     }
@@ -90,15 +87,15 @@ bool LeaseDesk::grant_leases(Time now) {
       granted_last_ = worker.peer;
       ++granted;
     }
-    in_vain = got ? 0 : in_vain + 1;
+    refusals = got ? 0 : refusals + 1;
   }
   farm_.grants_due = false;
   return true;
 }
 
-/// Pending work first, of whose turn it is; a job that holds no memory yet gets it when its turn
-/// comes and there is `room`. A copy of somebody else's lease only for a worker with nothing else
-/// to do. Thousands of jobs may wait for memory: they cost no look at the job.
+/// Grants pending work of the job whose turn it is. If that job has no memory yet, prepares it if
+/// there is `room`. Grants a copy of another worker's lease only to an idle worker. Does not look
+/// at jobs that wait for memory, because there may be thousands.
 bool LeaseDesk::grant_one(Time now, WorkerRecord& worker, bool& room) {
   using Answer = FairQueue::Answer;
   const auto offer_work = [&](JobId id) {
@@ -135,8 +132,8 @@ bool LeaseDesk::may_trace(Time now, const WorkerRecord& worker, const Job& job) 
   if (!job.pause_reason.empty()) {
     return false;
   }
-  const auto shunned = worker.shunned.find(job.record.id);
-  return shunned == worker.shunned.end() || now >= shunned->second;
+  const auto denied_jobs = worker.denied_jobs.find(job.record.id);
+  return denied_jobs == worker.denied_jobs.end() || now >= denied_jobs->second;
 }
 
 bool LeaseDesk::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) {
@@ -177,7 +174,7 @@ void LeaseDesk::send_grant(WorkerRecord& worker, Job& job, const Lease& lease) {
   farm_.log->debug("job {} lease {} to worker {} '{}': pass {} cells [{}, {})", job.record.id,
                    farm_.lease_number(lease.epoch), worker.id, worker.hello.name, job.work->pass,
                    lease.range.begin, lease.range.end);
-  // Its cells may cost far more than those by which its length was chosen.
+  // The cells may cost far more than the cells that determined the length of the lease.
   const double longest = lease.divisible ? 2 * farm_.options.lease_length.longest : 0;
   farm_.send(worker.peer, msg::Grant{job.record.id, job.work->pass, lease.epoch,
                                      job.work->plan->batch(lease.range), job.record.scene,

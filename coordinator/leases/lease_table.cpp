@@ -19,7 +19,7 @@ void LeaseTable::add_pending(const CellRange& range) {
   auto next = pending_.upper_bound(range.begin);
   if ((next != pending_.end() && next->first < range.end) ||
       (next != pending_.begin() && std::prev(next)->second > range.begin)) {
-    throw std::logic_error("cells that are pending already");
+    throw std::logic_error("LeaseTable: these cells are pending already");
   }
   CellRange merged = range;
   if (next != pending_.end() && next->first == range.end) {
@@ -33,7 +33,7 @@ void LeaseTable::add_pending(const CellRange& range) {
   pending_.emplace(merged.begin, merged.end);
 }
 
-/// From the front: what was given back comes first, because the rest of the image waits for it.
+/// Takes the first pending cells. So cells that were given back come before later ones.
 CellRange LeaseTable::take_pending(std::uint64_t cells) {
   const auto first = pending_.begin();
   const CellRange range{first->first, std::min(first->second, first->first + cells)};
@@ -52,7 +52,7 @@ void LeaseTable::hold(Leases::iterator lease, WorkerId worker, Time deadline) {
   ++held_[worker];
 }
 
-Lease LeaseTable::lease_out(const CellRange& range, WorkerId worker, Time deadline) {
+Lease LeaseTable::add_lease(const CellRange& range, WorkerId worker, Time deadline) {
   const Epoch epoch = next_epoch_++;
   hold(leased_.emplace(epoch, Leased{range, {}}).first, worker, deadline);
   return {epoch, range, true};
@@ -64,7 +64,7 @@ std::optional<Lease> LeaseTable::grant(Time deadline, WorkerId worker, const Lea
   if (check != checks_.end()) {
     Check wanted = std::move(*check);
     checks_.erase(check);
-    Lease lease = lease_out(wanted.range, worker, deadline);
+    Lease lease = add_lease(wanted.range, worker, deadline);
     lease.divisible = false;
     leased_.at(lease.epoch).check = std::move(wanted);
     return lease;
@@ -73,7 +73,7 @@ std::optional<Lease> LeaseTable::grant(Time deadline, WorkerId worker, const Lea
     return {};
   }
   const std::uint64_t cells = sizer_.cells(request, farm, pending_cells_, step_++);
-  return lease_out(take_pending(std::min(cells, most_cells_)), worker, deadline);
+  return add_lease(take_pending(std::min(cells, most_cells_)), worker, deadline);
 }
 
 std::optional<Lease> LeaseTable::grant_copy(Time deadline, WorkerId worker) {
@@ -110,14 +110,14 @@ bool LeaseTable::checks_remain() const {
                      [](const auto& lease) { return lease.second.check.has_value(); });
 }
 
-bool LeaseTable::let_go(Leases::iterator lease, WorkerId worker) {
+bool LeaseTable::release(Leases::iterator lease, WorkerId worker) {
   auto& holders = lease->second.holders;
   const auto holder = std::find_if(holders.begin(), holders.end(),
                                    [worker](const Holder& h) { return h.worker == worker; });
   if (holder == holders.end()) {
     return false;
   }
-  // Several holders may share a deadline: then the entry stays for the others.
+  // If another holder has the same deadline, its entry stays.
   const bool shared = std::any_of(holders.begin(), holders.end(), [&](const Holder& h) {
     return h.worker != worker && h.deadline == holder->deadline;
   });
@@ -132,7 +132,7 @@ bool LeaseTable::let_go(Leases::iterator lease, WorkerId worker) {
   return true;
 }
 
-/// What nobody holds any more goes back to where it came from.
+/// Ends a lease without holders: its cells become pending, or its check has failed.
 void LeaseTable::retire_if_free(Leases::iterator lease) {
   if (!lease->second.holders.empty() || lease->second.arrived) {
     return;
@@ -151,7 +151,7 @@ static bool is_part(const CellRange& range, std::uint64_t cells) {
   return cells > 0 && cells < range.count();
 }
 
-/// Returns who held a copy.
+/// Makes the cells after the first `cells` pending. Returns the workers that held a copy.
 std::vector<WorkerId> LeaseTable::shorten(Leases::iterator lease, std::uint64_t cells) {
   CellRange& range = lease->second.range;
   const std::uint64_t end = std::exchange(range.end, range.begin + cells);
@@ -159,7 +159,7 @@ std::vector<WorkerId> LeaseTable::shorten(Leases::iterator lease, std::uint64_t 
   std::vector<WorkerId> others;
   for (const Holder& holder : std::vector<Holder>(lease->second.holders)) {
     others.push_back(holder.worker);
-    let_go(lease, holder.worker);
+    release(lease, holder.worker);
   }
   return others;
 }
@@ -176,7 +176,7 @@ LeaseTable::Arrived LeaseTable::arrive(WorkerId worker, Epoch epoch, std::uint64
     return is_part(range, cells) ? Arrived() : Arrived{Arrival::again, range};
   }
   const auto lease = leased_.find(epoch);
-  if (lease == leased_.end() || !let_go(lease, worker)) {
+  if (lease == leased_.end() || !release(lease, worker)) {
     return {};
   }
   const CellRange& range = lease->second.range;
@@ -196,7 +196,7 @@ std::vector<WorkerId> LeaseTable::finish(Epoch epoch) {
   std::vector<WorkerId> others;
   for (const Holder& holder : std::vector<Holder>(lease->second.holders)) {
     others.push_back(holder.worker);
-    let_go(lease, holder.worker);
+    release(lease, holder.worker);
   }
   if (!others.empty()) {
     late_.emplace(epoch,
@@ -211,7 +211,7 @@ bool LeaseTable::give_back(WorkerId worker, Epoch epoch) {
   if (lease == leased_.end()) {
     return false;
   }
-  const bool held = let_go(lease, worker);
+  const bool held = release(lease, worker);
   const bool arrived = !held && std::exchange(lease->second.arrived, false);
   retire_if_free(lease);
   return held || arrived;
@@ -231,7 +231,7 @@ bool LeaseTable::extend(WorkerId worker, Epoch epoch, Time deadline) {
   for (const Holder& holder : lease->second.holders) {
     if (holder.worker == worker) {
       if (deadline > holder.deadline) {
-        let_go(lease, worker);
+        release(lease, worker);
         hold(lease, worker, deadline);
       }
       return true;
@@ -244,7 +244,7 @@ std::vector<Lease> LeaseTable::drop_worker(WorkerId worker) {
   std::vector<Lease> dropped;
   for (auto lease = leased_.begin(); lease != leased_.end() && held_by(worker) > 0;) {
     const auto current = lease++;
-    if (let_go(current, worker)) {
+    if (release(current, worker)) {
       dropped.push_back({current->first, current->second.range});
       retire_if_free(current);
     }
@@ -263,7 +263,7 @@ std::vector<LeaseTable::Expired> LeaseTable::expire(Time now) {
     for (const Holder& holder : std::vector<Holder>(lease->second.holders)) {
       if (holder.deadline <= now) {
         expired.push_back({{lease->first, lease->second.range}, holder.worker});
-        let_go(lease, holder.worker);
+        release(lease, holder.worker);
       }
     }
     retire_if_free(lease);

@@ -39,8 +39,8 @@ void LeaseDesk::expire_leases(Time now) {
         --worker->held;
       }
       farm_.warnings.warn(now,
-                          fmt::format("job {} lease {}: worker {} made no progress in time; the "
-                                      "lease goes to another",
+                          fmt::format("job {} lease {}: worker {} made no progress in time; "
+                                      "another worker gets the lease",
                                       id, farm_.lease_number(expired.lease.epoch), expired.worker));
     }
   }
@@ -51,7 +51,7 @@ void LeaseDesk::on(Time now, const PeerId& peer, msg::Failed& m) {
   if (worker == nullptr) {
     return;
   }
-  farm_.send(peer, msg::Revoke{m.job, m.epoch});  // it need not say so again
+  farm_.send(peer, msg::Revoke{m.job, m.epoch});  // so that the worker does not repeat it
   Job* job = farm_.job_of(m.job);
   if (job == nullptr || !job->work || !job->work->leases) {
     return;
@@ -63,13 +63,12 @@ void LeaseDesk::on(Time now, const PeerId& peer, msg::Failed& m) {
   --worker->held;
   ++farm_.tally.failed;
   farm_.grants_due = true;
-  // Others first: they may be able to do what it cannot.
-  worker->shunned[m.job] = now + farm_.options.heartbeat;
+  // Other workers may be able to trace these cells and get leases of this job first.
+  worker->denied_jobs[m.job] = now + farm_.options.heartbeat;
   farm_.grant_again_at = std::min(farm_.grant_again_at, now + farm_.options.heartbeat);
   note_failure(now, *job, {*range, worker->machine, worker->key, worker->hello.name, m.reason});
 }
 
-/// A job that no machine can trace fails. A worker that fails where others succeed is held back.
 void LeaseDesk::note_failure(Time now, Job& job, Failure failure) {
   farm_.warnings.warn(
       now, fmt::format("job {}: worker '{}' could not trace cells [{}, {}): {}", job.record.id,
@@ -96,12 +95,12 @@ void LeaseDesk::note_failure(Time now, Job& job, Failure failure) {
   const std::uint32_t most =
       job.record.max_failures > 0 ? job.record.max_failures : farm_.options.max_failures;
   if (const auto who = failures.verdict(failure.range, able, most)) {
-    job_book_.fail_job(job, fmt::format("{} (so failed {}, the last worker '{}')", failure.reason,
+    job_book_.fail_job(job, fmt::format("{} (failed on {}, last on worker '{}')", failure.reason,
                                         *who, failure.name));
   }
 }
 
-/// A result was accepted: whoever has failed at this job is at fault, not the job.
+/// From the first accepted result on, failures count against the workers, not against the job.
 void LeaseDesk::note_success(Job& job, WorkerId id) {
   const WorkerRecord* worker = farm_.workers.by_id(id);
   if (worker == nullptr) {
@@ -126,13 +125,11 @@ void LeaseDesk::note_success(Job& job, WorkerId id) {
   hold_back(farm_.now);
 }
 
-/// Brings what the registry knows of backoffs up to date. The worker's next leases come when its
-/// time is over.
 void LeaseDesk::hold_back(Time now) {
   for (auto& [peer, worker] : farm_.workers) {
     const Time until = backoff_.until(worker.machine, worker.hello.name);
     if (until > now && worker.held_back_until != until) {
-      farm_.log->warn("worker '{}' fails where others succeed: no leases for {:.0f} s",
+      farm_.log->warn("worker '{}' failed where others succeed: it gets no leases for {:.0f} s",
                       worker.hello.name, to_seconds(until - now));
     }
     if ((until > now) != worker.held_back || worker.held_back_until != until) {

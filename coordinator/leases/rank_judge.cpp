@@ -38,19 +38,19 @@ bool RankJudge::admit(std::uint32_t rank, const TracedCells& traced,
       return true;
     }
     const std::uint64_t cell = differing.front().cell;
-    settle(rank, cell, digests[cell - traced.range.begin]);
+    compare_with_rank_0(rank, cell, digests[cell - traced.range.begin]);
   }
   return false;
 }
 
-/// Of a cell in rank 0, traced now.
-std::uint64_t RankJudge::truth_of(std::uint64_t cell) const {
+/// Traces a cell in rank 0 and returns its digest.
+std::uint64_t RankJudge::digest_by_rank_0(std::uint64_t cell) const {
   return picture_.collector().digests_of(hooks_.trace(picture_.plan()->batch({cell, cell + 1})))[0];
 }
 
-/// At least one of the two is wrong.
-void RankJudge::settle(std::uint32_t rank, std::uint64_t cell, std::uint64_t claim) {
-  const std::uint64_t truth = truth_of(cell);
+/// Finds out whether the rank's claim, the merged bits, or both are wrong.
+void RankJudge::compare_with_rank_0(std::uint32_t rank, std::uint64_t cell, std::uint64_t claim) {
+  const std::uint64_t truth = digest_by_rank_0(cell);
   const auto wrong = picture_.collector().differing({cell, cell + 1}, {truth});
   if (claim != truth) {
     find_faulty(ranks_[rank].tracer);
@@ -118,7 +118,7 @@ void RankJudge::recheck(std::uint64_t most_cells) {
     if (!picture_.collector().has(cell) || picture_.collector().is_checked(cell)) {
       continue;
     }
-    const auto wrong = picture_.collector().differing({cell, cell + 1}, {truth_of(cell)});
+    const auto wrong = picture_.collector().differing({cell, cell + 1}, {digest_by_rank_0(cell)});
     if (wrong.empty()) {
       picture_.note_check(ranks_[0].tracer, {cell, cell + 1});
     } else {

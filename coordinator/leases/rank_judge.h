@@ -13,67 +13,67 @@
 
 namespace parray::coordinator {
 
-/// A rank of one mpirun, as rows and the judge name it.
+/// The identity of a rank of one mpirun.
 struct RankVoice {
-  TracerKey tracer = 0;       ///< of this rank alone, the same in every mpirun with this host
+  TracerKey tracer = 0;       ///< of this rank; the same in every mpirun with this host
   std::uint32_t machine = 0;  ///< ranks with the same number are one machine
 };
 
-/// Of ranks on these hosts, by rank. The ranks of a host are one machine, except on rank 0's host:
-/// rank 0 decides disputes, so there each rank counts by itself.
+/// Returns the identities of ranks on these hosts, by rank. The ranks of a host are one machine,
+/// except on the host of rank 0: because rank 0 decides disputes, each rank there is a machine.
 std::vector<RankVoice> rank_voices(const std::vector<std::string>& hosts);
 
-/// Rank 0's rule where two ranks return different bits for the same samples: rank 0 traces them
-/// again, and whoever had other bits is faulty. There is no vote. What a faulty machine traced is
-/// traced again, and rank 0 traces again what that machine alone confirmed.
+/// Decides which rank is faulty if two ranks return different bits for the same samples. Rank 0
+/// traces the samples again; a rank with other bits is faulty. There is no vote. Other ranks trace
+/// the cells of a faulty machine again. Rank 0 traces the cells that only this machine had checked.
 ///
-/// It lasts for all passes of a job. Plain state; one thread at a time.
+/// One object serves all passes of a job. Not thread-safe.
 class RankJudge {
  public:
-  /// A rank that returned wrong bits.
+  /// A finding: a rank returned wrong bits.
   struct Verdict {
     std::optional<std::uint32_t> rank;    ///< none: it traced in an earlier mpirun
-    std::vector<std::uint32_t> left_out;  ///< all ranks of its machine, itself included
-    std::uint64_t cells = 0;              ///< that are traced again
-    bool restarted = false;               ///< the picture was begun again
+    std::vector<std::uint32_t> left_out;  ///< excluded ranks: all of its machine
+    std::uint64_t cells = 0;              ///< cells that are traced again
+    bool restarted = false;               ///< the picture began again from its first pass
   };
   struct Hooks {
-    /// Traces a cell in rank 0. Null: there are no disputes, what came first stays.
+    /// Traces a cell in rank 0. Null: no disputes are decided, and the first bits stay.
     std::function<TracedCells(const CellBatch& cell)> trace{};
-    /// Gets cells that were set back.
+    /// Called with cells that were retracted.
     std::function<void(const std::vector<CellRange>& cells)> retracted{};
-    /// The picture, which has passes, was begun again.
+    /// Called when a picture in passes has restarted.
     std::function<void()> restarted{};
+    /// Called after each finding.
     std::function<void(const Verdict& verdict)> decided{};
   };
-  /// `picture` outlives the judge.
+  /// `picture` must outlive this object.
   RankJudge(JobPicture& picture, std::vector<RankVoice> ranks, Hooks hooks);
 
   [[nodiscard]] std::uint32_t ranks() const { return static_cast<std::uint32_t>(ranks_.size()); }
   [[nodiscard]] TracerKey tracer(std::uint32_t rank) const { return ranks_[rank].tracer; }
-  /// Nothing more is taken from this rank.
+  /// Returns whether a rank is excluded: its results are dropped.
   [[nodiscard]] bool left_out(std::uint32_t rank) const { return left_out_.contains(rank); }
   [[nodiscard]] const std::vector<Verdict>& verdicts() const { return verdicts_; }
-  /// Rank 0 contradicted itself, so that it cannot decide anything. Its cells are set back.
+  /// Returns whether rank 0 contradicted itself: then it decides nothing and loses its cells.
   [[nodiscard]] bool self_doubt() const { return self_doubt_; }
 
-  /// Whether a result of `rank` for the pass under way may be merged. Decides where it differs from
-  /// what is in; afterwards nothing that is in differs from it. False: the rank is faulty, or rank
-  /// 0 is, or the picture was begun again.
+  /// Returns whether a result of `rank` for the current pass may be merged. If it differs from
+  /// merged cells, first decides which is wrong; afterwards no merged cell differs. False: this
+  /// rank or rank 0 is faulty, or the picture has restarted.
   bool admit(std::uint32_t rank, const TracedCells& traced,
              const std::vector<std::uint64_t>& digests);
-  /// Notes that `rank` returned the merged bits of these cells, which other ranks had traced
-  /// before.
+  /// Notes that `rank` returned the merged bits of these cells, which other ranks had traced first.
   void note_checks(std::uint32_t rank, const std::vector<CellRange>& were_in);
 
-  /// Rank 0 has cells to trace again, which a faulty rank alone had confirmed.
+  /// Returns whether rank 0 must trace cells again that only a faulty rank had checked.
   [[nodiscard]] bool has_rechecks() const { return !rechecks_.empty(); }
-  /// Traces at most so many of them.
+  /// Traces at most `most_cells` of them.
   void recheck(std::uint64_t most_cells);
 
  private:
-  void settle(std::uint32_t rank, std::uint64_t cell, std::uint64_t claim);
-  [[nodiscard]] std::uint64_t truth_of(std::uint64_t cell) const;
+  void compare_with_rank_0(std::uint32_t rank, std::uint64_t cell, std::uint64_t claim);
+  [[nodiscard]] std::uint64_t digest_by_rank_0(std::uint64_t cell) const;
   void find_faulty(TracerKey tracer);
   void retract(TracerKey tracer, Verdict& verdict);
   [[nodiscard]] std::optional<std::uint32_t> rank_of(TracerKey tracer) const;

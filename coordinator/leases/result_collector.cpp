@@ -7,13 +7,13 @@
 namespace parray::coordinator {
 namespace {
 
-/// Neighbours joined.
+/// Converts cells to ranges and joins adjacent ones.
 std::vector<CellRange> ranges_of(std::vector<std::uint64_t> cells) {
   std::sort(cells.begin(), cells.end());
   std::vector<CellRange> ranges;
   for (const std::uint64_t cell : cells) {
     if (!ranges.empty() && cell < ranges.back().end) {
-      continue;  // named twice
+      continue;  // a duplicate
     }
     if (!ranges.empty() && ranges.back().end == cell) {
       ++ranges.back().end;
@@ -43,7 +43,7 @@ static bool is_of(const ExcludedSamples& some, const Cell& cell) {
          some.first >= cell.samples.begin && some.first < cell.samples.end;
 }
 
-/// `digests`: of the records, which do not say which samples were left out.
+/// `digests`: those of the records, which do not contain the excluded samples.
 std::vector<std::uint64_t> ResultCollector::digests_of(const TracedCells& traced,
                                                        std::vector<std::uint64_t> digests) const {
   const std::size_t size = record_size();
@@ -55,7 +55,7 @@ std::vector<std::uint64_t> ResultCollector::digests_of(const TracedCells& traced
     for (const ExcludedSamples& some : traced.excluded) {
       if (is_of(some, cell)) {
         const std::uint64_t digest = XXH3_64bits_withSeed(&some, sizeof some, digests[i]);
-        digests[i] = digest == 0 ? 1 : digest;  // 0 stands for cells that are not in
+        digests[i] = digest == 0 ? 1 : digest;  // 0 stands for cells that are not merged
       }
     }
   }
@@ -112,7 +112,7 @@ void ResultCollector::merge(const CellBatch& batch, std::uint64_t index, const C
   taken.fresh_samples += samples;
 }
 
-/// Those of one cell: others may be in already.
+/// Excludes the samples of one cell; other cells of the result may be merged already.
 void ResultCollector::exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded) {
   for (const ExcludedSamples& some : excluded) {
     if (is_of(some, cell)) {
@@ -185,7 +185,7 @@ void ResultCollector::clear_pixels(std::uint64_t index, std::vector<std::uint64_
   framebuffer_.clear(cell.y, cell.x_begin, cell.x_end, counts, cell.step);
 }
 
-/// Whoever traces those cells again is somebody else, whom nobody has checked.
+/// Removes the checks of missing cells, because they do not apply to a new result.
 void ResultCollector::forget_checks_of_missing() {
   std::vector<Check> kept;
   for (const Check& check : checks_) {

@@ -11,84 +11,86 @@
 
 namespace parray::coordinator {
 
-/// Whoever traces, in every life of a coordinator: see machine_key() and tracer_key().
+/// A number for a tracer that is the same in all processes: see machine_key() and tracer_key().
 using TracerKey = std::uint64_t;
 
-/// Takes in what has been traced of a pass, whichever way it came: merges what is new, compares
-/// what comes again, and remembers who traced what. Every cell is merged exactly once.
+/// Collects the results of a pass for both transports. Merges new cells, compares repeated ones,
+/// and remembers which tracer traced them. Every cell is merged exactly once.
 ///
-/// Plain state; one thread at a time.
+/// Not thread-safe.
 class ResultCollector {
  public:
-  /// `framebuffer` outlives the object and holds no samples of the plan's.
+  /// `framebuffer` must outlive this object and must not contain samples of the plan yet.
   ResultCollector(std::shared_ptr<const WorkPlan> plan, Framebuffer& framebuffer);
 
-  /// How many cells were new, came again with the same bits, or came again with others.
+  /// Numbers of cells in a result.
   struct Taken {
-    std::uint64_t fresh = 0;
-    std::uint64_t duplicates = 0;
-    std::uint64_t mismatches = 0;
+    std::uint64_t fresh = 0;       ///< new cells, now merged
+    std::uint64_t duplicates = 0;  ///< merged before, with the same bits
+    std::uint64_t mismatches = 0;  ///< merged before, with other bits
     std::uint64_t fresh_samples = 0;
   };
-  /// `traced` has gone through fault_of() or unpack_cells(): its numbers are possible ones. Cells
-  /// that are in are only compared.
+  /// Merges new cells and compares others. fault_of() or unpack_cells() must have checked `traced`.
   Taken take(TracerKey tracer, const TracedCells& traced) {
     return take(tracer, traced, cell_digests(traced.records, record_size()),
                 plan_->grid()->cells_of(traced.range));
   }
-  /// The same with the digests of its records and its cells at hand.
+  /// Does the same if the digests of its records and its cells are known already.
   Taken take(TracerKey tracer, const TracedCells& traced, std::vector<std::uint64_t> digests,
              std::span<const Cell> cells);
-  /// Of each cell of what has been traced: equal unless counts, sums, or which samples were left
-  /// out of the sums, differ.
+  /// Returns a digest per cell. Digests are equal exactly if counts, sums and excluded samples are,
+  /// except for hash collisions.
   [[nodiscard]] std::vector<std::uint64_t> digests_of(const TracedCells& traced) const {
     return digests_of(traced, cell_digests(traced.records, record_size()));
   }
-  /// Compares without merging. `digests` are those of the range's cells.
+  /// Compares merged cells only, without merging. `digests`: one per cell of the range.
   Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests) const;
-  /// Notes that `tracer` traced the range and got the bits that are merged.
+  /// Notes that `tracer` also traced the range and got the merged bits.
   void note_check(TracerKey tracer, const CellRange& range);
-  /// Whether a cell that is in was traced alike by somebody beside its tracer.
+  /// Returns whether another tracer got the bits of a merged cell, too.
   [[nodiscard]] bool is_checked(std::uint64_t cell) const;
-  /// Cells that are in and that somebody beside their tracer traced alike.
+  /// Returns the number of such cells.
   [[nodiscard]] std::uint64_t checked_cells() const;
 
-  /// A cell that is in, with other bits than `digests` have for it.
+  /// A merged cell whose bits differ from a digest.
   struct Differing {
     std::uint64_t cell = 0;
-    TracerKey tracer = 0;  ///< whose bits are merged
+    TracerKey tracer = 0;  ///< the tracer of the merged bits
   };
+  /// Returns the merged cells of the range that differ from `digests`.
   [[nodiscard]] std::vector<Differing> differing(const CellRange& range,
                                                  const std::vector<std::uint64_t>& digests) const;
 
+  /// What retract() changed.
   struct Retraction {
-    std::vector<CellRange> cells;      ///< no longer in, among them others of the same pixels
-    std::vector<CellRange> unchecked;  ///< still in, but only `tracer` had checked them
+    std::vector<CellRange> cells;      ///< no longer merged: all cells of the affected pixels
+    std::vector<CellRange> unchecked;  ///< still merged, but only the tracer had checked them
   };
-  /// Sets back all pixels of which `tracer` has traced cells, and forgets its checks.
+  /// Clears all pixels of which `tracer` has traced cells, and forgets its checks.
   Retraction retract(TracerKey tracer);
-  /// Sets back the pixels of some cells.
+  /// Clears the pixels of these cells. Returns all cells that are no longer merged.
   std::vector<CellRange> retract(const std::vector<CellRange>& ranges);
-  /// Whether something that is in was traced by `tracer`.
+  /// Returns whether `tracer` traced a merged cell.
   [[nodiscard]] bool has_cells_of(TracerKey tracer) const;
-  /// Whether something that is in was traced, or checked, by `tracer`.
+  /// Returns whether `tracer` traced or checked a merged cell.
   [[nodiscard]] bool relies_on(TracerKey tracer) const;
 
-  /// All who have sent something.
+  /// Returns all tracers of results and checks.
   [[nodiscard]] const std::vector<TracerKey>& tracers() const { return tracers_; }
   [[nodiscard]] const WorkPlan& plan() const { return *plan_; }
   [[nodiscard]] const std::shared_ptr<const WorkPlan>& shared_plan() const { return plan_; }
   [[nodiscard]] std::uint64_t done_cells() const { return done_; }
   [[nodiscard]] bool done() const { return done_ == plan_->cells(); }
+  /// Returns whether a cell is merged.
   [[nodiscard]] bool has(std::uint64_t cell) const { return cells_[cell].digest != 0; }
-  /// The first run of cells from `from` on that are not in, `most` at most; empty if there is none.
+  /// Returns the first run of missing cells from `from` on, at most `most`. Empty: none is missing.
   [[nodiscard]] CellRange next_missing(std::uint64_t from, std::uint64_t most) const;
-  /// All such runs.
+  /// Returns all runs of missing cells.
   [[nodiscard]] std::vector<CellRange> missing() const;
 
  private:
   struct Done {
-    std::uint64_t digest = 0;  ///< 0: not in
+    std::uint64_t digest = 0;  ///< 0: not merged
     std::uint64_t rays = 0;
     std::uint64_t lost = 0;
     std::uint32_t nonfinite = 0;

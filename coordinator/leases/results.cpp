@@ -102,7 +102,7 @@ void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Resul
       }
     }
   };
-  const auto tasks = job_book_.for_job(job, "taking in a result");
+  const auto tasks = job_book_.for_job(job, "merging a result");
   tasks.give([this, work, merged, peer = worker.peer, id = job.record.id,
               generation = job.work->generation]() -> JobThread::Completion {
     work();
@@ -143,7 +143,7 @@ void LeaseDesk::note_merged(Job& job, const Merged& merged) {
       } else {
         farm_.warnings.warn(
             farm_.now,
-            fmt::format("job {} lease {}: result of worker '{}' dropped: {}", job.record.id,
+            fmt::format("job {} lease {}: dropped a result of worker '{}': {}", job.record.id,
                         farm_.lease_number(merged.epoch), merged.name, merged.fault));
       }
       return;
@@ -164,7 +164,7 @@ void LeaseDesk::note_merged(Job& job, const Merged& merged) {
   }
 }
 
-/// Tells workers that hold them no more.
+/// Revokes copies of a lease that these workers no longer hold.
 void LeaseDesk::revoke_copies(const Job& job, Epoch epoch, const std::vector<WorkerId>& holders) {
   for (const WorkerId holder : holders) {
     if (WorkerRecord* worker = farm_.workers.by_id(holder)) {

@@ -12,29 +12,28 @@ namespace {
 
 using Word = WindowLayout::Word;
 
-/// Bytes on their way may arrive after the entry that speaks of them; longer than any network
-/// takes.
+/// The bytes of a result may arrive after its entry. No network takes longer than this.
 constexpr Time arrival_time = seconds(2);
 
-/// Ranks end within a few milliseconds of each other anyway.
-constexpr Time hunger_time = milliseconds(5);
+/// No copies are issued before this, because ranks normally end within a few milliseconds.
+constexpr Time copy_delay = milliseconds(5);
 
-/// A copy is one entry of the log, so it is small; what is left is cut into enough of them.
+/// Largest copy. Missing cells are cut into enough copies for all ranks.
 constexpr std::uint64_t most_copy_cells = 1024;
 
-/// To check and merge a cell takes a thread some 0.1 us, to trace it 200: of more threads than this
-/// many times its own, rank 0 has enough to do with half of its time.
+/// A thread checks and merges a cell in about 0.1 us and traces it in 200 us. If there are more
+/// threads than this per thread of rank 0, merging takes about half of rank 0's time.
 constexpr std::uint64_t many_threads = 512;
-/// As many give one thread about half a thread's work.
+/// This many threads keep one merging thread about half busy.
 constexpr std::uint64_t threads_for_one = 1024;
 
-/// Without results for so long, rank 0 traces too.
-constexpr Time quiet_time = seconds(1);
+/// After this time without results rank 0 traces, too.
+constexpr Time idle_time = seconds(1);
 
-/// What wakes another thread.
+/// Fewer entries than this are not worth a second thread.
 constexpr std::size_t least_parallel_entries = 4;
 
-/// Rank 0 traces at most so many cells again before it serves other ranks.
+/// Most cells that rank 0 traces again before it serves other ranks.
 constexpr std::uint64_t most_rechecks = 8;
 
 }  // namespace
@@ -64,7 +63,7 @@ WindowCollector::WindowCollector(JobPicture& picture, RankJudge& judge, const Wi
   stop_faulty_ranks();
 }
 
-/// Words are not const for atomic_ref, but nothing is written.
+/// atomic_ref needs non-const words, but load() does not write.
 std::uint64_t WindowCollector::load(std::size_t word) const {
   auto* const words =
       const_cast<std::uint64_t*>(reinterpret_cast<const std::uint64_t*>(memory_.data()));
@@ -86,7 +85,7 @@ bool WindowCollector::collect(Time now, std::uint64_t most_cells) {
       read[i] = read_entry(now, waiting_[i]) ? 1 : 0;
     }
   }
-  // Those that have to wait come last, so that they do not keep others from being read.
+  // Entries that must wait move to the end, so that they do not block others.
   std::vector<Entry> left(waiting_.begin() + static_cast<std::ptrdiff_t>(count), waiting_.end());
   for (std::size_t i = 0; i < count; ++i) {
     if (read[i] == 0) {
@@ -105,7 +104,7 @@ bool WindowCollector::collect(Time now, std::uint64_t most_cells) {
   return true;
 }
 
-/// Looks at the next entry of every block.
+/// Finds new entries of every block.
 void WindowCollector::find_entries(Time now) {
   const std::uint64_t claimed = std::min(
       layout_.ranks() + std::min(load(Word::log_head), layout_.log_blocks()), layout_.log_blocks());
@@ -121,7 +120,7 @@ void WindowCollector::find_entries(Time now) {
   });
 }
 
-/// An entry that was lost on its way hides those behind it.
+/// Finds entries behind a missing one, which may have been lost in transit.
 void WindowCollector::find_gaps(Time now) {
   for (Block& block : blocks_) {
     std::uint64_t end = block.end;
@@ -134,7 +133,7 @@ void WindowCollector::find_gaps(Time now) {
   }
 }
 
-/// How many of the entries that wait have about so many cells.
+/// Returns how many waiting entries have about `most_cells` cells together.
 std::size_t WindowCollector::entries_of(std::uint64_t most_cells) {
   std::uint64_t cells = 0;
   std::size_t count = 0;
@@ -145,17 +144,17 @@ std::size_t WindowCollector::entries_of(std::uint64_t most_cells) {
 }
 
 bool WindowCollector::wants_all_threads(Time now) const {
-  return many_ranks_ && now - last_entry_ < quiet_time;
+  return many_ranks_ && now - last_entry_ < idle_time;
 }
 
-/// True when there is nothing more to expect of it. Any thread.
+/// Handles an entry. Returns false if its bytes may still arrive. Any thread may call it.
 bool WindowCollector::read_entry(Time now, const Entry& entry) {
   const std::size_t first = layout_.log_word(entry.index);
   const std::uint64_t word = load(first);
   if (word == 0) {
     return false;
   }
-  // A rank's number that has not arrived yet is 0 - 1.
+  // The number of a rank is 0 - 1 if it has not arrived yet.
   const std::uint64_t rank = load(first + 2) - 1;
   if (rank < layout_.ranks() &&
       take(static_cast<std::uint32_t>(rank), range_from_word(word), load(first + 1))) {
@@ -165,12 +164,11 @@ bool WindowCollector::read_entry(Time now, const Entry& entry) {
     return false;
   }
   const std::scoped_lock lock(mutex_);
-  ++totals_.corrupt;  // its cells stay missing, so that somebody traces them again
+  ++totals_.corrupt;  // its cells stay missing, so that a rank traces them again
   return true;
 }
 
-/// Whoever traces a cell once more writes to the same place, perhaps corrupt bytes, at any time: so
-/// what is checked and merged is a copy.
+/// Copies, checks and merges a result. (A rank that traces a cell again may overwrite its bytes.)
 bool WindowCollector::take(std::uint32_t rank, const CellRange& range, std::uint64_t digest) {
   if (range.begin >= range.end || range.end > plan_->cells()) {
     return false;
@@ -192,7 +190,7 @@ bool WindowCollector::take(std::uint32_t rank, const CellRange& range, std::uint
   return true;
 }
 
-/// Runs of the range's cells that are in.
+/// Returns the runs of merged cells of a range.
 std::vector<CellRange> WindowCollector::cells_in(const CellRange& range) const {
   std::vector<CellRange> in;
   for (std::uint64_t cell = range.begin; cell < range.end; ++cell) {
@@ -208,17 +206,17 @@ std::vector<CellRange> WindowCollector::cells_in(const CellRange& range) const {
   return in;
 }
 
-/// Ranks that the judge has left out need not go on.
+/// Stops the ranks of new findings.
 void WindowCollector::stop_faulty_ranks() {
   const std::vector<RankJudge::Verdict>& verdicts = judge_.verdicts();
-  for (; verdicts_heeded_ < verdicts.size(); ++verdicts_heeded_) {
-    for (const std::uint32_t rank : verdicts[verdicts_heeded_].left_out) {
+  for (; verdicts_applied_ < verdicts.size(); ++verdicts_applied_) {
+    for (const std::uint32_t rank : verdicts[verdicts_applied_].left_out) {
       window_.store(WindowLayout::rank_word(rank, WindowLayout::stop), 1);
     }
   }
 }
 
-/// Of a faulty rank nothing is merged, and nothing at all for a plan that holds no more.
+/// Drops results of faulty ranks and of an obsolete plan.
 void WindowCollector::merge(std::uint32_t rank, TracedCells traced,
                             std::vector<std::uint64_t> digests, std::span<const Cell> cells) {
   const std::scoped_lock lock(mutex_);
@@ -249,7 +247,7 @@ void WindowCollector::merge(std::uint32_t rank, TracedCells traced,
   }
 }
 
-/// Adds what does not travel through a window. False when the numbers are impossible ones.
+/// Adds the values that a window does not transport. Returns false if the numbers are impossible.
 bool WindowCollector::complete(TracedCells& traced, std::span<const Cell> cells) {
   const CellBatch batch = plan_->batch(traced.range);
   traced.samples = batch.sample_count(cells);
@@ -283,13 +281,13 @@ void WindowCollector::issue_copies(Time now) {
   if (copy_requests > copies_issued_ && waiting_since_ == never) {
     find_gaps(now);
   }
-  // What has not been read yet may be finished.
+  // Cells of unread entries may be done already.
   if (copy_requests <= copies_issued_ || behind_ || overtaken() || picture_.collector().done()) {
     waiting_since_ = never;
     return;
   }
   waiting_since_ = std::min(waiting_since_, now);
-  if (now - waiting_since_ < hunger_time || now < next_round_) {
+  if (now - waiting_since_ < copy_delay || now < next_round_) {
     return;
   }
   const std::uint64_t left = picture_.plan()->cells() - picture_.collector().done_cells();

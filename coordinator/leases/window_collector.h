@@ -13,78 +13,75 @@
 
 namespace parray::coordinator {
 
-/// Rank 0's threads, and those of all ranks together.
+/// Numbers of threads of rank 0 and of all ranks together.
 struct RankThreads {
   std::uint32_t own = 1;
   std::uint32_t all = 1;
 };
 
-/// The coordinator's side of leases over a window, for one pass: takes in what ranks have logged,
-/// checks it against its digest, merges it, and has missing cells traced again by ranks that have
-/// nothing left to do.
+/// Collects the results of one pass from a window. Reads the entries that ranks have logged, checks
+/// them against their digests and merges them. Lets idle ranks trace missing cells again.
 ///
-/// Plain state: `now` is an argument. One thread calls it. Never waits for anybody.
+/// Not thread-safe. Reads no clock: `now` is an argument. Never waits.
 class WindowCollector {
  public:
-  /// What comes of a job, pass after pass.
+  /// Counts over all passes of a job.
   struct Totals {
-    std::uint64_t entries = 0;     ///< results taken in
-    std::uint64_t duplicates = 0;  ///< cells that came again with the same bits
-    std::uint64_t mismatches = 0;  ///< cells that came again with other bits
-    std::uint64_t corrupt = 0;     ///< results that did not match their digest, or cannot be
-    std::uint64_t copies = 0;      ///< ranges issued once more
-    /// Time that each row of the image took to trace, on one thread.
+    std::uint64_t entries = 0;     ///< merged results
+    std::uint64_t duplicates = 0;  ///< repeated cells with the same bits
+    std::uint64_t mismatches = 0;  ///< repeated cells with other bits
+    std::uint64_t corrupt = 0;     ///< results with a wrong digest or impossible numbers
+    std::uint64_t copies = 0;      ///< ranges that were issued again
+    /// Tracing time of each row of the picture, in thread-nanoseconds.
     std::vector<std::uint64_t> row_nanoseconds{};
   };
-  /// Called by one thread at a time, but perhaps not by the one that calls the collector.
+  /// Callbacks. One thread at a time calls them; it may be a merging thread.
   struct Hooks {
-    /// Which samples of a batch of one cell are not finite; asked where its record says that some
-    /// are. Sorted.
+    /// Returns the non-finite samples of a cell, sorted. Called if its record counts any.
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
-    /// Gets every result that has brought something new, when it is merged.
+    /// Called after the merge of a result with new cells.
     std::function<void(TracerKey tracer, TracedCells cells)> merged;
   };
 
-  /// `picture`, which `judge` speaks of, has begun the pass. `window` is for writing, `memory` for
-  /// reading the same window in place; all references outlive the object.
+  /// `picture` must have begun the pass; `judge` must belong to it. `window` serves for writing,
+  /// `memory` for reading the same window in place. All references must outlive this object.
   WindowCollector(JobPicture& picture, RankJudge& judge, const WindowLayout& layout, Window& window,
                   std::span<const std::byte> memory, Time now, Totals& totals, Hooks hooks,
                   RankThreads threads = {});
 
-  /// Takes in logged results, about `most_cells` at a time, with merging_threads() threads. True if
-  /// it found any.
+  /// Merges logged results of about `most_cells` cells by merging_threads(). False: there are none.
   bool collect(Time now, std::uint64_t most_cells);
-  /// The last collect() has left results for the next.
+  /// Returns whether the last collect() left results for the next.
   [[nodiscard]] bool behind() const { return behind_; }
-  /// Of so many ranks that rank 0's threads do better to take results in than to trace, as long as
-  /// results come.
+  /// Returns whether very many ranks send results, so that all of rank 0's threads should merge.
   [[nodiscard]] bool wants_all_threads(Time now) const;
-  /// Threads that take results in.
+  /// Returns the number of threads that merge results.
   [[nodiscard]] std::uint32_t merging_threads() const { return merging_threads_; }
-  /// All cells are in, and rank 0 has checked what it had to.
+  /// Returns whether all cells are merged and rank 0 has no cells to check.
   [[nodiscard]] bool done() const {
     return !overtaken() && picture_.collector().done() && !judge_.has_rechecks();
   }
-  /// The picture was begun again, because a faulty rank's bits had decided its passes.
+  /// Returns whether the picture has restarted, because a faulty rank's bits had influenced its
+  /// passes. Then this object is obsolete.
   [[nodiscard]] bool overtaken() const { return picture_.plan() != plan_; }
-  /// Share of the pass's cells that are in, those of earlier lives included, 0 .. 1.
+  /// Returns the share of the pass's cells that are merged, 0 to 1, also by earlier processes.
   [[nodiscard]] double progress() const;
 
-  /// Issues copies of missing cells to ranks that wait for them. Each round over the missing cells
-  /// starts at least twice the time later that the one before took: a copy costs, too.
+  /// Issues copies of missing cells to ranks that wait for work. Copies cost time, so a round over
+  /// the missing cells begins at least twice the duration of the previous round after its end.
   void issue_copies(Time now);
-  /// Tells all ranks to stop: those that wait at once, those at work with their next beat.
+  /// Stops all ranks: waiting ranks at once, tracing ranks at their next heartbeat.
   void finish();
 
-  /// Looks at every rank's beat, and shows that rank 0 is alive.
+  /// Reads the heartbeats of all ranks and increments that of rank 0.
   void listen(Time now);
-  /// Ranks at work that have not traced anything for `patience`.
+  /// Returns the ranks that are tracing or building but made no progress for `patience`.
   [[nodiscard]] std::vector<std::uint32_t> silent_ranks(Time now, Time patience) const;
-  /// When a result came in, or any rank was seen to get on, last.
+  /// Returns when the last result was merged or the last heartbeat changed.
   [[nodiscard]] Time last_sign_of_life() const { return last_life_; }
-  /// Changes whenever a rank takes or hands in something.
+  /// Returns a number that changes whenever a rank takes work or logs a result.
   [[nodiscard]] std::uint64_t activity() const;
-  /// A word of a rank's own.
+  /// Returns a word that belongs to a rank.
   [[nodiscard]] std::uint64_t rank_value(std::uint32_t rank, WindowLayout::RankWord word) const {
     return load(WindowLayout::rank_word(rank, word));
   }
@@ -92,9 +89,9 @@ class WindowCollector {
  private:
   struct Entry {
     std::uint64_t index;
-    Time since;  ///< when it was there, as far as we know
+    Time since;  ///< when this object first saw it
   };
-  /// What is left of a block of the log.
+  /// The part of a block of the log that is not read yet.
   struct Block {
     std::uint64_t next;
     std::uint64_t end;
@@ -121,10 +118,10 @@ class WindowCollector {
   const Hooks hooks_;
   const bool many_ranks_;
   const std::uint32_t merging_threads_;
-  std::mutex mutex_;  ///< of what follows a check: picture, totals, hooks
+  std::mutex mutex_;  ///< guards picture, totals and hooks in merging threads
   std::vector<Block> blocks_;
   std::uint64_t claimed_blocks_ = 0;
-  std::vector<Entry> waiting_;  ///< not taken in yet
+  std::vector<Entry> waiting_;  ///< entries that are not merged yet
   bool behind_ = false;
   Time last_entry_;
   std::uint64_t copies_issued_ = 0;
@@ -137,7 +134,7 @@ class WindowCollector {
     Time changed{};
   };
   std::vector<Life> lives_;
-  std::size_t verdicts_heeded_ = 0;
+  std::size_t verdicts_applied_ = 0;
   Time last_life_;
 };
 

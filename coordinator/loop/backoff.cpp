@@ -9,7 +9,7 @@ void Backoff::note_failure(Time now, const MachineId& machine, const std::string
   if (until(machine, name) > now) {
     return;
   }
-  constexpr std::size_t most = 10000;  // names cost nothing: what is long over goes
+  constexpr std::size_t most = 10000;  // a worker can invent names: old entries are removed
   if (entries_.size() >= most) {
     std::erase_if(entries_, [&](const auto& e) { return e.second.until + longest < now; });
   }

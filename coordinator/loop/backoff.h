@@ -10,26 +10,24 @@
 
 namespace parray::coordinator {
 
-/// Holds leases back from workers that fail where others succeed: for 1, 2, 4 ... minutes, 64 at
-/// most. A success begins anew.
+/// Decides how long a worker gets no leases after it failed where another worker succeeded: 1
+/// minute, then 2, 4 ... up to 64. A success resets the series.
 ///
-/// A worker is known by machine and name. A machine of which no worker succeeds is held back as a
-/// whole, so that a new name does not help.
-///
-/// Plain state: `now` is an argument. One thread.
+/// Machine and name identify a worker. If no worker of a machine succeeds, the delay applies to the
+/// whole machine, so that a new name does not help. Not thread-safe. Reads no clock.
 class Backoff {
  public:
-  /// The worker has failed at something that another one has traced. `whole`: no worker of its
-  /// machine has traced any of that. Nothing happens while leases are held back already.
+  /// Records that the worker failed at cells that another worker traced. `whole`: no worker of its
+  /// machine traced any of them. Does nothing while a delay is running.
   void note_failure(Time now, const MachineId& machine, const std::string& name, bool whole);
-  /// True: something was held against the worker, and no longer is.
+  /// Records that the worker traced a lease. Returns whether this ended or reset a delay.
   bool note_success(const MachineId& machine, const std::string& name) {
     return !entries_.empty() && forgive(machine, name);
   }
-  /// Leases again at once. True: something was held against the worker.
+  /// Ends the delay and resets the series. Returns whether the worker had any.
   bool forgive(const MachineId& machine, const std::string& name);
 
-  /// When the worker may have leases again. Not after `now`: it may.
+  /// Returns when the worker may get leases again. A time that is not after `now`: it may now.
   [[nodiscard]] Time until(const MachineId& machine, const std::string& name) const;
 
   static constexpr Time first = seconds(60);
@@ -37,10 +35,10 @@ class Backoff {
 
  private:
   struct Entry {
-    Time until{};
-    Time length{};
+    Time until{};   ///< end of the delay
+    Time length{};  ///< of the latest delay
   };
-  /// An empty name: the whole machine.
+  /// An empty name stands for the whole machine.
   std::map<std::pair<MachineId, std::string>, Entry> entries_;
 };
 

@@ -5,7 +5,7 @@
 
 namespace parray::coordinator {
 
-/// An answer, until its last holder lets go of it.
+/// One counted answer. Its destructor subtracts it.
 struct BulkLedger::Entry {
   std::shared_ptr<UnderWay> under_way;
   PeerId peer;

@@ -12,29 +12,28 @@
 
 namespace parray::coordinator {
 
-/// Bounds the memory of large answers, from when a client asks until the link has let go of the
-/// bytes: a client that reads slowly has them wait for it.
+/// Limits the memory of large answers. An answer counts from the request until the link releases
+/// the bytes, which takes long if the client reads slowly.
 ///
-/// No clock. One thread; tickets may end in any.
+/// Not thread-safe, but any thread may destroy tickets. Reads no clock.
 class BulkLedger {
  public:
-  /// `most`: bytes in all. `most_of_peer`: answers of one client at a time.
+  /// `most`: bytes of all answers. `most_of_peer`: answers that one client may have at a time.
   BulkLedger(std::uint64_t most, std::size_t most_of_peer)
       : most_(most), most_of_peer_(most_of_peer) {}
 
-  /// Stands for an answer as long as it lives.
+  /// Counts one answer until it is destroyed.
   using Ticket = std::shared_ptr<const void>;
-  /// Null: there is no room now. A client that waits for nothing else gets one answer, however
-  /// large, while nobody waits for any. Takes time that grows with the logarithm of the number of
-  /// clients.
+  /// Admits an answer of `bytes`. Null: there is no room now. A single answer may exceed the limit
+  /// if no other answer is counted. Takes logarithmic time in the number of clients.
   Ticket admit(const PeerId& peer, std::uint64_t bytes);
-  /// Of all answers under way.
+  /// Returns the bytes of all counted answers.
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
-  /// What is under way. Tickets outlive the ledger.
+  /// The counted answers. Tickets may outlive the ledger and share this.
   struct UnderWay {
-    std::mutex mutex;  // guards the two below
+    std::mutex mutex;  // guards the members below
     std::map<PeerId, std::size_t> answers;
     std::uint64_t bytes = 0;
   };
@@ -45,7 +44,7 @@ class BulkLedger {
   std::shared_ptr<UnderWay> under_way_ = std::make_shared<UnderWay>();
 };
 
-/// The same bytes; they keep the ticket as long as anybody has them.
+/// Returns the same bytes. The frame and its copies keep the ticket alive.
 Frame with_ticket(Frame bytes, BulkLedger::Ticket ticket);
 
 }  // namespace parray::coordinator

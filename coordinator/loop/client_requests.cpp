@@ -17,7 +17,7 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
-/// Whether `state` is one of `names`, which have commas between them.
+/// Returns whether the comma-separated list `names` contains `state`.
 static bool is_among(std::string_view names, std::string_view state) {
   for (std::size_t begin = 0; begin < names.size();) {
     const std::size_t end = std::min(names.find(',', begin), names.size());
@@ -46,18 +46,17 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ListJobs& m) {
   farm_.send(peer, msg::Jobs{m.request, std::move(list)});
 }
 
-/// The job, or null once the client has been told that there is none.
-Job* ClientRequests::asked_for(const PeerId& peer, std::uint64_t request, JobId id) {
+/// Finds a job. If there is none, sends an error and returns null.
+Job* ClientRequests::find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id) {
   Job* job = farm_.job_of(id);
   if (job == nullptr) {
     const bool series = !job_book_.frames_of(id).empty();
     farm_.fail_request(
         peer, request, 2,
         series ? fmt::format("{} is a series of frames: write #### in the picture's name, or "
-                             "name the job of one of them, as "
-                             "parray show {} lists them",
+                             "name the job of one frame (parray show {} lists them)",
                              id, id)
-               : fmt::format("no job {}: see parray jobs", id));
+               : fmt::format("no job {}: parray jobs lists all jobs", id));
   }
   return job;
 }
@@ -69,7 +68,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ShowJob& m) {
     json summary = job_book_.summary_of(now, series);
     summary["frame_list"] = frame_list(series, m.from_frame);
     farm_.send(peer, msg::Job{m.request, std::move(summary)});
-  } else if (const Job* job = asked_for(peer, m.request, m.job)) {
+  } else if (const Job* job = find_or_refuse(peer, m.request, m.job)) {
     json summary = job_summary(*job, now, job_book_.waits_for(*job));
     summary["events"] = events_to_json(job->record.events);
     farm_.send(peer, msg::Job{m.request, std::move(summary)});
@@ -98,7 +97,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
   farm_.send(peer, msg::Workers{m.request, std::move(list), total});
 }
 
-/// The farm map of PROTOCOL.md.
+/// Sends the farm map of PROTOCOL.md.
 void ClientRequests::on(Time now, const PeerId& peer, msg::ShowFarm& m) {
   json jobs = json::object();
   for (const JobState state : {JobState::queued, JobState::running, JobState::paused,
@@ -148,13 +147,13 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ShowFarm& m) {
 
 using nlohmann::json;
 
-/// The job, or all frames of a series; none once the client has been told that there is no such
-/// job, or that it is another's.
-std::vector<Job*> ClientRequests::asked_to_change(const PeerId& peer, std::uint64_t request,
+/// Finds a job, or all frames of a series. If there is no such job, or it belongs to another user,
+/// sends an error and returns nothing.
+std::vector<Job*> ClientRequests::find_changeable(const PeerId& peer, std::uint64_t request,
                                                   JobId id) {
   std::vector<Job*> jobs = job_book_.frames_of(id);
   if (jobs.empty()) {
-    Job* job = asked_for(peer, request, id);
+    Job* job = find_or_refuse(peer, request, id);
     if (job == nullptr) {
       return {};
     }
@@ -163,17 +162,16 @@ std::vector<Job*> ClientRequests::asked_to_change(const PeerId& peer, std::uint6
   const std::string& user = jobs.front()->record.user;
   if (farm_.sender.role == Role::client && user != farm_.sender.name) {
     farm_.fail_request(peer, request, 2,
-                       "job " + std::to_string(id) + " is " +
-                           (user.empty() ? "nobody's" : "that of '" + user + "'") +
-                           ", not that of '" + farm_.sender.name +
-                           "': ask them, or an administrator");
+                       "job " + std::to_string(id) + " belongs to " +
+                           (user.empty() ? "no user" : "'" + user + "'") + ", not to '" +
+                           farm_.sender.name + "': ask its owner or an administrator");
     return {};
   }
   return jobs;
 }
 
 void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
-  const std::vector<Job*> jobs = asked_to_change(peer, m.request, m.job);
+  const std::vector<Job*> jobs = find_changeable(peer, m.request, m.job);
   if (jobs.empty()) {
     return;
   }
@@ -186,7 +184,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
   for (Job* job : jobs) {
     try {
       job_book_.steer(*job, m);
-    } catch (const InputError& error) {  // of a series, this frame is left as it is
+    } catch (const InputError& error) {  // this frame of a series stays as it is
       misfit = misfit.empty() ? error.what() : misfit;
       ++misfits;
     }
@@ -207,14 +205,14 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
                      ? job_summary(*jobs.front(), now, job_book_.waits_for(*jobs.front()))
                      : job_book_.summary_of(now, named);
   if (forget) {
-    const std::string why = "as " + job_book_.asker() + " wishes";
+    const std::string why = "as " + job_book_.asker() + " requested";
     jobs.front()->record.id == m.job ? job_book_.forget_job(m.job, why)
                                      : job_book_.forget_all(named, why);
   }
   farm_.send(peer, msg::Job{m.request, std::move(summary)});
 }
 
-/// Whether there is room for what is queued again; if not, the client has been told.
+/// Returns whether there is room to queue the jobs again. If not, sends an error.
 bool ClientRequests::may_requeue(const PeerId& peer, std::uint64_t request, const Series& named) {
   const auto again = std::ranges::find_if(
       named, [](const Job* job) { return job->ended() && job->record.state != JobState::done; });
@@ -229,7 +227,7 @@ bool ClientRequests::may_requeue(const PeerId& peer, std::uint64_t request, cons
   return true;
 }
 
-/// Workers of this name, or of this host, get leases again, whatever they were barred for.
+/// Gives leases again to workers of this name or host, whatever the reason they got none.
 void ClientRequests::readmit(Time now, const msg::SteerWorkers& m) {
   disputes_.readmit(m.name, m.host);
   for (const auto& [peer, worker] : farm_.workers) {
@@ -238,16 +236,14 @@ void ClientRequests::readmit(Time now, const msg::SteerWorkers& m) {
     }
   }
   leases_.hold_back(now);
-  farm_.log->info("{} '{}' is readmitted by {}", m.host ? "host" : "worker", m.name,
-                  job_book_.asker());
+  farm_.log->info("{} readmitted {} '{}'", job_book_.asker(), m.host ? "host" : "worker", m.name);
 }
 
 void ClientRequests::on(Time now, const PeerId& peer, msg::SteerWorkers& m) {
   if (farm_.sender.role == Role::client) {
     farm_.fail_request(peer, m.request, 2,
                        "the key '" + farm_.sender.name +
-                           "' is that of a client: workers are an "
-                           "administrator's");
+                           "' is a client's: only an administrator may drain and readmit workers");
     return;
   }
   m.action == msg::WorkerAction::drain ? disputes_.drain(m.name, m.host, job_book_.asker())

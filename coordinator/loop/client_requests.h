@@ -16,7 +16,7 @@ class LeaseDesk;
 class WorkerDesk;
 struct PictureFile;
 
-/// Answers what clients ask, and checks what they may change. Jobs are submitted to JobBook.
+/// Answers all requests of clients except submits. Checks whether clients may make a change.
 class ClientRequests {
  public:
   ClientRequests(Farm& farm, JobBook& job_book, LeaseDesk& leases, DisputeDesk& disputes,
@@ -27,6 +27,7 @@ class ClientRequests {
         disputes_(disputes),
         worker_desk_(worker_desk) {}
 
+  /// Handle the requests of PROTOCOL.md. Each request gets one answer, which may be an error.
   void on(Time now, const PeerId& peer, msg::ListJobs& m);
   void on(Time now, const PeerId& peer, msg::ShowJob& m);
   void on(Time now, const PeerId& peer, msg::Fetch& m);
@@ -37,8 +38,8 @@ class ClientRequests {
   void on(Time now, const PeerId& peer, msg::SteerWorkers& m);
 
  private:
-  Job* asked_for(const PeerId& peer, std::uint64_t request, JobId id);
-  std::vector<Job*> asked_to_change(const PeerId& peer, std::uint64_t request, JobId id);
+  Job* find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id);
+  std::vector<Job*> find_changeable(const PeerId& peer, std::uint64_t request, JobId id);
   bool may_requeue(const PeerId& peer, std::uint64_t request, const Series& named);
   void readmit(Time now, const msg::SteerWorkers& m);
   BulkLedger::Ticket admit_bulk(const PeerId& peer, std::uint64_t request, std::uint64_t bytes);

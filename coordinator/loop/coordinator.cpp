@@ -26,7 +26,7 @@ Coordinator::Coordinator(CoordinatorOptions options, Store* store,
   job_book_.restore_jobs();
 }
 
-/// Gives a message to the part that takes it.
+/// Passes a message to the part that handles it.
 template <typename M>
 void Coordinator::dispatch(Time now, const PeerId& peer, M& m) {
   if constexpr (requires { worker_desk_.on(now, peer, m); }) {
@@ -39,12 +39,12 @@ void Coordinator::dispatch(Time now, const PeerId& peer, M& m) {
     clients_.on(now, peer, m);
   } else {
     ++farm_.tally.malformed;
-    farm_.warnings.warn(now, "message that a coordinator does not take: dropped");
+    farm_.warnings.warn(now, "dropped a message of a kind that coordinators do not handle");
   }
 }
 
-/// What only workers say. Everything else is asked by clients.
-static bool is_of_workers(const Message& message) {
+/// Returns whether only workers send such messages. Clients send all others.
+static bool is_worker_message(const Message& message) {
   return std::holds_alternative<msg::Hello>(message) ||
          std::holds_alternative<msg::Heartbeat>(message) ||
          std::holds_alternative<msg::NeedScene>(message) ||
@@ -53,42 +53,42 @@ static bool is_of_workers(const Message& message) {
          std::holds_alternative<msg::Failed>(message) || std::holds_alternative<msg::Bye>(message);
 }
 
-static bool may_say(Role role, const Message& message) {
+static bool may_send(Role role, const Message& message) {
   switch (role) {
     case Role::any:
       return true;
     case Role::worker:
-      return is_of_workers(message);
+      return is_worker_message(message);
     case Role::client:
     case Role::admin:
-      return !is_of_workers(message);
+      return !is_worker_message(message);
     case Role::none:
       break;
   }
   return false;
 }
 
-/// Of a key that may not say that.
+/// Answers a message that the sender's key does not permit.
 void Coordinator::refuse(Time now, const PeerId& peer, const Message& message) {
   ++farm_.tally.malformed;
-  const std::string why =
-      farm_.sender.role == Role::none
-          ? "its key is no longer allowed"
-          : fmt::format("the key '{}' is that of {} {}", farm_.sender.name,
-                        farm_.sender.role == Role::admin ? "an" : "a", name_of(farm_.sender.role));
-  farm_.warnings.warn(now, "message refused: " + why);
-  if (is_of_workers(message)) {
+  const std::string why = farm_.sender.role == Role::none
+                              ? "its key is no longer allowed"
+                              : fmt::format("the key '{}' has the role {}", farm_.sender.name,
+                                            name_of(farm_.sender.role));
+  farm_.warnings.warn(now, "refused a message: " + why);
+  if (is_worker_message(message)) {
     if (farm_.workers.at(peer) != nullptr) {
       worker_desk_.lose_worker(now, peer, why, false);
     }
-    farm_.send(peer, msg::Bye{why});  // it may have been welcome before
+    farm_.send(peer, msg::Bye{why});  // the worker may have joined before
     farm_.send(peer, msg::Refuse{why});
     return;
   }
   std::visit(
       [&](const auto& m) {
         if constexpr (requires { m.request; }) {
-          farm_.fail_request(peer, m.request, 2, why + ": it may not ask this");
+          farm_.fail_request(peer, m.request, 2,
+                             why + ": only clients and administrators may ask this");
         }
       },
       message);
@@ -97,27 +97,27 @@ void Coordinator::refuse(Time now, const PeerId& peer, const Message& message) {
 void Coordinator::receive(Time now, Delivery delivery) {
   farm_.now = now;
   if (farm_.workers.at(delivery.peer) == nullptr && !requests_.allow(now, delivery.peer)) {
-    farm_.warnings.warn(now, "more messages from one peer than --max-requests: dropped");
+    farm_.warnings.warn(now, "dropped messages: a peer sent more than --max-requests per second");
     return;
   }
   try {
     Message message = delivery.content.open();
     farm_.sender = std::move(delivery.sender);
-    if (!may_say(farm_.sender.role, message)) {
+    if (!may_send(farm_.sender.role, message)) {
       refuse(now, delivery.peer, message);
       return;
     }
     std::visit([&](auto& m) { dispatch(now, delivery.peer, m); }, message);
   } catch (const ProtocolError& error) {
     ++farm_.tally.malformed;
-    farm_.warnings.warn(now, std::string("malformed message dropped: ") + error.what());
+    farm_.warnings.warn(now, std::string("dropped a malformed message: ") + error.what());
     if (error.request()) {
       farm_.fail_request(delivery.peer, *error.request(), 2, error.what());
     }
   }
 }
 
-/// Who seems silent, or late, is judged only when everything that they have sent is in.
+/// Looks for silent workers and expired leases only when all received messages are handled.
 Time Coordinator::tick(Time now, bool drained) {
   farm_.now = now;
   farm_.began = std::min(farm_.began, now);
@@ -144,7 +144,7 @@ Time Coordinator::tick(Time now, bool drained) {
     disputes_.look_after_checks();
   }
   leases_.grant_leases(now);
-  farm_.job_thread.run_finished();  // what has been prepared meanwhile
+  farm_.job_thread.run_finished();  // for passes that the job thread has just prepared
   if (!leases_.grant_leases(now)) {
     return now;
   }

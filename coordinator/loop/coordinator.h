@@ -17,13 +17,13 @@
 
 namespace parray::coordinator {
 
-/// The coordinator's side of PROTOCOL.md. It dispatches messages and time to its parts. One thread
-/// drives it; the background thread owns the store and all expensive work.
+/// The coordinator's side of PROTOCOL.md. Dispatches messages and time to its parts. Not
+/// thread-safe. The job thread owns the store and does all expensive work.
 class Coordinator final : public Actor {
  public:
   using Tally = coordinator::Tally;
 
-  /// Takes up the jobs of `store`; null: nothing outlives the process. Throws RunError if the store
+  /// Resumes the jobs of `store`. Null: nothing outlives the process. Throws RunError if the store
   /// cannot be read.
   Coordinator(CoordinatorOptions options, Store* store, std::shared_ptr<spdlog::logger> log);
 

@@ -14,46 +14,48 @@
 
 namespace parray::coordinator {
 
+/// Settings of a coordinator.
 struct CoordinatorOptions {
-  /// How often a worker says that it is alive. Shorter finds losses sooner, longer saves messages.
+  /// Time between two heartbeats of a worker. Shorter finds losses sooner; longer saves messages.
   Time heartbeat = seconds(1);
-  /// Without a word for this long a worker is lost. At least a few heartbeats.
+  /// Time without a message after which a worker counts as lost. At least a few heartbeats.
   Time silence = seconds(5);
-  /// Of up to so many workers. Of up to n times as many both are n times as long, as long as a
-  /// lease is still heard of three times before its deadline.
+  /// Number of workers for which `heartbeat` and `silence` are meant. With up to n times as many
+  /// workers both are n times as long, but three heartbeats still fit into `lease_timeout`.
   std::size_t heartbeat_workers = 1000;
-  /// A lease whose holder traces nothing for this long is taken back. Longer than the dearest
-  /// millisecond-sized piece of work takes on a slow, loaded machine.
+  /// The coordinator takes a lease back if its holder traces nothing for this long. Longer than the
+  /// most expensive cell takes on a slow, loaded machine.
   Time lease_timeout = seconds(10);
-  /// A worker holds two leases, and the next user in turn waits for these. A worker returns a part
-  /// of a lease that takes twice the longest.
+  /// Shortest and longest lease, in seconds. A worker holds two leases, and the next user in turn
+  /// waits for them. A worker returns a part of a lease that takes twice the longest.
   LeaseLength lease_length{0.02, 0.5};
-  /// Workers are told to look elsewhere when nothing can be committed for this long.
+  /// If nothing can be committed for this long, the coordinator sends its workers away.
   Time release_after = never;
   std::size_t max_workers = 4096;
   Limits limits{};
-  /// Bytes for pictures under way and, where no store keeps them, scenes and finished pictures.
+  /// Bytes for unfinished pictures and, without a store, for scenes and finished pictures.
   std::uint64_t memory = std::uint64_t{8} << 30;
-  /// A job's time limit counts from when it was submitted, not from its first lease.
+  /// Whether a job's time limit counts from its submit instead of its first lease.
   bool waiting_counts = false;
-  /// A job fails when so many different workers have failed at the same cells.
+  /// Number of different workers that must fail at the same cells before the job fails.
   std::uint32_t max_failures = 3;
-  /// Which leases are traced a second time.
+  /// Which leases a second worker traces again.
   CheckPolicy::Options checks{};
-  /// Even random numbers in [0, 1), which decide who checks what, and no bits. Null: random_device.
+  /// Uniform random numbers in [0, 1). They select leases to check and do not influence pictures.
+  /// Null: std::random_device.
   std::function<double()> random{};
-  /// Decides where two machines returned different bits. Null: such jobs are held.
+  /// Decides which result is right if two machines return different bits. Null: such jobs wait.
   std::shared_ptr<Referee> referee{};
   RefereeDesk::Options refereeing{};
-  /// Where the epochs of every job begin. Another for every life of a coordinator, far from all
-  /// others: a worker may still have a result for the one before.
+  /// First epoch of every job. Each process of a coordinator uses a distant value, because a worker
+  /// may still return a result of the previous process.
   Epoch first_epoch = 1;
-  /// Who says how far a job's denoised picture is, if it is to be the target: only whoever traces
-  /// can. Null: nobody, and such jobs are refused.
+  /// Makes the function that estimates the error of a job's denoised picture, for error targets
+  /// that apply to it. Null: the coordinator refuses such jobs.
   std::function<PictureJudge(const JobRecord&)> judge_of{};
-  /// trace_fingerprint() of this build; workers must have the same.
+  /// trace_fingerprint() of this build. Workers must have the same.
   std::string fingerprint;
-  /// Seconds since 1970, for a job's history. Any thread.
+  /// Returns seconds since 1970, for a job's history. Any thread may call it.
   std::function<double()> wall_clock = [] { return 0.0; };
   JobThread::Options job_thread{};
 };

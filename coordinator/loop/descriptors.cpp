@@ -20,20 +20,20 @@ void DescriptorWatch::look(Time now) {
   constexpr Time rest = seconds(5);
   if (now >= look_at_) {
     look_at_ = now + rest;
-    judge(descriptor_use());
+    check(descriptor_use());
   }
 }
 
-void DescriptorWatch::judge(const DescriptorUse& use) {
-  if (!told_ && use.open > use.most / 10 * 9) {
-    told_ = true;
+void DescriptorWatch::check(const DescriptorUse& use) {
+  if (!warned_ && use.open > use.most / 10 * 9) {
+    warned_ = true;
     log_.warn(
         "{} of {} open files are in use, most of them by connections: new workers and clients may "
-        "not be heard: find out who connects, or raise ulimit -n",
+        "not be able to connect: find out who connects, or raise ulimit -n",
         use.open, use.most);
-  } else if (told_ && use.open < use.most / 10 * 8) {
-    told_ = false;
-    log_.info("{} of {} open files are in use: connections are accepted again", use.open, use.most);
+  } else if (warned_ && use.open < use.most / 10 * 8) {
+    warned_ = false;
+    log_.info("{} of {} open files are in use: new connections work again", use.open, use.most);
   }
 }
 

@@ -8,28 +8,29 @@
 
 namespace parray::coordinator {
 
-/// Files that this process has open now, and may open.
+/// Number of files that this process has open, and that it may open.
 struct DescriptorUse {
   std::size_t open = 0;
   std::size_t most = 0;
 };
+/// Reads both numbers from the system.
 DescriptorUse descriptor_use();
 
-/// Warns when connections, also those of peers that say nothing, have taken nearly all files that
-/// this process may open: new workers and clients are not heard then.
+/// Warns when connections use nearly all files that this process may open. Then new workers and
+/// clients cannot connect. Connections of silent peers count, too.
 class DescriptorWatch {
  public:
   explicit DescriptorWatch(spdlog::logger& log) : log_(log) {}
 
-  /// Looks every few seconds, however often it is called.
+  /// Checks at most every five seconds, however often it is called.
   void look(Time now);
-  /// The same at once, at these numbers.
-  void judge(const DescriptorUse& use);
+  /// Checks these numbers now. Logs when the state changes.
+  void check(const DescriptorUse& use);
 
  private:
   spdlog::logger& log_;
   Time look_at_{};
-  bool told_ = false;
+  bool warned_ = false;
 };
 
 }  // namespace parray::coordinator

@@ -6,7 +6,7 @@
 
 namespace parray::coordinator {
 
-/// Pictures and journals that one client may have on their way.
+/// Pictures and journals that one client may be receiving at a time.
 static constexpr std::size_t most_bulk_of_peer = 4;
 
 Farm::Farm(CoordinatorOptions options_of_farm, Store* kept_in,
@@ -29,7 +29,6 @@ void Farm::fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t
   send(peer, msg::Error{request, status, message});
 }
 
-/// For tasks that answer a client: if one throws, the client gets the error.
 JobThread::Guarded Farm::for_client(const PeerId& peer, std::uint64_t request,
                                     const std::string& doing) {
   return job_thread.guarded([this, peer, request, doing](const std::string& why) {
@@ -38,14 +37,12 @@ JobThread::Guarded Farm::for_client(const PeerId& peer, std::uint64_t request,
   });
 }
 
-/// For tasks that nobody waits for: if one throws, the log says so.
 JobThread::Guarded Farm::for_log(const std::string& doing) {
   return job_thread.guarded(
       [this, doing](const std::string& why) { log->error("{}: {}", doing, why); });
 }
 
-/// The record as it is now goes to the store; one that is being finished has its last there
-/// already.
+/// Does nothing for a job that is being finished: the store has its last record already.
 void Farm::keep(const Job& job) {
   if (store != nullptr && job.phase != JobPhase::finishing) {
     const auto tasks = for_log(fmt::format("keeping the record of job {}", job.record.id));
@@ -68,7 +65,7 @@ Job* Farm::job_at_work(JobId id, std::uint64_t generation) {
 
 void Farm::note(Job& job, const std::string& what) { job.record.note(options.wall_clock(), what); }
 
-/// Seconds for which coordinators have served this state. A clock that is set does not change them.
+/// Adjustments of the system's clock do not change it.
 double Farm::uptime() const {
   return uptime_before + (began == never ? 0 : to_seconds(now - began));
 }

@@ -28,7 +28,7 @@ namespace parray::coordinator {
 struct Tally {
   std::uint64_t samples = 0;   ///< merged for the first time
   std::uint64_t granted = 0;   ///< leases
-  std::uint64_t accepted = 0;  ///< results, as the three below
+  std::uint64_t accepted = 0;  ///< results; the next three also count results
   std::uint64_t duplicate = 0;
   std::uint64_t stale = 0;
   std::uint64_t mismatch = 0;
@@ -57,7 +57,7 @@ struct Farm {
   /// Seconds for which coordinators have served this state.
   [[nodiscard]] double uptime() const;
 
-  /// Finds a job. Null: there is none of this number.
+  /// Finds a job by its number. Null: none has it.
   Job* job_of(JobId id);
   /// Finds a job whose work still has this generation. Null: it ended or began again.
   Job* job_at_work(JobId id, std::uint64_t generation);
@@ -65,10 +65,10 @@ struct Farm {
   void note(Job& job, const std::string& what);
   /// Keeps the record of a job in the store.
   void keep(const Job& job);
-  /// For tasks that answer a client: a failure answers with an error.
+  /// For tasks that answer a client: if a task throws, the client gets the error.
   [[nodiscard]] JobThread::Guarded for_client(const PeerId& peer, std::uint64_t request,
                                               const std::string& doing);
-  /// For tasks without a recipient: a failure is logged.
+  /// For tasks without a recipient: if a task throws, the log gets the error.
   [[nodiscard]] JobThread::Guarded for_log(const std::string& doing);
 
   const CoordinatorOptions options;

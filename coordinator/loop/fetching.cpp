@@ -17,11 +17,11 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
-static std::string no_longer_kept(JobId id) {
-  return fmt::format("the picture of job {} is no longer kept", id);
+static std::string no_picture_left(JobId id) {
+  return fmt::format("the coordinator no longer keeps the picture of job {}: render it again", id);
 }
 
-/// The answer to a fetch, without the picture and its report.
+/// Returns the answer to a fetch, without the picture and its report.
 static msg::ImageData answer_to(const msg::Fetch& m, const JobRecord& record) {
   const RenderSettings& s = record.settings;
   return {m.request,
@@ -34,7 +34,7 @@ static msg::ImageData answer_to(const msg::Fetch& m, const JobRecord& record) {
 }
 
 void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
-  const Job* job = asked_for(peer, m.request, m.job);
+  const Job* job = find_or_refuse(peer, m.request, m.job);
   if (job == nullptr) {
     return;
   }
@@ -44,21 +44,21 @@ void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
     farm_.fail_request(peer, m.request, 2,
                        "job " + std::to_string(m.job) + " is " +
                            std::string(name_of(job->record.state)) +
-                           ", not done: see parray watch");
+                           ", not done: parray watch shows its progress");
   } else {
     send_picture(peer, m, *job);
   }
 }
 
-/// Null once the client has been told that there is no room now.
+/// Counts an answer of `bytes`. If there is no room now, sends an error and returns null.
 BulkLedger::Ticket ClientRequests::admit_bulk(const PeerId& peer, std::uint64_t request,
                                               std::uint64_t bytes) {
   BulkLedger::Ticket ticket = farm_.bulk.admit(peer, bytes);
   if (!ticket) {
     farm_.send(peer,
                msg::Error{request, 2,
-                          "too many pictures wait for clients to read them: read those that you "
-                          "asked for, and ask again later",
+                          "too many pictures wait until their clients read them: read the pictures "
+                          "that you requested, then try again",
                           true});
   }
   return ticket;
@@ -70,7 +70,7 @@ void ClientRequests::send_picture(const PeerId& peer, const msg::Fetch& m, const
     return;
   }
   if (job.picture_bytes == 0) {
-    farm_.fail_request(peer, m.request, 1, no_longer_kept(m.job));
+    farm_.fail_request(peer, m.request, 1, no_picture_left(m.job));
     return;
   }
   msg::ImageData answer = answer_to(m, job.record);
@@ -105,14 +105,14 @@ void ClientRequests::send_kept_picture(const PeerId& peer, const msg::Fetch& m, 
                     farm_.send(peer, std::move(*answer));
                   } else {
                     farm_.fail_request(peer, answer->request, 1,
-                                       kept->damage.empty() ? no_longer_kept(id) : kept->damage);
+                                       kept->damage.empty() ? no_picture_left(id) : kept->damage);
                   }
                 },
                 {}};
       });
 }
 
-/// Says in the job's flag and history that the file of its picture is damaged, or was.
+/// Notes in the job's flag and history that its picture's file is damaged, or no longer damaged.
 void ClientRequests::note_picture_file(JobId id, const PictureFile& kept) {
   Job* job = farm_.job_of(id);
   if (job == nullptr) {
@@ -125,20 +125,20 @@ void ClientRequests::note_picture_file(JobId id, const PictureFile& kept) {
   std::string flag = flag_with(job->record.flag, kept);
   if (flag != job->record.flag) {
     job->record.flag = std::move(flag);
-    farm_.note(*job, job->record.flag.empty() ? "the file of its picture can be read again"
+    farm_.note(*job, job->record.flag.empty() ? "the file of its picture is readable again"
                                               : job->record.flag);
     farm_.keep(*job);
   }
 }
 
-/// What there is of a picture, for those who cannot wait.
+/// Sends the picture of an unfinished job as it is now.
 void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job) {
   if (!job.work || !job.work->picture) {
     farm_.fail_request(peer, m.request, 2,
-                       "job " + std::to_string(m.job) + " has nothing to show yet");
+                       "job " + std::to_string(m.job) + " has no picture yet: try again later");
     return;
   }
-  // Without a store the client is in this process, and nothing is copied.
+  // Without a store the client is in this process: the answer copies nothing and needs no limit.
   const RenderSettings& s = job.record.settings;
   const BulkLedger::Ticket ticket =
       farm_.store == nullptr
@@ -167,9 +167,9 @@ void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const
       });
 }
 
-/// What has been merged, so far or in all.
+/// Sends the journal: one line per merged lease, also of an unfinished job.
 void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
-  const Job* job = asked_for(peer, m.request, m.job);
+  const Job* job = find_or_refuse(peer, m.request, m.job);
   if (job == nullptr) {
     return;
   }

@@ -16,7 +16,7 @@ void append(Closures& to, Closures from) {
   to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
 }
 
-/// Does the task. An task that throws has `failed` as its completion.
+/// Runs the task. If it throws, returns `failed` as its completion.
 JobThread::Completion completion_of(const JobThread::Task& task, const JobThread::Failed& failed) {
   std::string why;
   try {
@@ -33,7 +33,7 @@ JobThread::Completion completion_of(const JobThread::Task& task, const JobThread
 
 JobThread::JobThread(Store* store, Options options) : store_(store), options_(std::move(options)) {
   if (options_.threaded) {
-    thread_ = std::thread([this] { lead(); });
+    thread_ = std::thread([this] { run(); });
   }
 }
 
@@ -62,7 +62,7 @@ void JobThread::give(Given given) {
 
 void JobThread::run_task(Given given) {
   Completion completion = completion_of(given.task, given.failed);
-  given = {};  // what it held goes here, not in the loop
+  given = {};  // destroys what the task held in this thread, not in the loop's
   const std::scoped_lock lock(mutex_);
   if (completion.done) {
     finished_.push_back(std::move(completion.done));
@@ -96,7 +96,7 @@ void JobThread::run_finished() {
   if (!options_.threaded) {
     commit();
   }
-  // Outcomes give tasks, which without a thread are done at once.
+  // Completions queue tasks, which without a thread run immediately.
   for (;;) {
     Closures finished;
     {
@@ -128,7 +128,7 @@ std::size_t JobThread::backlog() const {
   return waiting_.size() + (busy_ ? 1 : 0);
 }
 
-void JobThread::lead() {
+void JobThread::run() {
   const FloatMode ieee;
   omp_set_num_threads(options_.threads);
   const SteadyClock clock;

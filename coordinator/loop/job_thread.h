@@ -16,45 +16,43 @@
 
 namespace parray::coordinator {
 
-/// What is too heavy for the coordinator's loop: decoding, digests, merging, the noise model,
-/// pictures, the disk. One task after the other, in the order in which they were given, in a
-/// thread of its own or, for tests and simulations, at once.
-///
-/// What tasks put into the store is committed every now and then, many tasks together.
+/// Runs tasks that take too long for the coordinator's loop: decoding, digests, merging, the noise
+/// model, pictures, the disk. Tasks run one at a time in the order of give(), in a background
+/// thread or, for tests and simulations, within give(). One commit saves the data of many tasks.
 class JobThread {
  public:
-  /// What the loop is to do when an task is done.
+  /// What the loop calls after a task. Both may be empty.
   struct Completion {
-    std::function<void()> done;  ///< as soon as may be; may be empty
-    std::function<void()> kept;  ///< once what the task has put is committed; may be empty
+    std::function<void()> done;  ///< called as soon as possible
+    std::function<void()> kept;  ///< called when the store has committed what the task put there
   };
-  /// Runs beside the loop and touches nothing of the loop's. It may throw: see give().
+  /// Runs in the background thread and must not use data of the loop. It may throw: see Guarded.
   using Task = std::function<Completion()>;
-  /// What the loop does when an task has thrown. `why` is one line.
+  /// What the loop calls after a task that threw. `why` is one line.
   using Failed = std::function<void(const std::string& why)>;
 
   struct Options {
-    bool threaded = true;
-    std::function<void()> wake;  ///< called when there is something for run_finished()
-    /// The longest that anything waits for its commit.
+    bool threaded = true;        ///< false: tasks run within give()
+    std::function<void()> wake;  ///< called when run_finished() has something to do
+    /// Longest time between a task and its commit.
     Time commit_interval = milliseconds(100);
-    /// How often to commit where nothing was put, for a store that has other things to do then.
+    /// Time between commits when no task has run, for a store that does other work in commit().
     Time idle_commits = never;
-    /// That an task may take (OpenMP's of its thread).
+    /// OpenMP threads that a task may use.
     int threads = 1;
   };
-  /// `store` may be null: nothing is kept, and everything counts as committed. It belongs to the
-  /// tasks from now on.
+  /// `store` may be null: then everything counts as committed. From now on only tasks may use it.
   JobThread(Store* store, Options options);
-  /// Waits for the task under way; drops the others.
+  /// Waits for the running task and drops the others.
   ~JobThread();
   JobThread(const JobThread&) = delete;
   JobThread& operator=(const JobThread&) = delete;
 
-  /// Queues tasks. If one throws, run_finished() calls `failed` instead of its completion: one
-  /// request or one job fails, and everything else goes on.
+  /// Queues tasks. If a task throws, run_finished() calls `failed` instead of its completion. So
+  /// one request or one job fails, and all others continue.
   class Guarded {
    public:
+    /// Queues a task.
     void give(Task task) const { job_thread_.give({std::move(task), failed_}); }
 
    private:
@@ -64,16 +62,16 @@ class JobThread {
     JobThread& job_thread_;
     Failed failed_;
   };
+  /// Returns a queue for tasks that share the handler `failed`.
   [[nodiscard]] Guarded guarded(Failed failed) { return {*this, std::move(failed)}; }
 
-  /// Runs outcomes. Throws what a commit has thrown: a store that cannot commit is of no use. (A
-  /// full disk is no such error: see blocked().) Called by the loop's turn.
+  /// Calls the completions of finished tasks in the caller's thread, the loop. Rethrows what a
+  /// commit has thrown, except for a full disk: see blocked().
   void run_finished();
 
-  /// Why nothing can be committed now: a full disk. Empty: all is well. It is tried again every
-  /// second.
+  /// Returns why the store cannot commit: a full disk. Empty: it can. Retries come every second.
   [[nodiscard]] std::string blocked() const;
-  /// Errands that wait or are under way.
+  /// Returns the number of tasks that wait or run.
   [[nodiscard]] std::size_t backlog() const;
 
  private:
@@ -84,7 +82,7 @@ class JobThread {
   void give(Given given);
   void run_task(Given given);
   void commit();
-  void lead();
+  void run();
 
   Store* const store_;
   const Options options_;

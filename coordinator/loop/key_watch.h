@@ -11,16 +11,18 @@
 
 namespace parray::coordinator {
 
-/// Tells when the lists of keys are not followed any more, and when they are again.
+/// Logs when the lists of allowed keys become unreadable and when they are readable again.
 class KeyWatch {
  public:
+  /// `keys`: the folder with the lists; empty: there is nothing to watch.
   KeyWatch(const std::string& keys, std::shared_ptr<spdlog::logger> log)
       : keys_(keys), log_(std::move(log)) {}
 
+  /// Checks the lists at most every two seconds, however often it is called.
   void look(Time now) {
-    constexpr Time rest = seconds(2);
+    constexpr Time pause = seconds(2);
     if (keys_.empty() || now < look_at_) return;
-    look_at_ = now + rest;
+    look_at_ = now + pause;
     std::string problem;
     try {
       check_key_lists(keys_);
@@ -30,9 +32,9 @@ class KeyWatch {
     if (problem == problem_) return;
     problem_ = problem;
     if (problem.empty()) {
-      log_->info("the lists in {} are followed again", keys_);
+      log_->info("the lists of keys in {} are readable again and apply", keys_);
     } else {
-      log_->error("{}; until then what the lists said before counts", problem);
+      log_->error("{}; until you correct it, the previous lists apply", problem);
     }
   }
 

@@ -10,31 +10,32 @@
 
 namespace parray::coordinator {
 
-/// What a coordinator takes, in all and of each user. Frames of one series count as one job.
+/// Limits of a coordinator and of each user. Frames of one series count as one job.
 struct Limits {
-  std::size_t jobs = 1000;                         ///< kept; the oldest that has ended makes room
-  std::size_t user_jobs = 200;                     ///< unfinished, of one user
-  std::size_t pixels = std::size_t{1} << 28;       ///< of a picture
-  std::size_t user_pixels = std::size_t{1} << 30;  ///< of the unfinished jobs of one user
+  std::size_t jobs = 1000;                         ///< kept jobs; the oldest ended one makes room
+  std::size_t user_jobs = 200;                     ///< unfinished jobs of one user
+  std::size_t pixels = std::size_t{1} << 28;       ///< pixels of one picture
+  std::size_t user_pixels = std::size_t{1} << 30;  ///< pixels of one user's unfinished jobs
   std::uint64_t disk = std::uint64_t{100} << 30;   ///< bytes of the store
-  std::uint64_t user_disk = std::uint64_t{50} << 30;  ///< likewise, of one user
-  double keep_lost_seconds = 30.0 * 24 * 3600;        ///< that files which were set aside are kept
-  double keep_seconds = 90.0 * 24 * 3600;             ///< since it ended, that a job is kept
-  std::size_t requests = 1000;  ///< messages a second of one peer that is no worker
+  std::uint64_t user_disk = std::uint64_t{50} << 30;  ///< bytes of one user's jobs in the store
+  double keep_lost_seconds = 30.0 * 24 * 3600;        ///< how long files that were set aside stay
+  double keep_seconds = 90.0 * 24 * 3600;             ///< how long a job is kept after its end
+  std::size_t requests = 1000;  ///< messages per second from a peer that is not a worker
 };
 
-/// There is no room now; later there may be.
+/// There is no room now, but there may be room later.
 class NoRoom : public InputError {
  public:
   using InputError::InputError;
 };
 
-/// Messages of peers that are no workers: so many a second each.
+/// Limits the messages per second of each peer that is not a worker.
 class RequestBudget {
  public:
+  /// `most`: messages per second and peer.
   explicit RequestBudget(std::size_t most) : most_(most) {}
 
-  /// Whether one more of this peer is to be read.
+  /// Counts a message of this peer. Returns whether the coordinator should read it.
   bool allow(Time now, const PeerId& peer) {
     if (now - began_ >= seconds(1)) {
       began_ = now;
@@ -46,7 +47,7 @@ class RequestBudget {
  private:
   std::size_t most_;
   Time began_{};
-  std::map<PeerId, std::size_t> counts_;  ///< since then
+  std::map<PeerId, std::size_t> counts_;  ///< messages since began_
 };
 
 }  // namespace parray::coordinator

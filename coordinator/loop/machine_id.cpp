@@ -7,9 +7,8 @@
 namespace parray::coordinator {
 namespace {
 
-/// An IPv4 address that arrived over IPv6 is the same machine's. A machine has many loopback
-/// addresses.
-std::string one_address_of(std::string_view address) {
+/// Returns the same text for the IPv4 and IPv6 forms of an address, and for all loopback addresses.
+std::string normalized_address(std::string_view address) {
   constexpr std::string_view mapped = "::ffff:";
   if (address.starts_with(mapped)) {
     address.remove_prefix(mapped.size());
@@ -26,7 +25,7 @@ MachineId machine_of(const Sender& sender, const std::string& worker) {
   if (sender.address.empty()) {
     return {MachineId::Kind::process, worker};
   }
-  return {MachineId::Kind::address, one_address_of(sender.address)};
+  return {MachineId::Kind::address, normalized_address(sender.address)};
 }
 
 std::uint64_t machine_key(const MachineId& machine) {

@@ -6,12 +6,12 @@
 
 namespace parray::coordinator {
 
-/// Results come and go in blocks of up to 32 MiB: what was freed is used again, instead of being
-/// given back to the system and cleared anew for each.
+/// Makes malloc reuse freed blocks of up to 64 MiB. Results take blocks of up to 32 MiB; otherwise
+/// malloc would return each to the system, which clears every new one.
 void keep_freed_blocks();
 
-/// Every worker, every client and every connection of HTTP is a file descriptor. Throws InputError
-/// when there cannot be enough.
+/// Raises the limit of open files as far as possible. Every worker, client and HTTP connection uses
+/// a file descriptor. Throws InputError if the limit is too low.
 void allow_connections(std::size_t workers, std::size_t http);
 
 }  // namespace parray::coordinator

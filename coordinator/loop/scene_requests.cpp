@@ -5,7 +5,7 @@
 
 namespace parray::coordinator {
 
-/// That of a job at work; null: there is none.
+/// Finds a scene by its SHA-256 among the jobs at work. Null: no job at work has it.
 const ScenePayload* WorkerDesk::scene_at_work(const std::string& scene) const {
   for (const JobId id : farm_.at_work) {
     const Job& job = farm_.jobs.at(id);
@@ -26,15 +26,15 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedScene& m) {
     return;
   }
   const Bulk* bytes = scene->held_bytes();
-  if (bytes == nullptr) {  // only in one process
+  if (bytes == nullptr) {  // the worker is in this process
     farm_.send(peer, msg::SceneSource{m.scene, {}, "", "", scene->scene()});
     return;
   }
   farm_.send(peer, farm_.scenes.source_for(*worker, m.scene, bytes->data.size(), m.failed));
   const WorkerRecord* source = farm_.workers.by_id(farm_.scenes.source_of(worker->id, m.scene));
   farm_.log->debug("scene {:.8} for worker {} '{}': from {}{}", m.scene, worker->id,
-                   worker->hello.name, source == nullptr ? "here" : source->hello.name,
-                   m.failed > 0 ? fmt::format(", its source {}", m.failed + 1) : "");
+                   worker->hello.name, source == nullptr ? "the coordinator" : source->hello.name,
+                   m.failed > 0 ? fmt::format(", attempt {}", m.failed + 1) : "");
 }
 
 void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedChunk& m) {
@@ -52,14 +52,13 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedChunk& m) {
   }
 }
 
-/// What was kept to send it, if no job at work needs it any more.
 void WorkerDesk::forget_scene(const std::string& scene) {
   if (scene_at_work(scene) != nullptr) {
     return;
   }
   const SceneService::Spread spread = farm_.scenes.forget_scene(scene);
   if (spread.workers > 0) {
-    farm_.log->debug("scene {:.8} went to {} workers, {} bytes of it from here", scene,
+    farm_.log->debug("scene {:.8} went to {} workers; the coordinator sent {} bytes", scene,
                      spread.workers, spread.bytes);
   }
 }

@@ -6,11 +6,11 @@
 namespace parray::coordinator {
 namespace {
 
-/// Chunks kept as they travel: workers that are served at once ask for the same ones.
+/// Packed chunks in the cache: workers that load a scene at the same time need the same chunks.
 constexpr std::size_t chunks_kept = 64;
-/// Sources that a worker tries before it is served by the coordinator.
+/// Sources that may fail for a worker before the coordinator serves it.
 constexpr std::uint32_t most_tries = 3;
-/// So many workers that could not use a source have the others spared it.
+/// Workers for which a source may fail before it serves no others.
 constexpr std::uint32_t most_complaints = 2;
 
 std::string endpoint(const std::string& address, std::uint32_t port) {
@@ -20,7 +20,7 @@ std::string endpoint(const std::string& address, std::uint32_t port) {
 
 }  // namespace
 
-/// Workers of one host name are of one machine if they are seen by one address.
+/// Workers with the same host name and the same address are on one machine.
 SceneService::Node SceneService::node_of(const WorkerRecord& worker) {
   Node node;
   node.id = worker.id;
@@ -51,7 +51,7 @@ msg::SceneSource SceneService::source_for(const WorkerRecord& worker, const std:
   if (failed > node->failed) {
     if (node->source != 0) {
       node->refused.insert(node->source);
-      ++useless_[node->source];
+      ++complaints_[node->source];
     }
     node->failed = failed;
     release(tree, *node);
@@ -80,14 +80,14 @@ WorkerId SceneService::source_of(WorkerId worker, const std::string& scene) cons
 }
 
 bool SceneService::may_serve(const Node& source, const Node& node) const {
-  const auto complaints = useless_.find(source.id);
+  const auto complaints = complaints_.find(source.id);
   return source.placed && !source.address.empty() && (!source.loopback || node.loopback) &&
          !node.refused.contains(source.id) &&
-         (complaints == useless_.end() || complaints->second < most_complaints);
+         (complaints == complaints_.end() || complaints->second < most_complaints);
 }
 
-/// Among those before it: one of its machine, else the coordinator, else one that gets the scene
-/// from another machine, too. Who came first is nearest to the coordinator.
+/// Selects the first earlier worker on the same machine, else the coordinator, else the first
+/// earlier worker whose own source is remote. The earliest is nearest to the coordinator.
 void SceneService::place(Tree& tree, Node& node) {
   node.placed = true;
   const auto end = tree.nodes.begin() + (&node - tree.nodes.data());
@@ -98,35 +98,35 @@ void SceneService::place(Tree& tree, Node& node) {
     node.source = found == end ? 0 : found->id;
     return found == end ? nullptr : &*found;
   };
-  if (Node* here = serve_by([&](const Node& source) {
-        return source.machine == node.machine && source.served_here < fan_out &&
+  if (Node* local = serve_by([&](const Node& source) {
+        return source.machine == node.machine && source.served_local < fan_out &&
                may_serve(source, node);
       })) {
-    node.abroad = false;
-    ++here->served_here;
+    node.remote = false;
+    ++local->served_local;
     return;
   }
-  node.abroad = true;
+  node.remote = true;
   if (tree.served < fan_out) {
     ++tree.served;
     return;
   }
-  if (Node* there = serve_by([&](const Node& source) {
-        return source.abroad && source.served_abroad < fan_out && may_serve(source, node);
+  if (Node* remote_source = serve_by([&](const Node& source) {
+        return source.remote && source.served_remote < fan_out && may_serve(source, node);
       })) {
-    ++there->served_abroad;
+    ++remote_source->served_remote;
     return;
   }
   ++tree.served;
 }
 
-/// Takes its source from a worker.
+/// Separates a node from its source.
 void SceneService::release(Tree& tree, Node& node) {
   if (!node.placed) {
     return;
   }
   if (Node* source = find(tree, node.source)) {
-    --(node.abroad ? source->served_abroad : source->served_here);
+    --(node.remote ? source->served_remote : source->served_local);
   } else if (node.source == 0) {
     --tree.served;
   }
@@ -159,7 +159,7 @@ std::optional<msg::Chunk> SceneService::chunk(const std::string& scene, const Fr
 }
 
 void SceneService::forget_worker(WorkerId id) {
-  useless_.erase(id);
+  complaints_.erase(id);
   for (auto& [scene, tree] : trees_) {
     Node* const node = find(tree, id);
     if (node == nullptr) {
@@ -169,7 +169,7 @@ void SceneService::forget_worker(WorkerId id) {
     tree.nodes.erase(tree.nodes.begin() + (node - tree.nodes.data()));
     for (Node& other : tree.nodes) {
       if (other.placed && other.source == id) {
-        other.placed = false;  // it will say so
+        other.placed = false;  // it will report the failed source
         other.source = 0;
       }
     }

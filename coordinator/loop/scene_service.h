@@ -13,59 +13,61 @@
 
 namespace parray::coordinator {
 
-/// Who gets a scene from whom, so that it leaves the coordinator but a few times however many
-/// workers there are, and crosses the network once for each machine. Workers of a scene make a tree
-/// in the order in which they have asked: nobody gets it from one that came later, so there is no
-/// circle whatever happens. Plain state; one thread.
+/// Decides from which source each worker gets a scene. The coordinator sends it only a few times,
+/// however many workers there are, and it crosses the network once per machine. The workers of a
+/// scene form a tree in the order of their first requests. A source always asked earlier than the
+/// worker that it serves, so there are no cycles. Not thread-safe.
 class SceneService {
  public:
-  /// Machines that the coordinator serves, and that each machine serves; workers of one machine
-  /// that one of them serves.
+  /// Number of machines that the coordinator serves, that one worker serves on other machines, and
+  /// of workers that it serves on its own machine.
   static constexpr std::uint32_t fan_out = 2;
 
+  /// `chunk_bytes`: size of all chunks except the last.
   explicit SceneService(std::uint32_t chunk_bytes = usual_chunk_bytes)
       : chunk_bytes_(chunk_bytes) {}
 
-  /// Where `worker` is to get `scene` from. `failed`: see `need_scene`; a higher number than last
-  /// time says that the source of last time was of no use.
+  /// Returns the source from which `worker` should get `scene`, which has `bytes` bytes. `failed`
+  /// is the field of `need_scene`: if it has grown, the previous source failed.
   msg::SceneSource source_for(const WorkerRecord& worker, const std::string& scene,
                               std::uint64_t bytes, std::uint32_t failed);
-  /// The worker that source_for() has named last; 0: the coordinator itself.
+  /// Returns the worker that source_for() named last. 0: the coordinator.
   [[nodiscard]] WorkerId source_of(WorkerId worker, const std::string& scene) const;
 
-  /// A chunk of the scene whose bytes these are; none if it has no such chunk. The last few are
-  /// kept as they travel.
+  /// Returns a chunk of the scene whose bytes are `bytes`; nothing if `index` is too large. Caches
+  /// the last few packed chunks.
   std::optional<msg::Chunk> chunk(const std::string& scene, const Frame& bytes,
                                   std::uint32_t index);
 
-  /// The worker has left, or is not to be trusted: it serves nobody any more.
+  /// Removes a worker that left or is in quarantine: it serves no other worker any more.
   void forget_worker(WorkerId id);
-  /// What has been sent of a scene that no job needs any more.
+  /// How far a scene has spread.
   struct Spread {
-    std::size_t workers = 0;
-    std::uint64_t bytes = 0;  ///< sent by the coordinator
+    std::size_t workers = 0;  ///< workers that requested it
+    std::uint64_t bytes = 0;  ///< bytes that the coordinator sent
   };
+  /// Removes a scene that no job needs any more.
   Spread forget_scene(const std::string& scene);
 
  private:
-  /// A worker, where one scene is concerned.
+  /// A worker in the tree of one scene.
   struct Node {
     WorkerId id = 0;
     std::string machine;
-    std::string address;  ///< empty: it serves nobody
+    std::string address;  ///< empty: it does not serve others
     std::string key;
-    bool loopback = false;  ///< seen by an address that only the coordinator's machine has
-    bool placed = false;    ///< has a source
-    WorkerId source = 0;
-    bool abroad = false;  ///< its source is another machine
-    std::uint32_t served_abroad = 0;
-    std::uint32_t served_here = 0;
-    std::uint32_t failed = 0;
-    std::set<WorkerId> refused{};  ///< sources that were of no use to it
+    bool loopback = false;            ///< its address is valid only on the coordinator's machine
+    bool placed = false;              ///< has a source
+    WorkerId source = 0;              ///< 0: the coordinator
+    bool remote = false;              ///< its source is on another machine
+    std::uint32_t served_remote = 0;  ///< workers of other machines that it serves
+    std::uint32_t served_local = 0;   ///< workers of its machine that it serves
+    std::uint32_t failed = 0;         ///< sources that failed, by the worker's count
+    std::set<WorkerId> refused{};     ///< sources that failed for it
   };
   struct Tree {
-    std::vector<Node> nodes;   ///< in the order in which they have come
-    std::uint32_t served = 0;  ///< machines, by the coordinator
+    std::vector<Node> nodes;   ///< in the order of their first requests
+    std::uint32_t served = 0;  ///< machines that the coordinator serves
     std::uint64_t bytes = 0;
   };
 
@@ -76,9 +78,9 @@ class SceneService {
   [[nodiscard]] bool may_serve(const Node& source, const Node& node) const;
 
   const std::uint32_t chunk_bytes_;
-  std::map<std::string, Tree> trees_;          ///< by scene
-  std::map<WorkerId, std::uint32_t> useless_;  ///< how many have said so
-  std::deque<msg::Chunk> chunks_;              ///< the last few
+  std::map<std::string, Tree> trees_;             ///< by scene
+  std::map<WorkerId, std::uint32_t> complaints_;  ///< workers for which this source failed
+  std::deque<msg::Chunk> chunks_;                 ///< the last few packed chunks
 };
 
 }  // namespace parray::coordinator

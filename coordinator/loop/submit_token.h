@@ -8,15 +8,15 @@
 
 namespace parray::coordinator {
 
-/// A submit's token is a name, or NAME#DIGEST. The name is the job's, so that a repeated submit
-/// makes no second job; the digest is of what is submitted, so that another content under the same
-/// name is noticed.
+/// Returns the name in a submit's token, which is NAME or NAME#DIGEST. The name identifies the job,
+/// so that a repeated submit makes no second job. The digest of the submitted content shows if
+/// another content has the same name.
 inline std::string name_in_token(std::string_view token) {
   return std::string(token.substr(0, std::min(token.find('#'), token.size())));
 }
 
-/// Whether two tokens of one name may stand for the same content. One without a digest may stand
-/// for any.
+/// Returns whether two tokens with the same name may stand for the same content. A token without a
+/// digest may stand for any content.
 inline bool may_be_same_content(std::string_view a, std::string_view b) {
   const bool both = a.find('#') != std::string_view::npos && b.find('#') != std::string_view::npos;
   return !both || a == b;

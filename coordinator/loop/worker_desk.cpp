@@ -14,24 +14,23 @@
 
 namespace parray::coordinator {
 
-// The protocol's.
+// Limits of PROTOCOL.md.
 static constexpr Time longest_heartbeat = seconds(60);
 static constexpr Time longest_silence = seconds(600);
 
-/// Why a worker cannot be one of ours; empty: it can.
+/// Returns why the coordinator refuses a worker. Empty: it accepts the worker.
 std::string WorkerDesk::refusal_of(const msg::Hello& hello) const {
   if (hello.version != protocol_version) {
-    return "protocol version " + std::to_string(hello.version) + ", but this coordinator speaks " +
+    return "protocol version " + std::to_string(hello.version) + ", but this coordinator uses " +
            std::to_string(protocol_version) + ": install the same release on both";
   }
   if (hello.trace != trace_version) {
-    return "trace version " + std::to_string(hello.trace) +
-           ", but this coordinator's pictures are of " + std::to_string(trace_version) +
-           ": install the same release on both";
+    return "trace version " + std::to_string(hello.trace) + ", but this coordinator uses " +
+           std::to_string(trace_version) + ": install the same release on both";
   }
   if (hello.fingerprint != farm_.options.fingerprint) {
-    return "it traces other bits than this coordinator (the built-in test picture differs): build "
-           "both from the same sources, without fast-math, or test that machine's memory";
+    return "its built-in test picture differs from this coordinator's: build both from the same "
+           "sources, without fast-math, or test that machine's memory";
   }
   return {};
 }
@@ -43,22 +42,22 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Hello& m) {
   std::string refusal = refusal_of(m);
   WorkerRecord* known = farm_.workers.at(peer);
   if (refusal.empty() && known != nullptr && known->hello.instance != m.instance) {
-    lose_worker(now, peer, "started again", true);
+    lose_worker(now, peer, "it restarted", true);
     known = nullptr;
   }
   if (refusal.empty() && known == nullptr && farm_.workers.size() >= farm_.options.max_workers) {
-    refusal = "this coordinator has its " + std::to_string(farm_.options.max_workers) +
+    refusal = "this coordinator already has " + std::to_string(farm_.options.max_workers) +
               " workers: raise --max-workers";
   }
   if (!refusal.empty()) {
-    farm_.warnings.warn(now, "worker '" + m.name + "' refused: " + refusal);
+    farm_.warnings.warn(now, "refused worker '" + m.name + "': " + refusal);
     farm_.send(peer, msg::Refuse{refusal});
     return;
   }
   if (known == nullptr) {
     known = &farm_.workers.add(now, peer, m, farm_.sender);
     leases_.check_losses(now, *known);
-    disputes_.greet(*known);
+    disputes_.note_joined(*known);
     leases_.hold_back(now);
     farm_.grants_due = true;
     farm_.arrivals.info(
@@ -68,7 +67,7 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Hello& m) {
   welcome(*known);
 }
 
-/// How many times as long as those of a small farm heartbeats and silences are now.
+/// Returns the factor by which heartbeats and silences are longer than on a small farm: 1 or more.
 unsigned WorkerDesk::pace() const {
   const Time longest = std::min(farm_.options.lease_timeout / 3, longest_heartbeat);
   const auto most =
@@ -87,8 +86,6 @@ void WorkerDesk::welcome(WorkerRecord& worker) {
   farm_.send(worker.peer, msg::Welcome{ms(worker.pace * farm_.options.heartbeat), ms(silence)});
 }
 
-/// The worker, of which there is word now; null once a stranger has been asked who it is: it
-/// repeats what it has said once it is known.
 WorkerRecord* WorkerDesk::heard_from(Time now, const PeerId& peer) {
   WorkerRecord* worker = farm_.workers.at(peer);
   if (worker == nullptr) {
@@ -114,7 +111,7 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
     const bool held = job != nullptr && job->work && job->work->leases &&
                       job->work->leases->extend(worker->id, epoch, deadline);
     if (!held) {
-      farm_.send(peer, msg::Revoke{job_id, epoch});  // it works on what is no longer its own
+      farm_.send(peer, msg::Revoke{job_id, epoch});  // the worker no longer holds this lease
     }
   }
   worker->tracing = m.epochs.empty() ? std::nullopt : std::optional(m.epochs.front());
@@ -125,8 +122,8 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
   }
 }
 
-/// A worker is at work while the samples that it has traced grow, and while it prepares, within
-/// reason.
+/// Notes when a worker last made progress: its number of traced samples changed, or it prepares a
+/// job and has not taken too long.
 void WorkerDesk::note_progress(Time now, WorkerRecord& worker,
                                const msg::Heartbeat& heartbeat) const {
   worker.preparing_since = heartbeat.preparing ? std::min(worker.preparing_since, now) : never;
@@ -144,13 +141,12 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Bye& m) {
   lose_worker(now, peer, m.reason, false);
 }
 
-/// A full disk holds all jobs until there is room; then they go on by themselves.
 void WorkerDesk::note_storage(Time now) {
   const std::string blocked = farm_.job_thread.blocked();
   if (blocked != farm_.storage) {
     farm_.storage = blocked;
     farm_.grants_due = true;
-    blocked.empty() ? farm_.log->info("everything can be kept again: jobs go on")
+    blocked.empty() ? farm_.log->info("the store can commit again: jobs continue")
                     : farm_.log->error("jobs wait: {}", blocked);
   }
   blocked_since_ = blocked.empty() ? never : std::min(blocked_since_, now);
@@ -168,23 +164,22 @@ void WorkerDesk::note_storage(Time now) {
   }
 }
 
-/// Says goodbye to all workers, so that they try the standby, which may serve by now. A worker that
-/// comes back gets no answer until the store can commit again, and so leaves this address.
+/// Sends all workers away, so that they try the standby, which may serve by now. A worker that
+/// returns gets no answer until the store can commit again, and therefore tries the next address.
 void WorkerDesk::release_workers(Time now) {
   released_ = true;
   std::vector<PeerId> peers;
   for (const auto& [peer, worker] : farm_.workers) {
     peers.push_back(peer);
   }
-  farm_.log->warn("nothing can be kept for {} s: {} workers are sent to another coordinator",
+  farm_.log->warn("the store could not commit for {} s: sending {} workers to another coordinator",
                   to_seconds(farm_.options.release_after), peers.size());
   for (const PeerId& peer : peers) {
-    farm_.send(peer, msg::Bye{"this coordinator cannot keep results now"});
-    lose_worker(now, peer, "sent away: nothing can be kept", false);
+    farm_.send(peer, msg::Bye{"this coordinator cannot store results now"});
+    lose_worker(now, peer, "sent away because the store cannot commit", false);
   }
 }
 
-/// `failed`: it may be the lease at hand that has ended it.
 void WorkerDesk::lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed) {
   const WorkerRecord* found = farm_.workers.at(peer);
   if (found == nullptr) {
@@ -194,11 +189,11 @@ void WorkerDesk::lose_worker(Time now, const PeerId& peer, const std::string& wh
   farm_.workers.remove(peer);
   farm_.scenes.forget_worker(worker.id);
   farm_.grants_due = true;
-  const auto has_its_name = [&](const auto& other) {
+  const auto has_same_name = [&](const auto& other) {
     return other.second.hello.name == worker.hello.name;
   };
-  const bool started_again = worker.tracing.has_value() &&
-                             std::any_of(farm_.workers.begin(), farm_.workers.end(), has_its_name);
+  const bool restarted = worker.tracing.has_value() &&
+                         std::any_of(farm_.workers.begin(), farm_.workers.end(), has_same_name);
   std::size_t leases = 0;
   for (const JobId id : std::vector<JobId>(farm_.at_work.begin(), farm_.at_work.end())) {
     Job& job = farm_.jobs.at(id);
@@ -208,20 +203,19 @@ void WorkerDesk::lose_worker(Time now, const PeerId& peer, const std::string& wh
     for (const Lease& lease : job.work->leases->drop_worker(worker.id)) {
       ++leases;
       if (failed && worker.tracing == std::pair(id, lease.epoch)) {
-        leases_.note_failure(
-            now, job,
-            {lease.range, worker.machine, worker.key, worker.hello.name,
-             "a worker was lost while it traced this: " + why, true, !started_again});
+        leases_.note_failure(now, job,
+                             {lease.range, worker.machine, worker.key, worker.hello.name,
+                              "a worker was lost while it traced this: " + why, true, !restarted});
       }
       if (!job.work) {
-        break;  // that was one too many
+        break;  // this failure ended the job
       }
     }
     if (job.tracing()) {
       job_book_.end_pass_if_done(job);
     }
   }
-  farm_.arrivals.info(now, fmt::format("worker {} '{}' left ({}); {} of its leases go to others",
+  farm_.arrivals.info(now, fmt::format("worker {} '{}' left ({}); its {} leases are free again",
                                        worker.id, worker.hello.name, why, leases));
 }
 

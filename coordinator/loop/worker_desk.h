@@ -16,13 +16,15 @@ class WorkerDesk {
   WorkerDesk(Farm& farm, JobBook& job_book, LeaseDesk& leases, DisputeDesk& disputes)
       : farm_(farm), job_book_(job_book), leases_(leases), disputes_(disputes) {}
 
+  /// Handle the workers' messages of PROTOCOL.md.
   void on(Time now, const PeerId& peer, msg::Hello& m);
   void on(Time now, const PeerId& peer, msg::Heartbeat& m);
   void on(Time now, const PeerId& peer, msg::NeedScene& m);
   void on(Time now, const PeerId& peer, msg::NeedChunk& m);
   void on(Time now, const PeerId& peer, msg::Bye& m);
 
-  /// Notes that a worker sent a message. Null: the sender is unknown and was asked who it is.
+  /// Notes that a worker sent a message. If the sender is unknown, asks it to identify itself and
+  /// returns null. It then repeats its message.
   WorkerRecord* heard_from(Time now, const PeerId& peer);
   /// Removes a worker and gives its leases to others. `failed`: its current lease may be the cause.
   void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);

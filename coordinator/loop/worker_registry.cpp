@@ -22,7 +22,8 @@ json worker_summary(const WorkerRecord& worker, Time now) {
       worker.state() == "backoff" ? std::max(0.0, to_seconds(worker.held_back_until - now)) : 0.0;
   const std::string reason =
       backoff > 0
-          ? fmt::format("it failed at what others traced: leases again in {:.0f} s", backoff)
+          ? fmt::format("it failed at leases that others traced; it gets leases again in {:.0f} s",
+                        backoff)
           : worker.quarantined;
   return {{"name", worker.hello.name},
           {"host", worker.hello.host},
@@ -39,7 +40,7 @@ json worker_summary(const WorkerRecord& worker, Time now) {
 }
 
 void WorkerRecord::note_grant(const Granted& grant) {
-  constexpr std::size_t most = 32;  // twice what it may hold
+  constexpr std::size_t most = 32;  // twice the leases that it may hold
   if (grants.size() == most) {
     grants.pop_front();
   }
@@ -127,7 +128,7 @@ bool WorkerRegistry::all_drained() const {
   return std::ranges::all_of(workers_, [](const auto& worker) { return worker.second.drained; });
 }
 
-/// Takes a worker into the sums of speeds, or out of them.
+/// Adds a worker to the sums over workers that may trace (`in`), or subtracts it.
 void WorkerRegistry::count(const WorkerRecord& worker, bool in) {
   const auto change = [in](auto& sum, auto by) { sum = in ? sum + by : sum - std::min(sum, by); };
   change(speed_.workers, 1U);
@@ -144,22 +145,21 @@ void WorkerRegistry::count(const WorkerRecord& worker, bool in) {
 }
 
 void WorkerRegistry::measure(WorkerRecord& worker, std::uint64_t samples, double took) {
-  // What is shorter than any clock measures says nothing.
-  constexpr double shortest = 1e-6;
+  constexpr double shortest = 1e-6;  // clocks do not measure shorter times
   if (samples == 0) {
     return;
   }
   const double speed = static_cast<double>(samples) / std::max(took, shortest);
-  const auto settle = [&](bool in) {
+  const auto recount = [&](bool in) {
     if (worker.may_trace()) {
       count(worker, in);
     }
   };
-  settle(false);
-  // Slower counts at once: a lease that is too long costs more than some that are too short.
+  recount(false);
+  // A lower speed applies at once: one lease that is too long costs more than several short ones.
   const double known = worker.samples_per_second;
   worker.samples_per_second = known > 0 && speed > known ? (known + speed) / 2 : speed;
-  settle(true);
+  recount(true);
 }
 
 void WorkerRegistry::hold_back(WorkerRecord& worker, bool held_back, Time until) {
@@ -174,8 +174,8 @@ void WorkerRegistry::hold_back(WorkerRecord& worker, bool held_back, Time until)
 Time WorkerRegistry::end_denials(Time now) {
   Time next = never;
   for (auto& [peer, worker] : workers_) {
-    std::erase_if(worker.shunned, [now](const auto& denial) { return denial.second <= now; });
-    for (const auto& [job, until] : worker.shunned) {
+    std::erase_if(worker.denied_jobs, [now](const auto& denial) { return denial.second <= now; });
+    for (const auto& [job, until] : worker.denied_jobs) {
       next = std::min(next, until);
     }
   }

@@ -21,91 +21,97 @@
 
 namespace parray::coordinator {
 
-/// A worker, as long as it is connected.
+/// What the coordinator knows about a connected worker.
 struct WorkerRecord {
   WorkerId id = 0;
   PeerId peer;
   msg::Hello hello;
-  std::string address;  ///< of its machine, as this side sees it; empty: unknown
+  std::string address;  ///< of its machine, as the coordinator sees it; empty: unknown
   MachineId machine;    ///< several workers may have the same
   TracerKey machine_key = 0;
   bool ours = false;  ///< see Sender::ours
   TracerKey key = 0;  ///< of its process: tracer_key()
   Time last_heard{};
-  unsigned pace = 1;  ///< of its heartbeat, as it was told last
-  /// After which it is lost: the longest that it was told, as it may not have heard of a shorter
-  /// one.
+  unsigned pace = 1;  ///< factor of its heartbeat that the coordinator sent last
+  /// Silence after which it counts as lost. The longest that the coordinator sent, because a
+  /// message with a shorter one may not have arrived.
   Time silence{};
-  std::uint64_t traced = 0;
-  Time traced_at{};  ///< when `traced` last grew
-  Time preparing_since = never;
+  std::uint64_t traced = 0;       ///< samples, by its own count
+  Time traced_at{};               ///< when `traced` last changed
+  Time preparing_since = never;   ///< when it began to prepare a job
   double samples_per_second = 0;  ///< measured; 0: not yet
   std::uint64_t accepted = 0;     ///< results
   std::size_t held = 0;           ///< leases, of all jobs
-  /// Job and epoch of the lease that it was tracing when it was last heard.
+  /// Job and epoch of the lease that it was tracing at its last heartbeat.
   std::optional<std::pair<std::uint64_t, Epoch>> tracing;
-  /// When it got its latest leases.
+  /// When it got a lease.
   struct Granted {
     std::uint64_t job = 0;
     Epoch epoch = 0;
     Time at{};
-    double charged = 0;  ///< thread-seconds that it was expected to take
+    double charged = 0;  ///< expected thread-seconds, charged to the job's user
   };
-  std::deque<Granted> grants;
-  std::string quarantined;     ///< why it gets no more leases; empty: it does
-  double quarantine_ends = 0;  ///< seconds since 1970; 0: when it is readmitted
-  bool drained = false;        ///< it gets no more because somebody has asked for that
-  bool held_back = false;      ///< it gets none for a while: see Backoff
+  std::deque<Granted> grants;  ///< the latest
+  std::string quarantined;     ///< why it gets no more leases; empty: it gets leases
+  double quarantine_ends = 0;  ///< seconds since 1970; 0: when an administrator readmits it
+  bool drained = false;        ///< a client requested that it gets no more leases
+  bool held_back = false;      ///< it gets no leases for a while: see Backoff
   Time held_back_until{};
-  std::map<std::uint64_t, Time> shunned;  ///< jobs that it has failed at, and until when it gets
-                                          ///< none of their leases
+  /// Jobs at which it failed, and when it may get their leases again.
+  std::map<std::uint64_t, Time> denied_jobs;
 
+  /// Remembers a grant. Forgets the oldest of more than 32.
   void note_grant(const Granted& grant);
-  /// How it got that lease; at `otherwise`, for nothing, if that is long ago.
+  /// Returns the grant of a lease. If it is forgotten: a grant at `otherwise` with a charge of 0.
   [[nodiscard]] Granted granted(std::uint64_t job, Epoch epoch, Time otherwise) const;
 
-  /// "ready", "backoff", "draining", "drained" or "quarantined".
+  /// Returns "ready", "backoff", "draining", "drained" or "quarantined".
   [[nodiscard]] std::string_view state() const;
   [[nodiscard]] bool may_trace() const { return quarantined.empty() && !drained && !held_back; }
   [[nodiscard]] bool has_room() const { return may_trace() && held < hello.capacity; }
 };
 
-/// The worker map of PROTOCOL.md.
+/// Returns the worker map of PROTOCOL.md.
 nlohmann::json worker_summary(const WorkerRecord& worker, Time now);
 
-/// All workers that are connected. Plain state; one thread.
+/// The connected workers. Not thread-safe.
 class WorkerRegistry {
  public:
+  /// Finds a worker. Null: it is not connected.
   WorkerRecord* at(const PeerId& peer);
   WorkerRecord* by_id(WorkerId id);
-  /// The next one behind `peer`, which may have left; end() behind the last.
+  /// Returns the worker after `peer`, which may have left. end(): `peer` was the last.
   [[nodiscard]] auto after(const PeerId& peer) { return workers_.upper_bound(peer); }
-  /// `hello.name` and `.instance` are not known yet.
+  /// Adds a worker. No connected worker may have the same peer.
   WorkerRecord& add(Time now, const PeerId& peer, const msg::Hello& hello,
                     const Sender& sender = {});
   void remove(const PeerId& peer);
   [[nodiscard]] std::size_t size() const { return workers_.size(); }
-  /// Of those that may trace.
+  /// Returns the number of workers that may trace.
   [[nodiscard]] std::size_t usable() const;
   [[nodiscard]] bool all_drained() const;
-  /// The machines of those that may trace, but for some.
+  /// Returns the machines of the workers that may trace, without those in `but`.
   [[nodiscard]] std::vector<TracerKey> usable_machines(const std::set<TracerKey>& but) const;
   [[nodiscard]] std::set<TracerKey> usable_machines() const;
-  /// All that are connected from one machine.
+  /// Returns the connected workers of one machine.
   std::vector<WorkerRecord*> of_machine(TracerKey machine);
 
-  /// A result of `samples` took so many seconds: a worker's speed is the mean of the last few.
+  /// Updates a worker's speed after a result of `samples` that took `took` seconds: at once if it
+  /// is slower than before, otherwise by the mean of both.
   void measure(WorkerRecord& worker, std::uint64_t samples, double took);
-  /// No more leases for it, or, where `why` is empty and it is not `drained`, again.
+  /// Stops granting leases to a worker: `why` is the reason of a quarantine. Grants leases again if
+  /// `why` is empty and `drained` is false.
   void bar(WorkerRecord& worker, const std::string& why, bool drained);
-  /// No leases for it until then; or, if not `held_back`, leases again.
+  /// Stops granting leases to a worker until `until`. Grants leases again if not `held_back`.
   void hold_back(WorkerRecord& worker, bool held_back, Time until);
-  /// Forgets which jobs were denied to workers until `now` or earlier. Returns when the next such
-  /// denial ends; `never` if there is none.
+  /// Removes the denials of WorkerRecord::denied_jobs that have ended. Returns when the next one
+  /// ends; `never` if there is none.
   Time end_denials(Time now);
+  /// Returns the sums over the workers that may trace.
   [[nodiscard]] const FarmSpeed& speed() const { return speed_; }
 
-  /// Those that have said nothing for their silence. Looked for at most ten times a second.
+  /// Returns the workers that sent nothing for WorkerRecord::silence. Looks for them at most ten
+  /// times a second and otherwise returns none.
   std::vector<PeerId> silent(Time now);
 
   [[nodiscard]] auto begin() { return workers_.begin(); }
@@ -120,7 +126,8 @@ class WorkerRegistry {
   std::map<WorkerId, PeerId> peers_;
   WorkerId next_id_ = 1;
   FarmSpeed speed_{0, 0, 0, 0};
-  std::map<TracerKey, unsigned> usable_;  ///< workers that may trace, by machine; no zeros
+  std::map<TracerKey, unsigned>
+      usable_;  ///< number of workers that may trace, by machine; no zeros
   Time next_look_{};
 };
 

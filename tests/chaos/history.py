@@ -420,7 +420,7 @@ class History:
     def check_logs(self):
         expected = ["jobs wait: "] if self.farm.small_disk else []
         if self.liar.lies:
-            expected += [f"worker 'impostor' (address {LIARS_ADDRESS}) returns wrong bits", "returned different bits for the same samples"]
+            expected += [f"worker 'impostor' (address {LIARS_ADDRESS}) returned wrong bits", "returned different bits for the same samples"]
         for line in self.farm.coordinator_logs().splitlines():
             if ("[error]" in line or "[critical]" in line) and not any(text in line for text in expected):
                 raise Wrong("the coordinator's log: " + line)

@@ -97,10 +97,10 @@ class Strangers(Farms):
         poser = self.right.start("parray-worker", "--coordinator", self.address, "--name", "poser", "--keys",
                                  self.keys / "ann.key")
         self.assertEqual(poser.wait(timeout=20), 1)
-        self.assertIn("the key 'ann' is that of a client", poser.log.read_text())
+        self.assertIn("the key 'ann' has the role client", poser.log.read_text())
         submitted = self.client("submit", SCENE, *SMALL, key="worker")
         self.assertEqual(submitted.returncode, 2)
-        self.assertIn("that of a worker", submitted.stderr)
+        self.assertIn("has the role worker", submitted.stderr)
         for client in knocking:
             self.assertEqual(client.wait(timeout=60), 1)
             self.assertIn("no answer", client.log.read_text())

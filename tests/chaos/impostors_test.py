@@ -93,7 +93,7 @@ class Impostors(unittest.TestCase):
         with self.farm() as farm:
             worker = self.start(farm, "impostor", self.addresses[1], impostors.of_another_release)
             self.assertEqual(worker.wait(timeout=30), 1)
-            self.assertIn("trace version 1000000, but this coordinator's pictures are of", worker.log.read_text())
+            self.assertIn("trace version 1000000, but this coordinator uses", worker.log.read_text())
             self.assertEqual(farm.workers(), [])
 
 

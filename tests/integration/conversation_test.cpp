@@ -172,7 +172,7 @@ TEST_CASE("workers of another protocol, trace version or arithmetic are refused 
   CHECK(refusal({protocol_version, "w", "w", 1, 1, trace_version + 1, "same"})
             .find("trace version") == 0);
   CHECK(refusal({protocol_version, "w", "w", 1, 1, trace_version, "other"})
-            .find("it traces other bits") == 0);
+            .find("its built-in test picture differs") == 0);
 }
 
 TEST_CASE("a worker that the coordinator does not know is asked who it is") {

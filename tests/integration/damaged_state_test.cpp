@@ -179,11 +179,11 @@ TEST_CASE("a scene that is damaged fails its job, and rows that are damaged are 
       work(service, {{&ann, honest}}, bad);
       if (file == "scene") {
         CHECK(service.state(bad) == "failed");
-        CHECK(contains(service.job(bad).at("reason"), "taking it up"));
+        CHECK(contains(service.job(bad).at("reason"), "preparing the job"));
       } else {
         CHECK(service.state(bad) == "done");
         CHECK(service.sha256(bad) == expected);
-        CHECK(contains(service.job(bad).at("events").dump(), "rows that were kept are damaged"));
+        CHECK(contains(service.job(bad).at("events").dump(), "stored results are damaged"));
       }
     }
   }

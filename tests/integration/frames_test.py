@@ -138,7 +138,7 @@ class Troubles(FrameCase):
             self.written(2)
             shown = farm.job(int(result.stdout.split()[0]))
             self.assertEqual((shown["state"], shown["frames_done"]), ("queued", 2))
-            self.assertIn("1 of 3 frames that have not been submitted", shown["waits_for"])
+            self.assertIn("1 of 3 frames: repeat the same parray submit", shown["waits_for"])
 
     def test_where_there_is_no_room_the_client_waits_and_goes_on(self):
         for frame in range(2):

@@ -79,7 +79,7 @@ class Jobs(WebCase):
             job = farm.submitted(farm.post_form(
                 ("scene", None, json.dumps(SCENE)),
                 ("options", None, json.dumps({"spp": 100000, "width": 200, "height": 100, "progressive": True}))))
-            self.assert_problem(farm.get(f"/jobs/{job}/error.png"), 409, "not done: see parray watch")
+            self.assert_problem(farm.get(f"/jobs/{job}/error.png"), 409, "not done: parray watch shows its progress")
             def shown():
                 answer = farm.get(f"/jobs/{job}/pixels.f32")
                 return answer if answer.status == 200 and int(answer.headers["Parray-Samples"]) > 0 else None
@@ -353,7 +353,8 @@ class Access(WebCase):
                 self.assertEqual(farm.get("/server", **ann).json()["user"], "ann")
                 job = farm.submitted(farm.post_scene(**ann))
                 self.assertEqual(farm.get(f"/jobs/{job}", **bob).json()["user"], "ann")
-                self.assert_problem(farm.ask("POST", f"/api/v1/jobs/{job}/cancel", headers=bob), 403, "that of 'ann'")
+                self.assert_problem(farm.ask("POST", f"/api/v1/jobs/{job}/cancel", headers=bob), 403,
+                                    "belongs to 'ann'")
                 self.assert_problem(farm.ask("POST", "/api/v1/workers/x/drain", headers=ann), 403)
                 self.assertEqual(farm.ask("POST", "/api/v1/workers/x/drain", headers=admin).status, 200)
                 self.assertEqual(farm.ask("POST", f"/api/v1/jobs/{job}/cancel", headers=admin).status, 200)

@@ -84,9 +84,9 @@ TEST_CASE("each role says what is its own, and is told when it says something el
   const auto error = worker.hear<msg::Error>();
   CHECK(error.request == 1);
   CHECK(error.status == 2);
-  CHECK(contains(error.message, "the key 'worker' is that of a worker"));
+  CHECK(contains(error.message, "the key 'worker' has the role worker"));
   ann.say(hello());
-  CHECK(contains(ann.hear<msg::Refuse>().reason, "the key 'ann' is that of a client"));
+  CHECK(contains(ann.hear<msg::Refuse>().reason, "the key 'ann' has the role client"));
   ann.say(msg::ListWorkers{2});
   CHECK(ann.hear<msg::Workers>().total == 1);
   ann.say(submission());
@@ -114,7 +114,7 @@ TEST_CASE("jobs are changed by those who own them, and by administrators") {
     bob.say(change);
     const auto error = bob.hear<msg::Error>();
     CHECK(error.status == 2);
-    CHECK(contains(error.message, "job 1 is that of 'ann', not that of 'bob'"));
+    CHECK(contains(error.message, "job 1 belongs to 'ann', not to 'bob'"));
   }
   ann.say(msg::SteerJob{8, 1, msg::JobAction::pause});
   CHECK(ann.hear<msg::Job>().job.at("state") == "paused");

@@ -77,7 +77,7 @@ class Keys(unittest.TestCase):
             self.assertEqual(run("jobs", env=env).returncode, 0)
             self.assertNotEqual(run("workers", "drain", "nobody", env=env).returncode, 0)  # no administrator yet
             allowed.chmod(0o644)
-            wait_for(lambda: "are followed again" in farm.coordinator_log(), "that it is mended")
+            wait_for(lambda: "are readable again" in farm.coordinator_log(), "that it is mended")
 
     def test_strangers_and_wrong_roles_are_refused_with_a_word(self):
         ann = self.add("ann")
@@ -87,12 +87,12 @@ class Keys(unittest.TestCase):
             silent = run("jobs", env=env)
             self.assertEqual(silent.returncode, 1)
             self.assertIn("or it wants a key: --keys", silent.stderr)
-            self.refused(run("jobs", "--keys", self.keys / "worker.key", env=env), "that of a worker")
+            self.refused(run("jobs", "--keys", self.keys / "worker.key", env=env), "has the role worker")
             posing = farm._start("parray-worker", "--coordinator", address, "--keys", ann)
             self.assertEqual(posing.wait(timeout=20), 1)
-            self.assertIn("the key 'ann' is that of a client", posing.log.read_text())
+            self.assertIn("the key 'ann' has the role client", posing.log.read_text())
             mine = run("submit", SCENE, *SMALL, "--keys", self.keys / "admin.key", env=env)
-            self.refused(run("cancel", mine.stdout.strip(), "--keys", ann, env=env), "that of 'admin'")
+            self.refused(run("cancel", mine.stdout.strip(), "--keys", ann, env=env), "belongs to 'admin'")
             self.assertEqual(run("cancel", mine.stdout.strip(), "--keys", self.keys, env=env).returncode, 0)
 
     def test_a_farm_with_keys_goes_on_after_a_restart_with_its_owners(self):

@@ -94,11 +94,11 @@ TEST_CASE("a question that was given up has no answer, and the next one has") {
 
 TEST_CASE("a referee that is missing, dies, or traces other bits says so") {
   Asked missing("/nonexistent/parray-referee");
-  CHECK(missing.ask(1, {0, 1}).failure.find("is not there") != std::string::npos);
+  CHECK(missing.ask(1, {0, 1}).failure.find("does not exist") != std::string::npos);
   Asked dying("/bin/false");
   CHECK(dying.ask(1, {0, 1}).failure.find("ended with status 1") != std::string::npos);
   Asked strange({}, "another fingerprint");
-  CHECK(strange.ask(1, {0, 1}).failure.find("other bits") != std::string::npos);
+  CHECK(strange.ask(1, {0, 1}).failure.find("another release") != std::string::npos);
 }
 
 }  // namespace parray::test

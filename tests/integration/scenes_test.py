@@ -49,7 +49,8 @@ class Spread(unittest.TestCase):
         return workers
 
     def sent_bytes(self, farm):
-        found = wait_for(lambda: re.search(r"scene \w+ went to (\d+) workers, (\d+) bytes", farm.coordinator_log()),
+        found = wait_for(lambda: re.search(r"scene \w+ went to (\d+) workers; the coordinator sent (\d+) bytes",
+                                           farm.coordinator_log()),
                          "the scene to be forgotten")
         return int(found.group(1)), int(found.group(2))
 
@@ -84,7 +85,7 @@ class Spread(unittest.TestCase):
             first.send_signal(signal.SIGSTOP)  # the machine's source
             farm.start_worker("late")
             wait_for(lambda: "for worker 2 'late': from w0" in farm.coordinator_log() or
-                     "for worker 2 'late': from here" in farm.coordinator_log(), "another worker's question")
+                     "for worker 2 'late': from the coordinator" in farm.coordinator_log(), "another worker's question")
             self.assertEqual(farm.finish(job)["image_sha256"], self.expected)
 
     def test_farms_with_keys_share_scenes_too(self):

@@ -377,7 +377,7 @@ TEST_CASE("a drained worker traces what it has and gets no more, in another life
   CHECK(service.worker("bob").at("state") == "ready");
   CHECK(drain("attic", true).workers.size() == 2);
   CHECK(drain("eve", false).workers.size() == 1);
-  CHECK(contains(service.job(job).at("waits_for"), "all workers are drained"));
+  CHECK(contains(service.job(job).at("waits_for"), "workers: all are drained"));
   service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "eve"});
   CHECK(service.job(job).at("waits_for") == "");
   service.restart();

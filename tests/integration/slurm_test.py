@@ -136,7 +136,7 @@ class Farm(Jobs):
         wait_for(lambda: self.workers() == set(slurm.NODES), "workers on both nodes")
         wait_for(lambda: self.progress(picture) > 0.1, "some progress")
         self.preempt("n2")  # the worker's node
-        self.assertRegex(log.read_text(), r"worker 2 'n2-\d+' left \(worker stopped\); [12] of its leases go to others")
+        self.assertRegex(log.read_text(), r"worker 2 'n2-\d+' left \(worker stopped\); its [12] leases are free again")
         wait_for(lambda: self.cluster.job(joined)["Restarts"] == "1", "the worker to be requeued")
         self.preempt("n1")  # the coordinator's
         self.client("watch", picture)
@@ -144,7 +144,7 @@ class Farm(Jobs):
         self.assertEqual(self.report()["image_sha256"], self.expected(SETTINGS))
         self.log = log
         self.finish(farm, restarts=1)
-        self.assert_lines("DUE TO PREEMPTION", "1 unfinished jobs taken up", "no work for 3 s: leaving")
+        self.assert_lines("DUE TO PREEMPTION", "resumed 1 unfinished jobs", "no work for 3 s: leaving")
         self.assertFalse((self.directory / "farm" / "address").exists())
 
     def test_a_worker_that_has_joined_follows_a_coordinator_that_was_requeued(self):

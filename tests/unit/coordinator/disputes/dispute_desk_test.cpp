@@ -19,7 +19,7 @@ TEST_CASE("a drained worker gets no leases until it is readmitted") {
   CHECK(worker.may_trace());
 }
 
-TEST_CASE("a drained host bars workers that join later") {
+TEST_CASE("a drained host also bars workers that join later") {
   FarmRig rig;
   rig.disputes.drain("host of late", true, "a test");
   CHECK_FALSE(rig.join("peer", "late").may_trace());

@@ -1,4 +1,4 @@
-// The classes that decide on checks, disputes and quarantines, without a farm.
+// Tests the classes for checks, disputes and quarantines without a farm.
 #include <doctest/doctest.h>
 
 #include <map>
@@ -32,7 +32,7 @@ std::uint64_t address(const std::string& name) {
   return machine_key({MachineId::Kind::address, name});
 }
 
-/// A desk whose referee answers at once, or is ill; and a plan of many cells.
+/// A desk with a referee that answers at once or fails, and a plan of many cells.
 struct Desk {
   explicit Desk(RefereeDesk::Options options = {})
       : referee(std::make_shared<SimReferee>([this] { return now; })), desk(referee, options) {}
@@ -51,7 +51,7 @@ struct Desk {
     one.cells = std::move(cells);
     return one;
   }
-  /// Asks, lets so much time pass, and returns what has come.
+  /// Asks, lets time pass, and returns the answers.
   std::vector<RefereeDesk::Traced> turn(Time by = milliseconds(1),
                                         std::uint64_t memory = UINT64_MAX) {
     desk.ask_next(now, memory);
@@ -73,7 +73,7 @@ struct Desk {
 
 }  // namespace
 
-TEST_CASE("a machine's first leases, and a process's first, are checked more often than others") {
+TEST_CASE("the first leases of a machine and of a process are checked more often") {
   const CheckPolicy checks = policy(0.01);
   CHECK(checks.share_of({0, 0, false}) == 0.1);
   CHECK(checks.share_of({99, 99, false}) == 0.1);
@@ -83,7 +83,7 @@ TEST_CASE("a machine's first leases, and a process's first, are checked more oft
   CHECK(policy(0.5).share_of({0, 0, false}) == 0.5);
 }
 
-TEST_CASE("only workers of the coordinator's own user are left out, unless they are asked for") {
+TEST_CASE("workers of the coordinator's own user are checked only with ours_too") {
   CHECK(policy(0.01).share_of({0, 0, true}) == 0);
   CHECK(policy(0).share_of({0, 0, false}) == 0);
   CheckPolicy::Options options;
@@ -92,7 +92,7 @@ TEST_CASE("only workers of the coordinator's own user are left out, unless they 
   CHECK(CheckPolicy(options, [] { return 0.5; }).share_of({500, 500, true}) == 0.2);
 }
 
-TEST_CASE("so many leases are checked as the share says, one in ten by the referee") {
+TEST_CASE("the share of checked leases is `share`; the referee checks one in ten of them") {
   CheckPolicy checks = policy(0.25);
   int wanted = 0;
   int by_referee = 0;
@@ -112,7 +112,7 @@ TEST_CASE("so many leases are checked as the share says, one in ten by the refer
   CHECK_FALSE(checks.draw_checker(0));
 }
 
-TEST_CASE("the referee gets a tenth of a core on average, after what it has saved") {
+TEST_CASE("after its accumulated time the referee gets a tenth of a core on average") {
   RefereeBudget budget(0.1, 30);
   Time now{};
   double spent = 0;
@@ -132,7 +132,7 @@ TEST_CASE("the referee gets a tenth of a core on average, after what it has save
   CHECK(budget.left(now + seconds(100000)) == 30);
 }
 
-TEST_CASE("a quarantine of an address ends after a day, that of a key does not") {
+TEST_CASE("a quarantine of an address ends after a day, a quarantine of a key does not") {
   QuarantineLedger ledger;
   const std::uint64_t key = machine_key({MachineId::Kind::key, "node-1"});
   CHECK(ledger.add({address("10.0.0.3"), "address 10.0.0.3", "ann", "wrong", 1000, 0}));
@@ -147,7 +147,7 @@ TEST_CASE("a quarantine of an address ends after a day, that of a key does not")
   CHECK(ledger.find(key) != nullptr);
 }
 
-TEST_CASE("a machine is readmitted by its name, its address, its key or its worker's name") {
+TEST_CASE("readmit() accepts a machine's name, address or key, or its worker's name") {
   for (const std::string name : {"10.0.0.3", "address 10.0.0.3", "ann"}) {
     QuarantineLedger ledger;
     ledger.add({address("10.0.0.3"), "address 10.0.0.3", "ann", "wrong", 1000, 0});
@@ -157,7 +157,7 @@ TEST_CASE("a machine is readmitted by its name, its address, its key or its work
   }
 }
 
-TEST_CASE("quarantines are the same after they were written and read") {
+TEST_CASE("quarantines are unchanged after writing and reading") {
   QuarantineLedger ledger;
   ledger.add({address("10.0.0.3"), "address 10.0.0.3", "ann", "wrong", 1000, 0});
   ledger.add({machine_key({MachineId::Kind::key, "n"}), "key n", "bob", "wrong", 2000, 0});
@@ -167,7 +167,7 @@ TEST_CASE("quarantines are the same after they were written and read") {
   CHECK_THROWS_AS(QuarantineLedger::from_json({{{"machine", "x"}}}), nlohmann::json::exception);
 }
 
-TEST_CASE("the desk asks one question at a time, disputes first, in pieces") {
+TEST_CASE("the desk asks one question at a time, disputes first, and splits cases") {
   Desk farm;
   CHECK(farm.desk.open(farm.now, farm.made(false, {9})));
   CHECK(farm.desk.open(farm.now, farm.made(true, {1, 2, 3, 7})));
@@ -177,11 +177,11 @@ TEST_CASE("the desk asks one question at a time, disputes first, in pieces") {
   CHECK(first[0].range == CellRange{1, 3});
   CHECK(first[0].claims == std::vector<std::uint64_t>{1, 2});
   CHECK(farm.desk.busy_with(1));
-  farm.desk.go_on(first[0].number);
+  farm.desk.continue_case(first[0].number);
   CHECK(farm.turn()[0].range == CellRange{3, 4});
-  farm.desk.go_on(first[0].number);
+  farm.desk.continue_case(first[0].number);
   CHECK(farm.turn()[0].range == CellRange{7, 8});
-  farm.desk.go_on(first[0].number);
+  farm.desk.continue_case(first[0].number);
   CHECK(farm.desk.disputes() == 0);
   CHECK(farm.turn()[0].range == CellRange{9, 10});
   CHECK(farm.referee->asked == 4);
@@ -198,11 +198,11 @@ TEST_CASE("a slow referee gets no second question, and a late answer counts") {
   CHECK(farm.referee->asked == 1);
   CHECK_FALSE(farm.desk.hold(farm.now, 1).empty());
   CHECK_FALSE(farm.desk.hold(farm.now, 2).empty());
-  CHECK(farm.desk.hold(farm.now, 3).empty());  // of no dispute
+  CHECK(farm.desk.hold(farm.now, 3).empty());  // it has no dispute
   CHECK(farm.turn(seconds(6)).size() == 1);
 }
 
-TEST_CASE("a referee that is silent at a check is named as what the job waits for, then given up") {
+TEST_CASE("a job waits for a referee that is silent at a check, until the check is cancelled") {
   Desk farm;
   farm.referee->ailments.silent = true;
   farm.desk.open(farm.now, farm.made(false, {1}));
@@ -210,8 +210,9 @@ TEST_CASE("a referee that is silent at a check is named as what the job waits fo
   REQUIRE(farm.referee->asked == 1);
   CHECK(farm.desk.wait(farm.now, 1).empty());
   farm.turn(seconds(12));
-  CHECK(farm.desk.wait(farm.now, 1).find("the referee, which has not answered a check for 1") == 0);
-  CHECK(farm.desk.wait(farm.now, 2).empty());  // another job's
+  CHECK(farm.desk.wait(farm.now, 1).find("the referee, which has been tracing for a check for 1") ==
+        0);
+  CHECK(farm.desk.wait(farm.now, 2).empty());  // another job
   CHECK(farm.desk.busy_with(1));
   farm.turn(seconds(50));
   CHECK(farm.referee->forgotten == 1);
@@ -219,7 +220,7 @@ TEST_CASE("a referee that is silent at a check is named as what the job waits fo
   CHECK(farm.desk.wait(farm.now, 1).empty());
 }
 
-TEST_CASE("a silent referee is started again, and the same case is asked once more") {
+TEST_CASE("a silent referee restarts and gets the same case again") {
   Desk farm;
   farm.referee->ailments.silent = true;
   farm.desk.open(farm.now, farm.made(true, {1}));
@@ -233,7 +234,7 @@ TEST_CASE("a silent referee is started again, and the same case is asked once mo
   CHECK(farm.referee->asked == 2);
 }
 
-TEST_CASE("a dead referee is asked again after longer and longer pauses; checks are given up") {
+TEST_CASE("a failing referee is asked again after increasing pauses; checks are dropped") {
   Desk farm;
   farm.referee->ailments.failure = "it was killed by signal 9";
   farm.desk.open(farm.now, farm.made(true, {1}));
@@ -245,7 +246,7 @@ TEST_CASE("a dead referee is asked again after longer and longer pauses; checks 
   CHECK(farm.desk.next(farm.now) <= farm.now + seconds(60));
 }
 
-TEST_CASE("who has used up the processor time is not asked; checks leave some to disputes") {
+TEST_CASE("without processor time the referee is not asked; checks leave a reserve for disputes") {
   Desk farm;
   farm.referee->ailments.seconds = 20;
   farm.desk.open(farm.now, farm.made(true, {1}));
@@ -256,14 +257,14 @@ TEST_CASE("who has used up the processor time is not asked; checks leave some to
   farm.desk.open(farm.now, farm.made(true, {6}));
   farm.desk.close(farm.turn().at(0).number);
   farm.desk.open(farm.now, farm.made(true, {7}));
-  CHECK(farm.turn().empty());  // 10 s more than there were
+  CHECK(farm.turn().empty());  // 10 s more than were left
   CHECK(farm.desk.hold(farm.now, 1).find("processor time") != std::string::npos);
   CHECK(farm.turn(seconds(101)).empty());
   CHECK(farm.turn().size() == 1);
   CHECK(farm.desk.drop_checks(1) == 1);
 }
 
-TEST_CASE("no more disputes are open than may be, and a job with so many is held") {
+TEST_CASE("a job with the maximum number of open disputes pauses") {
   Desk farm({.most_disputes = 3});
   farm.referee->ailments.silent = true;
   for (std::uint64_t i = 0; i < 3; ++i) {
@@ -278,7 +279,7 @@ TEST_CASE("no more disputes are open than may be, and a job with so many is held
   CHECK(farm.desk.hold(farm.now, 1).empty());
 }
 
-TEST_CASE("the referee's memory is counted, bounded, and given back after a rest") {
+TEST_CASE("the referee's memory is counted, limited, and freed after an idle time") {
   Desk farm;
   RefereeCase large = farm.made(true, {1});
   large.memory = 1000;
@@ -287,7 +288,7 @@ TEST_CASE("the referee's memory is counted, bounded, and given back after a rest
   CHECK(farm.desk.hold(farm.now, 1).find("--memory") != std::string::npos);
   CHECK(farm.referee->asked == 0);
   farm.turn(seconds(2), 2000);
-  farm.desk.close(farm.turn(milliseconds(1), 2000).size());  // settled or not: asked it was
+  farm.desk.close(farm.turn(milliseconds(1), 2000).size());  // it was asked, whatever the outcome
   CHECK(farm.referee->asked == 1);
   CHECK(farm.desk.memory() == farm.referee->memory);
   farm.desk.drop(1);
@@ -297,7 +298,7 @@ TEST_CASE("the referee's memory is counted, bounded, and given back after a rest
   CHECK(farm.desk.memory() == 0);
 }
 
-TEST_CASE("without a referee every job with a dispute is held") {
+TEST_CASE("without a referee every job with a dispute pauses") {
   Desk farm;
   RefereeDesk none(nullptr, {});
   CHECK(none.open(farm.now, farm.made(true, {1})));

@@ -262,7 +262,7 @@ TEST_CASE("the loop answers one request after the other, and refuses in its own 
   CHECK(client.ask<msg::Workers>({}, msg::ListWorkers{}).total == 0);
   CHECK(detail_of_problem([&] {
           client.ask<msg::Job>({}, msg::ShowJob{0, 7});
-        }) == "no job 7: see parray jobs");
+        }) == "no job 7: parray jobs lists all jobs");
   // A worker's key may not ask.
   CHECK(status_of([&] { client.ask<msg::Jobs>({Role::worker, "node"}, msg::ListJobs{}); }) == 409);
   // Ranges are checked as those of messages from outside.

@@ -26,7 +26,7 @@ JobId grant_next(FairQueue& queue) {
   return granted;
 }
 
-/// Grants so many leases of a length; what each job has had of them.
+/// Grants `count` leases of equal length. Returns the thread-seconds of each job.
 std::map<JobId, double> grant(FairQueue& queue, int leases, double seconds = 1) {
   std::map<JobId, double> had;
   for (int i = 0; i < leases; ++i) {
@@ -39,14 +39,14 @@ std::map<JobId, double> grant(FairQueue& queue, int leases, double seconds = 1) 
 
 }  // namespace
 
-TEST_CASE("users share alike, however many jobs each has") {
+TEST_CASE("users get equal parts, however many jobs each has") {
   FairQueue queue;
   queue.assign({entry(1, "ann"), entry(2, "bob"), entry(3, "bob"), entry(4, "bob")});
   const auto had = grant(queue, 1000);
   CHECK(had.at(1) == 500);
 }
 
-TEST_CASE("users share by their shares, and by what leases cost, not by their number") {
+TEST_CASE("users get thread-seconds, not leases, in proportion to their shares") {
   FairQueue queue;
   auto ann = entry(1, "ann");
   ann.share = 3;
@@ -62,7 +62,7 @@ TEST_CASE("users share by their shares, and by what leases cost, not by their nu
   CHECK(of_ann / of_bob == doctest::Approx(3).epsilon(0.02));
 }
 
-TEST_CASE("who was away has saved nothing up, and who comes is next") {
+TEST_CASE("a user accumulates no credit while away, and a new user is next") {
   FairQueue queue;
   queue.assign({entry(1, "ann"), entry(2, "bob")});
   grant(queue, 10);
@@ -75,7 +75,7 @@ TEST_CASE("who was away has saved nothing up, and who comes is next") {
   CHECK(had.at(3) <= 51);
 }
 
-TEST_CASE("of one user the job of higher priority goes first, then the older") {
+TEST_CASE("among the jobs of one user the highest priority goes first, then the oldest") {
   FairQueue queue;
   queue.assign({entry(1, "ann"), entry(2, "ann"), entry(3, "ann", 51)});
   CHECK(grant(queue, 100) == std::map<JobId, double>{{3, 100}});
@@ -83,8 +83,7 @@ TEST_CASE("of one user the job of higher priority goes first, then the older") {
   CHECK(grant(queue, 100) == std::map<JobId, double>{{1, 100}});
 }
 
-TEST_CASE(
-    "a short job gets a quarter beside a long one that came before, its first lease at once") {
+TEST_CASE("a short job gets its first lease at once, then a quarter beside an older long job") {
   FairQueue queue;
   queue.assign({entry(1, "ann", 50, 1e6)});
   grant(queue, 100);
@@ -94,13 +93,12 @@ TEST_CASE(
   const auto had = grant(queue, 1000);
   CHECK(had.at(2) >= 248);
   CHECK(had.at(2) <= 252);
-  // Not where the long one is of higher priority.
+  // But not if the long job has a higher priority.
   queue.assign({entry(1, "ann", 60, 1e6), entry(2, "ann", 50, 9)});
   CHECK(grant(queue, 100) == std::map<JobId, double>{{1, 100}});
 }
 
-TEST_CASE(
-    "a job without work to grant keeps nobody waiting, but one that is being prepared its user") {
+TEST_CASE("a job without work blocks no other; a job in preparation blocks its user's later jobs") {
   FairQueue queue;
   queue.assign({entry(1, "ann"), entry(2, "ann"), entry(3, "bob")});
   std::vector<JobId> asked;
@@ -117,7 +115,7 @@ TEST_CASE(
   CHECK(asked == std::vector<JobId>{3, 1});
 }
 
-TEST_CASE("users share by what their leases took, where that is not what was expected") {
+TEST_CASE("users share by the real cost of leases, not by the expected cost") {
   FairQueue queue;
   queue.assign({entry(1, "ann"), entry(2, "bob")});
   double of_ann = 0;

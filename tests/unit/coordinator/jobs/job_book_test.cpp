@@ -9,7 +9,7 @@ namespace {
 
 using test::FarmRig;
 
-TEST_CASE("one more job than a user may have is refused") {
+TEST_CASE("a job beyond the limit per user is refused") {
   CoordinatorOptions options = FarmRig::rig_options();
   options.limits.user_jobs = 2;
   FarmRig rig(options);
@@ -24,8 +24,7 @@ TEST_CASE("one more job than a user may have is refused") {
   CHECK_NOTHROW(rig.jobs.check_limits(next));
 }
 
-TEST_CASE(
-    "a cancelled job ends, can be queued again, and can be forgotten only when it has ended") {
+TEST_CASE("a cancelled job can be queued again; only an ended job can be forgotten") {
   FarmRig rig;
   Job& job = rig.add_job(5);
   job.scene = ScenePayload(std::make_shared<const Scene>());
@@ -37,7 +36,7 @@ TEST_CASE(
   CHECK(rig.farm.job_of(5) == nullptr);
 }
 
-TEST_CASE("a job that has ended takes no priority") {
+TEST_CASE("the priority of an ended job cannot be changed") {
   FarmRig rig;
   Job& job = rig.add_job(5);
   rig.jobs.steer(job, {1, 5, msg::JobAction::prioritise, 90});
@@ -47,7 +46,7 @@ TEST_CASE("a job that has ended takes no priority") {
   CHECK_THROWS_AS(rig.jobs.steer(job, {1, 5, msg::JobAction::prioritise, 10}), InputError);
 }
 
-TEST_CASE("a waiting job says what it lacks") {
+TEST_CASE("waits_for() names what a waiting job lacks") {
   FarmRig rig;
   Job& job = rig.add_job(5);
   CHECK(rig.jobs.waits_for(job) == "no workers connected");

@@ -14,20 +14,20 @@ MachineId machine(int number) {
   return {MachineId::Kind::address, "10.0.0." + std::to_string(number)};
 }
 
-/// Says that it cannot trace cells; the machine's only worker unless `worker` says another.
+/// Adds a reported failure of the machine's only worker, or of `worker`.
 Failure said(int number, CellRange range, TracerKey worker = 0) {
   return {range, machine(number), worker != 0 ? worker : static_cast<TracerKey>(number), "worker",
           "not enough memory"};
 }
 
-/// Has been lost with a lease, and comes back as another process.
+/// Adds the loss of a worker with a lease; the worker returns as another process.
 Failure died(int number, CellRange range, TracerKey worker) {
   Failure failure = said(number, range, worker);
   failure.by_loss = true;
   return failure;
 }
 
-/// One worker on each of the machines [begin, end).
+/// Returns one worker on each of the machines [begin, end).
 std::vector<AbleWorker> able(int begin, int end) {
   std::vector<AbleWorker> able;
   for (int i = begin; i < end; ++i) {
@@ -89,7 +89,7 @@ TEST_CASE("fewer machines than --max-failures must each fail twice") {
   CHECK(failures.verdict({3, 4}, able(1, 3), 3) == "2 machines, twice");
 }
 
-TEST_CASE("sick workers count for their machine only together with all its other workers") {
+TEST_CASE("a machine has failed only if all its workers have failed") {
   JobFailures failures;
   std::vector<AbleWorker> nine;
   for (TracerKey worker = 1; worker <= 9; ++worker) {
@@ -112,7 +112,7 @@ TEST_CASE("a job that kills each process of the only machine is at fault, after 
   CHECK(deaths < 10);
 }
 
-TEST_CASE("workers that a network lost are no deaths once the same processes are back") {
+TEST_CASE("losses do not count as deaths if the same processes return") {
   JobFailures failures;
   for (int number = 1; number <= 3; ++number) {
     Failure lost = died(number, {0, 1}, static_cast<TracerKey>(number));

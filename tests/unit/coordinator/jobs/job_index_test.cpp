@@ -28,7 +28,7 @@ Job make_job(JobId id, const std::string& user, JobId series = 0, std::uint32_t 
 
 }  // namespace
 
-TEST_CASE("the index finds a job by its user and the name in its token, and by no other user's") {
+TEST_CASE("the index finds a job only by its own user and the name in its token") {
   JobIndex index;
   Job job = make_job(7, "ann");
   index.add(job);
@@ -93,7 +93,7 @@ TEST_CASE("an ended job that is queued again is open again; noting it twice chan
   CHECK(index.open_of("ann", 0).pixels == 100);
 }
 
-TEST_CASE("a job that has ended before it is added is listed, and not open") {
+TEST_CASE("a job that ended before add() is listed but not open") {
   JobIndex index;
   Job job = make_job(7, "ann");
   job.phase = JobPhase::ended;
@@ -102,7 +102,7 @@ TEST_CASE("a job that has ended before it is added is listed, and not open") {
   CHECK(index.open().empty());
 }
 
-TEST_CASE("the index agrees with a search through all jobs, whatever happens to them") {
+TEST_CASE("after any sequence of changes the index agrees with a search through all jobs") {
   Dice dice(1);
   JobIndex index;
   std::map<JobId, Job> jobs;
@@ -131,7 +131,7 @@ TEST_CASE("the index agrees with a search through all jobs, whatever happens to 
     }
     std::set<JobId> open;
     std::set<JobId> listed;
-    std::set<JobId> unfinished;  // of those
+    std::set<JobId> unfinished;
     std::map<std::string, std::set<JobId>> of_user;
     for (const auto& [id, job] : jobs) {
       listed.insert(job.record.listed_as());

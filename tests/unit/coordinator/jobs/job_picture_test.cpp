@@ -1,4 +1,4 @@
-// A job's picture and the log from which another life of it goes on.
+// A job's picture and the log from which a later process resumes it.
 #include "coordinator/jobs/job_picture.h"
 
 #include <doctest/doctest.h>
@@ -32,7 +32,7 @@ RenderSettings in_passes() {
   return settings;
 }
 
-/// One life of a job's picture, which leaves a log.
+/// A job's picture in one process, and its log.
 struct Life {
   explicit Life(const RenderSettings& settings, const Log& its_log = {},
                 std::vector<std::uint64_t> begun = {})
@@ -55,7 +55,7 @@ struct Life {
     log.push_back(JobPicture::cells_entry(picture.passes().pass(), tracer, range,
                                           pack_cells(cells, *picture.plan()->grid())));
   }
-  /// Some of what is missing of the pass.
+  /// Returns some of the missing cells of the pass.
   void take_some(Dice& dice, TracerKey tracer = honest) {
     const auto missing = picture.collector().missing();
     const CellRange& all = missing[dice.below(missing.size())];
@@ -80,7 +80,7 @@ struct Life {
   bool complete = false;
 };
 
-/// `entry`, with a number in place of the one at `at`.
+/// Returns `entry` with the number at the offset `at` replaced.
 template <typename T>
 std::string with(std::string entry, std::size_t at, T value) {
   std::memcpy(entry.data() + at, &value, sizeof value);
@@ -89,7 +89,7 @@ std::string with(std::string entry, std::size_t at, T value) {
 
 }  // namespace
 
-TEST_CASE("another life has the sums of the one before, however the pass was cut") {
+TEST_CASE("a resumed picture has the same sums, however the pass was cut") {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     CAPTURE(seed);
     Dice dice(seed);
@@ -106,7 +106,7 @@ TEST_CASE("another life has the sums of the one before, however the pass was cut
   }
 }
 
-TEST_CASE("a job that dies at any moment of any pass goes on to the same passes and bits") {
+TEST_CASE("a job that is resumed at any point of any pass gets the same passes and bits") {
   Life whole(in_passes());
   whole.finish();
   const auto passes = whole.picture.passes().begun();
@@ -138,7 +138,7 @@ TEST_CASE("a job that dies at any moment of any pass goes on to the same passes 
   }
 }
 
-TEST_CASE("what was set back stays so in another life, and the end is the same") {
+TEST_CASE("a resumed picture keeps retractions and ends with the same bits") {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     CAPTURE(seed);
     Dice dice(seed);
@@ -160,7 +160,7 @@ TEST_CASE("what was set back stays so in another life, and the end is the same")
   }
 }
 
-TEST_CASE("a picture in passes that a faulty worker has touched, in whichever pass, begins again") {
+TEST_CASE("a picture in passes restarts if a faulty worker traced a part of any pass") {
   Life whole(in_passes());
   whole.finish();
   for (const int lying_pass : {0, 1}) {
@@ -186,7 +186,7 @@ TEST_CASE("a picture in passes that a faulty worker has touched, in whichever pa
   }
 }
 
-TEST_CASE("an entry of a life that never was is refused") {
+TEST_CASE("replay refuses entries that no process can have written") {
   Life life(one_pass());
   life.take(honest, {2, 5});
   const std::string entry = life.log.front();
@@ -198,21 +198,21 @@ TEST_CASE("an entry of a life that never was is refused") {
     refused(entry.substr(0, size));
   }
   refused(entry + '\0');
-  refused(with(entry, 0, std::uint32_t{3}));  // of no kind
-  refused(with(entry, 4, std::uint32_t{1}));  // of a pass that has not begun
+  refused(with(entry, 0, std::uint32_t{3}));  // unknown kind
+  refused(with(entry, 4, std::uint32_t{1}));  // a pass that has not begun
   refused(with(entry, 4, UINT32_MAX));
   refused(with(entry, 16, std::uint64_t{5}));  // no cells
   refused(with(entry, 16, std::uint64_t{6}));
   refused(with(entry, 24, life.picture.plan()->cells() + 1));
   refused(with(entry, 24, UINT64_MAX));
-  refused(with(entry, 24, std::uint64_t{6}));  // more than it holds
+  refused(with(entry, 24, std::uint64_t{6}));  // more cells than the entry holds
   const std::string retraction = life.picture.retraction_entry({{2, 4}});
   refused(retraction.substr(0, retraction.size() - 1));
   refused(with(retraction, 8, std::uint64_t{4}));
   refused(with(retraction, 16, UINT64_MAX));
 }
 
-TEST_CASE("a picture under way takes no more memory than a job is counted for") {
+TEST_CASE("an unfinished picture needs no more memory than memory() returns") {
   const auto of = [](std::uint32_t side, bool passes) {
     RenderSettings settings = passes ? in_passes() : one_pass();
     settings.width = settings.height = side;
@@ -228,7 +228,7 @@ TEST_CASE("a picture under way takes no more memory than a job is counted for") 
   CHECK(JobPicture::memory(largest) > JobPicture::memory(one_pass()));
 }
 
-TEST_CASE("a process of a worker has the same key in every life of a coordinator, and its own") {
+TEST_CASE("tracer_key() depends only on name and instance, and differs between processes") {
   CHECK(tracer_key("node 1", "123") == tracer_key("node 1", "123"));
   CHECK(tracer_key("node 1", "123") != tracer_key("node 1", "124"));
   CHECK(tracer_key("node 1", "123") != tracer_key("node 2", "123"));

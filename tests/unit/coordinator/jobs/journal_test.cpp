@@ -26,7 +26,7 @@ JournalMerge merge(TracerKey tracer, std::uint64_t epoch, CellRange range,
   return {in_pass, tracer, epoch, range, 2048 * range.count(), 10, 12, 2, 77};
 }
 
-/// Of 100 cells in two leases by two workers.
+/// A journal of 100 cells in two leases of two workers.
 Entries whole() {
   return {pass(0, 100), JournalWorker{1, 2, "ann"}, merge(1, 1, {0, 60}),
           JournalWorker{2, 4, "bob"}, merge(2, 2, {60, 100})};
@@ -51,7 +51,7 @@ bool has_problem(Entries entries, JournalEntry last) {
 
 }  // namespace
 
-TEST_CASE("a journal comes back as it was written, in one life or in two") {
+TEST_CASE("a journal is read as it was written, by one process or by two") {
   Entries entries = whole();
   entries.emplace_back(JournalRetraction{0, 13, {{0, 10}, {20, 30}}});
   entries.emplace_back(JournalGrid{0, grid(RowOrder::interleaved)});
@@ -84,10 +84,10 @@ TEST_CASE("a journal that is cut or damaged is refused") {
   CHECK_THROWS_AS(read_journal(bytes + "x"), DecodeError);
 }
 
-TEST_CASE("a journal says what each pixel took, and who traced it last") {
+TEST_CASE("the work map shows the seconds of each pixel and the worker that traced it last") {
   Entries entries = whole();
   CHECK(work_map(entries, 10, 20).tracer ==
-        std::vector(200, WorkMap::nobody));  // cells are not placed
+        std::vector(200, WorkMap::no_worker));  // the journal has no grid
   entries.insert(entries.begin(), JournalGrid{0, grid()});
   WorkMap map = work_map(entries, 10, 20);
   CHECK(map.workers == std::vector<std::string>{"ann", "bob"});
@@ -101,13 +101,14 @@ TEST_CASE("a journal says what each pixel took, and who traced it last") {
   map = work_map(entries, 10, 20);
   CHECK(map.tracer[1] == 1);
   CHECK(map.tracer[2] == 0);
-  CHECK(map.seconds[1] == doctest::Approx(2 * 2 / 120.0 + 2 * 4 / 2.0));  // spent all the same
+  CHECK(map.seconds[1] ==
+        doctest::Approx(2 * 2 / 120.0 + 2 * 4 / 2.0));  // retracted time counts, too
   CHECK_THROWS_AS(work_map(entries, 20, 10), DecodeError);
   entries.emplace_back(merge(2, 4, {100, 101}));
   CHECK_THROWS_AS(work_map(entries, 10, 20), DecodeError);
 }
 
-TEST_CASE("a journal of every cell merged once is clean and complete, and says by whom") {
+TEST_CASE("an audit of a journal with every cell merged once is clean and names the workers") {
   const Audit audit = audit_journal(whole());
   CHECK(audit.complete());
   CHECK(audit.cells == 100);
@@ -122,7 +123,7 @@ TEST_CASE("a journal of every cell merged once is clean and complete, and says b
   CHECK_FALSE(audit_journal(unfinished).complete());
 }
 
-TEST_CASE("an audit finds cells merged twice, leases merged twice, and what nobody knows of") {
+TEST_CASE("an audit finds cells merged twice, leases merged twice, and unknown passes or workers") {
   CHECK(has_problem(whole(), merge(1, 3, {59, 60})));
   CHECK(has_problem(whole(), merge(1, 3, {0, 100})));
   CHECK(has_problem({pass(0, 100), JournalWorker{1, 2, "ann"}, merge(1, 1, {0, 10})},
@@ -133,7 +134,7 @@ TEST_CASE("an audit finds cells merged twice, leases merged twice, and what nobo
   CHECK(has_problem(whole(), pass(0, 100)));
 }
 
-TEST_CASE("cells that were set back are merged once more, and no others") {
+TEST_CASE("exactly the retracted cells may be merged once more") {
   Entries entries = whole();
   entries.emplace_back(JournalRetraction{0, 13, {{10, 20}, {55, 65}}});
   CHECK(audit_journal(entries).merged == 80);
@@ -145,7 +146,7 @@ TEST_CASE("cells that were set back are merged once more, and no others") {
   CHECK(audit_journal(entries).complete());
 }
 
-TEST_CASE("where the time went: start, tracing, between leases, the end") {
+TEST_CASE("the audit splits the time into start, tracing, between leases and the end") {
   // Two workers of one thread: the first begins at 0, has the scene at 2, traces until 10; the
   // second traces from 0 to 5 and then has nothing more.
   const Entries entries = {pass(0, 100),
@@ -164,7 +165,7 @@ TEST_CASE("where the time went: start, tracing, between leases, the end") {
   CHECK(time_spent({}).threads == 0);
 }
 
-TEST_CASE("a replay of even costs takes its work by its threads, whatever the policy") {
+TEST_CASE("a simulated pass with even costs takes work divided by threads with every policy") {
   Entries entries = {pass(0, 10'000), JournalWorker{1, 2, "ann"}};
   for (std::uint64_t i = 0; i < 100; ++i) {
     JournalMerge one = merge(1, i + 1, {100 * i, 100 * (i + 1)});
@@ -182,7 +183,7 @@ TEST_CASE("a replay of even costs takes its work by its threads, whatever the po
   }
 }
 
-TEST_CASE("a replay of a hot end of a picture shows what static leases cost") {
+TEST_CASE("a simulated picture with an expensive end shows the cost of static leases") {
   Entries entries = {pass(0, 1000), JournalWorker{1, 1, "ann"}};
   for (std::uint64_t i = 0; i < 100; ++i) {
     JournalMerge one = merge(1, i + 1, {10 * i, 10 * (i + 1)});
@@ -195,7 +196,7 @@ TEST_CASE("a replay of a hot end of a picture shows what static leases cost") {
   CHECK_THROWS_AS(replay_job({}, {}), RunError);
 }
 
-TEST_CASE("an even pass takes its work by the workers' speeds, and slow ones hardly hold it up") {
+TEST_CASE("an even pass takes work divided by total speed; slow workers hardly delay it") {
   const ChunkGrain grain{100'000, 100, 1, 64};
   const std::vector<ImaginedWorker> workers = {{2, 1}, {1, 0.1}, {4, 2}};
   for (const SchedulePolicy policy : {SchedulePolicy::weighted, SchedulePolicy::factoring}) {

@@ -8,7 +8,7 @@ namespace {
 
 using test::FarmRig;
 
-TEST_CASE("without workers nothing is granted, and the turn is over") {
+TEST_CASE("without workers no lease is granted") {
   FarmRig rig;
   rig.add_job(5);
   CHECK(rig.leases.grant_leases(rig.farm.now));
@@ -30,7 +30,7 @@ TEST_CASE("a result of a lease that does not exist is stale") {
   CHECK(rig.farm.tally.stale == 1);
 }
 
-TEST_CASE("a result of an unknown worker is not looked at") {
+TEST_CASE("a result of an unknown worker is ignored") {
   FarmRig rig;
   msg::Result result;
   rig.leases.on(rig.farm.now, "stranger", result);
@@ -38,7 +38,7 @@ TEST_CASE("a result of an unknown worker is not looked at") {
   CHECK(rig.sent<msg::Identify>().size() == 1);
 }
 
-TEST_CASE("a failed lease that nobody holds changes nothing") {
+TEST_CASE("a failure of a lease that has no holder changes nothing") {
   FarmRig rig;
   rig.join("peer", "one");
   rig.add_job(5);

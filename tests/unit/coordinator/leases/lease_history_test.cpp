@@ -11,14 +11,14 @@
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 
-/// Random histories of a lease table against a model that keeps a state for every single cell.
+/// Compares random histories of a lease table with a model that has a state for every cell.
 namespace parray {
 namespace {
 
 using test::Dice;
 using Arrival = LeaseTable::Arrival;
 
-/// How often each thing happened over all histories: what never happens proves nothing.
+/// How often each event happened in all histories. An event that never happens is not tested.
 struct Tally {
   int grants = 0;
   int copies = 0;
@@ -35,11 +35,11 @@ struct Tally {
   int orphans = 0;
 };
 
-/// What PROTOCOL.md says of one lease, written down as plainly as possible.
+/// The state of one lease as PROTOCOL.md describes it.
 struct Record {
   CellRange range;
   std::map<WorkerId, Time> holders;
-  WorkerId arrived = 0;  ///< whose result is being merged
+  WorkerId arrived = 0;  ///< the worker whose result is being merged
   std::set<WorkerId> late{};
   bool check = false;
   MachineKey by = 0;
@@ -174,7 +174,7 @@ class History {
     }
   }
 
-  /// Of a holder, or of anybody for some lease of the past, the present or the future.
+  /// A result of a holder, or of any worker for a past, current or future lease.
   void result() {
     WorkerId worker = some_worker();
     Epoch epoch = dice_.below(last_epoch_ + 2);
@@ -214,7 +214,7 @@ class History {
     }
   }
 
-  /// Returns who held a copy.
+  /// Returns the workers that held a copy.
   std::set<WorkerId> shorten(Record& r, std::uint64_t cells) {
     ++tally_.parts;
     const CellRange rest{r.range.begin + cells, r.range.end};
@@ -228,7 +228,7 @@ class History {
     return others;
   }
 
-  /// What has arrived is in, or no good.
+  /// Merges an arrived result, or discards it as invalid.
   void merged() {
     for (auto& [epoch, r] : records_) {
       if (r.over || r.arrived == 0 || dice_.one_in(3)) {
@@ -271,7 +271,7 @@ class History {
   void pass_time() {
     now_ += milliseconds(static_cast<std::int64_t>(dice_.below(60)));
     std::set<std::pair<Epoch, WorkerId>> expected;
-    std::vector<std::pair<Time, Epoch>> order;  // in which what is retired becomes pending
+    std::vector<std::pair<Time, Epoch>> order;  // in which expired leases become pending
     for (auto& [epoch, r] : records_) {
       for (const auto& [holder, deadline] : r.holders) {
         if (deadline <= now_) {
@@ -324,7 +324,7 @@ class History {
     REQUIRE(table_.extend(worker, epoch, deadline) == holds);
   }
 
-  /// Some range of cells that are done; {0, 0}: there is none.
+  /// Returns a range of done cells; {0, 0}: there is none.
   CellRange some_done() {
     const std::uint64_t begin = dice_.below(cells_.size());
     std::uint64_t end = begin;
@@ -346,7 +346,7 @@ class History {
     table_.want_check({check.range, check.by, check.not_by});
     checks_.push_back(check);
   }
-  /// Checks that failed, and those of others than `able`, go to `by`.
+  /// Gives failed checks, and checks of machines outside `able`, to `by`.
   void place_orphans(const std::set<MachineKey>& able, MachineKey by) {
     std::vector<Record> expected = std::exchange(failed_, {});
     for (const Record& check : checks_) {
@@ -371,7 +371,7 @@ class History {
                        [](const auto& entry) { return entry.second.check && !entry.second.over; });
   }
 
-  /// Not what is being checked: the model would have to know what a check is of.
+  /// Puts back done cells, except cells that are being checked, which the model cannot handle.
   void put_back() {
     const CellRange range = some_done();
     if (range.count() > 0 && checks_.empty() && failed_.empty() && !any_check_leased()) {
@@ -408,7 +408,7 @@ class History {
     }
   }
 
-  /// One good worker is enough for any history to end.
+  /// Lets one working worker complete the history.
   void finish() {
     for (WorkerId worker = 1; worker <= 5; ++worker) {
       lose_worker(worker);
@@ -436,14 +436,14 @@ class History {
   LeaseTable table_;
   std::map<Epoch, Record> records_;  ///< every epoch ever granted
   std::vector<Record> checks_;       ///< wanted, in their order
-  std::vector<Record> failed_;       ///< that somebody else is to make
+  std::vector<Record> failed_;       ///< checks that another machine must make
   Epoch last_epoch_ = 0;
   Time now_{0};
 };
 
 }  // namespace
 
-TEST_CASE("in 5000 random histories every cell is in one place at any moment, and they end") {
+TEST_CASE("in 5000 random histories every cell is always in one state, and all histories end") {
   Tally tally;
   for (std::uint64_t seed = 1; seed <= 5000; ++seed) {
     CAPTURE(seed);

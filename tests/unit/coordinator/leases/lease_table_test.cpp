@@ -8,8 +8,8 @@
 
 #include "tests/support/rooms.h"
 
-/// Each arrow of the picture "A lease" in proto/PROTOCOL.md, and the bounds around it.
-/// Histories of many steps: lease_history_test.cpp.
+/// Tests each arrow of the diagram "A lease" in proto/PROTOCOL.md, and its limits.
+/// lease_history_test.cpp tests histories of many steps.
 namespace parray {
 namespace {
 
@@ -21,7 +21,7 @@ constexpr WorkerId ann = 1;
 constexpr WorkerId bob = 2;
 constexpr WorkerId cid = 3;
 
-/// Leases are half of what is left, as for two workers.
+/// Makes leases of half of the remaining cells, as for two workers.
 ChunkSizer halves() {
   RenderSettings settings;
   settings.width = 10;
@@ -40,7 +40,7 @@ std::optional<Lease> grant(LeaseTable& table, WorkerId worker, Time deadline = s
   return table.grant(deadline, worker, {1, 0}, {0, 0, 2, 2}, worker);
 }
 
-/// Two cells in one lease, granted to Ann until 10 s.
+/// A table with two cells in one lease, granted to Ann until 10 s.
 struct OneLease {
   LeaseTable table = table_of({{0, 2}});
   Epoch epoch = grant(table, ann)->epoch;
@@ -56,7 +56,7 @@ std::vector<Epoch> epochs_of(const std::vector<Lease>& leases) {
 
 }  // namespace
 
-TEST_CASE("pending cells become leased by a grant, from the front, over gaps, until none is left") {
+TEST_CASE("grants lease the first pending cells, across gaps, until none is left") {
   LeaseTable table = table_of({{0, 6}, {8, 9}}, 100);
   CHECK(table.pending_cells() == 7);
   CHECK(table.next_deadline() == never);
@@ -76,7 +76,7 @@ TEST_CASE("pending cells become leased by a grant, from the front, over gaps, un
   CHECK_FALSE(table.idle());
 }
 
-TEST_CASE("a lease has no more cells than a result may have") {
+TEST_CASE("a lease has at most `most_cells` cells") {
   LeaseTable table = table_of({{0, 100}}, 1, 3);
   CHECK(grant(table, ann)->range == CellRange{0, 3});
   LeaseTable least = table_of({{0, 100}}, 1, 0);
@@ -96,7 +96,7 @@ TEST_CASE("a lease ends with its holder's result") {
   CHECK(f.table.arrive(ann, f.epoch).kind == stale);  // again
 }
 
-TEST_CASE("a result of a lease's first cells gives the others back at once, and copies end") {
+TEST_CASE("a partial result makes the other cells pending at once and ends copies") {
   OneLease f;
   REQUIRE(f.table.grant_copy(seconds(10), bob));
   const auto arrived = f.table.arrive(ann, f.epoch, 1);
@@ -107,27 +107,27 @@ TEST_CASE("a result of a lease's first cells gives the others back at once, and 
   CHECK(f.table.pending_cells() == 1);
   CHECK(f.table.arrive(bob, f.epoch).kind == stale);
   CHECK(grant(f.table, cid)->range == CellRange{1, 2});
-  SUBCASE("whose result is in") {
+  SUBCASE("the result is merged") {
     CHECK(f.table.finish(f.epoch).empty());
     CHECK_FALSE(f.table.has_pending());
   }
-  SUBCASE("whose result is no good") {
+  SUBCASE("the result is invalid") {
     CHECK(f.table.give_back(ann, f.epoch));
     CHECK(grant(f.table, ann)->range == CellRange{0, 1});
   }
 }
 
-TEST_CASE("a part of cells that another result is of is stale, and is compared with nothing") {
+TEST_CASE("a partial result after another result of the lease is stale") {
   OneLease f;
   REQUIRE(f.table.grant_copy(seconds(10), bob));
   f.table.arrive(bob, f.epoch);
-  SUBCASE("while that is merged") {}
-  SUBCASE("after that was merged") { f.table.finish(f.epoch); }
+  SUBCASE("while the other is being merged") {}
+  SUBCASE("after the other was merged") { f.table.finish(f.epoch); }
   CHECK(f.table.arrive(ann, f.epoch, 1).kind == stale);
   CHECK(f.table.held_by(ann) == 0);
 }
 
-TEST_CASE("the first holder alone may return a part: not who holds a copy, or makes a check") {
+TEST_CASE("only the first holder may return a part, not the holder of a copy or check") {
   OneLease f;
   LeaseTable table = table_of({{0, 2}});
   const auto lease = grant(table, ann);
@@ -139,7 +139,7 @@ TEST_CASE("the first holder alone may return a part: not who holds a copy, or ma
   CHECK_FALSE(grant(table, bob)->divisible);
 }
 
-TEST_CASE("a result of somebody who does not hold the lease is stale, and changes nothing") {
+TEST_CASE("a result of a worker that does not hold the lease is stale and changes nothing") {
   OneLease f;
   CHECK(f.table.arrive(bob, f.epoch).kind == stale);
   CHECK(f.table.arrive(ann, f.epoch + 1).kind == stale);
@@ -149,10 +149,10 @@ TEST_CASE("a result of somebody who does not hold the lease is stale, and change
   CHECK(f.table.arrive(bob, f.epoch).kind == stale);
 }
 
-TEST_CASE("what was no good is pending again, under an epoch never used before") {
+TEST_CASE("cells of an invalid result or a failed lease are pending again, under a new epoch") {
   OneLease f;
-  SUBCASE("because the result was") { f.table.arrive(ann, f.epoch); }
-  SUBCASE("because the worker says so") {}
+  SUBCASE("the result is invalid") { f.table.arrive(ann, f.epoch); }
+  SUBCASE("the worker reports a failure") {}
   CHECK(f.table.give_back(ann, f.epoch));
   CHECK_FALSE(f.table.give_back(ann, f.epoch));
   CHECK(f.table.pending_cells() == 2);
@@ -163,14 +163,14 @@ TEST_CASE("what was no good is pending again, under an epoch never used before")
   CHECK(f.table.arrive(ann, f.epoch).kind == stale);
 }
 
-TEST_CASE("nobody gives back what he does not hold") {
+TEST_CASE("a worker cannot give back a lease that it does not hold") {
   OneLease f;
   CHECK_FALSE(f.table.give_back(bob, f.epoch));
   CHECK_FALSE(f.table.give_back(ann, f.epoch + 1));
   CHECK(f.table.held_by(ann) == 1);
 }
 
-TEST_CASE("a lease whose deadline passes goes back, and its result is stale") {
+TEST_CASE("after the deadline the cells of a lease are pending and its result is stale") {
   OneLease f;
   CHECK(f.table.expire(seconds(10) - Time(1)).empty());
   const auto expired = f.table.expire(seconds(10));
@@ -183,7 +183,7 @@ TEST_CASE("a lease whose deadline passes goes back, and its result is stale") {
   CHECK(f.table.expire(seconds(99)).empty());
 }
 
-TEST_CASE("a lost worker's leases go back, join their neighbours and are granted first") {
+TEST_CASE("a lost worker's cells become pending, join adjacent cells and are granted first") {
   LeaseTable table = table_of({{0, 8}});
   const auto first_lease = grant(table, ann);  // 0 .. 3
   const auto kept = grant(table, bob);         // 4, 5
@@ -197,7 +197,7 @@ TEST_CASE("a lost worker's leases go back, join their neighbours and are granted
   CHECK(grant(table, cid)->range == CellRange{0, 4});  // half of one run of eight
 }
 
-TEST_CASE("a heartbeat moves the deadline on, never back") {
+TEST_CASE("a heartbeat moves a deadline to a later time, never to an earlier one") {
   OneLease f;
   CHECK(f.table.extend(ann, f.epoch, seconds(20)));
   CHECK(f.table.extend(ann, f.epoch, seconds(15)));
@@ -206,7 +206,7 @@ TEST_CASE("a heartbeat moves the deadline on, never back") {
   CHECK(f.table.expire(seconds(20)).size() == 1);
 }
 
-TEST_CASE("only a holder's heartbeat counts, and none once its result is there") {
+TEST_CASE("only a heartbeat of a holder without a result extends a lease") {
   OneLease f;
   CHECK_FALSE(f.table.extend(bob, f.epoch, seconds(20)));
   CHECK_FALSE(f.table.extend(ann, f.epoch + 1, seconds(20)));
@@ -215,7 +215,7 @@ TEST_CASE("only a holder's heartbeat counts, and none once its result is there")
   CHECK_FALSE(f.table.extend(ann, f.epoch, seconds(20)));
 }
 
-TEST_CASE("a copy is of the oldest lease that nobody else has a copy of, and not of one's own") {
+TEST_CASE("a copy is of the oldest lease without a copy, except the worker's own") {
   LeaseTable table = table_of({{0, 4}});
   const auto oldest = grant(table, ann);
   const auto second = grant(table, bob);
@@ -231,7 +231,7 @@ TEST_CASE("a copy is of the oldest lease that nobody else has a copy of, and not
   static_assert(LeaseTable::most_holders == 2);
 }
 
-TEST_CASE("of two holders the first result wins; the other's may come once, to be compared") {
+TEST_CASE("the first result of two holders is merged; the second is compared, once") {
   OneLease f;
   f.table.grant_copy(seconds(10), bob);
   CHECK(f.table.arrive(bob, f.epoch).kind == first);
@@ -252,7 +252,7 @@ TEST_CASE("of two holders the first result wins; the other's may come once, to b
   CHECK(f.table.idle());
 }
 
-TEST_CASE("a worker that is lost sends no late copies") {
+TEST_CASE("late copies of a lost worker are stale") {
   OneLease f;
   f.table.grant_copy(seconds(10), bob);
   f.table.arrive(bob, f.epoch);
@@ -270,7 +270,7 @@ TEST_CASE("while a result is being merged, its lease has no deadline and no copi
   CHECK_FALSE(f.table.has_pending());
 }
 
-TEST_CASE("a copy's holder goes on when the first result is no good") {
+TEST_CASE("the holder of a copy keeps it if the first result is invalid") {
   OneLease f;
   f.table.grant_copy(seconds(10), bob);
   f.table.arrive(ann, f.epoch);
@@ -279,7 +279,7 @@ TEST_CASE("a copy's holder goes on when the first result is no good") {
   CHECK(f.table.arrive(bob, f.epoch).kind == first);
 }
 
-TEST_CASE("a lease with a copy goes back with its last holder only") {
+TEST_CASE("cells of a lease with a copy become pending only after the last holder") {
   OneLease f;
   f.table.grant_copy(seconds(30), bob);
   CHECK(f.table.expire(seconds(10)).size() == 1);  // Ann's
@@ -295,7 +295,7 @@ TEST_CASE("a lease with a copy goes back with its last holder only") {
   }
 }
 
-TEST_CASE("holders may expire at once, at the same or at different times") {
+TEST_CASE("holders of one lease may expire together, with equal or different deadlines") {
   for (const Time second : {seconds(8), seconds(10)}) {
     OneLease f;
     f.table.grant_copy(second, bob);
@@ -311,7 +311,7 @@ TEST_CASE("holders may expire at once, at the same or at different times") {
   CHECK(f.table.next_deadline() == seconds(10));
 }
 
-TEST_CASE("a check goes before pending work, to the machine that is named and to no other") {
+TEST_CASE("a check precedes pending work and goes only to the named machine") {
   LeaseTable table = table_of({{0, 4}});
   const Lease done = *grant(table, ann);
   table.arrive(ann, done.epoch);
@@ -330,20 +330,20 @@ TEST_CASE("a check goes before pending work, to the machine that is named and to
   CHECK(table.pending_cells() == 0);
 }
 
-TEST_CASE("two workers of one machine are alike to a check") {
+TEST_CASE("any worker of the named machine may make a check") {
   LeaseTable table = table_of({});
   table.want_check({{0, 2}, 77, {ann}});
   CHECK_FALSE(grant(table, ann));
   CHECK(table.grant(seconds(10), cid, {1, 0}, {0, 0, 2, 2}, 77)->range == CellRange{0, 2});
 }
 
-TEST_CASE("a check whose machine fails is handed back, and that machine does not get it again") {
+TEST_CASE("a failed check is returned and names the machine that must not make it again") {
   LeaseTable table = table_of({});
   table.want_check({{0, 2}, bob, {ann}});
   const auto lost = grant(table, bob);
-  SUBCASE("with its holder") { table.drop_worker(bob); }
-  SUBCASE("by its deadline") { CHECK(table.expire(seconds(10)).size() == 1); }
-  SUBCASE("because its result was no good") {
+  SUBCASE("the holder is lost") { table.drop_worker(bob); }
+  SUBCASE("the deadline passes") { CHECK(table.expire(seconds(10)).size() == 1); }
+  SUBCASE("the result is invalid") {
     table.arrive(bob, lost->epoch);
     table.give_back(bob, lost->epoch);
   }
@@ -358,7 +358,7 @@ TEST_CASE("a check whose machine fails is handed back, and that machine does not
   CHECK(table.idle());
 }
 
-TEST_CASE("checks of machines that have left are handed back; those begun are waited for") {
+TEST_CASE("take_orphans() returns checks of machines that have left, except leased ones") {
   LeaseTable table = table_of({});
   table.want_check({{0, 2}, ann, {}});
   table.want_check({{4, 5}, bob, {}});
@@ -374,7 +374,7 @@ TEST_CASE("checks of machines that have left are handed back; those begun are wa
   CHECK(table.idle());
 }
 
-TEST_CASE("cells that were done can be put back, once") {
+TEST_CASE("done cells can be put back once") {
   OneLease f;
   f.table.arrive(ann, f.epoch);
   f.table.finish(f.epoch);

@@ -28,7 +28,8 @@ RenderSettings settings_in_passes() {
   return settings;
 }
 
-/// A window of four ranks. Any of them hands in what the test says; lies are possible numbers.
+/// A window of four ranks, which log the results that a test gives. Wrong bits are plausible
+/// numbers.
 struct Rig : test::WindowRig {
   explicit Rig(const RenderSettings& its_settings = even_settings(),
                const std::vector<CellRange>& done = {}, const std::vector<std::string>& hosts = {})
@@ -57,7 +58,7 @@ struct Rig : test::WindowRig {
     collect(now);
     CHECK(collector.done());
     CHECK(same_sums(picture.framebuffer(), test::made_framebuffer(settings)));
-    // Another life has the same picture, from what was kept.
+    // A later process has the same picture, from the log.
     JobPicture next(settings, picture.scene());
     for (const std::string& entry : log) {
       next.replay(entry);
@@ -82,7 +83,7 @@ void check_verdict(const Rig& rig, std::uint32_t rank, std::uint64_t cells) {
 
 }  // namespace
 
-TEST_CASE("a rank whose bits came first and are wrong is named, and all its cells are set back") {
+TEST_CASE("if the first bits are wrong, their rank is faulty and all its cells are retracted") {
   Rig rig;
   rig.lie(2, {0, 5});
   rig.put(2, {10, 12});
@@ -95,7 +96,7 @@ TEST_CASE("a rank whose bits came first and are wrong is named, and all its cell
   rig.finish_and_check();
 }
 
-TEST_CASE("a rank whose bits came second and are wrong is named, and nothing of it is merged") {
+TEST_CASE("if the second bits are wrong, their rank is faulty and its result is dropped") {
   Rig rig;
   rig.put(1, {0, 5});
   rig.put(2, {10, 12});
@@ -106,7 +107,7 @@ TEST_CASE("a rank whose bits came second and are wrong is named, and nothing of 
   rig.finish_and_check();
 }
 
-TEST_CASE("where both ranks are wrong, both are named") {
+TEST_CASE("if both ranks are wrong, both are faulty") {
   Rig rig;
   rig.lie(1, {0, 5});
   TracedCells other = made_cells(rig.plan().batch({0, 5}));
@@ -121,7 +122,7 @@ TEST_CASE("where both ranks are wrong, both are named") {
   rig.finish_and_check();
 }
 
-TEST_CASE("a rank that was found faulty is told to stop, and what it hands in later is dropped") {
+TEST_CASE("a faulty rank is stopped, and its later results are dropped") {
   Rig rig;
   rig.put(1, {0, 5});
   CHECK_FALSE(rig.told_to_stop(2));
@@ -135,7 +136,7 @@ TEST_CASE("a rank that was found faulty is told to stop, and what it hands in la
   rig.finish_and_check();
 }
 
-TEST_CASE("a rank that was told to stop takes nothing more once it has shown its beat") {
+TEST_CASE("a stopped rank takes no more work after its next heartbeat") {
   Rig rig;
   WindowSource& source = rig.sources[2];
   CHECK(source.take_part(1e6, true).answer == LeaseSource::Answer::lease);
@@ -147,7 +148,7 @@ TEST_CASE("a rank that was told to stop takes nothing more once it has shown its
   CHECK(rig.sources[1].take_part(1e6, true).answer == LeaseSource::Answer::lease);
 }
 
-TEST_CASE("a faulty rank is told to stop in the next pass, too") {
+TEST_CASE("a faulty rank is stopped in the next pass, too") {
   Rig rig;
   rig.put(1, {0, 5});
   rig.lie(2, {0, 5});
@@ -158,13 +159,13 @@ TEST_CASE("a faulty rank is told to stop in the next pass, too") {
   CHECK_FALSE(rig.told_to_stop(1));
 }
 
-TEST_CASE("what a faulty rank alone confirmed is traced again by rank 0 before the pass ends") {
+TEST_CASE("before the pass ends, rank 0 traces cells that only a faulty rank had checked") {
   Rig rig;
   rig.put(1, {0, 40});
   rig.put(2, {0, 30});  // confirms
   rig.put(3, {40, rig.cells});
   const std::uint64_t before = rig.traced_in_rank_0;
-  SUBCASE("and found right") {
+  SUBCASE("and they are right") {
     rig.lie(2, {35, 38});
     CHECK_FALSE(rig.collector.done());
     for (int turn = 0; turn < 10; ++turn) {
@@ -175,7 +176,7 @@ TEST_CASE("what a faulty rank alone confirmed is traced again by rank 0 before t
     CHECK(rig.missing().empty());
     rig.finish_and_check();
   }
-  SUBCASE("unless somebody else confirmed it") {
+  SUBCASE("unless another rank has checked them") {
     rig.put(3, {0, 30});
     rig.lie(2, {35, 38});
     for (int turn = 0; turn < 10; ++turn) {
@@ -186,7 +187,7 @@ TEST_CASE("what a faulty rank alone confirmed is traced again by rank 0 before t
   }
 }
 
-TEST_CASE("two ranks that tell the same lie confirm each other until one of them is found faulty") {
+TEST_CASE("two ranks with the same wrong bits confirm each other until one is found faulty") {
   Rig rig;
   rig.lie(1, {0, 5});
   rig.lie(2, {0, 5});
@@ -203,7 +204,7 @@ TEST_CASE("two ranks that tell the same lie confirm each other until one of them
   rig.finish_and_check();
 }
 
-TEST_CASE("ranks of a host are one machine, but on rank 0's host each counts by itself") {
+TEST_CASE("ranks of a host are one machine, except on rank 0's host") {
   Rig rig(even_settings(), {}, {"head", "head", "node", "node"});
   rig.put(1, {0, 2});
   rig.put(2, {2, 4});
@@ -226,7 +227,7 @@ TEST_CASE("ranks of a host are one machine, but on rank 0's host each counts by 
   rig.finish_and_check();
 }
 
-TEST_CASE("wrong bits of an earlier mpirun are set back, and no rank of this one is named") {
+TEST_CASE("wrong bits of an earlier mpirun are retracted, and no present rank is faulty") {
   Rig rig;
   TracedCells wrong = made_cells(rig.plan().batch({0, 5}));
   test::tell_a_lie(wrong, rig.layout.record_bytes());
@@ -241,7 +242,7 @@ TEST_CASE("wrong bits of an earlier mpirun are set back, and no rank of this one
   rig.finish_and_check();
 }
 
-TEST_CASE("rank 0 that contradicts its own bits decides nothing more, and its cells are set back") {
+TEST_CASE("if rank 0 contradicts its own bits, it decides nothing and its cells are retracted") {
   Rig rig;
   rig.lie(0, {0, 5});
   rig.put(2, {5, 9});
@@ -252,7 +253,7 @@ TEST_CASE("rank 0 that contradicts its own bits decides nothing more, and its ce
   CHECK(rig.judge.verdicts().size() == 1);
 }
 
-TEST_CASE("rank 0 that contradicts another's right bits with its own is found out") {
+TEST_CASE("a wrong result of rank 0 for cells of another rank is found") {
   Rig rig;
   rig.put(0, {0, 5});
   rig.rank_0_lies = true;
@@ -260,7 +261,7 @@ TEST_CASE("rank 0 that contradicts another's right bits with its own is found ou
   CHECK(rig.judge.self_doubt());
 }
 
-TEST_CASE("a picture in passes is begun again when a faulty rank's bits have decided its passes") {
+TEST_CASE("a picture in passes restarts if a faulty rank's bits influenced its passes") {
   Rig rig(settings_in_passes());
   rig.lie(2, {0, 2});
   rig.put(1, {2, rig.cells});
@@ -282,7 +283,7 @@ TEST_CASE("a picture in passes is begun again when a faulty rank's bits have dec
   rig.collector.finish();
 }
 
-TEST_CASE("without a way to trace again what came first stays, and differences are counted") {
+TEST_CASE("without Hooks::trace the first bits stay, and differences are counted") {
   Rig rig;
   RankJudge judge(rig.picture, rank_voices(test::hosts_apart(ranks)), {});
   WindowCollector collector(rig.picture, judge, rig.layout, rig.window, rig.memory.bytes(), Time(0),

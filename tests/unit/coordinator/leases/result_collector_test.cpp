@@ -82,7 +82,7 @@ std::uint64_t cells_in(const Ranges& ranges) {
 
 }  // namespace
 
-TEST_CASE("every cell is merged once, whatever comes again, in any order, from anybody") {
+TEST_CASE("every cell is merged once, whatever results are repeated, in any order") {
   std::uint64_t duplicates = 0;
   for (const bool ragged : {false, true}) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -107,10 +107,10 @@ TEST_CASE("every cell is merged once, whatever comes again, in any order, from a
       CHECK(rig.complete());
     }
   }
-  CHECK(duplicates > 100);  // in all: one history alone may have none
+  CHECK(duplicates > 100);  // in all histories together
 }
 
-TEST_CASE("other bits for cells that are in are counted and change nothing") {
+TEST_CASE("other bits for merged cells are counted and change nothing") {
   Rig rig;
   rig.take(ann, {0, 5});
   const auto taken = rig.take_lie({0, 7});
@@ -121,7 +121,7 @@ TEST_CASE("other bits for cells that are in are counted and change nothing") {
   CHECK(rig.complete());
 }
 
-TEST_CASE("a comparison merges nothing") {
+TEST_CASE("compare() merges nothing") {
   Rig rig;
   rig.take(ann, {0, 3});
   auto digests = rig.honest({0, 5});
@@ -133,7 +133,7 @@ TEST_CASE("a comparison merges nothing") {
   CHECK(rig.collector.done_cells() == 3);
 }
 
-TEST_CASE("cells that differ are named, with those whose bits are in") {
+TEST_CASE("differing() returns the cells that differ and the tracers of the merged bits") {
   Rig rig;
   rig.take(bob, {0, 1});
   rig.take(ann, {1, 4});
@@ -141,7 +141,7 @@ TEST_CASE("cells that differ are named, with those whose bits are in") {
   CHECK(rig.collector.differing({0, 6}, digests).empty());
   digests[0] ^= 1;
   digests[2] ^= 1;
-  digests[5] ^= 1;  // is not in
+  digests[5] ^= 1;  // not merged
   const auto found = rig.collector.differing({0, 6}, digests);
   REQUIRE(found.size() == 2);
   CHECK(found[0].cell == 0);
@@ -150,20 +150,20 @@ TEST_CASE("cells that differ are named, with those whose bits are in") {
   CHECK(found[1].tracer == ann);
 }
 
-TEST_CASE("a check counts where somebody else has traced the cells") {
+TEST_CASE("a check counts only if another tracer has traced the cells") {
   Rig rig;
   rig.take(ann, {0, 4});
   rig.take(bob, {4, 6});
   CHECK(rig.collector.checked_cells() == 0);
   rig.collector.note_check(bob, {0, 5});
-  CHECK(rig.collector.checked_cells() == 4);  // its own is no check
+  CHECK(rig.collector.checked_cells() == 4);  // its own cells do not count
   rig.collector.note_check(ann, {2, 5});
   CHECK(rig.collector.checked_cells() == 5);
   CHECK(rig.collector.relies_on(ann));
   CHECK_FALSE(rig.collector.has_cells_of(faulty));
 }
 
-TEST_CASE("the checks of a faulty worker are void: their cells stay in, unchecked") {
+TEST_CASE("cells that a faulty worker has checked stay merged and are unchecked again") {
   Rig rig;
   rig.take(ann, {0, 6});
   rig.collector.note_check(faulty, {1, 3});
@@ -178,7 +178,7 @@ TEST_CASE("the checks of a faulty worker are void: their cells stay in, unchecke
   CHECK_FALSE(rig.collector.relies_on(faulty));
 }
 
-TEST_CASE("cells that are traced again have not been checked") {
+TEST_CASE("cells that are traced again are unchecked") {
   Rig rig;
   rig.take(faulty, {0, 4});
   rig.collector.note_check(bob, {0, 4});
@@ -187,8 +187,7 @@ TEST_CASE("cells that are traced again have not been checked") {
   CHECK(rig.collector.checked_cells() == 0);
 }
 
-TEST_CASE(
-    "what a faulty worker has traced can be set back: all of it, and the picture is as without") {
+TEST_CASE("retract() removes all cells of a faulty worker; the final picture is right") {
   for (const bool ragged : {false, true}) {
     for (std::uint64_t seed = 1; seed <= 30; ++seed) {
       CAPTURE(seed);
@@ -196,7 +195,7 @@ TEST_CASE(
       Rig rig(ragged);
       for (std::uint64_t at = 0; at < rig.plan->cells();) {
         const CellRange range{at, std::min(at + 1 + dice.below(9), rig.plan->cells())};
-        at = range.end + dice.below(3);  // some are not in yet
+        at = range.end + dice.below(3);  // some are not merged yet
         at = std::min(at, rig.plan->cells());
         dice.one_in(3) ? rig.take_lie(range) : rig.take(dice.one_in(2) ? ann : bob, range);
       }
@@ -210,7 +209,7 @@ TEST_CASE(
         for (std::uint64_t cell = range.begin; cell < range.end; ++cell) {
           CHECK_FALSE(rig.collector.has(cell));
           for (const std::uint64_t same : rig.plan->grid()->cells_of_same_pixels(cell)) {
-            CHECK_FALSE(rig.collector.has(same));  // sums of a pixel cannot be told apart
+            CHECK_FALSE(rig.collector.has(same));  // the sums of a pixel cannot be separated
           }
         }
       }
@@ -221,19 +220,17 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "what a faulty worker has traced goes although somebody traced it alike: they may be two "
-    "faulty workers") {
+TEST_CASE("retract() also removes checked cells, because the checker may be faulty, too") {
   Rig rig;
   rig.take(faulty, {0, 6});
   rig.collector.note_check(bob, {2, 4});
   rig.collector.retract(faulty);
   CHECK(rig.collector.done_cells() == 0);
-  CHECK_FALSE(rig.collector.relies_on(99));  // never heard of
+  CHECK_FALSE(rig.collector.relies_on(99));  // unknown
   CHECK(rig.collector.retract(99).cells.empty());
 }
 
-TEST_CASE("ranges can be set back, as an earlier life has noted them") {
+TEST_CASE("ranges of a logged retraction can be retracted") {
   Rig rig;
   rig.take(ann, {0, 20});
   const Ranges gone = rig.collector.retract(Ranges{{3, 5}, {4, 6}});
@@ -243,7 +240,7 @@ TEST_CASE("ranges can be set back, as an earlier life has noted them") {
   CHECK(rig.complete());
 }
 
-TEST_CASE("what is missing is named in runs, and no longer than asked for") {
+TEST_CASE("next_missing() returns runs of at most the requested length") {
   Rig rig;
   CHECK(rig.collector.missing() == Ranges{{0, rig.plan->cells()}});
   CHECK(rig.collector.next_missing(0, 7) == CellRange{0, 7});
@@ -257,7 +254,7 @@ TEST_CASE("what is missing is named in runs, and no longer than asked for") {
   CHECK(rig.complete());
 }
 
-TEST_CASE("whoever leaves another pixel's sample out of the sums is found") {
+TEST_CASE("a result that excludes a sample of another pixel is a mismatch") {
   Rig rig;
   const auto leaving_out = [&](std::uint32_t x) {
     TracedCells cells = made_cells(rig.plan->batch({0, 2}));

@@ -20,7 +20,7 @@ using test::random_settings;
 using test::same_sums;
 using test::shuffled_ranges;
 
-TEST_CASE("results in any order, in parts of any size, make the picture of one piece") {
+TEST_CASE("results of any size in any order make the same picture") {
   Dice dice(1);
   for (int i = 0; i < 60; ++i) {
     CAPTURE(i);
@@ -42,7 +42,7 @@ TEST_CASE("results in any order, in parts of any size, make the picture of one p
   }
 }
 
-TEST_CASE("what is merged is handed on for the store, from which another life goes on") {
+TEST_CASE("merged results reach the store, from which a later process resumes") {
   Dice dice(2);
   for (int i = 0; i < 40; ++i) {
     CAPTURE(i);
@@ -50,7 +50,7 @@ TEST_CASE("what is merged is handed on for the store, from which another life go
     const auto ranges = shuffled_ranges(dice, rig.cells);
     for (std::size_t range = 0; range < (ranges.size() + 1) / 2; ++range) {
       rig.put(ranges[range]);
-      rig.put(ranges[dice.below(range + 1)]);  // again: nothing new
+      rig.put(ranges[dice.below(range + 1)]);  // repeated: no new cells
       rig.collect();
     }
     JobPicture next(rig.settings, SceneFacts(test::small_scene()));
@@ -63,12 +63,12 @@ TEST_CASE("what is merged is handed on for the store, from which another life go
   }
 }
 
-TEST_CASE("a result that comes again with the same bits is counted and changes nothing") {
+TEST_CASE("a repeated result with the same bits is counted and changes nothing") {
   Rig rig(fixed_settings());
   const std::uint64_t half = rig.cells / 2;
   rig.put({0, half}, 7);
   rig.collect();
-  rig.put({0, half}, 8);  // another time is no other result
+  rig.put({0, half}, 8);  // another tracing time does not make another result
   rig.put({0, rig.cells}, 9);
   rig.put({1, 3});
   rig.collect();
@@ -77,7 +77,7 @@ TEST_CASE("a result that comes again with the same bits is counted and changes n
   CHECK(rig.totals.mismatches == 0);
 }
 
-TEST_CASE("a result with numbers that no tracing gives is not taken in") {
+TEST_CASE("a result with impossible numbers is dropped") {
   Rig rig(fixed_settings());
   auto records = made_records(rig.plan(), {2, 4});
   const std::uint64_t many = UINT64_MAX;
@@ -91,7 +91,7 @@ TEST_CASE("a result with numbers that no tracing gives is not taken in") {
   rig.check_picture();
 }
 
-TEST_CASE("bytes that arrive after the entry that speaks of them are waited for") {
+TEST_CASE("the collector waits for bytes that arrive after their entry") {
   Rig rig(fixed_settings());
   const CellRange range{0, rig.cells};
   const auto records = made_records(rig.plan(), range);
@@ -99,14 +99,14 @@ TEST_CASE("bytes that arrive after the entry that speaks of them are waited for"
   const std::span<const std::byte> bytes(records);
   CHECK_FALSE(rig.collect(milliseconds(1)));
   rig.window.put(rig.layout.record_offset(0), bytes.first(bytes.size() / 2));
-  CHECK_FALSE(rig.collect(milliseconds(2)));  // torn
+  CHECK_FALSE(rig.collect(milliseconds(2)));  // incomplete
   rig.window.put(rig.layout.record_offset(0), bytes);
   CHECK(rig.collect(milliseconds(3)));
   rig.check_picture();
   CHECK(rig.totals.corrupt == 0);
 }
 
-TEST_CASE("a corrupt result is not taken in, and its cells are traced again") {
+TEST_CASE("a corrupt result is dropped, and its cells are traced again") {
   Rig rig(fixed_settings());
   rig.put_corrupt({0, 5});
   rig.put({5, rig.cells});
@@ -121,11 +121,11 @@ TEST_CASE("a corrupt result is not taken in, and its cells are traced again") {
   rig.check_picture();
 }
 
-TEST_CASE("an entry that is no range of the plan's cells is dropped") {
+TEST_CASE("an entry with a range outside the plan is dropped") {
   Rig rig(fixed_settings());
   rig.rank.log({rig.cells - 1, rig.cells + 1}, 5);
   rig.rank.log({rig.cells + 7, rig.cells + 8}, 5);
-  // Another rank's: an empty range.
+  // An empty range of another rank.
   rig.window.store(rig.layout.log_word(WindowLayout::block_entries), std::uint64_t{1} << 24);
   rig.put({0, rig.cells});
   rig.collect();
@@ -134,7 +134,7 @@ TEST_CASE("an entry that is no range of the plan's cells is dropped") {
   rig.check_picture();
 }
 
-TEST_CASE("an entry that is written long after ranks have begun is taken in") {
+TEST_CASE("an entry that is written late is merged") {
   Rig rig(fixed_settings());
   const auto records = made_records(rig.plan(), {3, 8});
   CHECK_FALSE(rig.collect(seconds(1)));
@@ -148,7 +148,7 @@ TEST_CASE("an entry that is written long after ranks have begun is taken in") {
   CHECK(rig.picture.collector().done_cells() == 5);
 }
 
-TEST_CASE("collect takes in about as many cells as it is asked to") {
+TEST_CASE("collect() merges about as many cells as requested") {
   Rig rig(fixed_settings());
   REQUIRE(rig.cells > 20);
   for (std::uint64_t cell = 0; cell < rig.cells; ++cell) {
@@ -163,7 +163,7 @@ TEST_CASE("collect takes in about as many cells as it is asked to") {
   CHECK_FALSE(rig.collect());
 }
 
-TEST_CASE("the time that a row took is the sum of its cells' times, each counted once") {
+TEST_CASE("the time of a row is the sum of its cells' times, each counted once") {
   Rig rig(fixed_settings());
   rig.put({0, rig.cells}, 1000);
   rig.collect();
@@ -176,7 +176,7 @@ TEST_CASE("the time that a row took is the sum of its cells' times, each counted
   CHECK(rig.totals.row_nanoseconds == expected);
 }
 
-TEST_CASE("passes of pixels with samples of their own add up over windows, and go on from a log") {
+TEST_CASE("passes with different samples per pixel work over windows and are resumed from a log") {
   Dice dice(11);
   for (int i = 0; i < 20; ++i) {
     CAPTURE(i);

@@ -12,14 +12,14 @@ const MachineId other{MachineId::Kind::address, "10.0.0.2"};
 
 }  // namespace
 
-TEST_CASE("a worker that fails where others succeed is held back for 1, 2, 4 ... 64 minutes") {
+TEST_CASE("a worker that fails where others succeed gets no leases for 1, 2, 4 ... 64 minutes") {
   Backoff backoff;
   Time now = seconds(1000);
   Time length = seconds(60);
   for (int times = 0; times < 10; ++times) {
     backoff.note_failure(now, sick, "ann", false);
     CHECK(backoff.until(sick, "ann") == now + length);
-    backoff.note_failure(now + seconds(1), sick, "ann", false);  // a lease that it still had
+    backoff.note_failure(now + seconds(1), sick, "ann", false);  // a lease that it still held
     CHECK(backoff.until(sick, "ann") == now + length);
     CHECK(backoff.until(sick, "bob") <= now);
     CHECK(backoff.until(other, "ann") <= now);
@@ -32,7 +32,7 @@ TEST_CASE("a worker that fails where others succeed is held back for 1, 2, 4 ...
   CHECK(backoff.until(sick, "ann") == now + seconds(60));
 }
 
-TEST_CASE("a machine of which no worker succeeds is held back under every name") {
+TEST_CASE("if no worker of a machine succeeds, the delay applies to every name there") {
   Backoff backoff;
   backoff.note_failure(seconds(1000), sick, "vm-1", true);
   CHECK(backoff.until(sick, "vm-2") == seconds(1060));

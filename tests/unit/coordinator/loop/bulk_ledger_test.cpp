@@ -9,7 +9,7 @@
 
 namespace parray {
 
-TEST_CASE("a client has few large answers under way, and all clients together so many bytes") {
+TEST_CASE("the ledger limits the answers of one client and the bytes of all clients") {
   BulkLedger ledger(1000, 2);
   auto first = ledger.admit("ann", 300);
   const auto second = ledger.admit("ann", 300);
@@ -25,7 +25,7 @@ TEST_CASE("a client has few large answers under way, and all clients together so
   CHECK(ledger.admit("ann", 300));
 }
 
-TEST_CASE("an answer counts for as long as anybody holds its bytes") {
+TEST_CASE("an answer counts until all copies of its bytes are gone") {
   BulkLedger ledger(1000, 1);
   Frame frame = with_ticket(std::string("bytes"), ledger.admit("ann", 5));
   std::vector<Frame> queue{frame};
@@ -38,7 +38,7 @@ TEST_CASE("an answer counts for as long as anybody holds its bytes") {
   CHECK(ledger.admit("ann", 5));
 }
 
-TEST_CASE("an answer that is larger than the bound is let through alone") {
+TEST_CASE("an answer above the limit is admitted if it is the only one") {
   BulkLedger ledger(1000, 2);
   auto large = ledger.admit("ann", 5000);
   CHECK(large);
@@ -47,8 +47,8 @@ TEST_CASE("an answer that is larger than the bound is let through alone") {
   CHECK(ledger.admit("bob", 1));
 }
 
-TEST_CASE("a ledger of very many answers admits one more without a look at each") {
-  constexpr std::size_t many = 200'000;  // in quadratic time: minutes
+TEST_CASE("admitting an answer does not take linear time in the number of answers") {
+  constexpr std::size_t many = 200'000;  // quadratic time would take minutes
   BulkLedger ledger(many, many);
   std::vector<BulkLedger::Ticket> tickets;
   for (std::size_t i = 0; i < many; ++i) {

@@ -20,7 +20,7 @@ TEST_CASE("a request about an unknown job is answered with status 2") {
   CHECK(errors[0].message.find("no job 5") != std::string::npos);
 }
 
-TEST_CASE("a client changes no job of another user, an administrator does") {
+TEST_CASE("only an administrator may change the job of another user") {
   FarmRig rig;
   Job& job = rig.add_job(5, "ann");
   rig.farm.sender = {Role::client, "bob"};
@@ -49,7 +49,7 @@ TEST_CASE("a client may not drain workers") {
   CHECK_FALSE(worker.may_trace());
 }
 
-TEST_CASE("a picture that is not done is not sent") {
+TEST_CASE("a fetch of an unfinished picture is refused") {
   FarmRig rig;
   rig.add_job(5);
   msg::Fetch m{1, 5, false, false};

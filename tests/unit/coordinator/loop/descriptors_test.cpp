@@ -31,25 +31,25 @@ struct Watched {
 
 TEST_CASE("the watch warns once when nine tenths of the open files are in use") {
   Watched w;
-  w.watch.judge({900, 1000});
+  w.watch.check({900, 1000});
   CHECK(w.lines() == 0);
-  w.watch.judge({901, 1000});
-  w.watch.judge({999, 1000});
+  w.watch.check({901, 1000});
+  w.watch.check({999, 1000});
   CHECK(w.lines() == 1);
   CHECK(w.text.str().find("901 of 1000 open files are in use") != std::string::npos);
   CHECK(w.text.str().find("ulimit -n") != std::string::npos);
 }
 
-TEST_CASE("the watch says once that there is room again, and can warn again after that") {
+TEST_CASE("the watch reports once that connections work again, and can warn again afterwards") {
   Watched w;
-  w.watch.judge({950, 1000});
-  w.watch.judge({850, 1000});  // not yet: a number that wavers is no news
+  w.watch.check({950, 1000});
+  w.watch.check({850, 1000});  // no message: the two thresholds differ
   CHECK(w.lines() == 1);
-  w.watch.judge({799, 1000});
-  w.watch.judge({100, 1000});
+  w.watch.check({799, 1000});
+  w.watch.check({100, 1000});
   CHECK(w.lines() == 2);
-  CHECK(w.text.str().find("connections are accepted again") != std::string::npos);
-  w.watch.judge({950, 1000});
+  CHECK(w.text.str().find("new connections work again") != std::string::npos);
+  w.watch.check({950, 1000});
   CHECK(w.lines() == 3);
 }
 

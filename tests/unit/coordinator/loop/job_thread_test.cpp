@@ -21,13 +21,13 @@ namespace {
 
 using test::CrashStore;
 
-/// A job_thread whose loop is the test's thread.
+/// A job thread whose loop is the test's thread.
 class Room {
  public:
   Room(Store* store, bool threaded)
       : room(store, {threaded, [this] { rung_.release(); }, milliseconds(1)}) {}
 
-  /// Lets outcomes run until `done`.
+  /// Runs completions until `done`.
   template <typename Done>
   void run_until(Done done) {
     room.run_finished();
@@ -58,13 +58,13 @@ class Room {
  public:
   JobThread room;
 
-  /// Gives an task that does not throw.
+  /// Queues a task that does not throw.
   void give(JobThread::Task task) {
     room.guarded([](const std::string& why) { FAIL(why); }).give(std::move(task));
   }
 };
 
-/// A job's record put by an task.
+/// A task that puts a job's record.
 JobThread::Task put(Store& store, JobId id, JobThread::Completion outcome = {}) {
   return [&store, id, outcome] {
     JobRecord record;
@@ -76,11 +76,11 @@ JobThread::Task put(Store& store, JobId id, JobThread::Completion outcome = {}) 
 
 }  // namespace
 
-TEST_CASE("errands are done one after the other, in their order, and so are their outcomes") {
+TEST_CASE("tasks and their completions run one at a time in the order of give()") {
   for (const bool threaded : {false, true}) {
     Room loop(nullptr, threaded);
-    std::vector<int> done;      // the job_thread's
-    std::vector<int> outcomes;  // the loop's
+    std::vector<int> done;      // used by the job thread
+    std::vector<int> outcomes;  // used by the loop
     for (int i = 0; i < 500; ++i) {
       loop.give([&, i]() -> JobThread::Completion {
         done.push_back(i);
@@ -93,7 +93,7 @@ TEST_CASE("errands are done one after the other, in their order, and so are thei
   }
 }
 
-TEST_CASE("outcomes run in the loop's turn, and may give errands") {
+TEST_CASE("completions run in run_finished() and may queue tasks") {
   for (const bool threaded : {false, true}) {
     Room loop(nullptr, threaded);
     int left = 10;
@@ -111,7 +111,7 @@ TEST_CASE("outcomes run in the loop's turn, and may give errands") {
   }
 }
 
-TEST_CASE("without a store everything counts as kept") {
+TEST_CASE("without a store everything counts as committed") {
   Room loop(nullptr, false);
   bool kept = false;
   loop.give([&]() -> JobThread::Completion { return {{}, [&] { kept = true; }}; });
@@ -119,7 +119,7 @@ TEST_CASE("without a store everything counts as kept") {
   CHECK(kept);
 }
 
-TEST_CASE("nothing is said to be kept before it is committed") {
+TEST_CASE("`kept` is called only after the commit") {
   for (const bool threaded : {false, true}) {
     CrashStore store(0, 1);
     Room loop(&store, threaded);
@@ -133,7 +133,7 @@ TEST_CASE("nothing is said to be kept before it is committed") {
   }
 }
 
-TEST_CASE("a full disk holds what is to be kept, says why, and lets it go on by itself") {
+TEST_CASE("a full disk delays commits, and blocked() says why; commits resume when there is room") {
   CrashStore store(0, 1);
   Room loop(&store, false);
   bool done = false;
@@ -150,7 +150,7 @@ TEST_CASE("a full disk holds what is to be kept, says why, and lets it go on by 
   CHECK(loop.room.blocked().empty());
 }
 
-TEST_CASE("a full disk stops no errands, in the thread too") {
+TEST_CASE("a full disk does not stop tasks in the background thread") {
   CrashStore store(0, 1);
   Room loop(&store, true);
   bool kept = false;
@@ -169,7 +169,7 @@ TEST_CASE("a full disk stops no errands, in the thread too") {
   CHECK(loop.room.blocked().empty());
 }
 
-TEST_CASE("an errand that throws is told to who gave it, and the others are done") {
+TEST_CASE("if a task throws, its handler gets the error, and the other tasks run") {
   for (const bool threaded : {false, true}) {
     CAPTURE(threaded);
     Room loop(nullptr, threaded);
@@ -202,7 +202,7 @@ TEST_CASE("a store that cannot commit ends the loop") {
   }
 }
 
-TEST_CASE("a backroom that ends finishes the errand at hand and drops the others") {
+TEST_CASE("the destructor waits for the running task and drops the others") {
   std::promise<void> begun;
   std::promise<void> go_on;
   std::atomic<int> done = 0;

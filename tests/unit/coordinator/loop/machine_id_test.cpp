@@ -15,14 +15,14 @@ Sender by_address(const std::string& address) { return {Role::any, "", 1, addres
 
 }  // namespace
 
-TEST_CASE("a machine with its own key is that key, whatever its address and its worker's name") {
+TEST_CASE("a machine's own key identifies it, whatever its address and its worker's name") {
   const MachineId node = machine_of(by_key("node-1", "10.0.0.1"), "ann");
   CHECK(node == machine_of(by_key("node-1", "10.0.0.2"), "bob"));
   CHECK(node != machine_of(by_key("node-2", "10.0.0.1"), "ann"));
   CHECK(text_of(node) == "key node-1");
 }
 
-TEST_CASE("machines that share worker.key, or have no key, are told apart by their addresses") {
+TEST_CASE("addresses distinguish machines that share worker.key or have no key") {
   const MachineId shared = machine_of(by_key(shared_worker_key, "10.0.0.1"), "ann");
   CHECK(shared == machine_of(by_key(shared_worker_key, "10.0.0.1"), "bob"));
   CHECK(shared != machine_of(by_key(shared_worker_key, "10.0.0.2"), "ann"));
@@ -30,12 +30,12 @@ TEST_CASE("machines that share worker.key, or have no key, are told apart by the
   CHECK(text_of(shared) == "address 10.0.0.1");
 }
 
-TEST_CASE("the name of a key cannot pass for an address, nor the other way round") {
+TEST_CASE("a key and an address with the same name are different machines") {
   CHECK(machine_of(by_key("10.0.0.1", "10.0.0.9"), "ann") !=
         machine_of(by_address("10.0.0.1"), "ann"));
 }
 
-TEST_CASE("other ways of writing an address make no other machine") {
+TEST_CASE("different notations of an address are the same machine") {
   CHECK(machine_of(by_address("127.0.0.1"), "a") == machine_of(by_address("127.9.9.9"), "b"));
   CHECK(machine_of(by_address("127.0.0.1"), "a") == machine_of(by_address("::1"), "b"));
   CHECK(machine_of(by_address("127.0.0.1"), "a") == machine_of(by_address("localhost"), "b"));

@@ -37,18 +37,18 @@ WorkerId ask(SceneService& service, const WorkerRecord& record, std::uint32_t fa
 
 }  // namespace
 
-TEST_CASE("nobody serves more than two, nor gets a scene from one that came later") {
+TEST_CASE("a source serves at most two workers, all of which asked later than it") {
   SceneService service;
   std::map<WorkerId, int> served;
   for (WorkerId id = 1; id <= 200; ++id) {
     const WorkerId source = ask(service, single(id));
     CHECK(source < id);
     CHECK(++served[source] <= 2);
-    CHECK(ask(service, single(id)) == source);  // asked again, the same
+    CHECK(ask(service, single(id)) == source);  // a repeated request gets the same answer
   }
 }
 
-TEST_CASE("a scene comes to a machine once, and goes from worker to worker there") {
+TEST_CASE("a scene is sent to a machine once, and its workers share it there") {
   SceneService service;
   std::map<std::string, int> from_outside;
   for (WorkerId id = 1; id <= 60; ++id) {
@@ -63,24 +63,25 @@ TEST_CASE("a scene comes to a machine once, and goes from worker to worker there
   }
 }
 
-TEST_CASE("two machines of one name are two, as they are seen by two addresses") {
+TEST_CASE("two addresses with the same host name are two machines") {
   SceneService service;
   CHECK(ask(service, worker_on(1, "localhost", "10.0.0.1")) == 0);
   CHECK(ask(service, worker_on(2, "localhost", "10.0.0.2")) == 0);
   CHECK(ask(service, worker_on(3, "localhost", "10.0.0.2")) == 2);
 }
 
-TEST_CASE("who is seen on loopback serves nobody elsewhere; who does not share, nobody at all") {
+TEST_CASE("a loopback worker serves only its machine; a worker that does not share serves none") {
   SceneService service;
   CHECK(ask(service, worker_on(1, "h1", "127.0.0.1")) == 0);
   CHECK(ask(service, worker_on(2, "h2", "10.0.0.2", 0)) == 0);
-  CHECK(ask(service, worker_on(3, "h3", "10.0.0.3")) == 0);  // there is nobody else
+  CHECK(ask(service, worker_on(3, "h3", "10.0.0.3")) == 0);  // no other source may serve it
   CHECK(ask(service, worker_on(4, "h4", "10.0.0.4")) == 3);
-  CHECK(ask(service, worker_on(5, "h5", "10.0.0.5", 0)) == 0);  // it could not be sure whom it asks
+  CHECK(ask(service, worker_on(5, "h5", "10.0.0.5", 0)) ==
+        0);  // without a port it could not verify its source
   CHECK(ask(service, worker_on(6, "h1", "127.0.0.1")) == 1);
 }
 
-TEST_CASE("a source of no use is exchanged, in the end for the coordinator") {
+TEST_CASE("a failed source is replaced, in the end by the coordinator") {
   SceneService service;
   for (WorkerId id = 1; id <= 10; ++id) {
     ask(service, single(id));
@@ -98,7 +99,7 @@ TEST_CASE("a source of no use is exchanged, in the end for the coordinator") {
   CHECK(ask(service, child, msg::every_source) == 0);
 }
 
-TEST_CASE("a source that two have found of no use is spared to the others") {
+TEST_CASE("a source that failed for two workers serves no others") {
   SceneService service;
   for (WorkerId id = 1; id <= 4; ++id) {
     ask(service, single(id));  // 1 and 2 are served by the coordinator, 3 and 4 by 1
@@ -111,7 +112,7 @@ TEST_CASE("a source that two have found of no use is spared to the others") {
   }
 }
 
-TEST_CASE("when a source has left, who asks gets another, and its place is free") {
+TEST_CASE("a worker whose source left gets another, and the place of that source is free") {
   SceneService service;
   for (WorkerId id = 1; id <= 30; ++id) {
     ask(service, single(id));
@@ -131,7 +132,7 @@ TEST_CASE("when a source has left, who asks gets another, and its place is free"
   }
 }
 
-TEST_CASE("chunks are what pack_chunk() makes of the bytes, and what is sent is counted") {
+TEST_CASE("chunk() returns the output of pack_chunk() and counts the bytes sent") {
   SceneService service(256);
   std::string bytes(600, 'x');
   const Frame frame(bytes);

@@ -8,7 +8,7 @@ namespace {
 
 using test::FarmRig;
 
-TEST_CASE("a worker of another protocol version is refused with the remedy") {
+TEST_CASE("a worker with another protocol version is refused; the message names the remedy") {
   FarmRig rig;
   msg::Hello old = FarmRig::hello("old");
   old.version = protocol_version + 1;
@@ -19,7 +19,7 @@ TEST_CASE("a worker of another protocol version is refused with the remedy") {
   CHECK(rig.farm.workers.size() == 0);
 }
 
-TEST_CASE("a worker that traces other bits is refused") {
+TEST_CASE("a worker whose test picture differs is refused") {
   FarmRig rig;
   msg::Hello other = FarmRig::hello("other");
   other.fingerprint = "different";
@@ -28,7 +28,7 @@ TEST_CASE("a worker that traces other bits is refused") {
   CHECK(rig.farm.workers.size() == 0);
 }
 
-TEST_CASE("a worker that joins is welcomed, and grants are due") {
+TEST_CASE("a worker that joins gets a welcome, and leases are granted next") {
   FarmRig rig;
   rig.farm.grants_due = false;
   rig.join("peer", "one");
@@ -37,7 +37,7 @@ TEST_CASE("a worker that joins is welcomed, and grants are due") {
   CHECK(rig.farm.machines.find(rig.farm.workers.at("peer")->machine_key).worker == "one");
 }
 
-TEST_CASE("no more workers join than --max-workers allows") {
+TEST_CASE("at most --max-workers workers may join") {
   CoordinatorOptions options = FarmRig::rig_options();
   options.max_workers = 1;
   FarmRig rig(options);
@@ -48,14 +48,14 @@ TEST_CASE("no more workers join than --max-workers allows") {
   CHECK(rig.sent<msg::Refuse>().size() == 1);
 }
 
-TEST_CASE("a heartbeat of an unknown worker is answered with a question who it is") {
+TEST_CASE("a heartbeat of an unknown worker is answered with identify") {
   FarmRig rig;
   msg::Heartbeat beat;
   rig.workers.on(rig.farm.now, "stranger", beat);
   CHECK(rig.sent<msg::Identify>().size() == 1);
 }
 
-TEST_CASE("a heartbeat that names a lease of nobody revokes it") {
+TEST_CASE("a heartbeat that names a lease without a holder is answered with revoke") {
   FarmRig rig;
   rig.join("peer", "one");
   rig.sent<msg::Welcome>();

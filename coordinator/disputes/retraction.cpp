@@ -1,4 +1,4 @@
-#include "coordinator/disputes/undoing.h"
+#include "coordinator/disputes/retraction.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -20,10 +20,10 @@ FaultFindings kept_findings(Store& store) {
   }
 }
 
-/// What a job says of a machine that returned wrong bits.
+/// Returns a job's flag after a machine returned wrong bits.
 static std::string flag_of(const JobPicture::Retraction& retraction, const std::string& name) {
   if (retraction.restarted) {
-    return fmt::format("worker '{}' returned wrong bits: the picture was begun again", name);
+    return fmt::format("worker '{}' returned wrong bits: the picture was started again", name);
   }
   std::uint64_t cells = 0;
   for (const CellRange& range : retraction.cells) {
@@ -32,30 +32,32 @@ static std::string flag_of(const JobPicture::Retraction& retraction, const std::
   return fmt::format("worker '{}' returned wrong bits: {} cells were traced again", name, cells);
 }
 
-std::optional<JobPicture::Retraction> undo(JobPicture& picture, Store* store, JobRecord& record,
-                                           const FaultFinding& finding, double at) {
-  std::optional<JobPicture::Retraction> undone;
+std::optional<JobPicture::Retraction> retract_results(JobPicture& picture, Store* store,
+                                                      JobRecord& record,
+                                                      const FaultFinding& finding, double at) {
+  std::optional<JobPicture::Retraction> retraction;
   record.passes = picture.passes().begun();
   record.fault_findings = finding.number;
   if (picture.relies_on(finding.machine)) {
-    undone = picture.retract(finding.machine);
-    record.flag = flag_of(*undone, finding.worker);
+    retraction = picture.retract(finding.machine);
+    record.flag = flag_of(*retraction, finding.worker);
     std::vector<JournalEntry> entries{
-        JournalRetraction{picture.passes().pass(), at, undone->cells}};
-    if (undone->restarted) {
-      record.passes = {};  // another life must not repeat what lies have decided
+        JournalRetraction{picture.passes().pass(), at, retraction->cells}};
+    if (retraction->restarted) {
+      record.passes = {};  // wrong bits influenced the earlier passes
       entries = begun_entries(picture, at);
     }
     if (store != nullptr) {
-      undone->restarted ? store->drop_rows(record.id)
-                        : store->append_rows(record.id, picture.retraction_entry(undone->cells));
+      retraction->restarted
+          ? store->drop_rows(record.id)
+          : store->append_rows(record.id, picture.retraction_entry(retraction->cells));
     }
     keep_journal(picture, store, record.id, entries);
   }
   if (store != nullptr) {
     store->put_job(record);
   }
-  return undone;
+  return retraction;
 }
 
 }  // namespace parray::coordinator
