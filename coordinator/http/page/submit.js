@@ -71,7 +71,7 @@ export class SubmitView {
     this.send = el('button', {type: 'submit', class: 'primary'}, 'Submit');
     this.form = el('form', {oninput: () => this.#changed(), onsubmit: event => this.#submit(event)}, this.zone,
       el('div', {class: 'fields'}, ...plain.map(field)),
-      el('div', {class: 'checks'}, this.quick, check('denoise', 'Denoise', false)),
+      el('div', {class: 'checks'}, this.quick),
       el('details', {}, el('summary', {}, 'More options'), el('div', {class: 'fields'}, ...further.map(field))),
       this.problem, el('div', {class: 'answers'}, this.progress, this.send));
     this.element = el('section', {class: 'view submit', 'aria-labelledby': 'submit-title'},
@@ -121,16 +121,15 @@ export class SubmitView {
       if (text !== '') options[name] = type === 'number' ? Number(text) : text;
     }
     options.name ??= stem((this.#scene ?? this.#files[0]).name).slice(0, 128);
-    if (this.form.elements.denoise.checked) options.denoise = true;
     options.progressive = true;  // the page shows the picture while it grows
     return options;
   }
 
-  async #quickOptions({name, sampler, precision, max_depth, seed, denoise, priority = 50, ...rest}) {
+  async #quickOptions({name, sampler, precision, max_depth, seed, priority = 50, ...rest}) {
     const shape = await shapeOf(this.#scene);
     const width = rest.width ?? shape.width;
     const height = rest.height ?? shape.height;
-    const known = {sampler, precision, max_depth, seed, denoise};
+    const known = {sampler, precision, max_depth, seed};
     return {...Object.fromEntries(Object.entries(known).filter(([, value]) => value !== undefined)),
       name: name.slice(0, 115) + ' (quick look)', width: Math.min(quickWidth, width), progressive: true,
       height: Math.max(1, Math.round(Math.min(quickWidth, width) * height / width)),
