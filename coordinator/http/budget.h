@@ -37,8 +37,8 @@ class Budget {
 
   /// Returns nothing if the budget has no room for `bytes` now.
   std::optional<Hold> try_hold(std::uint64_t bytes);
-  /// Waits up to `patience` for room. Throws Problem 503, whose message names `what`, if none
-  /// becomes free.
+  /// Waits up to `patience` for room. Throws Problem 503, with `what` in its message, if
+  /// none becomes free.
   Hold hold(std::uint64_t bytes, Time patience, const std::string& what);
   /// Returns the number of bytes that are held now.
   [[nodiscard]] std::uint64_t held();

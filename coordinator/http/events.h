@@ -31,7 +31,7 @@ class Events {
   /// Returns a stream of all events, or of one job's events until that job has ended. Throws
   /// Problem 503 if too many clients listen.
   std::shared_ptr<EventStream> listen(std::optional<JobId> job);
-  /// Announces that a job was deleted, without waiting for a poll to notice it.
+  /// Makes the next poll announce that a job was deleted.
   void forgotten(JobId job);
   /// Ends all streams.
   void stop();

@@ -13,7 +13,7 @@
 
 #include "proto/keys.h"
 
-/// Requests and replies of this program. Only conversation.cpp knows the types of the HTTP library.
+/// Requests and replies, as handlers see them. Handlers do not depend on the HTTP library.
 namespace parray::http {
 
 /// Header fields: name and value. This program writes names in lower case; HTTP ignores case.

@@ -69,9 +69,8 @@ const char* file_of(Kind kind) {
   return "pixels";
 }
 
-/// As they travel: little-endian.
-template <typename T>
 /// Returns the bytes as they are sent: little-endian.
+template <typename T>
 std::string_view bytes_of(const std::vector<T>& values) {
   static_assert(std::endian::native == std::endian::little);
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};

@@ -45,8 +45,8 @@ class Router {
   std::vector<Route> routes_;
 };
 
-/// Returns the value of `text`: plain decimal digits, from `least` to `most`. Throws Problem 400,
-/// whose message contains `name`.
+/// Returns the value of `text`: plain decimal digits, from `least` to `most`. Throws Problem 400
+/// with `name` in its message.
 std::uint64_t whole_number(const std::string& name, const std::string& text, std::uint64_t least,
                            std::uint64_t most);
 /// Returns the value of the query parameter `name`, or `fallback` if it is missing. Throws Problem

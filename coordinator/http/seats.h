@@ -18,7 +18,7 @@ using ConnectionId = std::uint64_t;
 struct SeatLimits {
   std::size_t connections = 1024;  ///< regular connections
   std::size_t of_address = 256;    ///< regular connections per address
-  std::size_t reserve = 32;        ///< additional connections, whose requests are answered at once
+  std::size_t reserve = 32;        ///< additional connections, for quick answers only
   Time head_time = seconds(10);    ///< limit from the first to the last byte of a head
   Time idle_time = seconds(15);    ///< limit without any byte of a request
   Time reserve_time = seconds(2);  ///< limit for the head of a connection in the reserve

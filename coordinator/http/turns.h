@@ -12,11 +12,9 @@
 
 namespace parray::http {
 
-/// Things that wait, each in somebody's name. Names take turns: next is a thing of the name that
-/// has the fewest under way and, of these, the one whose last turn is longest ago. One thread.
-template <typename Item>
 /// A queue of items with owner names. The next item belongs to the name that has the fewest items
 /// in progress and, among these, whose last turn is longest ago. Not thread-safe.
+template <typename Item>
 class Turns {
  public:
   /// `most_of_one`: limit of items of one name that are in progress, >= 1.

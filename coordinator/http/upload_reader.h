@@ -37,7 +37,8 @@ struct Upload {
 std::optional<std::uint64_t> whole_in(const nlohmann::json& value);
 
 /// Converts the `options` of a request, a JSON map, to arguments of the command line. Stores the
-/// option `webhook` in `webhook` instead. Throws Problem 422, whose message contains the option.
+/// option `webhook` in `webhook` instead. Throws Problem 422 with the option in
+/// its message.
 std::vector<std::string> words_of_options(const std::string& options, std::string& webhook);
 
 /// Reads uploaded scenes. It writes the parts to a directory of the request. A child process with
