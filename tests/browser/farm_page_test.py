@@ -26,7 +26,7 @@ class RealJob(BrowserTest):
         with Web() as farm:
             page = self.open(f"http://{farm.web}/", "#/submit")
             page.locator("#files").set_input_files(scene_file(farm))
-            page.get_by_label("Samples per pixel").fill("64")
+            page.get_by_label("Samples per pixel", exact=True).fill("64")
             page.get_by_label("Height").fill("90")
             page.get_by_label("Width", exact=True).fill("120")
             page.get_by_role("button", name="Submit").click()
@@ -107,7 +107,7 @@ class RealJob(BrowserTest):
             expect(page.locator(".files")).to_contain_text("water.xyz")
             page.get_by_label("Quick look first").uncheck()
             for label, value in (("Height", "30"), ("Samples per pixel", "4")):
-                page.get_by_label(label).fill(value)
+                page.get_by_label(label, exact=True).fill(value)
             page.get_by_label("Width", exact=True).fill("40")
             page.get_by_role("button", name="Submit").click()
             expect(page.locator(".bar-of-view .state")).to_have_text("done", timeout=120000)
