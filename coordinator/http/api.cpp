@@ -20,7 +20,7 @@ using Arguments = std::vector<std::string>;
 
 constexpr std::array<std::string_view, 7> states = {"queued", "running", "paused",   "finishing",
                                                     "done",   "failed",  "cancelled"};
-constexpr JobId largest_job = (JobId{1} << 53) - 1;  // that JavaScript knows
+constexpr JobId largest_job = (JobId{1} << 53) - 1;  // JavaScript rounds larger numbers
 
 std::string text_of(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
@@ -30,7 +30,8 @@ JobId job_in(const Arguments& arguments) {
   return whole_number("id", arguments.at(0), 1, largest_job);
 }
 
-/// Names a job before it has a number. `digest`: of its content. Throws Problem 400.
+/// Returns the submit token, which identifies a job before it has a number. `digest`: SHA-256 of
+/// the upload's content. Throws Problem 400 if the Idempotency-Key is invalid.
 std::string token_of(const Request& request, const std::string& digest) {
   constexpr std::size_t longest = 48;
   const std::string key = request.field("idempotency-key");
@@ -41,9 +42,9 @@ std::string token_of(const Request& request, const std::string& digest) {
                        });
     if (!plain) {
       throw Problem(400, "Idempotency-Key: '" + printable(key) +
-                             "' is not 1 to 48 letters, digits, '_', '.' and '-'");
+                             "' is invalid: use 1 to 48 letters, digits, '_', '.' or '-'");
     }
-    constexpr std::size_t digits = 10;  // they find mistakes, not forgeries
+    constexpr std::size_t digits = 10;  // enough to detect mistakes, not forgeries
     return "http-" + key + "#" + digest.substr(0, digits);
   }
   std::random_device device;
@@ -52,7 +53,7 @@ std::string token_of(const Request& request, const std::string& digest) {
   return token;
 }
 
-/// Each once, with commas between.
+/// Returns the states of the query, separated by commas, each once; empty if the query has none.
 std::string states_in(const Request& request) {
   const auto found = request.query.find("state");
   if (found == request.query.end()) return "";
@@ -60,7 +61,7 @@ std::string states_in(const Request& request) {
   for (const std::string_view name : split_at(',', found->second)) {
     if (std::ranges::find(states, name) == states.end()) {
       throw Problem(
-          400, "state: '" + printable(name) + "' is none: " + remedy_for_name(name, states), 2);
+          400, "state: '" + printable(name) + "' is unknown: " + remedy_for_name(name, states), 2);
     }
     names.insert(name);
   }
@@ -71,21 +72,21 @@ bool flag_in(const Request& request, const std::string& name) {
   const auto found = request.query.find(name);
   if (found == request.query.end() || found->second == "false") return false;
   if (found->second != "true") {
-    throw Problem(400, name + ": '" + printable(found->second) + "' is neither true nor false", 2);
+    throw Problem(400, name + ": '" + printable(found->second) + "' is not true or false", 2);
   }
   return true;
 }
 
 std::uint32_t priority_in(const Request& request) {
   if (media_type(request) != "application/json") {
-    throw Problem(415, "send application/json: {\"priority\": 70}");
+    throw Problem(415, "unsupported media type: send {\"priority\": 70} as application/json");
   }
   const json body = json::parse(read_text(request, small_body), nullptr, false);
   const auto priority = body.is_object() && body.size() == 1
                             ? whole_in(body.value("priority", json()))
                             : std::nullopt;
   if (!priority || *priority > 100) {
-    throw Problem(422, "priority: write {\"priority\": N}, a whole number from 0 to 100", 2);
+    throw Problem(422, "priority: send {\"priority\": N} with a whole number N from 0 to 100", 2);
   }
   return static_cast<std::uint32_t>(*priority);
 }
@@ -114,14 +115,14 @@ void Api::add_to(Router& router) {
   });
   router.add(
       "GET", "/healthz", [](const Request&, const Arguments&) { return text_reply("ok\n"); }, {},
-      Router::Door::open);
+      Router::Access::open);
   router.add(
       "GET", "/readyz",
       [this](const Request&, const Arguments&) {
         loop_.ask<msg::Workers>({}, msg::ListWorkers{0, 0, 1});
         return text_reply("ok\n");
       },
-      {}, Router::Door::open);
+      {}, Router::Access::open);
 }
 
 void Api::add_jobs(Router& router) {
@@ -154,7 +155,7 @@ void Api::add_jobs(Router& router) {
   router.add("GET", "/api/v1/jobs/{id}/events",
              [this](const Request& request, const Arguments& arguments) {
                const JobId job = job_in(arguments);
-               show_job(request, job);  // or there is none
+               show_job(request, job);  // throws Problem 404 if the job does not exist
                Reply reply;
                reply.type = "text/event-stream";
                if (request.method != "HEAD") reply.events = events_.listen(job);
@@ -175,8 +176,8 @@ void Api::add_pictures(Router& router) {
        {"error.png", error_png},
        {"error.f32", error_pixels},
        {"cost.f32", cost},
-       {"workers.u32", tracers},
-       {"workers.json", tracer_names}}};
+       {"workers.u32", worker_numbers},
+       {"workers.json", worker_names}}};
   for (const auto& [name, kind] : files) {
     router.add("GET", std::string("/api/v1/jobs/{id}/") + name,
                [this, kind = kind](const Request& request, const Arguments& arguments) {
@@ -200,19 +201,19 @@ void Api::add_workers(Router& router) {
 }
 
 Reply Api::submit(const Request& request) {
-  token_of(request, "");  // before a body is read for nothing
-  Taken taken = uploads_.take(request);
-  if (!taken.webhook.empty()) webhooks_.check(taken.webhook);
-  taken.submit.token = token_of(request, taken.digest);
-  taken.submit.user.clear();
+  token_of(request, "");  // refuses a bad key before the body is read
+  Upload upload = uploads_.receive(request);
+  if (!upload.webhook.empty()) webhooks_.check(upload.webhook);
+  upload.submit.token = token_of(request, upload.digest);
+  upload.submit.user.clear();
   JobId job = 0;
   try {
-    job = loop_.ask<msg::Submitted>(request.sender, std::move(taken.submit)).job;
+    job = loop_.ask<msg::Submitted>(request.sender, std::move(upload.submit)).job;
   } catch (const Problem& problem) {
     if (problem.status() != 409) throw;
     throw Problem(422, problem.what(), problem.exit_status());  // a limit, or the scene
   }
-  if (!taken.webhook.empty()) webhooks_.add(job, taken.webhook);
+  if (!upload.webhook.empty()) webhooks_.add(job, upload.webhook);
   Reply reply = json_reply(text_of({{"id", job}}), 201);
   reply.headers.emplace_back("Location", "/api/v1/jobs/" + std::to_string(job));
   return reply;
@@ -241,7 +242,8 @@ Reply Api::show_job(const Request& request, JobId job) {
   }
 }
 
-/// Called by the handler of what was refused: whether there is no such job, or it is another's.
+/// Throws `problem` again. Replaces status 409 with 404 if the job does not exist, or with 403 if
+/// it belongs to another user. To be called in the handler that caught `problem`.
 [[noreturn]] static void fail_precisely(LoopClient& loop, const Sender& sender, JobId job,
                                         const Problem& problem) {
   if (problem.status() != 409) throw;
@@ -285,28 +287,28 @@ Reply Api::report(const Request& request, JobId job) {
 }
 
 Reply Api::picture(const Request& request, JobId job, PictureCache::Kind kind) {
-  PictureCache::Made made;
+  PictureCache::File picture;
   try {
-    made = pictures_.get(request.sender, owner_of(request), job, kind);
+    picture = pictures_.get(request.sender, owner_of(request), job, kind);
   } catch (const Problem& problem) {
     fail_precisely(loop_, {}, job, problem);
   }
   Reply reply;
   using enum PictureCache::Kind;
   reply.type = kind == exr                        ? "image/x-exr"
-               : kind == tracer_names             ? "application/json"
+               : kind == worker_names             ? "application/json"
                : kind == png || kind == error_png ? "image/png"
                                                   : "application/octet-stream";
-  reply.headers = {{"ETag", made.etag},
+  reply.headers = {{"ETag", picture.etag},
                    {"Cache-Control", "no-cache"},
-                   {"Parray-Width", std::to_string(made.width)},
-                   {"Parray-Height", std::to_string(made.height)},
-                   {"Parray-Partial", made.partial ? "1" : "0"},
-                   {"Parray-Samples", std::to_string(made.samples)}};
-  if (has_tag(request.field("if-none-match"), made.etag)) {
+                   {"Parray-Width", std::to_string(picture.width)},
+                   {"Parray-Height", std::to_string(picture.height)},
+                   {"Parray-Partial", picture.partial ? "1" : "0"},
+                   {"Parray-Samples", std::to_string(picture.samples)}};
+  if (has_tag(request.field("if-none-match"), picture.etag)) {
     reply.status = 304;
   } else {
-    reply.file = made.file;
+    reply.file = picture.file;
   }
   return reply;
 }
@@ -326,7 +328,7 @@ Reply Api::list_workers(const Request& request) {
 Reply Api::steer_workers(const Request& request, const std::string& name,
                          msg::WorkerAction action) {
   if (name.size() > 128 || printable(name, 1000) != name) {
-    throw Problem(404, "'" + printable(name) + "' is no worker's name", 2);
+    throw Problem(404, "'" + printable(name) + "' is not a worker name", 2);
   }
   try {
     return workers_reply(loop_.ask<msg::Workers>(

@@ -11,17 +11,18 @@
 
 namespace parray::http {
 
-/// What /api/v1 tells of itself.
+/// Limits of the server, as GET /api/v1/server shows them: bytes of a body, parts of a form, event
+/// streams.
 struct ApiFacts {
   std::uint64_t body_bytes = 0;
   std::size_t parts = 0;
   std::size_t streams = 0;
 };
 
-/// What openapi.json describes. Any thread.
+/// Answers the requests that openapi.json describes. Callable from any thread.
 class Api {
  public:
-  /// All must outlive this.
+  /// All references must outlive this object.
   Api(LoopClient& loop, UploadReader& uploads, PictureCache& pictures, Events& events,
       Webhooks& webhooks, ApiFacts facts)
       : loop_(loop),
@@ -31,6 +32,7 @@ class Api {
         webhooks_(webhooks),
         facts_(facts) {}
 
+  /// Registers a handler for every path of the interface, and for /metrics, /healthz and /readyz.
   void add_to(Router& router);
 
  private:

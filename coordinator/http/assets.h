@@ -7,13 +7,14 @@
 
 namespace parray::http {
 
-/// A file that the program has in it: made of those in page/ by embed.cmake.
+/// A file of page/, or openapi.json, that embed.cmake compiled into the program.
 struct Asset {
-  std::string_view path;  ///< where it is served: "/" for index.html
-  std::string_view type;
+  std::string_view path;  ///< URL path; "/" for index.html
+  std::string_view type;  ///< media type
   std::string_view bytes;
 };
 
+/// Returns all embedded files.
 std::span<const Asset> assets();
 
 }  // namespace parray::http

@@ -23,7 +23,7 @@ std::optional<Budget::Hold> Budget::try_hold(std::uint64_t bytes) {
 Budget::Hold Budget::hold(std::uint64_t bytes, Time patience, const std::string& what) {
   std::unique_lock lock(mutex_);
   if (!changed_.wait_for(lock, patience, [&] { return has_room(bytes); })) {
-    throw Problem(503, "there is no memory for " + what + " now: try again in a while", 0,
+    throw Problem(503, "the server has no room for " + what + " now: try again in a few seconds", 0,
                   {{"Retry-After", "5"}});
   }
   held_ += bytes;

@@ -11,15 +11,16 @@
 
 namespace parray::http {
 
-/// Bytes that may be held at once. Who holds nothing beside it may hold any number: else something
-/// large could never be had. Any thread.
+/// Limits the bytes that are held at the same time. If nothing else is held, a request of any size
+/// succeeds, so that large items are possible. Callable from any thread.
 class Budget {
  public:
+  /// `most`: the limit in bytes.
   explicit Budget(std::uint64_t most) : most_(most) {}
   Budget(const Budget&) = delete;
   Budget& operator=(const Budget&) = delete;
 
-  /// Bytes that are held, while this lives.
+  /// Holds bytes of the budget during its lifetime.
   class Hold {
    public:
     Hold(Budget& budget, std::uint64_t bytes) : budget_(&budget), bytes_(bytes) {}
@@ -34,10 +35,12 @@ class Budget {
     std::uint64_t bytes_;
   };
 
-  /// None: there is no room now.
+  /// Returns nothing if the budget has no room for `bytes` now.
   std::optional<Hold> try_hold(std::uint64_t bytes);
-  /// Waits `patience` for room. Throws Problem 503 that names `what`.
+  /// Waits up to `patience` for room. Throws Problem 503, with `what` in its message, if
+  /// none becomes free.
   Hold hold(std::uint64_t bytes, Time patience, const std::string& what);
+  /// Returns the number of bytes that are held now.
   [[nodiscard]] std::uint64_t held();
 
  private:
@@ -45,7 +48,7 @@ class Budget {
   void give_back(std::uint64_t bytes);
 
   const std::uint64_t most_;
-  std::mutex mutex_;  // guards all below
+  std::mutex mutex_;  // guards the fields below
   std::condition_variable changed_;
   std::uint64_t held_ = 0;
 };

@@ -21,7 +21,7 @@ fs::path find_child() {
   fs::path program = helper_program("parray-http-child");
   if (!executable(program)) {
     throw RunError("--http: " + program.string() +
-                   " is not there: install the package parray, or ParRay again");
+                   " is missing: install the package parray, or install ParRay again");
   }
   return program;
 }
@@ -40,8 +40,8 @@ std::string last_line(const fs::path& file) {
 WorkDirectory::WorkDirectory(const fs::path& parent) {
   std::string name = (parent / "request-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) {
-    throw RunError("making a directory in " + parent.string() + ": " +
-                   std::generic_category().message(errno));
+    throw RunError("creating a directory in " + parent.string() +
+                   " failed: " + std::generic_category().message(errno));
   }
   path_ = name;
 }
@@ -78,7 +78,7 @@ ChildEnd ChildRunner::run(const std::vector<std::string>& wanted, const fs::path
     }
     std::this_thread::sleep_for(milliseconds(2));
   }
-  kill(-child, SIGKILL);  // ends the rest of its group
+  kill(-child, SIGKILL);  // kills processes that the child has left behind
   ChildEnd end = std::move(*found);
   end.timed_out = timed_out || end.signal == SIGXCPU;
   constexpr std::string_view program = "parray: ";

@@ -10,10 +10,11 @@
 
 namespace parray::http {
 
-/// A directory of one request's own, closed to others; gone with this.
+/// Creates a directory for one request, accessible to this user only. Deletes it with its content
+/// at the end of its life.
 class WorkDirectory {
  public:
-  /// Below `parent`. Throws RunError.
+  /// Creates the directory in `parent`. Throws RunError.
   explicit WorkDirectory(const std::filesystem::path& parent);
   ~WorkDirectory();
   WorkDirectory(const WorkDirectory&) = delete;
@@ -25,25 +26,25 @@ class WorkDirectory {
   std::filesystem::path path_;
 };
 
-/// What a child may use.
+/// Limits of a child process.
 struct ChildLimits {
   std::uint64_t memory = std::uint64_t{2} << 30;  ///< bytes of address space
-  std::size_t seconds = 60;                       ///< of processor time; twice that by the clock
+  std::size_t seconds = 60;  ///< processor time; the limit of elapsed time is twice as long
 };
 
-/// Runs parray-http-child (cli/scene_sandbox/main.cpp) beside everything else: at low priority,
-/// without any file, socket or lock of this process. Any thread.
+/// Runs parray-http-child (cli/scene_sandbox/main.cpp) as a child process at low priority. The
+/// child inherits no file, socket or lock of this process. Callable from any thread.
 class ChildRunner {
  public:
-  /// Throws RunError when the program is not there.
+  /// Throws RunError if the program is missing.
   ChildRunner();
 
-  /// Waits until the child has ended. `directory` is its current one. Throws
-  /// RunError when it cannot be started, or after stop().
+  /// Runs the child and waits until it ends. `directory`: its working directory. Throws RunError if
+  /// the child cannot be started, or after stop().
   ChildEnd run(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
                const ChildLimits& limits) const;
 
-  /// Ends what runs, and what would run later.
+  /// Kills running children. Later calls of run() fail.
   void stop() { stopped_ = true; }
 
  private:

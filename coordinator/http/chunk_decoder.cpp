@@ -25,7 +25,7 @@ ChunkDecoder::Step ChunkDecoder::step(std::string_view input) {
   if (phase_ == Phase::data) return take_data(input);
   const std::size_t end = input.substr(0, longest_line + line_end.size()).find(line_end);
   if (end == std::string_view::npos) {
-    // Of the longest line the CR may have come, and the LF not yet.
+    // A line of the maximum length may have arrived up to its CR, without the LF.
     if (input.size() > longest_line + 1) refuse("a line has more than 1024 bytes");
     return {};
   }
@@ -53,7 +53,7 @@ void ChunkDecoder::take_line(std::string_view line) {
     trailer_bytes_ += line.size() + line_end.size();
     if (trailer_bytes_ > most_trailer_bytes) refuse("the trailer has more than 8192 bytes");
     if (!is_token(line.substr(0, line.find(':'))) || line.find(':') == std::string_view::npos) {
-      refuse("'" + printable(line.substr(0, 100)) + "' is no trailer field");
+      refuse("'" + printable(line.substr(0, 100)) + "' is not a trailer field: send NAME: VALUE");
     }
   }
 }
@@ -64,7 +64,7 @@ void ChunkDecoder::take_size(std::string_view line) {
   const std::optional<std::uint64_t> size = parsed<std::uint64_t>(digits, 16);
   if (digits.size() > most_digits || !size) {
     refuse("'" + printable(digits.substr(0, 100)) +
-           "' is no size of a chunk: send 1 to 16 hexadecimal digits");
+           "' is not a chunk size: send 1 to 16 hexadecimal digits");
   }
   left_ = *size;
   phase_ = left_ == 0 ? Phase::trailer : Phase::data;

@@ -8,19 +8,20 @@
 
 namespace parray::http {
 
-/// Takes the framing off a chunked body (RFC 9112, section 7.1). Stricter than HTTP has to be: a
-/// chunk size is 1 to 16 hexadecimal digits, and every line ends with CR LF. Extensions of a chunk
-/// and trailer fields are checked and dropped.
+/// Removes the framing of a chunked body (RFC 9112, section 7.1). It is stricter than HTTP: a chunk
+/// size has 1 to 16 hexadecimal digits, and every line ends with CR LF. It checks chunk extensions
+/// and trailer fields and discards them.
 class ChunkDecoder {
  public:
   struct Step {
-    std::size_t used = 0;     ///< bytes of the input; 0: more input is needed, or the body is over
+    std::size_t used = 0;     ///< bytes of the input that were decoded; 0: more input is needed, or
+                              ///< the body has ended
     std::string_view data{};  ///< content of the body, a part of the input; may be empty
   };
-  /// Decodes from the beginning of `input`, which holds what earlier steps have not used. Throws
-  /// Problem 400 when the framing is wrong or a line is too long.
+  /// Decodes one piece. `input` begins with the bytes that earlier steps have not used. Throws
+  /// Problem 400 if the framing is wrong or a line is too long.
   Step step(std::string_view input);
-  /// Whether the body is over: what follows belongs to the next request.
+  /// Returns whether the body has ended. The bytes after it belong to the next request.
   [[nodiscard]] bool done() const { return phase_ == Phase::done; }
 
  private:
@@ -30,8 +31,8 @@ class ChunkDecoder {
   void take_size(std::string_view line);
 
   Phase phase_ = Phase::size;
-  std::uint64_t left_ = 0;         ///< bytes of the chunk
-  std::size_t trailer_bytes_ = 0;  ///< so far
+  std::uint64_t left_ = 0;         ///< bytes of the current chunk that are still to come
+  std::size_t trailer_bytes_ = 0;  ///< bytes of trailer fields so far
 };
 
 }  // namespace parray::http

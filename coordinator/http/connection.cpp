@@ -78,16 +78,16 @@ Connection::Moved Connection::flush(std::size_t& bytes) {
   return Moved::some;
 }
 
-/// Of the first piece; as the C library's functions answer. SIGPIPE, which it would send where
-/// nobody reads any more, cpp-httplib has the process ignore.
+/// Sends from the first piece, which is a file. Returns what sendfile() returns. cpp-httplib makes
+/// the process ignore SIGPIPE, which sendfile() raises on a closed connection.
 ssize_t Connection::send_file() const {
-  constexpr std::size_t most = std::size_t{1} << 18;  // before others have their turn at the disk
+  constexpr std::size_t most = std::size_t{1} << 18;  // per call: others need the disk, too
   const Piece& piece = output_.front();
   auto offset = static_cast<off_t>(piece.rest.data() - piece.file->bytes().data());
   return sendfile(socket_, piece.file->descriptor(), &offset, std::min(piece.rest.size(), most));
 }
 
-/// Of the first pieces that are no files.
+/// Sends the leading pieces that are in memory. Returns what sendmsg() returns.
 ssize_t Connection::send_memory() const {
   std::array<iovec, 8> parts{};
   msghdr message{};
@@ -124,7 +124,7 @@ bool Connection::await_flush(Pace& pace) {
 void Connection::cut() const { shutdown(socket_, SHUT_RDWR); }
 void Connection::end_output() const { shutdown(socket_, SHUT_WR); }
 
-/// False: `pace` is over.
+/// Waits for `events` on the socket. Returns false if `pace` has expired.
 bool Connection::await(short events, Pace& pace) const {
   const SteadyClock clock;
   const Time begin = clock.now();

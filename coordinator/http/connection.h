@@ -14,14 +14,14 @@
 
 namespace parray::http {
 
-/// Tells who waits for it that the body may come (RFC 9110, section 15.2.1).
-inline constexpr std::string_view go_on = "HTTP/1.1 100 Continue\r\n\r\n";
+/// Tells a client that waits with its body to send it (RFC 9110, section 15.2.1).
+inline constexpr std::string_view continue_line = "HTTP/1.1 100 Continue\r\n\r\n";
 
-/// One connection: its socket, what has come and was not used yet, and what is still to be sent.
-/// Whoever has it at the time uses it; only cut() may be called by another thread meanwhile.
+/// One client connection: the socket, the received bytes that were not used yet, and the bytes to
+/// be sent. One thread at a time owns the connection. Other threads may only call cut().
 class Connection {
  public:
-  /// Takes over `socket`, which does not block. `address`: of the other side.
+  /// Takes over `socket`, which must be non-blocking. `address`: the IP address of the client.
   Connection(int socket, ConnectionId id, std::string address);
   ~Connection();
   Connection(const Connection&) = delete;
@@ -31,41 +31,46 @@ class Connection {
   [[nodiscard]] ConnectionId id() const { return id_; }
   [[nodiscard]] const std::string& address() const { return address_; }
 
+  /// Outcome of receiving or sending. `some`: bytes moved; `none`: the call would block; `ended`:
+  /// the connection is closed or broken.
   enum class Moved { some, none, ended };
-  /// Takes what has come, `most` bytes at most. `ended`: no more will come.
+  /// Receives up to `most` bytes into input(), without waiting.
   Moved receive(std::size_t most);
-  /// As receive(), but waits for what is due. `ended` also when `pace` is over.
+  /// Like receive(), but waits for bytes. Also returns `ended` when `pace` has expired.
   Moved await_input(std::size_t most, Pace& pace);
+  /// Returns the received bytes that are not consumed. The view is valid until the next receive()
+  /// or consume().
   [[nodiscard]] std::string_view input() const { return std::string_view(input_).substr(used_); }
-  /// The first `bytes` of input() are used.
+  /// Drops the first `bytes` bytes of input().
   void consume(std::size_t bytes);
 
-  /// Whether input() holds a whole request, its body included, when it is handed over.
+  /// Stores whether input() holds a complete request, including its body.
   void set_whole(bool whole) { whole_ = whole; }
   [[nodiscard]] bool is_whole() const { return whole_; }
 
-  /// Appends to what is to be sent: a copy, or a part of a file.
+  /// Appends bytes to the output: a copy of `bytes`, or `part` of a file.
   void put(std::string_view bytes);
   void put(std::shared_ptr<const FileBody> file, std::string_view part);
   [[nodiscard]] bool has_output() const { return !output_.empty(); }
-  /// Bytes of memory that wait to be sent.
+  /// Returns the bytes of memory that the output occupies. Parts of files occupy none.
   [[nodiscard]] std::size_t output_memory() const { return output_memory_; }
-  /// Sends what the other side takes now. `bytes`: so many. `some`: all is sent; `none`: the rest
-  /// has to wait.
+  /// Sends as much output as the socket accepts, and sets `bytes` to the number of bytes sent.
+  /// Returns `some` if no output is left, `none` if the rest has to wait.
   Moved flush(std::size_t& bytes);
-  /// Sends everything, and waits for as long as `pace` lets it. False: the other side is gone.
+  /// Sends the whole output and waits while `pace` permits. Returns false if the connection failed
+  /// or `pace` expired.
   bool await_flush(Pace& pace);
 
-  /// No more is received or sent. Any thread.
+  /// Shuts the socket down in both directions. Callable from any thread.
   void cut() const;
-  /// Nothing follows what was sent.
+  /// Shuts the sending direction down: the client sees the end of the answer.
   void end_output() const;
 
  private:
   struct Piece {
     std::string own;
     std::shared_ptr<const FileBody> file;
-    std::string_view rest;  ///< of either
+    std::string_view rest;  ///< bytes of `own` or `file` that were not sent yet
   };
   [[nodiscard]] ssize_t send_file() const;
   [[nodiscard]] ssize_t send_memory() const;
@@ -76,7 +81,7 @@ class Connection {
   const ConnectionId id_;
   const std::string address_;
   std::string input_;
-  std::size_t used_ = 0;  ///< of input_
+  std::size_t used_ = 0;  ///< consumed bytes at the beginning of input_
   bool whole_ = false;
   std::deque<Piece> output_;
   std::size_t output_memory_ = 0;

@@ -19,27 +19,27 @@
 namespace parray::http {
 namespace {
 
-/// The library reads one request from this stream and writes its answer, within limits of time. The
-/// library gets the head as this program has understood it, and chunks in the plainest form. What
-/// it writes is kept until it is asked for more or has ended, unless it is to go at once.
+/// Lets cpp-httplib read one request and write the answer, within time limits. The library reads
+/// the head in normalized form and simple chunks. Answers stay in the connection's output until
+/// more input is needed or the request has ended, unless send_at_once() was called.
 class LimitedStream final : public httplib::Stream {
  public:
   /// `connection`: its input begins with `head`.
   LimitedStream(Connection& connection, const RequestHead& head)
       : connection_(connection), text_(text_of(head)), chunked_(head.chunked) {
     connection_.consume(head.bytes);
-    tells_to_go_on_ = head.expects && connection_.input().empty();
+    sends_continue_ = head.expects && connection_.input().empty();
   }
 
-  /// From now on what is written is sent before write() returns.
+  /// Makes write() send its bytes before it returns.
   void send_at_once() { at_once_ = true; }
-  /// Sends bytes that lie in the memory of `file` from the file itself, without a copy.
+  /// Sends bytes that lie in the memory of `file` directly from the file, without a copy.
   void share(std::shared_ptr<const FileBody> file) { file_ = std::move(file); }
-  /// Whether the connection is of no more use.
+  /// Returns whether reading or writing failed. The connection must be closed then.
   [[nodiscard]] bool failed() const { return problem_ || write_failed_; }
-  /// Why reading has failed.
+  /// Returns why reading failed.
   [[nodiscard]] Problem problem() const {
-    return problem_.value_or(Problem(400, "the body is damaged"));
+    return problem_.value_or(Problem(400, "the request body is damaged"));
   }
 
   bool is_readable() const override { return !problem_; }
@@ -69,8 +69,8 @@ class LimitedStream final : public httplib::Stream {
       connection_.put({bytes, size});
     }
     if (at_once_) {
-      to_send_.restart();
-      write_failed_ = !connection_.await_flush(to_send_);
+      send_pace_.restart();
+      write_failed_ = !connection_.await_flush(send_pace_);
     }
     return write_failed_ ? -1 : static_cast<ssize_t>(size);
   }
@@ -83,7 +83,7 @@ class LimitedStream final : public httplib::Stream {
     address.clear();
     port = 0;
   }
-  /// The library refuses numbers from FD_SETSIZE on, which matter to nobody here.
+  /// Returns 0: the library rejects descriptors of FD_SETSIZE and above, and never uses this one.
   socket_t socket() const override { return 0; }
 
  private:
@@ -100,7 +100,8 @@ class LimitedStream final : public httplib::Stream {
     return static_cast<ssize_t>(taken.size());
   }
 
-  /// Puts the next piece of a chunked body into text_. False: there is no more. Throws Problem.
+  /// Puts the next piece of a chunked body into text_. Returns false if the body has ended. Throws
+  /// Problem.
   bool next_chunk() {
     while (!chunks_.done()) {
       const ChunkDecoder::Step step = chunks_.step(connection_.input());
@@ -125,32 +126,32 @@ class LimitedStream final : public httplib::Stream {
     if (connection_.input().empty()) await_more_input();
   }
 
-  /// Throws Problem when none comes.
+  /// Throws Problem if no input arrives.
   void await_more_input() {
     constexpr std::size_t most = std::size_t{1} << 16;
-    if (std::exchange(tells_to_go_on_, false)) connection_.put(go_on);
-    const bool sent = !connection_.has_output() || connection_.await_flush(to_send_);
-    if (sent && connection_.await_input(most, due_) == Connection::Moved::some) return;
-    throw due_.over() ? Problem(408, "the body comes too slowly")
-                      : Problem(400, "the body has ended early");
+    if (std::exchange(sends_continue_, false)) connection_.put(continue_line);
+    const bool sent = !connection_.has_output() || connection_.await_flush(send_pace_);
+    if (sent && connection_.await_input(most, read_pace_) == Connection::Moved::some) return;
+    throw read_pace_.over() ? Problem(408, "the request body arrives too slowly")
+                            : Problem(400, "the request body ended early");
   }
 
   Connection& connection_;
-  Pace due_ = usual_pace();
-  Pace to_send_ = usual_pace();
+  Pace read_pace_ = default_pace();
+  Pace send_pace_ = default_pace();
   std::shared_ptr<const FileBody> file_;
-  std::string text_;      ///< to be read next: the head, then a chunk
-  std::size_t used_ = 0;  ///< of text_
+  std::string text_;      ///< read next: the head, then a chunk
+  std::size_t used_ = 0;  ///< bytes of text_ that were read
   const bool chunked_;
   ChunkDecoder chunks_;
-  bool tells_to_go_on_ = false;
+  bool sends_continue_ = false;
   bool at_once_ = false;
-  std::optional<Problem> problem_;  ///< with which reading has failed
+  std::optional<Problem> problem_;  ///< why reading failed
   bool write_failed_ = false;
 };
 
-/// Gives a body to the sink. `whole` is set if nothing of the body is left to read. Throws what the
-/// sink throws, at once: the doorman reads the rest.
+/// Passes a body to `sink`, and sets `whole` if no byte of the body is left to read. Rethrows the
+/// sink's exceptions at once; the connection manager discards the rest.
 void read_body(const httplib::ContentReader& reader, BodySink& sink, bool form, bool& whole) {
   std::exception_ptr thrown;
   const auto guarded = [&](const auto& work) {
@@ -171,16 +172,17 @@ void read_body(const httplib::ContentReader& reader, BodySink& sink, bool form, 
   if (thrown) std::rethrow_exception(thrown);
 }
 
-/// Reads and drops a body that no handler used.
+/// Reads and discards a body that the handler did not read.
 bool discard_body(const httplib::Request& request, const httplib::ContentReader& reader) {
   const auto discard = [](const char* /*data*/, std::size_t /*size*/) { return true; };
-  // The library knows how to read a form only as one.
+  // The library reads a form only with the callbacks for forms.
   return request.is_multipart_form_data()
              ? reader([](const httplib::MultipartFormData& /*part*/) { return true; }, discard)
              : reader(discard);
 }
 
-/// Sends the body and fails then: only so does the library close a connection.
+/// Sends the body and then reports failure, which is the only way to make the library close the
+/// connection.
 void send_and_close(httplib::Response& response) {
   const std::string body = std::exchange(response.body, {});
   const std::string type = response.get_header_value("Content-Type");
@@ -194,26 +196,28 @@ void send_and_close(httplib::Response& response) {
       });
 }
 
-/// What the library has refused by itself: requests that are none, or of a method unknown to it.
+/// Returns the problem for a request that the library rejected itself: invalid, or with an unknown
+/// method.
 Problem library_problem(const httplib::Request& request, int status) {
   static const std::set<std::string> known = {"GET", "HEAD",  "POST",    "PUT",     "DELETE",
                                               "PRI", "PATCH", "CONNECT", "OPTIONS", "TRACE"};
   if (status == 400 && !request.method.empty() && !known.contains(request.method)) {
-    return Problem(405, printable(request.method) + " is no method that this server knows", 0,
+    return Problem(405, printable(request.method) + " is not a method of this server", 0,
                    {{"Allow", "GET, HEAD, POST, PUT, DELETE"}});
   }
-  return Problem(status, "this request cannot be read");
+  return Problem(status, "this request is not valid HTTP");
 }
 
-/// The library's server without its sockets.
+/// The library's server without sockets.
 class Engine final : public httplib::Server {
  public:
   explicit Engine(const std::function<Reply(const Request&)>& answer) : answer_(answer) {
-    svr_sock_ = 0;  // it takes a server without one for one that is stopping
+    svr_sock_ = 0;  // the library treats an invalid socket as a stopped server
     configure();
   }
 
-  /// `whole`: the body has come with the head.
+  /// Answers one request. `whole`: the body arrived together with the head. Returns false if the
+  /// connection must be closed.
   bool converse(LimitedStream& stream, const RequestHead& head, bool whole) {
     stream_ = &stream;
     head_ = &head;
@@ -227,9 +231,9 @@ class Engine final : public httplib::Server {
   void configure() {
     set_keep_alive_max_count(1000);
     set_keep_alive_timeout(static_cast<time_t>(SeatLimits{}.idle_time / seconds(1)));
-    // What has no body is answered before the library looks for one.
+    // Requests without a body are answered before the library looks for one.
     set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
-      constexpr std::size_t longest_path = 1000;  // it goes through a regular expression
+      constexpr std::size_t longest_path = 1000;  // a regular expression matches it
       const bool with_body = request.method == "POST" || request.method == "PUT" ||
                              request.method == "PATCH" || request.method == "DELETE";
       if (with_body && request.path.size() <= longest_path) {
@@ -247,27 +251,27 @@ class Engine final : public httplib::Server {
     Put(everything, handler);
     Patch(everything, handler);
     Delete(everything, handler);
-    // What the library refuses by itself has no body of ours yet.
+    // Requests that the library rejects have no error document yet.
     set_error_handler([this](const httplib::Request& request, httplib::Response& response) {
       if (!response.body.empty() || response.content_provider_ || response.status < 400) return;
       send_reply(response, problem_reply(library_problem(request, response.status)));
-      send_and_close(response);  // nobody knows where the next request begins
+      send_and_close(response);  // the next request begins at an unknown byte
     });
   }
 
   void serve(const httplib::Request& from, httplib::Response& response,
              const httplib::ContentReader* reader) {
-    // Parts of pictures are of no use to anybody, and the library's arithmetic for them is not
-    // ours.
+    // Ranges are ignored: no client needs them, and the library's code for them is not checked
+    // here.
     const_cast<httplib::Request&>(from).ranges.clear();
     const bool had_body = head_->has_body();
     bool whole = !had_body;
     if (had_body && (from.method == "GET" || from.method == "HEAD")) {
-      const_cast<httplib::Request&>(from).method = "GET";  // the library closes by a body alone
+      const_cast<httplib::Request&>(from).method = "GET";  // so that the library closes
       const Reply reply = answer_(request_of(from, nullptr, whole));
       const bool refused = reply.status >= 400;
       send_reply(response,
-                 refused ? reply : problem_reply(Problem(400, "this method takes no body")));
+                 refused ? reply : problem_reply(Problem(400, "this method does not take a body")));
       send_and_close(response);
       return;
     }
@@ -283,12 +287,12 @@ class Engine final : public httplib::Server {
     if (whole) return;
     if (response.body.empty()) {
       response.headers.clear();
-      send_reply(response, problem_reply(Problem(413, "this request takes no such body")));
+      send_reply(response, problem_reply(Problem(413, "this request does not take a body")));
     }
     send_and_close(response);
   }
 
-  /// `whole`: nothing of the body is left to read.
+  /// Converts the library's request. Reading its body sets `whole` if no byte is left to read.
   Request request_of(const httplib::Request& from, const httplib::ContentReader* reader,
                      bool& whole) {
     Request request;
@@ -318,7 +322,7 @@ class Engine final : public httplib::Server {
       sink.done();
       return true;
     };
-    if (head_->old) {  // HTTP/1.0 knows no chunks: the end of the connection ends the stream
+    if (head_->old) {  // HTTP/1.0 has no chunks: closing the connection ends the stream
       response.set_content_provider("text/event-stream", provide);
     } else {
       response.set_chunked_content_provider("text/event-stream", provide);
@@ -348,7 +352,7 @@ class Engine final : public httplib::Server {
   }
 
   const std::function<Reply(const Request&)>& answer_;
-  // The facts of the request that is being answered.
+  // The request that is being answered.
   LimitedStream* stream_ = nullptr;
   const RequestHead* head_ = nullptr;
   bool is_whole_ = false;
@@ -356,7 +360,7 @@ class Engine final : public httplib::Server {
 
 }  // namespace
 
-Pace usual_pace() {
+Pace default_pace() {
   constexpr Time patience = seconds(10);
   constexpr double bytes_a_second = 32768;
   return {patience, bytes_a_second};

@@ -8,17 +8,18 @@
 
 namespace parray::http {
 
-/// Answers requests by cpp-httplib: one connection at a time. One thread.
+/// Answers requests with cpp-httplib, one at a time. Not thread-safe.
 class Conversation {
  public:
+  /// `answer` returns the reply to a request.
   explicit Conversation(std::function<Reply(const Request&)> answer);
   ~Conversation();
   Conversation(const Conversation&) = delete;
   Conversation& operator=(const Conversation&) = delete;
 
-  /// Answers the request whose head, at least, is in the connection's input. What has to be sent is
-  /// in its output then; event streams have ended. False: the connection is to be closed after
-  /// that.
+  /// Answers the request whose head is at the beginning of the connection's input, and puts the
+  /// answer into its output. Sends an event stream until the stream ends. Returns false if the
+  /// connection must be closed after the output is sent.
   bool answer(Connection& connection);
 
  private:
@@ -26,7 +27,8 @@ class Conversation {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What is demanded of all sides: 32 KiB a second after 10 seconds of patience.
-Pace usual_pace();
+/// Returns the pace that both directions of every connection must keep: 32 KiB per second after 10
+/// seconds of patience.
+Pace default_pace();
 
 }  // namespace parray::http

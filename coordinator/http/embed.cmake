@@ -1,4 +1,4 @@
-# Makes OUTPUT, a source that has the files in it: openapi.json, and those of page/ that there are.
+# Writes OUTPUT, a C++ source that contains openapi.json and the files of page/.
 # cmake -D SOURCE=coordinator/http -D OUTPUT=FILE.cpp -P embed.cmake
 set(types ".html=text/html\; charset=utf-8" ".js=text/javascript\; charset=utf-8" ".css=text/css\; charset=utf-8"
   ".json=application/json" ".svg=image/svg+xml" ".png=image/png" ".ico=image/x-icon" ".woff2=font/woff2"
@@ -17,7 +17,7 @@ foreach(file openapi.json ${files})
     endif()
   endforeach()
   if(NOT type)
-    continue()  # not for browsers
+    continue()  # not a file for browsers
   endif()
   if(file STREQUAL openapi.json)
     set(path /api/v1/openapi.json)

@@ -10,8 +10,8 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* unfinished = "queued,running,paused,finishing";
-constexpr std::uint32_t newest = 50;         ///< looked at whatever their state, for short ones
-constexpr std::size_t most_waiting = 20000;  ///< events that a slow listener may be behind
+constexpr std::uint32_t newest = 50;        ///< jobs polled in any state, to notice short ones
+constexpr std::size_t most_queued = 20000;  ///< events that a slow listener may lag behind
 
 std::string event_text(const char* name, const json& data) {
   return std::string("event: ") + name +
@@ -23,17 +23,17 @@ bool has_ended(const json& job) {
   return state == "done" || state == "failed" || state == "cancelled";
 }
 
-std::string gone_text(JobId job) { return event_text("forgotten", {{"id", job}}); }
+std::string forgotten_event(JobId job) { return event_text("forgotten", {{"id", job}}); }
 
 }  // namespace
 
-/// A listener's queue.
+/// The queue of one listener.
 class Events::Stream final : public EventStream {
  public:
   explicit Stream(std::optional<JobId> job) : job_(job) {}
 
   std::optional<std::string> next() override {
-    constexpr auto most_silence = seconds(5);  // so that a connection that is gone is found out
+    constexpr auto most_silence = seconds(5);  // then a comment reveals lost connections
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, most_silence, [this] { return closed_ || !queue_.empty(); });
     if (queue_.empty()) return closed_ ? std::nullopt : std::optional<std::string>(":\n\n");
@@ -45,7 +45,7 @@ class Events::Stream final : public EventStream {
   void put(std::shared_ptr<const std::string> event) {
     {
       const std::scoped_lock lock(mutex_);
-      if (queue_.size() >= most_waiting) closed_ = true;  // it connects again and gets all there is
+      if (queue_.size() >= most_queued) closed_ = true;  // the client reconnects
       if (!closed_) queue_.push_back(std::move(event));
     }
     changed_.notify_one();
@@ -62,13 +62,13 @@ class Events::Stream final : public EventStream {
 
   [[nodiscard]] std::optional<JobId> job() const { return job_; }
 
-  // The thread's own.
-  bool knows_all = false;  ///< it has been told what there was when it came
-  std::string told;        ///< the latest event of its job
+  // Used by the thread of Events only.
+  bool has_snapshot = false;  ///< the initial state was sent
+  std::string latest;         ///< the latest event of its job
 
  private:
   const std::optional<JobId> job_;
-  std::mutex mutex_;  // guards the two below
+  std::mutex mutex_;  // guards queue_ and closed_
   std::deque<std::shared_ptr<const std::string>> queue_;
   bool closed_ = false;
   std::condition_variable changed_;
@@ -90,7 +90,7 @@ std::shared_ptr<EventStream> Events::listen(std::optional<JobId> job) {
     if (stopped_ || streams_.size() >= most_streams_) {
       throw Problem(503,
                     "all " + std::to_string(most_streams_) +
-                        " event streams are taken (--http-streams): try again later",
+                        " event streams are in use (--http-streams): try again later",
                     0, {{"Retry-After", "5"}});
     }
     streams_.push_back(stream);
@@ -101,7 +101,7 @@ std::shared_ptr<EventStream> Events::listen(std::optional<JobId> job) {
 
 void Events::forgotten(JobId job) {
   const std::scoped_lock lock(mutex_);
-  gone_.push_back(job);
+  forgotten_.push_back(job);
 }
 
 void Events::stop() {
@@ -126,12 +126,12 @@ void Events::run() {
   const SteadyClock clock;
   for (;;) {
     const Time begin = clock.now();
-    if (!streams().empty()) look();
+    if (!streams().empty()) poll();
     const Time rest = std::max<Time>(seconds(1), 50 * (clock.now() - begin));
     std::unique_lock lock(mutex_);
     const std::size_t listening = streams_.size();
     const auto stopped = [this] { return stopped_; };
-    // Who comes is told soon, but a crowd does not make it look more than four times a second.
+    // A new listener is served soon, but many new listeners cause at most four polls per second.
     constexpr auto least_rest = milliseconds(250);
     if (changed_.wait_for(lock, least_rest, stopped)) return;
     const auto news = [&] { return stopped_ || streams_.size() > listening; };
@@ -144,110 +144,110 @@ void Events::run() {
   }
 }
 
-void Events::look() {
-  std::vector<JobId> gone;
+void Events::poll() {
+  std::vector<JobId> forgotten;
   {
     const std::scoped_lock lock(mutex_);
-    gone = std::exchange(gone_, {});
+    forgotten = std::exchange(forgotten_, {});
     std::erase_if(streams_, [](const auto& stream) { return stream.expired(); });
   }
-  for (const JobId job : gone) {
+  for (const JobId job : forgotten) {
     jobs_.erase(job);
-    tell(gone_text(job));
+    send_to_all(forgotten_event(job));
   }
   std::vector<std::shared_ptr<Stream>> general;
-  std::map<JobId, std::vector<std::shared_ptr<Stream>>> lone;
+  std::map<JobId, std::vector<std::shared_ptr<Stream>>> single;
   for (auto& stream : streams()) {
-    (stream->job() ? lone[*stream->job()] : general).push_back(std::move(stream));
+    (stream->job() ? single[*stream->job()] : general).push_back(std::move(stream));
   }
   try {
-    for (const auto& [job, listening] : lone) look_at_lone(job, listening);
+    for (const auto& [job, listening] : single) poll_single_job(job, listening);
     if (general.empty()) {
       jobs_.clear();
       workers_.clear();
       return;
     }
-    look_at_jobs();
-    constexpr std::uint64_t worker_looks = 3;
-    if (looks_++ % worker_looks == 0 || workers_.empty()) look_at_workers();
+    poll_jobs();
+    constexpr std::uint64_t polls_per_worker_poll = 3;
+    if (polls_++ % polls_per_worker_poll == 0 || workers_.empty()) poll_workers();
     for (const auto& stream : general) {
-      if (std::exchange(stream->knows_all, true)) continue;
-      for (const auto& [id, told] : jobs_) stream->put(told.event);
-      for (const auto& [name, told] : workers_) stream->put(told.event);
+      if (std::exchange(stream->has_snapshot, true)) continue;
+      for (const auto& [id, announced] : jobs_) stream->put(announced.event);
+      for (const auto& [name, announced] : workers_) stream->put(announced.event);
     }
   } catch (const Problem&) {
-    // The loop is busy or ending: the next look will tell.
+    // The loop is busy or stopping: the next poll sends the changes.
   }
 }
 
-/// Those that are under way, and what has become of those that were.
-void Events::look_at_jobs() {
-  for (auto& [id, told] : jobs_) told.seen = false;
+/// Polls unfinished jobs, and jobs that have ended since the last poll.
+void Events::poll_jobs() {
+  for (auto& [id, announced] : jobs_) announced.seen = false;
   const json newest_jobs = loop_.ask<msg::Jobs>({}, msg::ListJobs{0, 0, newest}).jobs;
-  for (const json& job : newest_jobs) take_job(job);
+  for (const json& job : newest_jobs) update_job(job);
   for (const json& job :
        loop_.ask<msg::Jobs>({}, msg::ListJobs{0, 0, msg::most_listed, unfinished}).jobs) {
-    take_job(job);
+    update_job(job);
   }
-  lose_jobs(newest_jobs.empty() ? 0 : newest_jobs.front().at("id").get<JobId>());
+  remove_unlisted(newest_jobs.empty() ? 0 : newest_jobs.front().at("id").get<JobId>());
 }
 
-void Events::take_job(const json& job) {
+void Events::update_job(const json& job) {
   const JobId id = job.at("id");
   std::string event = event_text("job", job);
-  Told& told = jobs_[id];
-  told.seen = true;
-  told.ended = has_ended(job);
-  if (event == told.event) return;
-  told.event = std::move(event);
-  tell(told.event);
+  Announced& announced = jobs_[id];
+  announced.seen = true;
+  announced.ended = has_ended(job);
+  if (event == announced.event) return;
+  announced.event = std::move(event);
+  send_to_all(announced.event);
 }
 
-/// Those that were listed before and are not now.
-void Events::lose_jobs(JobId oldest_listed) {
+/// Removes jobs that the last poll did not list, and sends their final event.
+void Events::remove_unlisted(JobId oldest_listed) {
   for (auto entry = jobs_.begin(); entry != jobs_.end();) {
-    const auto& [id, told] = *entry;
-    if (told.seen) {
+    const auto& [id, announced] = *entry;
+    if (announced.seen) {
       ++entry;
       continue;
     }
     try {
-      if (!told.ended || id >= oldest_listed) {
-        tell(event_text("job", loop_.ask<msg::Job>({}, msg::ShowJob{0, id}).job));
+      if (!announced.ended || id >= oldest_listed) {
+        send_to_all(event_text("job", loop_.ask<msg::Job>({}, msg::ShowJob{0, id}).job));
       }
     } catch (const Problem& problem) {
       if (problem.status() != 409) throw;
-      tell(gone_text(id));
+      send_to_all(forgotten_event(id));
     }
     entry = jobs_.erase(entry);
   }
 }
 
-void Events::look_at_workers() {
-  for (auto& [name, told] : workers_) told.seen = false;
+void Events::poll_workers() {
+  for (auto& [name, announced] : workers_) announced.seen = false;
   std::uint64_t total = 1;
   for (std::uint32_t offset = 0; offset < total; offset += msg::most_listed) {
     const auto answer = loop_.ask<msg::Workers>({}, msg::ListWorkers{0, offset});
     total = answer.total;
     for (json worker : answer.workers) {
-      Told& told = workers_[worker.at("name")];
-      told.seen = true;
-      // That it was heard of again is no news.
+      Announced& announced = workers_[worker.at("name")];
+      announced.seen = true;
+      // Rounded, so that a heartbeat alone causes no event.
       worker["seconds_silent"] = std::floor(worker.at("seconds_silent").get<double>() / 10) * 10;
       std::string event = event_text("worker", worker);
-      if (event == told.event) continue;
-      told.event = std::move(event);
-      tell(told.event);
+      if (event == announced.event) continue;
+      announced.event = std::move(event);
+      send_to_all(announced.event);
     }
   }
   for (auto entry = workers_.begin(); entry != workers_.end();) {
-    if (!entry->second.seen) tell(event_text("gone", {{"name", entry->first}}));
+    if (!entry->second.seen) send_to_all(event_text("gone", {{"name", entry->first}}));
     entry = entry->second.seen ? std::next(entry) : workers_.erase(entry);
   }
 }
 
-/// Of one job: until it has ended.
-void Events::look_at_lone(JobId job, const std::vector<std::shared_ptr<Stream>>& listening) {
+/// Polls one job for its own listeners, and closes their streams when the job has ended.
+void Events::poll_single_job(JobId job, const std::vector<std::shared_ptr<Stream>>& listening) {
   std::string event;
   bool last = true;
   try {
@@ -256,20 +256,20 @@ void Events::look_at_lone(JobId job, const std::vector<std::shared_ptr<Stream>>&
     last = has_ended(shown);
   } catch (const Problem& problem) {
     if (problem.status() != 409) throw;
-    event = gone_text(job);
+    event = forgotten_event(job);
   }
   for (const auto& stream : listening) {
-    if (event != stream->told) stream->put(event);
-    stream->told = event;
+    if (event != stream->latest) stream->put(event);
+    stream->latest = event;
     if (last) stream->close();
   }
 }
 
-/// To those who know what there was before.
-void Events::tell(const std::string& event) {
+/// Sends `event` to all general listeners that have the initial state.
+void Events::send_to_all(const std::string& event) {
   const auto shared = std::make_shared<const std::string>(event);
   for (const auto& stream : streams()) {
-    if (!stream->job() && stream->knows_all) stream->put(shared);
+    if (!stream->job() && stream->has_snapshot) stream->put(shared);
   }
 }
 

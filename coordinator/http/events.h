@@ -17,54 +17,55 @@
 
 namespace parray::http {
 
-/// Tells any number of listeners what changes. One thread asks the loop what there is, once a
-/// second and such that the loop spends at most a fiftieth of its time on it, however many listen;
-/// and not at all while nobody does. Any thread.
+/// Sends changes of jobs and workers to any number of listeners. One thread polls the loop about
+/// once per second, and uses at most 2 % of the loop's time, independent of the number of
+/// listeners. It does not poll without listeners. Callable from any thread.
 class Events {
  public:
-  /// `loop` must outlive this.
+  /// `loop` must outlive this object. `most_streams`: the limit of listeners.
   Events(LoopClient& loop, std::size_t most_streams);
   ~Events();
   Events(const Events&) = delete;
   Events& operator=(const Events&) = delete;
 
-  /// Of everything, or of one job until it has ended. Throws Problem 503: too many listen.
+  /// Returns a stream of all events, or of one job's events until that job has ended. Throws
+  /// Problem 503 if too many clients listen.
   std::shared_ptr<EventStream> listen(std::optional<JobId> job);
-  /// A job that is no more: tells at once, without waiting for the next look.
+  /// Makes the next poll announce that a job was deleted.
   void forgotten(JobId job);
   /// Ends all streams.
   void stop();
 
  private:
   class Stream;
-  /// What everybody has been told: the text, and what it is of.
-  struct Told {
+  /// The latest event that was sent about a job or worker.
+  struct Announced {
     std::string event;
-    bool ended = false;
-    bool seen = false;
+    bool ended = false;  ///< the job has ended
+    bool seen = false;   ///< the current poll has found it
   };
 
   void run();
-  void look();
-  void look_at_jobs();
-  void look_at_workers();
-  void look_at_lone(JobId job, const std::vector<std::shared_ptr<Stream>>& listening);
-  void take_job(const nlohmann::json& job);
-  void lose_jobs(JobId oldest_listed);
-  void tell(const std::string& event);
+  void poll();
+  void poll_jobs();
+  void poll_workers();
+  void poll_single_job(JobId job, const std::vector<std::shared_ptr<Stream>>& listening);
+  void update_job(const nlohmann::json& job);
+  void remove_unlisted(JobId oldest_listed);
+  void send_to_all(const std::string& event);
   std::vector<std::shared_ptr<Stream>> streams();
 
   LoopClient& loop_;
   const std::size_t most_streams_;
-  std::mutex mutex_;  // guards streams_, stopped_, gone_
+  std::mutex mutex_;  // guards streams_, stopped_, forgotten_
   std::condition_variable changed_;
   std::vector<std::weak_ptr<Stream>> streams_;
-  std::vector<JobId> gone_;
+  std::vector<JobId> forgotten_;
   bool stopped_ = false;
-  // The thread's own.
-  std::map<JobId, Told> jobs_;           ///< unfinished ones, and the newest
-  std::map<std::string, Told> workers_;  ///< by name
-  std::uint64_t looks_ = 0;
+  // Used by the thread only.
+  std::map<JobId, Announced> jobs_;           ///< unfinished jobs and the newest ones
+  std::map<std::string, Announced> workers_;  ///< by worker name
+  std::uint64_t polls_ = 0;
   std::thread thread_;
 };
 

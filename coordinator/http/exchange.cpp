@@ -15,8 +15,8 @@ class TextSink final : public BodySink {
 
   void expect(std::uint64_t bytes) override {
     if (bytes <= most_) return;
-    throw Problem(413, "the body is larger than the " + std::to_string(most_) +
-                           " bytes that this request may have");
+    throw Problem(413, "the body is larger than " + std::to_string(most_) +
+                           " bytes, the limit for this request");
   }
   void begin_part(const std::string& /*name*/, const std::string& /*file_name*/) override {}
   void take(std::string_view bytes) override {

@@ -13,18 +13,18 @@
 
 #include "proto/keys.h"
 
-/// Requests and replies as this program sees them: the library that speaks HTTP stays behind
-/// server.cpp.
+/// Requests and replies, as handlers see them. Handlers do not depend on the HTTP library.
 namespace parray::http {
 
-/// Names without regard to upper and lower case are the library's affair: ours are lower case.
+/// Header fields: name and value. This program writes names in lower case; HTTP ignores case.
 using Fields = std::vector<std::pair<std::string, std::string>>;
 
-/// What a request is refused or has failed with (RFC 9457). `what()` is one line, the command
-/// line's where it has one.
+/// Why a request was refused or failed: an HTTP status and a message (RFC 9457). `what()` is one
+/// line, identical to the command line's message where that has one.
 class Problem : public std::runtime_error {
  public:
-  /// `exit_status`: that the command line would exit with; 0: it knows no such problem.
+  /// `exit_status`: exit status of the command line for this problem; 0: the command line has no
+  /// such problem. `headers`: additional header fields of the reply.
   Problem(int status, const std::string& detail, int exit_status = 0, Fields headers = {})
       : std::runtime_error(detail),
         status_(status),
@@ -41,72 +41,77 @@ class Problem : public std::runtime_error {
   Fields headers_;
 };
 
-/// Bytes of a body that no handler waits for: it has come before the request is handed over. Every
-/// handler that reads a body takes as many.
+/// Bodies up to this size, in bytes, are complete before a handler gets the request. Every handler
+/// that reads a body accepts this size.
 inline constexpr std::size_t small_body = 4096;
 
-/// Takes a body as it comes. What its members throw ends the reading.
+/// Receives a body piece by piece. An exception from a member ends the reading.
 class BodySink {
  public:
   virtual ~BodySink() = default;
-  /// Called with the Content-Length of a body, framing of parts included, before anything is read.
-  /// Throws Problem 413 if that is too long.
+  /// Called with the Content-Length, which includes the framing of parts, before anything is read.
+  /// Throws Problem 413 if it is too large.
   virtual void expect(std::uint64_t bytes) = 0;
-  /// Of a form: what follows belongs to the part `name`.
+  /// Called for each part of a form. The bytes that follow belong to the part `name`.
   virtual void begin_part(const std::string& name, const std::string& file_name) = 0;
+  /// Receives the next bytes.
   virtual void take(std::string_view bytes) = 0;
 };
 
+/// A request, as handlers see it.
 struct Request {
   std::string method;  ///< upper case
   std::string path;    ///< decoded, without the query
   std::multimap<std::string, std::string> query;
-  std::string remote;  ///< address of the other side
-  /// Value of a field of the head, "" where there is none.
+  std::string remote;  ///< IP address of the client
+  /// Returns the value of a header field, "" if it is missing. `name` is in lower case.
   std::function<std::string(const char*)> field;
-  bool is_whole = true;  ///< all of its body is in memory
-  /// Reads the body; at most once. Throws Problem. `form`: as multipart/form-data.
+  bool is_whole = true;  ///< the whole body is in memory
+  /// Reads the body; callable once. `form`: parses it as multipart/form-data. Throws Problem.
   std::function<void(BodySink&, bool form)> read_body;
-  Sender sender{};  ///< once the guard has let it in
+  Sender sender{};  ///< set after the guard has admitted the request
 };
 
-/// Events for one listener, as they travel.
+/// The events of one listener, as text/event-stream.
 class EventStream {
  public:
   virtual ~EventStream() = default;
-  /// The next ones, or, after a while without any, a comment that keeps the connection alive.
-  /// None: there will be no more.
+  /// Waits for the next events and returns them. Returns a comment, which keeps the connection
+  /// alive, after a time without events. Returns nothing when the stream has ended.
   virtual std::optional<std::string> next() = 0;
 };
 
 class FileBody;
 
+/// An answer. Its content is `body`, `events` or `file`.
 struct Reply {
   int status = 200;
   std::string type = "application/json";
   std::shared_ptr<const std::string> body = std::make_shared<const std::string>();
   Fields headers{};
-  std::shared_ptr<EventStream> events{};   ///< instead of a body
-  std::shared_ptr<const FileBody> file{};  ///< likewise
+  std::shared_ptr<EventStream> events{};   ///< replaces `body` if set
+  std::shared_ptr<const FileBody> file{};  ///< replaces `body` if set
 };
 
-/// "Not Found" of 404.
+/// Returns the reason phrase of a status: "Not Found" for 404.
 std::string_view reason_of(int status);
 
-/// The fields that a reply is sent with, beside those of its body.
+/// Returns the header fields of the reply, except Content-Type and Content-Length.
 Fields fields_of(const Reply& reply);
 
+/// Return a reply with the given content. problem_reply() returns a document of RFC 9457.
 Reply json_reply(const std::string& text, int status = 200);
 Reply text_reply(std::string text, const std::string& type = "text/plain; charset=utf-8");
 Reply problem_reply(const Problem& problem);
 
-/// In whose turn the request is served: its user's, or, where there are no keys, its address's.
+/// Returns the name under which the request waits for its turn: the user, or the IP address if
+/// there are no keys.
 std::string owner_of(const Request& request);
 
-/// Reads at most `most` bytes; throws Problem 413 beyond. For small bodies.
+/// Reads the body. Throws Problem 413 if it has more than `most` bytes. For small bodies.
 std::string read_text(const Request& request, std::size_t most);
 
-/// The media type of the body, lower case and without parameters.
+/// Returns the media type of the body in lower case, without parameters.
 std::string media_type(const Request& request);
 
 }  // namespace parray::http

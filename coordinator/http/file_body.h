@@ -9,19 +9,21 @@
 
 namespace parray::http {
 
-/// A file that is sent as it lies on the disk, to any number of readers, however slow: it takes no
-/// memory of this process. It has no name any more; its bytes are free when nobody has this.
+/// A file that is sent from the disk to any number of clients. It takes no memory of this process.
+/// Its directory entry is already deleted, so that the system frees the bytes when the last owner
+/// releases this object.
 class FileBody {
  public:
-  /// Takes over `file`, which is deleted. Throws Problem 503 when `disk` has no room for it,
-  /// RunError when it cannot be opened.
+  /// Takes over `file` and deletes its directory entry. Throws Problem 503 if `disk` has no room
+  /// for the file, RunError if it cannot be opened.
   FileBody(const std::filesystem::path& file, Budget& disk);
   ~FileBody();
   FileBody(const FileBody&) = delete;
   FileBody& operator=(const FileBody&) = delete;
 
   [[nodiscard]] int descriptor() const { return file_; }
-  /// Where its bytes would be found; nobody reads them there, or they would be in memory.
+  /// Returns the mapped bytes. They identify parts of the file; reading them would load the file
+  /// into memory.
   [[nodiscard]] std::string_view bytes() const { return bytes_; }
 
  private:

@@ -11,7 +11,7 @@
 namespace parray::http {
 namespace {
 
-/// "localhost" of "localhost:7480", "::1" of "[::1]:7480".
+/// Returns "localhost" for "localhost:7480" and "::1" for "[::1]:7480".
 std::string without_port(const std::string& host) {
   const std::size_t bracket = host.find(']');
   if (host.starts_with('[') && bracket != std::string::npos) return host.substr(1, bracket - 1);
@@ -28,8 +28,8 @@ bool changes_something(const Request& request) {
   return request.method != "GET" && request.method != "HEAD" && request.method != "OPTIONS";
 }
 
-/// "x" of "Bearer x"; "" where the field has another form. The scheme is case-insensitive (RFC
-/// 9110, section 11.1).
+/// Returns "x" for "Bearer x", "" for any other form. The scheme is case-insensitive (RFC 9110,
+/// section 11.1).
 std::string bearer_token(const std::string& field) {
   constexpr std::string_view scheme = "bearer ";
   const bool bearer = field.size() > scheme.size() &&
@@ -56,9 +56,10 @@ void Guard::check_origin(const Request& request) const {
   if (wants_tokens()) return;
   const std::string host = request.field("host");
   if (!known_host(host)) {
-    throw Problem(421, "this server is not '" + printable(host) +
-                           "': use its address in digits, or start it with --http-host " +
-                           printable(without_port(host)));
+    throw Problem(421,
+                  "'" + printable(host) +
+                      "' is not this server: use its IP address, or start it with --http-host " +
+                      printable(without_port(host)));
   }
   if (!changes_something(request)) return;
   const std::string origin = request.field("origin");
@@ -68,7 +69,7 @@ void Guard::check_origin(const Request& request) const {
       (!origin.empty() && from != host && std::ranges::count(hosts_, without_port(from)) == 0) ||
       request.field("sec-fetch-site") == "cross-site";
   if (other) {
-    throw Problem(403, "a page of another site, " + printable(origin) + ", may not ask this");
+    throw Problem(403, "a page of another site, " + printable(origin) + ", must not request this");
   }
 }
 
@@ -77,7 +78,7 @@ Sender Guard::admit(const Request& request) {
   const std::string token = bearer_token(request.field("authorization"));
   if (token.empty()) {
     throw Problem(401,
-                  "a token is needed: Authorization: Bearer TOKEN, made by parray keygen DIR "
+                  "a token is missing: send Authorization: Bearer TOKEN, made by parray keygen DIR "
                   "--token NAME",
                   0, {{"WWW-Authenticate", "Bearer realm=\"parray\""}});
   }
@@ -85,7 +86,7 @@ Sender Guard::admit(const Request& request) {
   const std::scoped_lock lock(mutex_);
   const auto sender = tokens_->find(clock.now(), token);
   if (!sender) {
-    throw Problem(401, "this token is not known, or no longer", 0,
+    throw Problem(401, "the token is unknown or no longer valid", 0,
                   {{"WWW-Authenticate", "Bearer realm=\"parray\", error=\"invalid_token\""}});
   }
   return *sender;

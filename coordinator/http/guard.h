@@ -10,22 +10,24 @@
 
 namespace parray::http {
 
-/// Who is let in.
+/// Decides which requests are admitted. Callable from any thread.
 ///
-/// Without keys whoever reaches the address is trusted, so a web page that somebody here looks at
-/// must not pass for them: the host has to be named by number, as localhost, or as one of `hosts`
-/// (a name can be made to point here), and what changes something must not come from another site.
-/// With keys every request carries a token, which no page of another site has. Any thread.
+/// Without keys every client that reaches the address is trusted. A foreign web page in a trusted
+/// user's browser is not. So Host must be a numeric address, localhost or one of `hosts`, because
+/// anyone's DNS can point a name here. Requests that change something must not come from other
+/// sites. With keys every request carries a token, which pages of other sites do not have.
 class Guard {
  public:
-  /// `keys`: directory of the farm's keys; empty: there are none. Throws InputError.
+  /// `keys`: directory of the farm's keys; empty: there are no keys. `hosts`: additional host names
+  /// of this server. Throws InputError.
   Guard(const std::filesystem::path& keys, std::vector<std::string> hosts);
 
+  /// Returns whether requests need a token.
   [[nodiscard]] bool wants_tokens() const { return !keys_.empty(); }
 
-  /// Throws Problem 421 or 403 where the request comes from another site's page.
+  /// Throws Problem 421 if Host is unknown, 403 if a page of another site sent the request.
   void check_origin(const Request& request) const;
-  /// Who asks. Throws Problem 401 or 403.
+  /// Returns the sender that the token belongs to. Throws Problem 401 or 403.
   [[nodiscard]] Sender admit(const Request& request);
 
  private:

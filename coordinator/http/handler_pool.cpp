@@ -9,11 +9,11 @@
 
 namespace parray::http {
 
-void HandlerPool::give(Guest guest) {
+void HandlerPool::give(SharedConnection connection) {
   const std::scoped_lock lock(mutex_);
   if (stopped_) return;
-  const std::string owner = owner_of_address(guest->address());
-  turns_.push(owner, std::move(guest));
+  const std::string owner = owner_of_address(connection->address());
+  turns_.push(owner, std::move(connection));
   if (idle_ < turns_.waiting() && threads_.size() < most_) add_thread();
   given_.notify_one();
 }
@@ -29,7 +29,8 @@ void HandlerPool::stop() {
   for (std::thread& thread : threads) thread.join();
 }
 
-/// Where the system allows no more, those that there are do all; with none it is tried again.
+/// Starts a thread. If the system permits no more, existing threads do the work; without any, the
+/// next give() tries again.
 void HandlerPool::add_thread() {
   try {
     threads_.emplace_back([this] { work(); });
@@ -44,20 +45,20 @@ void HandlerPool::work() {
   const Handler handle = make_handler_();
   std::unique_lock lock(mutex_);
   while (!stopped_) {
-    std::optional<Guest> guest = turns_.take();
-    if (!guest) {
+    std::optional<SharedConnection> connection = turns_.take();
+    if (!connection) {
       ++idle_;
       given_.wait(lock);
       --idle_;
       continue;
     }
-    const std::string owner = owner_of_address((*guest)->address());
+    const std::string owner = owner_of_address((*connection)->address());
     lock.unlock();
-    handle(*guest);
-    guest.reset();
+    handle(*connection);
+    connection.reset();
     lock.lock();
     turns_.ended(owner);
-    if (turns_.waiting() > 0) given_.notify_one();  // it may have waited for this one
+    if (turns_.waiting() > 0) given_.notify_one();  // a request of this owner may begin now
   }
 }
 

@@ -12,25 +12,25 @@
 
 namespace parray::http {
 
-/// Threads that answer requests, as many as are needed up to a number. Addresses take turns. Of low
-/// priority: the loop and the workers of this machine go first.
+/// Answers requests in threads, which it starts as needed up to a limit. Addresses take turns. The
+/// threads have low priority: the loop and workers of this machine run first.
 class HandlerPool {
  public:
-  using Guest = std::shared_ptr<Connection>;
-  /// Answers one request after the other, in a thread of its own.
-  using Handler = std::function<void(const Guest&)>;
+  using SharedConnection = std::shared_ptr<Connection>;
+  /// Answers one request. Each thread has its own handler.
+  using Handler = std::function<void(const SharedConnection&)>;
 
-  /// `make_handler` is called once in each thread. `of_address`: most requests of one address that
-  /// are answered at once.
+  /// `make_handler` is called once in each thread. `of_address`: limit of requests of one address
+  /// that are answered at the same time.
   HandlerPool(std::size_t threads, std::size_t of_address, std::function<Handler()> make_handler)
       : most_(threads), make_handler_(std::move(make_handler)), turns_(of_address) {}
   ~HandlerPool() { stop(); }
   HandlerPool(const HandlerPool&) = delete;
   HandlerPool& operator=(const HandlerPool&) = delete;
 
-  /// Any thread. After stop() it does nothing.
-  void give(Guest guest);
-  /// Waits for what is being answered; forgets the rest.
+  /// Queues a connection with a request. Does nothing after stop(). Callable from any thread.
+  void give(SharedConnection connection);
+  /// Waits for requests that are being answered, and drops waiting ones.
   void stop();
 
  private:
@@ -39,9 +39,9 @@ class HandlerPool {
 
   const std::size_t most_;
   const std::function<Handler()> make_handler_;
-  std::mutex mutex_;  // guards all below
+  std::mutex mutex_;  // guards the fields below
   std::condition_variable given_;
-  Turns<Guest> turns_;
+  Turns<SharedConnection> turns_;
   std::vector<std::thread> threads_;
   std::size_t idle_ = 0;
   bool stopped_ = false;

@@ -24,22 +24,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// For what requests need while they last: STATE/http/requests, or a temporary directory. What is
-/// left there goes, before and after.
+/// The directory for files of running requests: STATE/http/requests, or a temporary directory. Its
+/// content is deleted at the beginning and at the end.
 class RequestsDirectory {
  public:
   explicit RequestsDirectory(const std::string& state) {
     std::error_code error;
     if (state.empty()) {
       std::string name = (fs::temp_directory_path(error) / "parray-http-XXXXXX").string();
-      if (mkdtemp(name.data()) == nullptr) throw RunError("making " + name + " failed");
+      if (mkdtemp(name.data()) == nullptr) throw RunError("creating " + name + " failed");
       path_ = name;
       return;
     }
     path_ = fs::path(state) / "http" / "requests";
     fs::remove_all(path_, error);
     fs::create_directories(path_, error);
-    if (error) throw RunError("making " + path_.string() + ": " + error.message());
+    if (error) throw RunError("creating " + path_.string() + ": " + error.message());
     fs::permissions(path_, fs::perms::owner_all, error);
   }
   ~RequestsDirectory() {
@@ -55,7 +55,7 @@ class RequestsDirectory {
   fs::path path_;
 };
 
-/// Nothing of other sites, nothing in-line.
+/// Permits only files of this server: no inline scripts or styles, nothing from other sites.
 constexpr const char* page_policy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
     "font-src 'self'; connect-src 'self'; worker-src 'self'; manifest-src 'self'; "
@@ -76,7 +76,7 @@ Reply asset_reply(const Request& request, const Asset& asset, const std::string&
   return reply;
 }
 
-/// So many requests a second of one address.
+/// Limits the requests per second and address.
 class RequestLimit {
  public:
   explicit RequestLimit(std::size_t most) : budget_(most) {}
@@ -84,7 +84,8 @@ class RequestLimit {
   void spend(const std::string& address) {
     const std::scoped_lock lock(mutex_);
     if (!budget_.allow(clock_.now(), address)) {
-      throw Problem(429, "too many requests a second (--max-requests)", 0, {{"Retry-After", "1"}});
+      throw Problem(429, "too many requests per second (--max-requests)", 0,
+                    {{"Retry-After", "1"}});
     }
   }
 
@@ -116,13 +117,13 @@ class HttpService::Impl {
             options.state.empty() ? fs::path() : fs::path(options.state) / "http" / "webhooks"),
         api_(loop_, uploads_, pictures_, events_, webhooks_,
              {options.uploads.body_bytes, options.uploads.parts, options.streams}),
-        door_log_(log_, 1),
+        warnings_(log_, 1),
         server_(options.address, server_limits(options),
                 {[this](const Request& request) { return answer(request); },
                  [this](const RequestHead& head, const std::string& address, bool reserve) {
-                   return at_door(head, address, reserve);
+                   return answer_early(head, address, reserve);
                  },
-                 [this](const std::string& line) { door_log_.warn(SteadyClock().now(), line); }}) {
+                 [this](const std::string& line) { warnings_.warn(SteadyClock().now(), line); }}) {
     api_.add_to(router_);
     for (const Asset& asset : assets()) serve_asset(asset);
   }
@@ -132,7 +133,7 @@ class HttpService::Impl {
     runner_.stop();
     scene_places_.stop();
     picture_places_.stop();
-    if (looking_at_children_.joinable()) looking_at_children_.join();
+    if (confinement_check_.joinable()) confinement_check_.join();
     events_.stop();
     webhooks_.stop();
   }
@@ -145,29 +146,29 @@ class HttpService::Impl {
                 });
   }
   void start() {
-    looking_at_children_ = std::thread([this] { look_at_children(); });
+    confinement_check_ = std::thread([this] { check_confinement(); });
     server_.start();
   }
   [[nodiscard]] const std::string& address() const { return server_.address(); }
 
  private:
-  /// Says once what this kernel cannot keep children from.
-  void look_at_children() {
+  /// Logs a warning if this kernel cannot confine child processes.
+  void check_confinement() {
     try {
-      const WorkDirectory theirs(directory_.path());
-      const WorkDirectory others(directory_.path());
-      const fs::path inside = theirs.path() / "inside";
-      const fs::path outside = others.path() / "outside";
+      const WorkDirectory own(directory_.path());
+      const WorkDirectory foreign(directory_.path());
+      const fs::path inside = own.path() / "inside";
+      const fs::path outside = foreign.path() / "outside";
       fs::create_directory(inside);
       std::ofstream(outside) << "secret";
       const ChildEnd end = runner_.run({"confinement", outside.string()}, inside, ChildLimits{});
       if (end.message.empty()) return;
       log_->warn(
-          "HTTP: this kernel (Landlock, seccomp) does not wholly contain the process that reads "
-          "what strangers send: {}",
+          "HTTP: this kernel (Landlock, seccomp) does not fully confine the process that reads "
+          "uploaded scenes: {}",
           printable(end.message, 500));
     } catch (const RunError& error) {
-      log_->debug("HTTP: whether children are contained is not known: {}", error.what());
+      log_->debug("HTTP: checking whether child processes are confined failed: {}", error.what());
     }
   }
 
@@ -179,7 +180,7 @@ class HttpService::Impl {
         [&asset, etag](const Request& request, const std::vector<std::string>&) {
           return asset_reply(request, asset, etag);
         },
-        {}, Router::Door::open);
+        {}, Router::Access::open);
   }
 
   static ServerLimits server_limits(const Options& options) {
@@ -190,9 +191,10 @@ class HttpService::Impl {
     return limits;
   }
 
-  /// Whether the program lives is answered whatever else there is to do.
-  [[nodiscard]] std::optional<Reply> at_door(const RequestHead& head, const std::string& address,
-                                             bool reserve) const {
+  /// Answers /healthz at once, however busy the server is, and refuses connections beyond the
+  /// limit.
+  [[nodiscard]] std::optional<Reply> answer_early(const RequestHead& head,
+                                                  const std::string& address, bool reserve) const {
     const bool looks = head.method == "GET" || head.method == "HEAD";
     if (looks && head.target == "/healthz") {
       Request request;
@@ -209,13 +211,13 @@ class HttpService::Impl {
     }
     if (!reserve || (looks && head.target == "/readyz")) return {};
     return problem_reply(Problem(503,
-                                 "as many connections are there as may be (--http-connections, "
+                                 "the limit of connections is reached (--http-connections, "
                                  "--http-connections-per-address): try again later",
                                  0, {{"Retry-After", "5"}}));
   }
 
-  /// As the guard, but whoever looks after this program may name no host, as HTTP/1.0 allows. Pages
-  /// always name one.
+  /// Checks the origin as the guard does. Health probes may omit Host, as HTTP/1.0 permits;
+  /// browsers always send it.
   void check_origin(const Request& request) const {
     const bool probe = request.path == "/healthz" || request.path == "/readyz";
     if (!probe || !request.field("host").empty()) guard_.check_origin(request);
@@ -249,7 +251,7 @@ class HttpService::Impl {
     request_limit_.spend(from.remote);
     const Router::Match match = router_.find(from);
     Request request = from;
-    if (match.door == Router::Door::guarded) request.sender = guard_.admit(from);
+    if (match.access == Router::Access::guarded) request.sender = guard_.admit(from);
     return (*match.handler)(request, match.arguments);
   }
 
@@ -269,9 +271,9 @@ class HttpService::Impl {
   Events events_;
   Webhooks webhooks_;
   Api api_;
-  std::thread looking_at_children_;
-  LogBudget door_log_;  ///< the doorman's thread's
-  Server server_;       ///< last: nobody asks any more when the others go
+  std::thread confinement_check_;
+  LogBudget warnings_;  ///< used by the connection manager's thread
+  Server server_;       ///< declared last, so that it is destroyed first
 };
 
 HttpService::HttpService(const Options& options, InprocHub& hub,

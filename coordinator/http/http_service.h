@@ -13,37 +13,41 @@
 
 namespace parray::http {
 
+/// Settings of the HTTP interface.
 struct Options {
-  std::string address;  ///< HOST:PORT; empty: no HTTP
-  std::string keys;     ///< directory of the farm's keys; empty: none, and no tokens are asked for
-  std::string state;    ///< directory; empty: nothing outlives the process
-  std::vector<std::string> hosts;          ///< names that it is called by, beside localhost
-  std::vector<std::string> webhook_hosts;  ///< that are told when jobs have ended
-  std::size_t threads = 80;                ///< requests answered at once, event streams aside
-  std::size_t connections = 1024;          ///< in all
-  std::size_t address_connections = 256;   ///< of one address
-  std::size_t streams = 128;
-  std::uint64_t memory = std::uint64_t{1} << 30;  ///< bytes that pictures and scenes may take here
-  std::size_t requests = 1000;                    ///< a second of one address
+  std::string address;  ///< HOST:PORT; empty: no HTTP interface
+  std::string keys;   ///< directory of the farm's keys; empty: no keys, and requests need no token
+  std::string state;  ///< directory of the state; empty: nothing outlives the process
+  std::vector<std::string> hosts;          ///< accepted host names besides localhost
+  std::vector<std::string> webhook_hosts;  ///< hosts that webhooks may address
+  std::size_t threads = 80;        ///< requests answered at the same time, without event streams
+  std::size_t connections = 1024;  ///< limit of all connections
+  std::size_t address_connections = 256;          ///< limit of connections per address
+  std::size_t streams = 128;                      ///< limit of event streams
+  std::uint64_t memory = std::uint64_t{1} << 30;  ///< limit in bytes of pictures and scenes here
+  std::size_t requests = 1000;                    ///< limit of requests per second and address
   UploadLimits uploads{};
 };
 
-/// The coordinator's HTTP interface (openapi.json), its page and whatever else is served as text.
-/// It owns nothing of the loop: it asks through a hub, as clients do. All it does happens in
-/// threads of its own and in children.
+/// Serves the coordinator's HTTP interface (openapi.json), its web page and additional texts. It
+/// accesses no data of the loop. It sends messages through a hub, as clients do. It works in
+/// threads and child processes of its own.
 class HttpService {
  public:
-  /// Listens when it returns. `hub` must outlive this. Throws InputError, RunError.
+  /// Begins to listen; start() begins to answer. `hub` must outlive this object. Throws InputError,
+  /// RunError.
   HttpService(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log);
   ~HttpService();
   HttpService(const HttpService&) = delete;
   HttpService& operator=(const HttpService&) = delete;
 
-  /// GET `path` is answered by `text` from now on. Before start(); `text`: any thread.
+  /// Makes GET `path` return the result of `text`, with media type `type`. To be called before
+  /// start(). `text` must be callable from any thread.
   void serve_text(const std::string& path, const std::string& type,
                   std::function<std::string()> text);
+  /// Starts to answer requests.
   void start();
-  /// HOST:PORT as bound.
+  /// Returns the bound address as HOST:PORT.
   [[nodiscard]] const std::string& address() const;
 
  private:

@@ -16,12 +16,12 @@ void set(int socket, int level, int option, int value) {
   setsockopt(socket, level, option, &value, sizeof value);
 }
 
-/// -1: it cannot be.
+/// Returns the listening socket, or -1 on failure.
 int bind_and_listen(const addrinfo& at) {
   constexpr int backlog = 512;
   const int made = socket(at.ai_family, at.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (made < 0) return -1;
-  set(made, SOL_SOCKET, SO_REUSEADDR, 1);  // not SO_REUSEPORT: two would share a port unseen
+  set(made, SOL_SOCKET, SO_REUSEADDR, 1);  // not SO_REUSEPORT, which shares ports
   if (at.ai_family == AF_INET6) set(made, IPPROTO_IPV6, IPV6_V6ONLY, 0);
   if (bind(made, at.ai_addr, at.ai_addrlen) == 0 && listen(made, backlog) == 0) return made;
   close(made);
@@ -59,8 +59,8 @@ std::optional<Arrival> accept_at(int listener) {
       accept4(listener, reinterpret_cast<sockaddr*>(&from), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
   if (socket < 0) return {};
   set(socket, IPPROTO_TCP, TCP_NODELAY, 1);
-  // Else the kernel takes megabytes at once and then nothing for long: nobody would know how fast
-  // the other side reads.
+  // Limits the kernel's buffer of unsent bytes. With megabytes in the buffer the speed of the
+  // client could not be measured.
   constexpr int most_unsent = 1 << 17;
   set(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, most_unsent);
   std::array<char, NI_MAXHOST> text{};

@@ -7,20 +7,21 @@
 
 namespace parray::http {
 
-/// A socket that listens and does not block; whoever has it closes it.
+/// A listening, non-blocking socket. The owner closes it.
 struct Listener {
   int socket = -1;
-  int port = 0;  ///< as bound
+  int port = 0;  ///< the bound port
 };
-/// `port` 0: a free one. None: the address cannot be bound.
+/// Binds and listens. `port` 0 selects a free port. Returns nothing if the address cannot be bound.
 std::optional<Listener> listen_at(const std::string& host, int port);
 
-/// A connection that has come.
+/// A new connection.
 struct Arrival {
-  int socket = -1;      ///< does not block
-  std::string address;  ///< of the other side, in digits
+  int socket = -1;      ///< non-blocking
+  std::string address;  ///< numeric IP address of the client
 };
-/// None: nobody is there (errno EAGAIN), or it failed.
+/// Accepts a connection. Returns nothing if none waits (errno EAGAIN) or accepting failed (other
+/// errno).
 std::optional<Arrival> accept_at(int listener);
 
 }  // namespace parray::http

@@ -11,16 +11,16 @@
 
 namespace parray::http {
 
-/// How this side talks to the coordinator's loop: as any client does, by the messages of
-/// PROTOCOL.md. Any thread.
+/// Sends requests to the coordinator's loop, as any client does, with the messages of PROTOCOL.md.
+/// Callable from any thread.
 class LoopClient {
  public:
-  /// `hub` must outlive this.
+  /// `hub` must outlive this object.
   explicit LoopClient(InprocHub& hub) : hub_(hub) {}
 
-  /// The answer to one request of `sender`'s. Throws Problem: 409 or 500 with the loop's words
-  /// (409: it was the request's fault), 503 where it says later or does not answer within ten
-  /// seconds.
+  /// Sends one request of `sender` and returns the answer. Throws Problem with the loop's message:
+  /// 409 if the request was wrong, 503 if the loop asks to try later, 500 otherwise. Also throws
+  /// Problem 503 if no answer arrives within 10 seconds (60 seconds for scenes and pictures).
   template <typename Answer, typename Asked>
   Answer ask(const Sender& sender, Asked request) {
     Answer answer;
@@ -36,7 +36,7 @@ class LoopClient {
     return answer;
   }
 
-  /// What is asked now, and later, fails.
+  /// Makes all current and later requests fail.
   void stop() { stopped_ = true; }
 
  private:

@@ -22,7 +22,7 @@ class Text {
   void family(std::string_view name, std::string_view type, std::string_view help) {
     text_ += fmt::format("# HELP {} {}\n# TYPE {} {}\n", name, help, name, type);
   }
-  /// `labels`: empty, or in braces. Values need no escapes: they are words of ours.
+  /// `labels`: empty, or in braces. Values need no escapes: this program defines them.
   void sample(std::string_view name, std::string_view labels, double value) {
     text_ += fmt::format("{}{} {}\n", name, labels, value);
   }
@@ -30,7 +30,7 @@ class Text {
     family(name, type, help);
     sample(name, "", value);
   }
-  /// A sample for each key of a map of numbers.
+  /// Writes one sample per key of a map of numbers.
   void by(std::string_view label, std::string_view name, std::string_view type,
           std::string_view help, const json& numbers) {
     family(name, type, help);
@@ -44,7 +44,8 @@ class Text {
   std::string text_;
 };
 
-/// When this process began, in seconds since 1970: proc(5), field 22 of stat counts from the boot.
+/// Returns the start time of this process in seconds since 1970. Field 22 of /proc/self/stat
+/// (proc(5)) counts from the boot.
 double started() {
   constexpr int fields_behind_name = 20;
   std::ifstream process("/proc/self/stat");
@@ -88,10 +89,10 @@ void add_process(Text& text) {
               seconds(used.ru_utime) + seconds(used.ru_stime));
   text.single("process_resident_memory_bytes", "gauge", "Memory of the coordinator",
               resident_bytes());
-  text.single("process_open_fds", "gauge", "Files, connections included, that it has open",
+  text.single("process_open_fds", "gauge", "Open files of the coordinator, including connections",
               open_files());
-  text.single("process_start_time_seconds", "gauge", "When the coordinator began, since 1970",
-              started());
+  text.single("process_start_time_seconds", "gauge",
+              "Start time of the coordinator in seconds since 1970", started());
 }
 
 void add_results(Text& text, const json& since_start) {
@@ -100,14 +101,13 @@ void add_results(Text& text, const json& since_start) {
     results[verdict] = since_start.at(verdict);
   }
   text.by("verdict", "parray_results_total", "counter",
-          "Results of workers: accepted; equal copies; too late; copies whose bits differ; failed",
+          "Results of workers: accepted, equal duplicates, stale, copies with other bits, failed",
           results);
   const auto number = [&](const char* key) { return since_start.at(key).get<double>(); };
-  text.single("parray_samples_total", "counter", "Samples that results have brought",
-              number("samples"));
+  text.single("parray_samples_total", "counter", "Samples in accepted results", number("samples"));
   text.single("parray_leases_granted_total", "counter", "Leases granted", number("granted"));
   text.single("parray_malformed_messages_total", "counter",
-              "Messages that were dropped or refused as malformed or not allowed",
+              "Messages that were refused because they are malformed or not permitted",
               number("malformed"));
 }
 
@@ -115,30 +115,31 @@ void add_results(Text& text, const json& since_start) {
 
 std::string metrics_text(const json& farm) {
   Text text;
-  text.family("parray_build_info", "gauge", "1; its version");
+  text.family("parray_build_info", "gauge", "Always 1; the label is the version");
   text.sample("parray_build_info", "{version=\"" PARRAY_VERSION "\"}", 1);
-  text.by("state", "parray_jobs", "gauge", "Jobs that are kept", farm.at("jobs"));
-  text.by("state", "parray_workers", "gauge", "Workers that are connected", farm.at("workers"));
+  text.by("state", "parray_jobs", "gauge", "Jobs by state", farm.at("jobs"));
+  text.by("state", "parray_workers", "gauge", "Connected workers by state", farm.at("workers"));
   const auto number = [&](const char* key) { return farm.at(key).get<double>(); };
-  text.single("parray_worker_threads", "gauge", "Threads of workers that may trace",
+  text.single("parray_worker_threads", "gauge", "Threads of workers that may get leases",
               number("threads"));
   text.single("parray_leases", "gauge", "Leases that workers hold", number("leases"));
-  text.single("parray_samples_per_second", "gauge", "Measured speed of workers that hold leases",
-              number("samples_per_second"));
+  text.single("parray_samples_per_second", "gauge",
+              "Measured speed of all workers that hold leases", number("samples_per_second"));
   text.single("parray_work_left_thread_seconds", "gauge",
-              "Seconds that one thread would need for all unfinished jobs, roughly: divide by "
-              "parray_worker_threads for the time left, scale workers by it",
+              "Estimated seconds that one thread needs for all unfinished jobs: divide by "
+              "parray_worker_threads for the time left, or scale the number of workers by it",
               number("thread_seconds_left"));
   add_results(text, farm.at("since_start"));
-  for (const auto& [key, what] : {std::pair("memory", "Pictures under way, scenes"),
-                                  std::pair("disk", "What is kept below --state")}) {
+  for (const auto& [key, what] :
+       {std::pair("memory", "Memory of unfinished pictures and scenes in bytes"),
+        std::pair("disk", "Disk space of --state in bytes")}) {
     text.single(fmt::format("parray_{}_bytes", key), "gauge", what,
                 farm.at(key).at("used").get<double>());
-    text.single(fmt::format("parray_{}_limit_bytes", key), "gauge", "The most that it may be",
+    text.single(fmt::format("parray_{}_limit_bytes", key), "gauge", "Limit in bytes",
                 farm.at(key).at("most").get<double>());
   }
   text.single("parray_storage_blocked", "gauge",
-              "1 while nothing can be kept, because the disk is full or the standby is away",
+              "1 while jobs cannot be stored, because the disk is full or the standby is missing",
               farm.at("storage").get<std::string>().empty() ? 0 : 1);
   add_process(text);
   return text.take();

@@ -7,11 +7,12 @@
 
 namespace parray::http {
 
-/// Of the reply that carries metrics_text().
+/// The media type of metrics_text().
 inline constexpr const char* metrics_type = "text/plain; version=0.0.4; charset=utf-8";
 
-/// A farm map of PROTOCOL.md, and what this process takes, for Prometheus: its text format 0.0.4,
-/// with names as its guidelines have them (base units, _total for what only grows).
+/// Returns the metrics for Prometheus in its text format 0.0.4. `farm`: a farm map of PROTOCOL.md.
+/// The metrics of this process are added. Names follow the guidelines of Prometheus: base units,
+/// and _total for counters.
 std::string metrics_text(const nlohmann::json& farm);
 
 }  // namespace parray::http

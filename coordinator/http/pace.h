@@ -7,16 +7,17 @@
 
 namespace parray::http {
 
-/// How long the other side of a connection may keep this one waiting while bytes are due from it
-/// or to it. It has an allowance of time: waiting spends it, bytes that move give time back, and it
-/// never exceeds `patience`. So a side that is slower than `rate` is given up after a while,
-/// however evenly its bytes come.
+/// Limits how long the other side of a connection may delay the transfer of bytes. It is an
+/// allowance of time: waiting spends it, and transferred bytes restore it, up to `patience`. A side
+/// that stays slower than `rate` exhausts it, however evenly its bytes arrive.
 class Pace {
  public:
-  /// `rate`: bytes a second, > 0.
+  /// `rate`: bytes per second, > 0.
   Pace(Time patience, double rate) : patience_(patience), rate_(rate), left_(patience) {}
 
+  /// Subtracts time that passed without a transfer.
   void waited(Time time) { left_ -= time; }
+  /// Adds the time that `bytes` take at `rate`.
   void moved(std::size_t bytes) {
     const double earned = static_cast<double>(bytes) / rate_;
     if (earned >= to_seconds(patience_ - left_)) {
@@ -25,9 +26,12 @@ class Pace {
       left_ += std::chrono::duration_cast<Time>(std::chrono::duration<double>(earned));
     }
   }
+  /// Restores the full allowance.
   void restart() { left_ = patience_; }
 
+  /// Returns the time that is left, >= 0.
   [[nodiscard]] Time left() const { return std::max(left_, Time(0)); }
+  /// Returns whether no time is left.
   [[nodiscard]] bool over() const { return left_ <= Time(0); }
 
  private:

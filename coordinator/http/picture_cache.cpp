@@ -21,17 +21,17 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using Kind = PictureCache::Kind;
 
-/// What makes a picture is this program's own: the limits only end what hangs.
+/// Child processes that make pictures are trusted. Their limits only end processes that hang.
 constexpr Time patience = seconds(20);
 constexpr ChildLimits generous{std::uint64_t{64} << 30, 600};
-// Of what is kept; the latest stays whatever its size.
+// Limits of the cache. The latest file stays in it, whatever its size.
 constexpr std::size_t most_entries = 32;
-constexpr std::size_t most_bytes = std::size_t{256} << 20;  // of the disk
+constexpr std::size_t most_bytes = std::size_t{256} << 20;  // bytes on the disk
 
-bool of_work(Kind kind) {
-  return kind == Kind::cost || kind == Kind::tracers || kind == Kind::tracer_names;
+bool is_work_map(Kind kind) {
+  return kind == Kind::cost || kind == Kind::worker_numbers || kind == Kind::worker_names;
 }
-/// Of this process, while the picture is made: what the loop has and sends, or what a map has.
+/// Returns the memory in bytes that this process needs while it makes the file.
 std::uint64_t memory_of(const json& job, Kind kind) {
   const auto width = job.at("width").get<std::uint64_t>();
   const auto height = job.at("height").get<std::uint64_t>();
@@ -39,13 +39,13 @@ std::uint64_t memory_of(const json& job, Kind kind) {
   return 2 * picture_size(width, height, small ? PictureDetail::image : PictureDetail::statistics);
 }
 
-/// The C library keeps what was freed, in each thread's arena.
+/// Returns freed memory to the system: the C library keeps it in each thread's arena.
 void give_memory_back(std::uint64_t freed) {
   constexpr std::uint64_t little = std::uint64_t{8} << 20;
   if (freed >= little) malloc_trim(0);
 }
 
-bool of_error(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
+bool is_error_map(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
 
 const char* file_of(Kind kind) {
   switch (kind) {
@@ -59,9 +59,9 @@ const char* file_of(Kind kind) {
       return "error.f32";
     case Kind::cost:
       return "cost.f32";
-    case Kind::tracers:
+    case Kind::worker_numbers:
       return "workers.u32";
-    case Kind::tracer_names:
+    case Kind::worker_names:
       return "workers.json";
     case Kind::pixels:
       break;
@@ -69,7 +69,7 @@ const char* file_of(Kind kind) {
   return "pixels";
 }
 
-/// As they travel: little-endian.
+/// Returns the bytes as they are sent: little-endian.
 template <typename T>
 std::string_view bytes_of(const std::vector<T>& values) {
   static_assert(std::endian::native == std::endian::little);
@@ -78,7 +78,7 @@ std::string_view bytes_of(const std::vector<T>& values) {
 
 void keep_file(const fs::path& file, std::string_view bytes) {
   if (!write_file(file, bytes)) {
-    throw Problem(503, "writing a picture failed: is the server's disk full?");
+    throw Problem(503, "writing a picture failed: the server's disk may be full");
   }
 }
 
@@ -92,7 +92,7 @@ std::shared_ptr<PictureCache::Entry> PictureCache::entry_of(JobId job, Kind kind
   return entry;
 }
 
-/// Whoever still uses one has it.
+/// Removes the files that were used least recently. Requests that use a removed file keep it.
 void PictureCache::drop_old(std::size_t most_entries, std::size_t most_bytes) {
   const std::scoped_lock lock(mutex_);
   std::size_t bytes = 0;
@@ -105,80 +105,81 @@ void PictureCache::drop_old(std::size_t most_entries, std::size_t most_bytes) {
   }
 }
 
-PictureCache::Made PictureCache::get(const Sender& sender, const std::string& owner, JobId job,
+PictureCache::File PictureCache::get(const Sender& sender, const std::string& owner, JobId job,
                                      Kind kind) {
   const Places::Entry entrance(places_, owner);
   const json shown = loop_.ask<msg::Job>(sender, msg::ShowJob{0, job}).job;
   const bool done = shown.at("state") == name_of(JobState::done);
   const auto entry = entry_of(job, kind);
   const std::scoped_lock one_maker(entry->mutex);
-  Made& made = entry->made;
+  File& picture = entry->picture;
   const Time now = clock_.now();
   const Time rest = std::max<Time>(seconds(1), 20 * entry->cost);
-  const bool fresh = made.file && made.partial != done && (done || now - entry->made_at < rest);
+  const bool fresh =
+      picture.file && picture.partial != done && (done || now - entry->made_at < rest);
   if (!fresh) {
-    made = {};
+    picture = {};
     const Places::Place place(entrance);
     const auto needed = memory_of(shown, kind);
     {
       const auto held = memory_.hold(needed, patience, "another picture");
-      made = make_any(sender, job, kind);
+      picture = make_any(sender, job, kind);
     }
     give_memory_back(needed);
     entry->made_at = clock_.now();
     entry->cost = entry->made_at - now;
-    entry->size = made.file->bytes().size();
+    entry->size = picture.file->bytes().size();
     drop_old(most_entries, most_bytes);
   }
-  return made;
+  return picture;
 }
 
-PictureCache::Made PictureCache::make_any(const Sender& sender, JobId job, Kind kind) {
-  return of_work(kind) ? make_map(sender, job, kind) : make(sender, job, kind);
+PictureCache::File PictureCache::make_any(const Sender& sender, JobId job, Kind kind) {
+  return is_work_map(kind) ? make_map(sender, job, kind) : make(sender, job, kind);
 }
 
-PictureCache::Made PictureCache::make(const Sender& sender, JobId job, Kind kind) {
-  const bool statistics = of_error(kind) || kind == Kind::exr;
+PictureCache::File PictureCache::make(const Sender& sender, JobId job, Kind kind) {
+  const bool statistics = is_error_map(kind) || kind == Kind::exr;
   const auto data =
-      loop_.ask<msg::ImageData>(sender, msg::Fetch{0, job, !of_error(kind), statistics, false});
-  Made made;
-  made.width = data.width;
-  made.height = data.height;
-  made.partial = data.report.value("partial", false);
-  made.samples = data.report.value("samples", std::uint64_t{0});
-  made.etag = '"' +
-              (made.partial ? std::to_string(job) + "-" + std::to_string(made.samples)
-                            : data.report.value("image_sha256", "").substr(0, 32)) +
-              "-" + file_of(kind) + '"';
+      loop_.ask<msg::ImageData>(sender, msg::Fetch{0, job, !is_error_map(kind), statistics, false});
+  File picture;
+  picture.width = data.width;
+  picture.height = data.height;
+  picture.partial = data.report.value("partial", false);
+  picture.samples = data.report.value("samples", std::uint64_t{0});
+  picture.etag = '"' +
+                 (picture.partial ? std::to_string(job) + "-" + std::to_string(picture.samples)
+                                  : data.report.value("image_sha256", "").substr(0, 32)) +
+                 "-" + file_of(kind) + '"';
   try {
-    made.file = kind == Kind::pixels ? keep(data.picture.bytes(PictureDetail::image).data.view())
-                                     : make_file(data, kind);
+    picture.file = kind == Kind::pixels ? keep(data.picture.bytes(PictureDetail::image).data.view())
+                                        : make_file(data, kind);
   } catch (const ChecksumError&) {
     throw RunError("the picture of job " + std::to_string(job) + " is damaged");
   }
-  return made;
+  return picture;
 }
 
-PictureCache::Made PictureCache::make_map(const Sender& sender, JobId job, Kind kind) {
+PictureCache::File PictureCache::make_map(const Sender& sender, JobId job, Kind kind) {
   const auto data = loop_.ask<msg::JournalData>(sender, msg::FetchJournal{0, job});
-  Made made;
-  made.width = data.job.at("width").get<std::uint32_t>();
-  made.height = data.job.at("height").get<std::uint32_t>();
-  made.partial = data.job.at("state") != name_of(JobState::done);
-  made.samples = data.report.value("samples", std::uint64_t{0});
+  File picture;
+  picture.width = data.job.at("width").get<std::uint32_t>();
+  picture.height = data.job.at("height").get<std::uint32_t>();
+  picture.partial = data.job.at("state") != name_of(JobState::done);
+  picture.samples = data.report.value("samples", std::uint64_t{0});
   const std::string_view journal = data.journal.verified();
-  made.etag = fmt::format("\"{}-{}-{}\"", job, journal.size(), file_of(kind));
+  picture.etag = fmt::format("\"{}-{}-{}\"", job, journal.size(), file_of(kind));
   try {
-    const WorkMap map = work_map(read_journal(journal), made.width, made.height);
+    const WorkMap map = work_map(read_journal(journal), picture.width, picture.height);
     const std::string names =
         json{{"workers", map.workers}}.dump(-1, ' ', false, json::error_handler_t::replace);
-    made.file = keep(kind == Kind::cost      ? bytes_of(map.seconds)
-                     : kind == Kind::tracers ? bytes_of(map.tracer)
-                                             : std::string_view(names));
+    picture.file = keep(kind == Kind::cost             ? bytes_of(map.seconds)
+                        : kind == Kind::worker_numbers ? bytes_of(map.tracer)
+                                                       : std::string_view(names));
   } catch (const DecodeError& error) {
     throw RunError("the journal of job " + std::to_string(job) + " is damaged: " + error.what());
   }
-  return made;
+  return picture;
 }
 
 /// Keeps a file of a picture. If the disk budget is used up, deletes files that no client reads.

@@ -17,9 +17,10 @@
 
 namespace parray::http {
 
-/// PictureCache of jobs as files, of unfinished ones, too. The loop hands over what there is; files
-/// are made by a child, kept for a while, and shared by all who look: of an unfinished job a new
-/// one at most once a second, and such that making them takes a twentieth of the time. Any thread.
+/// Makes and caches files of pictures, including those of unfinished jobs. The loop delivers the
+/// data, and a child process makes the file, which all clients share. An unfinished job gets a new
+/// file at most once per second, and making files takes at most 5 % of the time. Callable from any
+/// thread.
 class PictureCache {
  public:
   enum class Kind : std::uint8_t {
@@ -29,12 +30,13 @@ class PictureCache {
     error_png,
     error_pixels,
     cost,
-    tracers,
-    tracer_names
+    worker_numbers,
+    worker_names
   };
 
-  /// `directory`: for what children read and write, and for what is kept: `disk`. `memory`: for
-  /// what is needed while one is made. The others must outlive this.
+  /// `directory`: for files of child processes and cached files. `memory`: limits the memory of
+  /// pictures that are being made. `disk`: limits the cached files. All references must outlive
+  /// this object.
   PictureCache(LoopClient& loop, const ChildRunner& runner, Places& places, Budget& memory,
                Budget& disk, std::filesystem::path directory)
       : loop_(loop),
@@ -44,32 +46,34 @@ class PictureCache {
         disk_(disk),
         directory_(std::move(directory)) {}
 
-  struct Made {
+  /// A file with its properties.
+  struct File {
     std::shared_ptr<const FileBody> file;
     std::string etag;
     std::uint32_t width = 0;
     std::uint32_t height = 0;
-    std::uint64_t samples = 0;  ///< of all pixels together
+    std::uint64_t samples = 0;  ///< samples of all pixels together
     bool partial = false;       ///< the job is not done
   };
-  /// Throws Problem: there is no such job, or nothing to show yet, or, of maps of the error, it is
-  /// not done. `owner`: in whose turn it is made.
-  Made get(const Sender& sender, const std::string& owner, JobId job, Kind kind);
+  /// Returns the cached file, or makes it. `owner`: waits for its turn under this name. Throws
+  /// Problem if the job does not exist, if it has no samples yet, or if an error map is requested
+  /// before the job is done.
+  File get(const Sender& sender, const std::string& owner, JobId job, Kind kind);
 
  private:
   struct Entry {
-    std::mutex mutex;  ///< guards the three below
-    Made made;
+    std::mutex mutex;  ///< guards `picture`, `made_at` and `cost`
+    File picture;
     Time made_at{};
     Time cost{};
-    std::atomic<std::size_t> size = 0;  ///< of made.file
+    std::atomic<std::size_t> size = 0;  ///< bytes of picture.file
     Time used_at{};                     ///< guarded by PictureCache::mutex_
   };
   std::shared_ptr<Entry> entry_of(JobId job, Kind kind);
   void drop_old(std::size_t entries, std::size_t bytes);
-  Made make_any(const Sender& sender, JobId job, Kind kind);
-  Made make(const Sender& sender, JobId job, Kind kind);
-  Made make_map(const Sender& sender, JobId job, Kind kind);
+  File make_any(const Sender& sender, JobId job, Kind kind);
+  File make(const Sender& sender, JobId job, Kind kind);
+  File make_map(const Sender& sender, JobId job, Kind kind);
   std::shared_ptr<const FileBody> keep(const std::filesystem::path& file);
   std::shared_ptr<const FileBody> keep(std::string_view bytes);
   std::shared_ptr<const FileBody> make_file(const msg::ImageData& data, Kind kind);

@@ -10,7 +10,7 @@ Places::Entry::Entry(Places& places, const std::string& owner) : places_(places)
   const auto mine = places_.of_owner_.find(owner_);
   const std::size_t of_mine = mine == places_.of_owner_.end() ? 0 : mine->second;
   if (places_.inside_ >= places_.limits_.inside || of_mine >= places_.limits_.one_inside) {
-    throw Problem(503, "too many " + places_.what_ + " are asked for at once: try again in a while",
+    throw Problem(503, "too many " + places_.what_ + " are requested at once: try again in a while",
                   0, {{"Retry-After", "1"}});
   }
   ++places_.inside_;
@@ -51,7 +51,7 @@ std::size_t Places::waiting() {
   return turns_.waiting();
 }
 
-/// To whoever is next; called with the lock.
+/// Gives free places to the next owners. The caller holds mutex_.
 void Places::give() {
   while (!stopped_ && free_ > 0) {
     const auto waiter = turns_.take();

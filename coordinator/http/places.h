@@ -10,23 +10,25 @@
 
 namespace parray::http {
 
+/// Limits of Places.
 struct PlaceLimits {
-  std::size_t places = 2;      ///< that work at once
-  std::size_t of_one = 2;      ///< of these, one owner's
-  std::size_t inside = 32;     ///< that work or wait
-  std::size_t one_inside = 8;  ///< of these, one owner's
+  std::size_t places = 2;      ///< tasks that run at the same time
+  std::size_t of_one = 2;      ///< places of one owner
+  std::size_t inside = 32;     ///< entries that work or wait
+  std::size_t one_inside = 8;  ///< entries of one owner
 };
 
-/// Places to work at, in turns: of those who wait, the next one is of the owner who has the fewest
-/// places and has waited longest for a turn. Any thread.
+/// Limits how many tasks run at the same time. The next free place goes to the owner that has the
+/// fewest places and, among these, waited longest for a turn. Callable from any thread.
 class Places {
  public:
-  /// `what`: that is made there, for messages: "pictures".
+  /// `what`: plural of what the tasks make, for messages: "pictures".
   Places(std::string what, PlaceLimits limits)
       : what_(std::move(what)), limits_(limits), free_(limits.places), turns_(limits.of_one) {}
 
   class Place;
-  /// A right to wait for a place. Throws Problem 503 when too many have one.
+  /// The right to wait for a place. The constructor throws Problem 503 if the limits of entries are
+  /// reached.
   class Entry {
    public:
     Entry(Places& places, const std::string& owner);
@@ -40,7 +42,7 @@ class Places {
     const std::string owner_;
   };
 
-  /// A place, once there is one. Throws RunError after stop().
+  /// Occupies a place. The constructor waits for it, and throws RunError after stop().
   class Place {
    public:
     explicit Place(const Entry& entry);
@@ -53,9 +55,9 @@ class Places {
     const std::string owner_;
   };
 
-  /// Nobody gets a place any more.
+  /// Makes all waiting and later owners fail.
   void stop();
-  /// How many wait for one.
+  /// Returns the number of entries that wait for a place.
   [[nodiscard]] std::size_t waiting();
 
  private:
@@ -67,10 +69,10 @@ class Places {
   const std::string what_;
   const PlaceLimits limits_;
   std::condition_variable changed_;
-  std::mutex mutex_;  // guards all below
+  std::mutex mutex_;  // guards the fields below
   std::size_t free_;
   std::size_t inside_ = 0;
-  std::map<std::string, std::size_t> of_owner_;  ///< inside
+  std::map<std::string, std::size_t> of_owner_;  ///< entries per owner
   Turns<Waiter*> turns_;
   bool stopped_ = false;
 };

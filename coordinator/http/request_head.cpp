@@ -20,12 +20,12 @@ void parse_request_line(std::string_view line, RequestHead& head) {
   if (!three || !is_token(line.substr(0, first)) ||
       line.substr(first + 1, last - first - 1).find(' ') != std::string_view::npos) {
     refuse_head("'" + printable(line.substr(0, 100)) +
-                "' is no request line: METHOD TARGET HTTP/1.1");
+                "' is not a request line: send METHOD TARGET HTTP/1.1");
   }
   const std::string_view version = line.substr(last + 1);
   if (version != "HTTP/1.1" && version != "HTTP/1.0") {
     throw Problem(505,
-                  "this server speaks HTTP/1.1, not '" + printable(version.substr(0, 20)) + "'");
+                  "this server supports HTTP/1.1, not '" + printable(version.substr(0, 20)) + "'");
   }
   head.old = version == "HTTP/1.0";
   head.closes = head.old;
@@ -36,28 +36,28 @@ void parse_request_line(std::string_view line, RequestHead& head) {
 void parse_field(std::string_view line, RequestHead& head) {
   const std::size_t colon = line.find(':');
   if (colon == std::string_view::npos || !is_token(line.substr(0, colon))) {
-    refuse_head("'" + printable(line.substr(0, 100)) + "' is no header field: NAME: VALUE");
+    refuse_head("'" + printable(line.substr(0, 100)) + "' is not a header field: send NAME: VALUE");
   }
   head.fields.emplace_back(lower_case(line.substr(0, colon)), trimmed(line.substr(colon + 1)));
 }
 
 std::uint64_t parse_length(const std::string& text) {
   const std::optional<std::uint64_t> value = natural_in(text);
-  if (!value) refuse_head("Content-Length: '" + printable(text) + "' is no number of bytes");
+  if (!value) refuse_head("Content-Length: '" + printable(text) + "' is not a number of bytes");
   return *value;
 }
 
-/// How the body is delimited (RFC 9112, section 6).
+/// Finds out how the body is delimited (RFC 9112, section 6).
 void find_body(RequestHead& head) {
   for (const auto& [name, value] : head.fields) {
     if (name == "content-length") {
-      if (head.length) refuse_head("Content-Length is there twice");
+      if (head.length) refuse_head("Content-Length occurs twice: send it once");
       head.length = parse_length(value);
     } else if (name == "transfer-encoding") {
-      if (head.chunked) refuse_head("Transfer-Encoding is there twice");
+      if (head.chunked) refuse_head("Transfer-Encoding occurs twice: send it once");
       if (lower_case(value) != "chunked") {
         throw Problem(501, "Transfer-Encoding: '" + printable(value) +
-                               "' is not understood: send chunked, or a Content-Length");
+                               "' is not supported: send chunked, or a Content-Length");
       }
       head.chunked = true;
     }
@@ -65,11 +65,11 @@ void find_body(RequestHead& head) {
   if (head.chunked && head.old)
     refuse_head("HTTP/1.0 has no Transfer-Encoding: send a Content-Length");
   if (head.chunked && head.length)
-    refuse_head("Content-Length and Transfer-Encoding: send one of them");
+    refuse_head("Content-Length and Transfer-Encoding exclude each other: send one of them");
 }
 
-/// The authority of a target in absolute form (RFC 9112, section 3.2.2), which is cut off; "": the
-/// target has another form.
+/// Removes the authority from a target in absolute form (RFC 9112, section 3.2.2) and returns it.
+/// Returns "" if the target has another form.
 std::string take_authority(std::string& target) {
   const std::string scheme = lower_case(std::string_view(target).substr(0, target.find("://")));
   if (scheme != "http" && scheme != "https") return "";
@@ -77,17 +77,18 @@ std::string take_authority(std::string& target) {
   const std::size_t end = std::min(target.find_first_of("/?", begin), target.size());
   const std::string authority = target.substr(begin, end - begin);
   if (authority.empty() || authority.find('@') != std::string::npos) {
-    refuse_head("'" + printable(target, 200) + "' names no host: http://HOST/PATH");
+    refuse_head("'" + printable(target, 200) + "' contains no host: send http://HOST/PATH");
   }
   target.erase(0, end);
   if (!target.starts_with('/')) target.insert(0, "/");
   return authority;
 }
 
-/// One host at most, that of the target first (RFC 9112, section 3.2).
+/// Checks that there is at most one host. The target's host replaces the field (RFC 9112, section
+/// 3.2).
 void find_host(RequestHead& head) {
   constexpr auto is_host = [](const auto& field) { return field.first == "host"; };
-  if (std::ranges::count_if(head.fields, is_host) > 1) refuse_head("Host is there twice");
+  if (std::ranges::count_if(head.fields, is_host) > 1) refuse_head("Host occurs twice");
   const std::string authority = take_authority(head.target);
   if (authority.empty()) return;
   std::erase_if(head.fields, is_host);
@@ -141,7 +142,7 @@ RequestHead parse_head(std::string_view bytes) {
     const std::size_t end = std::min(bytes.find(line_break, begin), bytes.size());
     const std::string_view line = bytes.substr(begin, end - begin);
     if (std::ranges::any_of(line, is_control)) {
-      refuse_head("the head of the request has control characters in a line");
+      refuse_head("the head of the request contains control characters");
     }
     if (begin == 0) {
       parse_request_line(line, head);

@@ -39,11 +39,11 @@ void check_parameters(const Request& request, const std::vector<std::string_view
     const std::string& name = next->first;
     if (std::ranges::find(known, name) == known.end()) {
       throw Problem(400, "unknown parameter '" + printable(name) + "': " +
-                             (known.empty() ? "this takes none" : remedy_for_name(name, known)));
+                             (known.empty() ? "this path has none" : remedy_for_name(name, known)));
     }
     const auto end = request.query.upper_bound(name);
     if (std::distance(next, end) > 1) {
-      throw Problem(400, "parameter '" + name + "' is there twice: leave one of them out");
+      throw Problem(400, "parameter '" + name + "' occurs twice: send it once");
     }
     next = end;
   }
@@ -52,8 +52,8 @@ void check_parameters(const Request& request, const std::vector<std::string_view
 }  // namespace
 
 void Router::add(const std::string& method, const std::string& pattern, Handler handler,
-                 std::vector<std::string_view> queries, Door door) {
-  routes_.push_back({method, parts_of(pattern), std::move(handler), std::move(queries), door});
+                 std::vector<std::string_view> queries, Access access) {
+  routes_.push_back({method, parts_of(pattern), std::move(handler), std::move(queries), access});
 }
 
 Router::Match Router::find(const Request& request) const {
@@ -65,18 +65,18 @@ Router::Match Router::find(const Request& request) const {
     if (!arguments) continue;
     if (route.method == method) {
       check_parameters(request, route.queries);
-      return {&route.handler, std::move(*arguments), route.door};
+      return {&route.handler, std::move(*arguments), route.access};
     }
     others += (others.empty() ? "" : ", ") + route.method;
   }
   if (!others.empty()) {
-    throw Problem(
-        405,
-        printable(request.method) + " is not for " + printable(request.path, 200) + ": " + others,
-        0, {{"Allow", others}});
+    throw Problem(405,
+                  printable(request.path, 200) + " does not support " + printable(request.method) +
+                      ": use " + others,
+                  0, {{"Allow", others}});
   }
-  throw Problem(404,
-                "nothing is at " + printable(request.path, 200) + ": see /api/v1/openapi.json");
+  throw Problem(404, printable(request.path, 200) +
+                         " does not exist: see /api/v1/openapi.json for the paths");
 }
 
 std::uint64_t whole_number(const std::string& name, const std::string& text, std::uint64_t least,

@@ -10,27 +10,28 @@
 
 namespace parray::http {
 
-/// Which function answers which request.
+/// Finds the function that answers a request.
 class Router {
  public:
-  /// `arguments`: what stands in the path where the pattern has {...}.
+  /// Answers a request. `arguments`: the parts of the path that stand for {...} in the pattern.
   using Handler = std::function<Reply(const Request&, const std::vector<std::string>& arguments)>;
 
-  /// Who may ask: only those that the guard knows, or anybody.
-  enum class Door : std::uint8_t { guarded, open };
+  /// Which requests are answered: those that the guard admits, or all.
+  enum class Access : std::uint8_t { guarded, open };
 
-  /// `pattern`: "/api/v1/jobs/{id}"; a part in braces stands for any text without '/'. `queries`:
-  /// names of parameters that it takes; others are refused. GET answers HEAD, too.
+  /// Adds a route. `pattern`: "/api/v1/jobs/{id}", where a part in braces stands for any text
+  /// without '/'. `queries`: names of permitted parameters. GET also answers HEAD.
   void add(const std::string& method, const std::string& pattern, Handler handler,
-           std::vector<std::string_view> queries = {}, Door door = Door::guarded);
+           std::vector<std::string_view> queries = {}, Access access = Access::guarded);
 
+  /// The route of a request.
   struct Match {
     const Handler* handler = nullptr;
     std::vector<std::string> arguments;
-    Door door = Door::guarded;
+    Access access = Access::guarded;
   };
-  /// Throws Problem: 404, 405 with the methods that there are, 400 for a parameter that it does not
-  /// take.
+  /// Returns the route of the request. Throws Problem 404 for an unknown path, 405 with the
+  /// permitted methods, or 400 for an unknown or repeated parameter.
   [[nodiscard]] Match find(const Request& request) const;
 
  private:
@@ -39,15 +40,17 @@ class Router {
     std::vector<std::string> parts;
     Handler handler;
     std::vector<std::string_view> queries;
-    Door door;
+    Access access;
   };
   std::vector<Route> routes_;
 };
 
-/// A whole number in plain decimal digits, `least` to `most`. Throws Problem 400 that names it.
+/// Returns the value of `text`: plain decimal digits, from `least` to `most`. Throws Problem 400
+/// with `name` in its message.
 std::uint64_t whole_number(const std::string& name, const std::string& text, std::uint64_t least,
                            std::uint64_t most);
-/// That of the parameter `name`, or `fallback` where it is not given. Throws Problem 400.
+/// Returns the value of the query parameter `name`, or `fallback` if it is missing. Throws Problem
+/// 400.
 std::uint64_t number_parameter(const Request& request, const std::string& name, std::uint64_t least,
                                std::uint64_t most, std::uint64_t fallback);
 

@@ -72,8 +72,8 @@ std::vector<ConnectionId> Seats::late(Time now) const {
   return found;
 }
 
-/// Of those that have got their last answer, else of those that have not asked yet, the one that
-/// has been so for longest. `address`: null for all.
+/// Returns the connection to close first: those whose last answer was sent, then those that have
+/// not sent a request, the oldest first. `address`: null for all addresses.
 std::optional<ConnectionId> Seats::first_to_go(bool reserve, const std::string* address) const {
   std::optional<ConnectionId> found;
   std::pair first(true, never);

@@ -11,42 +11,45 @@
 
 namespace parray::http {
 
-/// The number of a connection. Numbers are not used twice.
+/// The number of a connection. Numbers are not reused.
 using ConnectionId = std::uint64_t;
 
+/// Limits of connections and of their times.
 struct SeatLimits {
-  std::size_t connections = 1024;
-  std::size_t of_address = 256;
-  std::size_t reserve = 32;        ///< beyond these, for requests that are answered at once
-  Time head_time = seconds(10);    ///< from the first to the last byte of a head
-  Time idle_time = seconds(15);    ///< without any byte of a request
-  Time reserve_time = seconds(2);  ///< for the head of a connection in the reserve
+  std::size_t connections = 1024;  ///< regular connections
+  std::size_t of_address = 256;    ///< regular connections per address
+  std::size_t reserve = 32;        ///< additional connections, for quick answers only
+  Time head_time = seconds(10);    ///< limit from the first to the last byte of a head
+  Time idle_time = seconds(15);    ///< limit without any byte of a request
+  Time reserve_time = seconds(2);  ///< limit for the head of a connection in the reserve
 };
 
-/// Which connections there are, and which has to go. Whoever has not said yet what it wants makes
-/// room for who comes later. One thread; does no I/O.
+/// Tracks all connections and decides which one to close when a limit is reached. Connections that
+/// have not sent a request yet make room for new ones. Not thread-safe. Does no I/O.
 class Seats {
  public:
   explicit Seats(SeatLimits limits) : limits_(limits) {}
 
+  /// The outcome of enter().
   struct Admission {
-    bool reserve = false;                   ///< all ordinary seats are taken
-    std::optional<ConnectionId> displaced;  ///< is to be closed; has left already
+    bool reserve = false;                   ///< in the reserve: all regular seats are taken
+    std::optional<ConnectionId> displaced;  ///< a connection that has left and must be closed
   };
-  /// A connection has come; it is waited for its first request.
+  /// Adds a new connection. Its first request is awaited.
   Admission enter(Time now, ConnectionId id, const std::string& address);
+  /// Removes a connection.
   void leave(ConnectionId id);
 
-  /// The first byte of a request has come.
+  /// Records the first byte of a request.
   void begins_head(Time now, ConnectionId id);
-  /// Its head is whole: it has no deadline here until awaits_head().
+  /// Records a complete head. The connection has no deadline until awaits_head().
   void has_asked(ConnectionId id);
-  /// It has been answered; its next request is waited for.
+  /// Records that the request was answered and the next one is awaited.
   void awaits_head(Time now, ConnectionId id);
-  /// Its last answer has been sent: it makes room before anybody else.
+  /// Records that the last answer was sent. The connection is the first to make room.
   void has_ended(Time now, ConnectionId id);
 
-  /// Those that have taken too long; they are there until leave().
+  /// Returns the connections that exceed a time limit. They stay until leave().
   [[nodiscard]] std::vector<ConnectionId> late(Time now) const;
 
  private:
@@ -63,12 +66,12 @@ class Seats {
 
   const SeatLimits limits_;
   std::map<ConnectionId, Seat> seats_;
-  std::map<std::string, std::size_t> of_address_;  ///< ordinary ones
+  std::map<std::string, std::size_t> of_address_;  ///< regular connections per address
   std::size_t ordinary_ = 0;
 };
 
-/// Whom an address is counted as: itself, or, of IPv6, its network of 64 bits, which one machine
-/// may have all of.
+/// Returns the name under which an address is counted: the address, or the /64 network of an IPv6
+/// address, because one machine may own all addresses of that network.
 std::string owner_of_address(const std::string& address);
 
 }  // namespace parray::http

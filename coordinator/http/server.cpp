@@ -6,8 +6,8 @@
 #include "common/base/error.h"
 #include "common/base/host_port.h"
 #include "common/base/printable.h"
+#include "coordinator/http/connection_manager.h"
 #include "coordinator/http/conversation.h"
-#include "coordinator/http/doorman.h"
 #include "coordinator/http/handler_pool.h"
 #include "coordinator/http/listener.h"
 
@@ -17,15 +17,15 @@ namespace {
 HostPort parse_address(const std::string& address) {
   if (const auto parsed = parse_host_port(address)) return *parsed;
   throw InputError("--http " + printable(address) +
-                   ": is no address to serve: write HOST:PORT, as 127.0.0.1:7480");
+                   ": is not an address to serve: write HOST:PORT, such as 127.0.0.1:7480");
 }
 
 Listener bind_address(const std::string& address) {
   const HostPort wanted = parse_address(address);
   if (const auto listener = listen_at(wanted.host, wanted.port)) return *listener;
   throw RunError("--http " + printable(address) +
-                 ": cannot be bound: is another program there, or is it no address of this "
-                 "machine?");
+                 ": cannot be bound: another program may use it, or it is not an address of this "
+                 "machine");
 }
 
 std::string address_text(const HostPort& at) {
@@ -33,7 +33,7 @@ std::string address_text(const HostPort& at) {
   return (six ? "[" + at.host + "]" : at.host) + ":" + std::to_string(at.port);
 }
 
-/// One address does not get all threads of a kind.
+/// Returns the limit of threads per address, so that one address cannot use all.
 std::size_t three_quarters(std::size_t threads) { return threads - threads / 4; }
 
 }  // namespace
@@ -44,50 +44,50 @@ class Server::Impl {
       : answer_(std::move(callbacks.answer)),
         listener_(bind_address(address)),
         address_(address_text({parse_address(address).host, listener_.port})),
-        doorman_(listener_.socket, limits.seats,
-                 {std::move(callbacks.at_door),
-                  [this](Doorman::Guest guest, const RequestHead& head) {
-                    HandlerPool& pool = pool_for(*guest, head);
-                    pool.give(std::move(guest));
+        manager_(listener_.socket, limits.seats,
+                 {std::move(callbacks.answer_early),
+                  [this](ConnectionManager::SharedConnection connection, const RequestHead& head) {
+                    HandlerPool& pool = pool_for(*connection, head);
+                    pool.give(std::move(connection));
                   },
                   std::move(callbacks.warn)}),
         requests_(limits.threads, limits.threads, [this] { return make_handler(); }),
         bodies_(limits.bodies, three_quarters(limits.bodies), [this] { return make_handler(); }),
         readiness_(2, 2, [this] { return make_handler(); }) {}
 
-  /// First of all nobody has a connection any more: who waits for one finds it cut.
-  ~Impl() { doorman_.stop(); }
+  /// Cuts the connections first, so that handlers that wait for a connection end.
+  ~Impl() { manager_.stop(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  void start() { doorman_.start(); }
+  void start() { manager_.start(); }
   [[nodiscard]] const std::string& address() const { return address_; }
 
  private:
-  HandlerPool& pool_for(const Connection& guest, const RequestHead& head) {
-    if (!guest.is_whole()) return bodies_;
+  HandlerPool& pool_for(const Connection& connection, const RequestHead& head) {
+    if (!connection.is_whole()) return bodies_;
     return head.path() == "/readyz" ? readiness_ : requests_;
   }
 
   HandlerPool::Handler make_handler() {
     const auto conversation = std::make_shared<Conversation>(answer_);
-    return [this, conversation](const HandlerPool::Guest& guest) {
+    return [this, conversation](const HandlerPool::SharedConnection& connection) {
       bool keep = false;
       try {
-        keep = conversation->answer(*guest);
+        keep = conversation->answer(*connection);
         std::size_t ignored = 0;
-        guest->flush(ignored);  // what the other side does not take now is the doorman's
+        connection->flush(ignored);  // the connection manager sends the rest
       } catch (const std::exception&) {
-        guest->cut();  // there is no memory for an answer
+        connection->cut();  // there is not enough memory for an answer
       }
-      doorman_.give_back(guest, keep);
+      manager_.give_back(connection, keep);
     };
   }
 
   const std::function<Reply(const Request&)> answer_;
   const Listener listener_;
   const std::string address_;
-  Doorman doorman_;
+  ConnectionManager manager_;
   HandlerPool requests_;
   HandlerPool bodies_;
   HandlerPool readiness_;

@@ -12,37 +12,38 @@
 
 namespace parray::http {
 
+/// Limits of Server.
 struct ServerLimits {
-  std::size_t threads = 80;  ///< requests that are answered at once
-  std::size_t bodies = 40;   ///< with a body that does not come at once; more than `most_uploads`
+  std::size_t threads = 80;  ///< requests that are answered at the same time
+  std::size_t bodies = 40;   ///< requests with large bodies; more than `most_uploads`
   SeatLimits seats{};
 };
 
-/// Speaks HTTP/1.1: a doorman holds the connections, threads answer requests. Requests with large
-/// bodies and those for /readyz, which waits for the loop, have threads of their own.
+/// Speaks HTTP/1.1: a connection manager holds the connections, and threads answer requests.
+/// Requests with large bodies, and /readyz, which waits for the loop, have separate threads.
 class Server {
  public:
   struct Callbacks {
-    /// The answer to a request. Any thread.
+    /// Returns the answer to a request. Callable from any thread.
     std::function<Reply(const Request&)> answer;
-    /// As Doorman::Callbacks.
+    /// As in ConnectionManager::Callbacks.
     std::function<std::optional<Reply>(const RequestHead&, const std::string& address,
                                        bool reserve)>
-        at_door;
+        answer_early;
     std::function<void(const std::string&)> warn;
   };
 
-  /// `address`: HOST:PORT, port 0 for a free one. Throws InputError when `address` is none,
-  /// RunError when it cannot be bound.
+  /// `address`: HOST:PORT; port 0 selects a free port. Throws InputError if `address` is invalid,
+  /// RunError if it cannot be bound.
   Server(const std::string& address, const ServerLimits& limits, Callbacks callbacks);
-  /// Cuts all connections, and waits for what is being answered.
+  /// Cuts all connections and waits for running handlers.
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// From now on requests are heard.
+  /// Starts to read requests.
   void start();
-  /// HOST:PORT as bound.
+  /// Returns the bound address as HOST:PORT.
   [[nodiscard]] const std::string& address() const;
 
  private:

@@ -12,20 +12,22 @@
 
 namespace parray::http {
 
-/// Things that wait, each in somebody's name. Names take turns: next is a thing of the name that
-/// has the fewest under way and, of these, the one whose last turn is longest ago. One thread.
+/// A queue of items with owner names. The next item belongs to the name that has the fewest items
+/// in progress and, among these, whose last turn is longest ago. Not thread-safe.
 template <typename Item>
 class Turns {
  public:
-  /// `most_of_one`: things of one name that are under way at once, >= 1.
+  /// `most_of_one`: limit of items of one name that are in progress, >= 1.
   explicit Turns(std::size_t most_of_one) : most_of_one_(most_of_one) {}
 
+  /// Adds an item to the queue of `name`.
   void push(const std::string& name, Item item) {
     lines_[name].waiting.push_back(std::move(item));
     ++waiting_;
   }
 
-  /// The next one, which is under way until ended(). None: none waits, or none may begin.
+  /// Returns the next item, which is in progress until ended(). Returns nothing if no item waits or
+  /// may begin.
   std::optional<Item> take() {
     Line* next = nullptr;
     for (auto& [name, line] : lines_) {
@@ -41,13 +43,14 @@ class Turns {
     return item;
   }
 
-  /// One that take() has given out in that name is over.
+  /// Records that an item of `name` from take() has ended.
   void ended(const std::string& name) {
     const auto line = lines_.find(name);
     --line->second.under_way;
     if (line->second.under_way == 0 && line->second.waiting.empty()) lines_.erase(line);
   }
 
+  /// Returns the number of waiting items, of all names or of one.
   [[nodiscard]] std::size_t waiting() const { return waiting_; }
   [[nodiscard]] std::size_t waiting(const std::string& name) const {
     const auto line = lines_.find(name);

@@ -25,7 +25,7 @@ using nlohmann::json;
 enum class OptionType : std::uint8_t { whole, real, text, boolean, flag, list };
 
 struct KnownOption {
-  std::string name;  ///< of the command line's option, underscores for hyphens
+  std::string name;  ///< name of the option, with underscores instead of hyphens
   OptionType kind;
 };
 
@@ -69,13 +69,13 @@ std::string list_text(const std::string& name, const json& value) {
   std::string text;
   for (const json& item : value) {
     const auto number = whole_in(item);
-    if (!number) fail_option(name, "write whole numbers");
+    if (!number) fail_option(name, "use whole numbers");
     text += (text.empty() ? "" : ",") + std::to_string(*number);
   }
   return text;
 }
 
-/// The value as the command line has it; "" for a flag that is not set.
+/// Returns the argument of the command line; "" for a flag that is false.
 std::string word_of(const std::string& name, const json& value) {
   const std::string option = "--" + [&] {
     std::string words = name;
@@ -84,14 +84,14 @@ std::string word_of(const std::string& name, const json& value) {
   }();
   switch (kind_of(name)) {
     case OptionType::whole:
-      if (!value.is_number()) fail_option(name, "write a whole number");
+      if (!value.is_number()) fail_option(name, "use a whole number");
       return option + "=" + (whole_in(value) ? std::to_string(*whole_in(value)) : value.dump());
     case OptionType::real:
-      if (!value.is_number()) fail_option(name, "write a number");
+      if (!value.is_number()) fail_option(name, "use a number");
       return option + "=" + value.dump();
     case OptionType::text:
       if (!value.is_string() || value.get_ref<const std::string&>().empty()) {
-        fail_option(name, "write a text");
+        fail_option(name, "use a string that is not empty");
       }
       return option + "=" + value.get<std::string>();
     case OptionType::boolean:
@@ -101,7 +101,7 @@ std::string word_of(const std::string& name, const json& value) {
       if (!value.is_boolean()) fail_option(name, "write true or false");
       return value.get<bool>() ? option : "";
     case OptionType::list:
-      if (!value.is_array() || value.empty()) fail_option(name, "write a list of whole numbers");
+      if (!value.is_array() || value.empty()) fail_option(name, "use a list of whole numbers");
       return option + "=" + list_text(name, value);
   }
   return "";
@@ -110,7 +110,7 @@ std::string word_of(const std::string& name, const json& value) {
 constexpr std::size_t most_option_bytes = std::size_t{1} << 16;
 constexpr const char* plain_scene = "scene.json";
 
-/// Writes the parts of a form into a directory, each under the name that its sender gave it.
+/// Writes the parts of a form into a directory. Each file has the name that the client gave it.
 class Parts final : public BodySink {
  public:
   Parts(fs::path directory, const UploadLimits& limits)
@@ -122,8 +122,8 @@ class Parts final : public BodySink {
   }
   void begin_part(const std::string& name, const std::string& file_name) override {
     if (++parts_ > limits_.parts) {
-      throw Problem(413, "more than " + std::to_string(limits_.parts) +
-                             " parts: the server takes no more (--http-parts)");
+      throw Problem(413, "the form has more than " + std::to_string(limits_.parts) +
+                             " parts, the limit of this server (--http-parts)");
     }
     add_to_digest(std::to_string(name.size()) + " " + name + std::to_string(file_name.size()) +
                   " " + file_name);
@@ -140,49 +140,49 @@ class Parts final : public BodySink {
     if (bytes_ > limits_.body_bytes) refuse_length();
     if (to_options_) {
       options_ += bytes;
-      if (options_.size() > most_option_bytes) throw Problem(413, "the options are too long");
+      if (options_.size() > most_option_bytes) throw Problem(413, "the options exceed 65536 bytes");
       return;
     }
     if (names_.empty()) open(plain_scene, "scene");
     out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    if (!out_) throw Problem(503, "writing what was sent failed: is the server's disk full?");
+    if (!out_) throw Problem(503, "storing the upload failed: the server's disk may be full");
   }
 
-  /// The file to start from. Throws Problem where there is none.
+  /// Returns the file name of the scene. Throws Problem 422 if the scene is missing or ambiguous.
   std::string scene() {
     out_.close();
     if (!scene_.empty()) return scene_;
     if (names_.size() == 1) return names_.front();
     throw Problem(422, names_.empty()
                            ? "there is no scene: send it as application/json, or as part 'scene'"
-                           : "several files and no part 'scene': say which of them is the scene");
+                           : "several files and no part 'scene': send the scene as part 'scene'");
   }
   [[nodiscard]] const std::string& options() const { return options_; }
-  /// Of all that has come; nothing can be added any more.
+  /// Returns the digest of all parts. No part can be added after it.
   std::string digest() { return digest_.hex(); }
 
  private:
   [[noreturn]] void refuse_length() const {
-    throw Problem(413, "the body is larger than " + std::to_string(limits_.body_bytes) +
-                           " bytes: the server takes no more (--http-body)");
+    throw Problem(413, "the request body is larger than " + std::to_string(limits_.body_bytes) +
+                           " bytes, the limit of this server (--http-body)");
   }
   void add_to_digest(std::string_view bytes) { digest_.add(std::as_bytes(std::span(bytes))); }
 
   void open(const std::string& file_name, const std::string& part) {
     if (file_name.empty()) {
       throw Problem(422, "part '" + printable(part) +
-                             "' has no file name: known parts are scene "
-                             "and options, others are files");
+                             "' has no file name: only the parts 'scene' and 'options' "
+                             "need none");
     }
     const bool plain = file_name.size() <= 200 && file_name.find('/') == std::string::npos &&
                        file_name.front() != '.' && file_name.front() != '-' &&
                        printable(file_name, 1000) == file_name;
     if (!plain) {
       throw Problem(422, "'" + printable(file_name) +
-                             "' is no name for a file of a scene: up to 200 characters, no path");
+                             "' is not a valid file name: use up to 200 characters and no path");
     }
     if (std::ranges::find(names_, file_name) != names_.end()) {
-      throw Problem(422, "two parts have the file name '" + file_name + "'");
+      throw Problem(422, "two parts have the file name '" + file_name + "': rename one of them");
     }
     names_.push_back(file_name);
     out_ = std::ofstream(directory_ / file_name, std::ios::binary);
@@ -214,7 +214,7 @@ std::optional<std::uint64_t> whole_in(const json& value) {
 std::vector<std::string> words_of_options(const std::string& options, std::string& webhook) {
   if (options.empty()) return {};
   const json map = json::parse(options, nullptr, false);
-  if (!map.is_object()) throw Problem(422, "options: not a JSON map: write {\"spp\": 100}", 2);
+  if (!map.is_object()) throw Problem(422, "options: not a JSON map: send {\"spp\": 100}", 2);
   std::vector<std::string> words;
   for (const auto& [name, value] : map.items()) {
     const std::string word = word_of(name, value);
@@ -227,33 +227,33 @@ std::vector<std::string> words_of_options(const std::string& options, std::strin
   return words;
 }
 
-Taken UploadReader::take(const Request& request) {
+Upload UploadReader::receive(const Request& request) {
   const std::string type = media_type(request);
   const bool form = type == "multipart/form-data";
   if (!form && type != "application/json") {
-    throw Problem(
-        415, "'" + printable(type) + "' is no scene: send application/json or multipart/form-data");
+    throw Problem(415, "'" + printable(type) +
+                           "' is not supported: send application/json or multipart/form-data");
   }
-  std::optional<Places::Entry> upload;
-  if (!request.is_whole) upload.emplace(uploads_, owner_of(request));
+  std::optional<Places::Entry> receiving;
+  if (!request.is_whole) receiving.emplace(uploads_, owner_of(request));
   const WorkDirectory directory(directory_);
   const fs::path files = directory.path() / "parts";
   fs::create_directory(files);
   Parts parts(files, limits_);
   request.read_body(parts, form);
-  upload.reset();
+  receiving.reset();
   const Places::Entry entry(places_, owner_of(request));
   const std::string scene = parts.scene();
   const Places::Place place(entry);
-  Taken taken = read(files, scene, parts.options());
-  taken.digest = parts.digest();
-  return taken;
+  Upload upload = read_scene(files, scene, parts.options());
+  upload.digest = parts.digest();
+  return upload;
 }
 
-Taken UploadReader::read(const fs::path& directory, const std::string& scene,
-                         const std::string& options) const {
-  Taken taken;
-  std::vector<std::string> words = words_of_options(options, taken.webhook);
+Upload UploadReader::read_scene(const fs::path& directory, const std::string& scene,
+                                const std::string& options) const {
+  Upload upload;
+  std::vector<std::string> words = words_of_options(options, upload.webhook);
   words.insert(words.begin(), {"submit", scene});
   const ChildEnd end = runner_.run(words, directory, limits_.child);
   if (end.status != 0) fail(end);
@@ -261,17 +261,16 @@ Taken UploadReader::read(const fs::path& directory, const std::string& scene,
     const fs::path made = directory.parent_path();
     constexpr Time patience = seconds(20);
     const std::uint64_t bytes = fs::file_size(made / "control") + fs::file_size(made / "bulk");
-    taken.memory.emplace(memory_.hold(2 * bytes, patience, "another scene"));
+    upload.memory.emplace(memory_.hold(2 * bytes, patience, "another scene"));
     Message message = decode({Frame(read_file(made / "control").value_or("")),
                               Frame(read_file(made / "bulk").value_or(""))});
-    taken.submit = std::move(std::get<msg::Submit>(message));
+    upload.submit = std::move(std::get<msg::Submit>(message));
   } catch (const Problem&) {
     throw;
   } catch (const std::exception& error) {
-    throw RunError(std::string("what the scene's reader has written cannot be read: ") +
-                   error.what());
+    throw RunError(std::string("the output of the scene reader cannot be read: ") + error.what());
   }
-  return taken;
+  return upload;
 }
 
 void UploadReader::fail(const ChildEnd& end) const {
@@ -279,7 +278,7 @@ void UploadReader::fail(const ChildEnd& end) const {
   if (end.timed_out) {
     throw Problem(422,
                   "reading the scene took more than " + std::to_string(limits.seconds) +
-                      " seconds: the server spends no more (--http-scene-seconds)",
+                      " seconds, the limit of this server (--http-scene-seconds)",
                   2);
   }
   if (end.status == 2) throw Problem(422, end.message, 2);
@@ -289,7 +288,7 @@ void UploadReader::fail(const ChildEnd& end) const {
   }
   throw Problem(422,
                 "reading the scene took more than " + std::to_string(limits.memory >> 20) +
-                    " MiB of memory: the server spends no more (--http-scene-memory)",
+                    " MiB of memory, the limit of this server (--http-scene-memory)",
                 2);
 }
 

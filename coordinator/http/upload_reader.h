@@ -15,37 +15,39 @@
 
 namespace parray::http {
 
-/// Bodies that are read at once while their bytes are coming.
+/// Limit of large bodies that are received at the same time.
 inline constexpr std::size_t most_uploads = 24;
 
+/// Limits of one upload: bytes, parts of a form, and resources of the child that reads it.
 struct UploadLimits {
   std::uint64_t body_bytes = std::uint64_t{256} << 20;
   std::size_t parts = 100;
   ChildLimits child{};
 };
 
-/// A scene that was sent, read.
-struct Taken {
+/// A scene that a client has sent.
+struct Upload {
   msg::Submit submit;
-  std::string webhook;                 ///< empty: none
-  std::optional<Budget::Hold> memory;  ///< that of `submit`
-  std::string digest;                  ///< SHA-256 of the names and contents of all parts
+  std::string webhook;                 ///< address of the webhook; empty: none
+  std::optional<Budget::Hold> memory;  ///< holds the memory of `submit`
+  std::string digest;                  ///< SHA-256 of names and contents of all parts
 };
 
-/// The whole number, from 0 on, that `value` is: 20 and 20.0 are the same in JSON.
+/// Returns the value if it is a whole number >= 0. JSON does not distinguish 20 from 20.0.
 std::optional<std::uint64_t> whole_in(const nlohmann::json& value);
 
-/// The command line that stands for a request's `options`, a JSON map; without `webhook`, which
-/// goes to the other. Throws Problem 422 that names the option.
+/// Converts the `options` of a request, a JSON map, to arguments of the command line. Stores the
+/// option `webhook` in `webhook` instead. Throws Problem 422 with the option in
+/// its message.
 std::vector<std::string> words_of_options(const std::string& options, std::string& webhook);
 
-/// Reads what strangers send. Its files go to a directory of the request's own; a child, bounded in
-/// memory and time, makes a `submit` of them there. This process parses nothing but that. Any
-/// thread.
+/// Reads uploaded scenes. It writes the parts to a directory of the request. A child process with
+/// limits on memory and time reads them and writes a `submit` message, the only thing that this
+/// process parses. Callable from any thread.
 class UploadReader {
  public:
-  /// `directory`: for those of requests. `runner`, `places`, where scenes are read, and
-  /// `memory`, which scenes take on their way to the loop, must outlive this.
+  /// `places`: limits the children. `memory`: limits scenes on their way to the loop. `directory`:
+  /// for directories of requests. All references must outlive this object.
   UploadReader(const ChildRunner& runner, Places& places, Budget& memory,
                std::filesystem::path directory, UploadLimits limits)
       : runner_(runner),
@@ -54,12 +56,12 @@ class UploadReader {
         directory_(std::move(directory)),
         limits_(limits) {}
 
-  /// Throws Problem, RunError.
-  Taken take(const Request& request);
+  /// Receives and reads the request's scene and options. Throws Problem, RunError.
+  Upload receive(const Request& request);
 
  private:
-  Taken read(const std::filesystem::path& directory, const std::string& scene,
-             const std::string& options) const;
+  Upload read_scene(const std::filesystem::path& directory, const std::string& scene,
+                    const std::string& options) const;
   [[noreturn]] void fail(const ChildEnd& end) const;
 
   const ChildRunner& runner_;

@@ -15,7 +15,7 @@ namespace {
 using nlohmann::json;
 
 constexpr unsigned most_tries = 6;
-constexpr Time first_rest = seconds(1);  // five times as long after every try
+constexpr Time first_pause = seconds(1);  // each further pause is five times as long
 
 }  // namespace
 
@@ -62,13 +62,13 @@ void Webhooks::check(const std::string& url) const {
   if (!address) {
     throw Problem(422,
                   "options: /webhook: '" + printable(url, 200) +
-                      "' is no address: write http://HOST/PATH, or https",
+                      "' is not a URL of a webhook: use http://HOST/PATH or https://HOST/PATH",
                   2);
   }
   if (std::ranges::find(hosts_, address->host) == hosts_.end()) {
     throw Problem(422,
-                  "options: /webhook: this server tells nothing to '" + printable(address->host) +
-                      "': it must be started with --webhook-host " + printable(address->host),
+                  "options: /webhook: the host '" + printable(address->host) +
+                      "' is not permitted: see --webhook-host " + printable(address->host),
                   2);
   }
 }
@@ -77,13 +77,14 @@ void Webhooks::add(JobId job, const std::string& url) {
   {
     const std::scoped_lock lock(mutex_);
     hooks_[job].url = url;
-    keep();
+    save();
   }
   changed_.notify_one();
 }
 
-/// What cannot be kept is lost with the process: the job is none the worse for it.
-void Webhooks::keep() const {
+/// Writes the pending webhooks to the file. A write error loses them with the process, but does not
+/// affect the jobs.
+void Webhooks::save() const {
   if (file_.empty()) return;
   const std::filesystem::path fresh = file_.string() + ".new";
   std::ofstream out(fresh);
@@ -110,17 +111,17 @@ void Webhooks::run() {
       if (stopped_) return;
     }
     try {
-      look(clock.now());
+      deliver_due(clock.now());
     } catch (const Problem&) {
-      // The loop is busy or ending: it is asked again.
+      // The loop is busy or stopping: the next round asks again.
     }
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, seconds(1), [this] { return stopped_; });
   }
 }
 
-void Webhooks::look(Time now) {
-  constexpr std::size_t most_at_once = 50;  // jobs that the loop is asked for
+void Webhooks::deliver_due(Time now) {
+  constexpr std::size_t most_at_once = 50;  // jobs per round
   std::map<JobId, Hook> due;
   {
     const std::scoped_lock lock(mutex_);
@@ -134,21 +135,21 @@ void Webhooks::look(Time now) {
     if (stopped_) return;
     if (settled) {
       hooks_.erase(job);
-      keep();
+      save();
     } else {
       hooks_[job] = hook;
     }
   }
 }
 
-/// True: nothing more is to be done.
+/// Sends the webhook if its job has ended. Returns whether the webhook is settled.
 bool Webhooks::deliver(JobId job, Hook& hook, Time now) {
   json shown;
   try {
     shown = loop_.ask<msg::Job>({}, msg::ShowJob{0, job}).job;
   } catch (const Problem& problem) {
     if (problem.status() != 409) throw;
-    return true;  // forgotten
+    return true;  // the job was deleted
   }
   const std::string state = shown.at("state");
   if (state != "done" && state != "failed" && state != "cancelled") {
@@ -158,9 +159,9 @@ bool Webhooks::deliver(JobId job, Hook& hook, Time now) {
   const auto url = webhook_url(hook.url);
   const json body = {{"event", "job-ended"}, {"job", std::move(shown)}};
   if (!url || post_(*url, body.dump(-1, ' ', false, json::error_handler_t::replace))) return true;
-  Time rest = first_rest;
-  for (unsigned i = 0; i < hook.tries; ++i) rest *= 5;
-  hook.next_at = now + rest;
+  Time pause = first_pause;
+  for (unsigned i = 0; i < hook.tries; ++i) pause *= 5;
+  hook.next_at = now + pause;
   return ++hook.tries >= most_tries;
 }
 

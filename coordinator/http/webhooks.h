@@ -15,35 +15,40 @@
 
 namespace parray::http {
 
+/// The parts of a webhook's URL.
 struct WebhookUrl {
   bool secure = false;
   std::string host;
   int port = 80;
   std::string path;
 };
-/// "http://HOST[:PORT][/PATH]", or https. None: it is no such address.
+/// Parses "http://HOST[:PORT][/PATH]", or https. Returns nothing if `text` has another form.
 std::optional<WebhookUrl> webhook_url(const std::string& text);
 
-/// One POST of `body`, JSON; no redirect is followed. True: it was taken (2xx).
+/// Sends one POST with the JSON text `body`. Follows no redirect. Returns whether the status was
+/// 2xx.
 bool post_webhook(const WebhookUrl& url, const std::string& body);
 
-/// Tells others that jobs have ended: a POST of {"event": "job-ended", "job": ...} to the address
-/// that came with the job. Tried again five times, ever more seldom, by a thread of its own; what
-/// is to be told outlives the process. Any thread.
+/// Notifies other servers when a job has ended. It sends a POST with {"event": "job-ended", "job":
+/// ...} to the URL that came with the job. Its thread repeats a failed POST up to five times, with
+/// growing pauses. Pending webhooks are stored in a file. Callable from any thread.
 class Webhooks {
  public:
   using Post = std::function<bool(const WebhookUrl&, const std::string&)>;
 
-  /// `hosts`: that may be told. `file`: where addresses are kept; empty: nowhere. Throws RunError.
+  /// `hosts`: hosts that webhooks may address. `file`: where pending webhooks are stored; empty:
+  /// nowhere. Throws RunError.
   Webhooks(LoopClient& loop, std::vector<std::string> hosts, std::filesystem::path file,
            Post post = post_webhook);
   ~Webhooks();
   Webhooks(const Webhooks&) = delete;
   Webhooks& operator=(const Webhooks&) = delete;
 
-  /// Throws Problem 422 unless such a host may be told.
+  /// Throws Problem 422 if `url` is invalid or its host is not permitted.
   void check(const std::string& url) const;
+  /// Adds a webhook for a job.
   void add(JobId job, const std::string& url);
+  /// Ends the thread. Pending webhooks stay in the file.
   void stop();
 
  private:
@@ -53,9 +58,9 @@ class Webhooks {
     Time next_at{};
   };
   void run();
-  void look(Time now);
+  void deliver_due(Time now);
   bool deliver(JobId job, Hook& hook, Time now);
-  void keep() const;
+  void save() const;
 
   LoopClient& loop_;
   const std::vector<std::string> hosts_;

@@ -1,4 +1,4 @@
-// In http_service.cpp's place where cpp-httplib is missing (PARRAY_HTTP=OFF).
+// Replaces http_service.cpp if cpp-httplib is missing (PARRAY_HTTP=OFF).
 #include "common/base/error.h"
 #include "coordinator/http/http_service.h"
 
@@ -9,8 +9,7 @@ class HttpService::Impl {};
 HttpService::HttpService(const Options& /*options*/, InprocHub& /*hub*/,
                          std::shared_ptr<spdlog::logger> /*log*/) {
   throw InputError(
-      "--http: this parray-coordinator was built without: install libcpp-httplib-dev and build it "
-      "again");
+      "--http: this program was built without HTTP: install libcpp-httplib-dev and build it again");
 }
 HttpService::~HttpService() = default;
 void HttpService::serve_text(const std::string& /*path*/, const std::string& /*type*/,

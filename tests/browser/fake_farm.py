@@ -139,7 +139,7 @@ def handler_of(farm):
             if body:
                 farm.bodies[path] = body
             if farm.token and self.headers.get("Authorization") != "Bearer " + farm.token:
-                return self.problem(401, "a token is needed")
+                return self.problem(401, "a token is missing")
             if method != "GET" and farm.refusal:
                 refusal, farm.refusal = farm.refusal, None
                 return self.problem(*refusal)

@@ -26,7 +26,7 @@ class RealJob(BrowserTest):
         with Web() as farm:
             page = self.open(f"http://{farm.web}/", "#/submit")
             page.locator("#files").set_input_files(scene_file(farm))
-            page.get_by_label("Samples a pixel").fill("64")
+            page.get_by_label("Samples per pixel", exact=True).fill("64")
             page.get_by_label("Height").fill("90")
             page.get_by_label("Width", exact=True).fill("120")
             page.get_by_role("button", name="Submit").click()
@@ -66,13 +66,13 @@ class RealJob(BrowserTest):
 
     def check_maps(self, farm, page):
         """Maps of the error, of what pixels cost and of who traced them, with their legends, and the picture again."""
-        choice = page.get_by_label("What is shown")
+        choice = page.get_by_label("Layer")
         legend = page.locator(".legend")
         expect(legend).to_be_hidden()
         choice.select_option("error")
-        expect(legend).to_contain_text("half-width, 95 %")
+        expect(legend).to_contain_text("half-width of the 95 % interval")
         choice.select_option("cost")
-        expect(legend).to_contain_text("thread-seconds a pixel")
+        expect(legend).to_contain_text("thread-seconds per pixel")
         expect(legend.locator(".scale")).to_contain_text("µs")
         choice.select_option("workers")
         names = farm.get("/jobs/2/workers.json").json()["workers"]
@@ -106,8 +106,8 @@ class RealJob(BrowserTest):
             page.dispatch_event("main", "drop", {"dataTransfer": drop})
             expect(page.locator(".files")).to_contain_text("water.xyz")
             page.get_by_label("Quick look first").uncheck()
-            for label, value in (("Height", "30"), ("Samples a pixel", "4")):
-                page.get_by_label(label).fill(value)
+            for label, value in (("Height", "30"), ("Samples per pixel", "4")):
+                page.get_by_label(label, exact=True).fill(value)
             page.get_by_label("Width", exact=True).fill("40")
             page.get_by_role("button", name="Submit").click()
             expect(page.locator(".bar-of-view .state")).to_have_text("done", timeout=120000)
@@ -124,7 +124,7 @@ class RealJob(BrowserTest):
             page.get_by_role("button", name="Resume").click()
             expect(state).to_have_text(re.compile("running|queued"))
             page.get_by_role("button", name="Cancel").click()
-            page.get_by_role("button", name="Cancel it").click()
+            page.get_by_role("button", name="Cancel job").click()
             expect(state).to_have_text("cancelled")
             expect(page.locator(".history")).to_contain_text("cancelled")
             page.goto(f"http://{farm.web}/#/workers")

@@ -90,7 +90,7 @@ class Lists(BrowserTest):
             expect(page.locator(".count")).to_contain_text("300 workers")
             page.get_by_role("button", name="State").click()
             expect(page.locator(".rows .row:not([hidden]) .state").first).to_have_text("drained")
-            page.get_by_label("Only workers whose name or host has").fill("node0299")
+            page.get_by_label("Filter by name or host").fill("node0299")
             expect(page.locator(".count")).to_have_text("1 of 300")
 
     def test_a_drained_worker_is_one_that_was_confirmed(self):
@@ -98,11 +98,11 @@ class Lists(BrowserTest):
             page = self.open(farm.url, "#/workers")
             drain = page.get_by_role("button", name="Drain node0001")
             drain.click()
-            page.get_by_role("button", name="Leave it").click()
+            page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
             self.assertEqual(farm.workers["node0001"]["state"], "ready")
             drain.click()
             page.get_by_role("dialog").get_by_role("button", name="Drain", exact=True).click()
-            expect(page.get_by_role("button", name="Readmit node0001")).to_be_visible()
+            expect(page.get_by_role("button", name="Resume node0001")).to_be_visible()
             self.assertEqual(farm.workers["node0001"]["state"], "draining")
 
 
@@ -132,7 +132,7 @@ class Keyboard(BrowserTest):
             page = self.open(farm.url)
             page.keyboard.press("?")
             expect(page.get_by_role("dialog")).to_contain_text("submit a new scene")
-            page.get_by_label("Single letters are keys").uncheck()
+            page.get_by_label("Enable keyboard shortcuts").uncheck()
             page.keyboard.press("Escape")
             page.keyboard.press("w")
             expect(page.locator("h1")).to_have_text("Jobs")
@@ -151,18 +151,18 @@ class Steering(BrowserTest):
             expect(page.locator("#notes")).to_contain_text("has priority 77")
             self.assertEqual(farm.jobs[99]["priority"], 77)
             page.get_by_role("button", name="Cancel").click()
-            expect(page.get_by_role("button", name="Leave it")).to_be_focused()
+            expect(page.get_by_role("button", name="Keep job")).to_be_focused()
             page.keyboard.press("Escape")
             self.assertEqual(farm.jobs[99]["state"], "running")
             page.get_by_role("button", name="Cancel").click()
-            page.get_by_role("button", name="Cancel it").click()
+            page.get_by_role("button", name="Cancel job").click()
             expect(state).to_have_text("cancelled")
             page.get_by_role("button", name="Requeue").click()
             expect(state).to_have_text("queued")
             farm.jobs[99]["state"] = "done"
             page.reload()
-            page.get_by_role("button", name="Forget").click()
-            page.get_by_role("button", name="Forget it").click()
+            page.get_by_role("button", name="Delete").click()
+            page.get_by_role("button", name="Delete job").click()
             expect(page.locator("h1")).to_have_text("Jobs")
             self.assertNotIn(99, farm.jobs)
 
@@ -225,7 +225,7 @@ class Connection(BrowserTest):
     def test_without_room_for_a_stream_it_asks_again_and_again(self):
         with FakeFarm(jobs=30, streams=False, changes=0) as farm:
             page = self.open(farm.url)
-            expect(page.locator("#connection")).to_contain_text("asking every")
+            expect(page.locator("#connection")).to_contain_text("polling every")
             farm.jobs[29]["state"] = "done"
             expect(page.locator(".rows .row").filter(has_text=re.compile("^29")).locator(".state")).to_have_text("done")
 
@@ -234,7 +234,7 @@ class Connection(BrowserTest):
             page = self.open(farm.url)
             for given in ("wrong", "secret"):
                 page.get_by_label("Token", exact=True).last.fill(given)
-                page.get_by_role("button", name="Go on").click()
+                page.get_by_role("dialog").get_by_role("button", name="Sign in").click()
                 if given == "wrong":
                     expect(page.get_by_role("dialog").locator(".trouble")).to_be_visible()
             expect(page.locator(".count")).to_have_text("30 jobs")

@@ -77,7 +77,7 @@ class Webhook(WebCase):
         with tempfile.TemporaryDirectory() as state, Web("--state", state, "--webhook-host", "127.0.0.1") as farm:
             scene = ("scene", None, json.dumps(SCENE))
             self.assert_problem(farm.post_form(scene, ("options", None, '{"webhook": "http://other/x"}')), 422, "--webhook-host other")
-            self.assert_problem(farm.post_form(scene, ("options", None, '{"webhook": "file:///x"}')), 422, "is no address")
+            self.assert_problem(farm.post_form(scene, ("options", None, '{"webhook": "file:///x"}')), 422, "is not a URL")
             job = farm.submitted(farm.post_form(scene, ("options", None, json.dumps({"webhook": url}))))
             farm.coordinator.terminate()
             farm.coordinator.wait()

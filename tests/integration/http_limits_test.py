@@ -398,7 +398,7 @@ class Containment(unittest.TestCase):
             for name, pack in packers.items():
                 answer = farm.post_form(("file", f"water.xyz.{name}", pack(WATER.encode())))
                 self.assertEqual(answer.status, 201, answer.body)
-            self.assertNotIn("does not wholly contain", farm.coordinator_log())
+            self.assertNotIn("does not fully confine", farm.coordinator_log())
 
 
 if __name__ == "__main__":

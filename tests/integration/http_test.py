@@ -233,11 +233,11 @@ class Problems(WebCase):
                 detail = self.assert_problem(farm.post_scene(scene), 422)
                 self.assertNotIn("water", detail)
             for name in ("../a.xyz", "/tmp/a.xyz", ".hidden", "-o.xyz", "a\tb.xyz"):
-                self.assert_problem(farm.post_form(("scene", None, json.dumps(SCENE)), ("f", name, WATER)), 422, "is no name")
+                self.assert_problem(farm.post_form(("scene", None, json.dumps(SCENE)), ("f", name, WATER)), 422, "is not a valid file name")
             self.assert_problem(farm.post_form(("a", "a.xyz", WATER), ("b", "b.xyz", WATER)), 422, "no part 'scene'")
             self.assert_problem(farm.post_form(("a", "a.xyz", WATER), ("b", "a.xyz", WATER)), 422, "two parts")
             self.assert_problem(farm.post_form(("what", None, WATER)), 422, "has no file name")
-            self.assert_problem(farm.post_form(), 400, "the body is damaged")
+            self.assert_problem(farm.post_form(), 400, "the request body is damaged")
             self.assert_problem(farm.post_form(("options", None, "{}")), 422, "there is no scene")
             self.assertEqual(farm.get("/jobs").json()["jobs"], [])
 
@@ -342,13 +342,13 @@ class Access(WebCase):
             with Web("--keys", keys) as farm:
                 for path in ("/api/v1/jobs", "/api/v1/events", "/api/v1/server", "/api/v1/jobs/1/image.png"):
                     answer = farm.ask("GET", path)
-                    self.assert_problem(answer, 401, "a token is needed")
+                    self.assert_problem(answer, 401, "a token is missing")
                     self.assertIn("Bearer", answer.headers["WWW-Authenticate"])
-                self.assert_problem(farm.get("/jobs", Authorization="Bearer no"), 401, "not known")
+                self.assert_problem(farm.get("/jobs", Authorization="Bearer no"), 401, "unknown")
                 # Of a form, too, which nobody reads then.
-                self.assert_problem(farm.post_form(("scene", None, json.dumps(SCENE))), 401, "a token is needed")
+                self.assert_problem(farm.post_form(("scene", None, json.dumps(SCENE))), 401, "a token is missing")
                 large = farm.post_form(("scene", None, json.dumps(SCENE)), ("file", "water.xyz", WATER * 100000))
-                self.assert_problem(large, 401, "a token is needed")
+                self.assert_problem(large, 401, "a token is missing")
                 self.assertEqual(farm.ask("GET", "/healthz").status, 200)
                 self.assertEqual(farm.get("/server", **ann).json()["user"], "ann")
                 job = farm.submitted(farm.post_scene(**ann))
@@ -370,7 +370,7 @@ class Access(WebCase):
             result = subprocess.run([BIN / "parray-coordinator", "--bind", "tcp://127.0.0.1:*", "--insecure", "--http", address],
                                     capture_output=True, text=True, timeout=60)
             self.assertEqual(result.returncode, 2, result.stderr)
-            self.assertIn("is no address to serve", result.stderr)
+            self.assertIn("is not an address to serve", result.stderr)
         with Web() as farm:
             result = subprocess.run([BIN / "parray-coordinator", "--bind", "tcp://127.0.0.1:*", "--http", farm.web],
                                     capture_output=True, text=True, timeout=60)

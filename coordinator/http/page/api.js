@@ -1,6 +1,6 @@
-// The HTTP interface (openapi.json beside the server's sources), and nothing of the page.
+// Sends requests to the HTTP interface (openapi.json). Does not depend on the page.
 
-/** The server said no; `message` is its own text. `status` 0: it could not be reached. */
+/** A failed request. `message`: the server's error message. `status`: HTTP status; 0: the server could not be reached. */
 export class Problem extends Error {
   constructor(status, detail) {
     super(detail);
@@ -15,7 +15,7 @@ export const token = {
   forget: () => sessionStorage.removeItem(tokenPlace),
 };
 
-// Relative to the page, so that a proxy may serve all of it under a path of its own.
+// Relative to the page, so that a proxy may serve the page under another path.
 const address = path => new URL('api/v1/' + path, document.baseURI);
 
 const authorization = () => token.get() ? {Authorization: 'Bearer ' + token.get()} : {};
@@ -28,7 +28,7 @@ export function problemOf(status, text) {
   }
 }
 
-/** A response with a status below 400. Throws Problem. */
+/** Sends a request and returns the response. Throws Problem for a status of 400 or more. */
 export async function request(method, path, {headers = {}, body, signal} = {}) {
   let response;
   try {
@@ -45,15 +45,15 @@ export async function request(method, path, {headers = {}, body, signal} = {}) {
 
 export const getJson = async (path, signal) => (await request('GET', path, {signal})).json();
 
-/** POST, PUT or DELETE; gives the answer's JSON, undefined without one. */
+/** Sends a POST, PUT or DELETE. Returns the JSON of the answer, or undefined if the answer has no body. */
 export async function change(method, path, value) {
   const response = await request(method, path, value === undefined ? {} : {
     headers: {'Content-Type': 'application/json'}, body: JSON.stringify(value)});
   return response.status === 204 ? undefined : response.json();
 }
 
-/** Server-sent events: calls opened(), then take(event, data) for each; returns when the stream ends.
- *  Not an EventSource, which cannot send a token. `silence`: milliseconds without a byte after which
+/** Receives server-sent events: calls opened(), then take(event, data) for each event. Returns when the
+ *  stream ends. An EventSource cannot send a token. `silence`: milliseconds without a byte after which
  *  the connection counts as lost. Throws Problem. */
 export async function listen(path, {opened, take, signal, silence = 20000}) {
   const stop = new AbortController();
@@ -84,7 +84,7 @@ export async function listen(path, {opened, take, signal, silence = 20000}) {
   }
 }
 
-/** text/event-stream, as far as the server uses it: event, data, comments. */
+/** Parses text/event-stream: event, data and comments, the parts that the server uses. */
 export class EventParser {
   #rest = '';
   #event = '';
@@ -110,7 +110,7 @@ export class EventParser {
   }
 }
 
-/** Submits; `progress(share)` while files go up, which fetch cannot say. Gives the job's number. */
+/** Submits a scene and returns the job's number. Calls progress(share) during the upload, which fetch cannot do. */
 export function submit({scene, files, options, key, progress}) {
   const form = new FormData();
   if (scene) form.append('scene', scene, scene.name);
@@ -130,7 +130,7 @@ export function submit({scene, files, options, key, progress}) {
   });
 }
 
-/** Saves what the server has at `path`; a link could not carry the token. */
+/** Downloads `path` as a file. A plain link could not send the token. */
 export async function download(path, name) {
   const blob = await (await request('GET', path)).blob();
   const link = document.createElement('a');

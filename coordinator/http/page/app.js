@@ -1,4 +1,4 @@
-// The page: which view is shown, what stands above it, keys, themes, tokens.
+// The page: selects the view, and handles header, keys, themes and tokens.
 
 import {token} from './api.js';
 import {ask, button, el, setClass, setText} from './dom.js';
@@ -14,8 +14,8 @@ const farm = new Farm();
 const views = {jobs: new JobsView(farm), job: new JobView(farm), workers: new WorkersView(farm), submit: new SubmitView(farm)};
 let view;
 
-/** The view that the address names, "#/jobs/12". */
-function go() {
+/** Shows the view that the URL selects: "#/jobs/12". */
+function showView() {
   const [, name, id] = location.hash.match(/^#\/([a-z]+)(?:\/(\d+))?$/) ?? [undefined, 'jobs'];
   const next = name === 'jobs' && id ? views.job : views[name] ?? views.jobs;
   const first = !view;
@@ -42,11 +42,11 @@ function showHeader() {
   setText(place('summary'), farm.generation ?
     [`${running} running`, `${waiting} queued`, `${workers} ${workers === 1 ? 'worker' : 'workers'}`, running && speed > 0 && count(speed) + ' samples/s']
       .filter(Boolean).join('  ·  ') : '');
-  setText(place('connection'), state === 'token' ? 'token needed' : text || state);
+  setText(place('connection'), state === 'token' ? 'sign-in required' : text || state);
   setClass(place('connection'), 'connection ' + state);
   const account = place('account');
   account.hidden = !token.get() && state !== 'token';
-  setText(account, state === 'token' ? 'Enter a token' : farm.server?.user ? `Sign out ${farm.server.user}` : 'Forget the token');
+  setText(account, state === 'token' ? 'Sign in' : farm.server?.user ? `Sign out ${farm.server.user}` : 'Sign out');
 }
 
 let asking = false;
@@ -58,16 +58,16 @@ async function askForToken(why) {
     el('form', {method: 'dialog', onsubmit: event => {
       event.preventDefault();
       close(field.value.trim());
-    }}, el('h2', {}, 'This farm asks for a token'),
-    el('p', {class: token.get() ? 'trouble' : ''}, token.get() ? why : 'parray keygen DIR --token NAME makes one. It is kept until this tab is closed.'),
-    field, el('div', {class: 'answers'}, el('button', {type: 'submit', class: 'primary'}, 'Go on')))]);
+    }}, el('h2', {}, 'This farm requires a token'),
+    el('p', {class: token.get() ? 'trouble' : ''}, token.get() ? why : 'The administrator makes tokens with parray keygen DIR --token NAME. This tab keeps the token until you close it.'),
+    field, el('div', {class: 'answers'}, el('button', {type: 'submit', class: 'primary'}, 'Sign in')))]);
   asking = false;
   if (!given) return;
   token.set(given);
   farm.wake();
 }
 
-const themes = ['as the system', 'light', 'dark'];
+const themes = ['system', 'light', 'dark'];
 function showTheme() {
   const chosen = localStorage.getItem('parray-theme');
   if (chosen) document.documentElement.dataset.theme = chosen;
@@ -87,27 +87,27 @@ function nextTheme() {
 }
 
 const to = hash => () => { location.hash = hash; };
-const keys = {  // [what it does, the doing]
-  j: ['jobs', to('#/jobs')], w: ['workers', to('#/workers')], n: ['submit a new scene', to('#/submit')],
-  p: ['pause or resume the job that is shown', () => view === views.job && view.pauseOrResume()],
-  t: ['light, dark, or as the system', nextTheme], '?': ['this list', () => showHelp()]};
-const otherKeys = [['↑ ↓ Page Home End', 'in a list: from row to row; Enter opens'], ['+ −', 'in a picture: zoom'],
-  ['0', 'in a picture: fit'], ['1', 'in a picture: a pixel for a pixel'],
-  ['← → ↑ ↓', 'in a picture: the pixel whose value is shown; with Shift ten further'], ['[ ]', 'in a picture: exposure'],
-  ['m', 'in a picture: the next map (error, cost, workers)']];
+const keys = {  // [description, action]
+  j: ['show jobs', to('#/jobs')], w: ['show workers', to('#/workers')], n: ['submit a new scene', to('#/submit')],
+  p: ['pause or resume this job', () => view === views.job && view.pauseOrResume()],
+  t: ['change the theme: system, light, dark', nextTheme], '?': ['show this help', () => showHelp()]};
+const otherKeys = [['↑ ↓ Page Home End', 'in a list: move between rows; Enter opens a row'], ['+ −', 'in a picture: zoom'],
+  ['0', 'in a picture: fit to the window'], ['1', 'in a picture: show pixels at their real size'],
+  ['← → ↑ ↓', 'in a picture: move to another pixel; with Shift by ten pixels'], ['[ ]', 'in a picture: change the exposure'],
+  ['m', 'in a picture: show the next map (error, cost, workers)']];
 const lettersOff = () => localStorage.getItem('parray-keys') === 'off';
 
 function showHelp() {
   const row = (key, text) => [el('dt', {}, el('kbd', {}, key)), el('dd', {}, text)];
   const letters = el('input', {type: 'checkbox', checked: !lettersOff(), onchange: event =>
     event.target.checked ? localStorage.removeItem('parray-keys') : localStorage.setItem('parray-keys', 'off')});
-  return ask('Help and keys', close => [
-    el('h2', {}, 'Keys'),
+  return ask('Help', close => [
+    el('h2', {}, 'Keyboard shortcuts'),
     el('dl', {class: 'keys'}, ...Object.entries(keys).flatMap(([key, [text]]) => row(key, text)),
       ...otherKeys.flatMap(([key, text]) => row(key, text))),
-    el('label', {class: 'check'}, letters, 'Single letters are keys'),
-    el('p', {}, 'In a picture the wheel or two fingers zoom, dragging moves, a double click zooms in and back. ',
-      el('a', {href: 'api/v1/openapi.json'}, 'The interface'), ` of this server${farm.server ? ', ParRay ' + farm.server.version : ''}.`),
+    el('label', {class: 'check'}, letters, 'Enable keyboard shortcuts'),
+    el('p', {}, 'In a picture, zoom with the wheel or two fingers, drag to move, and double-click to zoom in and out. ',
+      el('a', {href: 'api/v1/openapi.json'}, 'API'), ` of this server${farm.server ? ', ParRay ' + farm.server.version : ''}.`),
     el('div', {class: 'answers'}, button('Close', () => close(), {autofocus: true}))]);
 }
 
@@ -120,7 +120,7 @@ document.addEventListener('keydown', event => {
   key[1]();
 });
 
-function takeDrops() {
+function acceptDrops() {
   const hasFiles = event => event.dataTransfer?.types.includes('Files');
   let depth = 0;
   const mark = change => {
@@ -149,7 +149,7 @@ place('account').addEventListener('click', () => {
   token.forget();
   farm.wake();
 });
-addEventListener('hashchange', go);
+addEventListener('hashchange', showView);
 addEventListener('online', () => farm.wake());
 farm.onChange(changes => {
   if (changes.connection && farm.connection.state === 'token') askForToken(farm.connection.text);
@@ -157,8 +157,8 @@ farm.onChange(changes => {
   showHeader();
   showTitle();
 });
-takeDrops();
+acceptDrops();
 showTheme();
-go();
+showView();
 showHeader();
 farm.run();

@@ -1,8 +1,8 @@
-// Elements. Names of scenes, users, files and workers are strangers' text: nothing here, nor anywhere
-// in the page, makes markup of a string.
+// Creates elements. Names of scenes, users, files and workers are untrusted text, so the page never
+// interprets a string as markup.
 
-/** An element. `attributes`: on... is a listener, true an attribute without a value, false and
- *  undefined none. Strings among `children` become text. */
+/** Creates an element. `attributes`: on... adds a listener, true sets an attribute without a value, false
+ *  and undefined set nothing. Strings in `children` become text. */
 export function el(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -17,7 +17,7 @@ export function el(tag, attributes = {}, ...children) {
 export const button = (text, onclick, attributes = {}) =>
   el('button', {type: 'button', onclick, ...attributes}, text);
 
-/** Writing the same text again would cost a layout. */
+/** Sets the text. Does nothing if the text is the same, because writing it again would cost a layout. */
 export function setText(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
@@ -26,7 +26,7 @@ export function setClass(node, name) {
   if (node.className !== name) node.className = name;
 }
 
-/** A list of facts: [[term, value]], value text or an element; those without a value are left out. */
+/** Creates a list of facts from [[term, value]]. A value is a text or an element. Omits facts without a value. */
 export function facts(pairs) {
   return el('dl', {class: 'facts'}, ...pairs
     .filter(([, value]) => value !== undefined && value !== null && value !== '')
@@ -35,8 +35,8 @@ export function facts(pairs) {
 
 let notes;
 
-/** Says something in passing: `kind` is note or error. */
-export function say(text, kind = 'note') {
+/** Shows a notification for some seconds. `kind`: note or error. */
+export function notify(text, kind = 'note') {
   notes ??= document.getElementById('notes');
   const note = el('p', {class: kind, role: kind === 'error' ? 'alert' : undefined}, text,
     button('×', () => note.remove(), {class: 'quiet', 'aria-label': 'Dismiss'}));
@@ -45,8 +45,8 @@ export function say(text, kind = 'note') {
   setTimeout(() => note.remove(), kind === 'error' ? 20000 : 6000);
 }
 
-/** A dialog that is gone when it is closed; `build(close)` gives its children. Resolves to what
- *  `close` was given, undefined after Escape. */
+/** Shows a dialog. `build(close)` returns its children. Resolves to the argument of `close`, or to undefined
+ *  after Escape. */
 export function ask(label, build) {
   return new Promise(resolve => {
     let answer;
@@ -64,11 +64,11 @@ export function ask(label, build) {
   });
 }
 
-/** Asks before what cannot be undone; the harmless answer has the focus. */
-export function confirm(question, detail, yes, ...more) {
+/** Asks for confirmation. `no`, the label of the harmless answer, has the focus. Resolves to true for `yes`. */
+export function confirm(question, detail, no, yes, ...more) {
   return ask(question, close => [
     el('h2', {}, question), el('p', {}, detail), ...more,
     el('div', {class: 'answers'},
-      button('Leave it', () => close(false), {autofocus: true}),
+      button(no, () => close(false), {autofocus: true}),
       button(yes, () => close(true), {class: 'danger'}))]);
 }

@@ -1,5 +1,5 @@
-// What the page knows of the farm, kept up to date by the server's events, or by asking where there
-// can be no stream.
+// The page's copy of the farm's state. Server-sent events keep it current, or polling if no stream is
+// available.
 
 import {getJson, listen} from './api.js';
 import {unfinished} from './format.js';
@@ -27,25 +27,25 @@ async function allWorkers() {
 }
 
 export class Farm {
-  jobs = new Map();  // by id; of those that have ended only what was asked for
+  jobs = new Map();  // by id; all unfinished jobs, and the ended jobs that were loaded
   workers = new Map();  // by name
-  /** state: connecting, live, polling, lost or token (the server asks for one). */
+  /** state: connecting, live, polling, lost or token (the server requires one). */
   connection = {state: 'connecting', text: ''};
   server = undefined;
-  generation = 0;  // of what is known: after a break all is asked for again
+  generation = 0;  // grows with each new connection, after which all data is loaded again
 
   #listeners = new Set();
   #changes = undefined;
   #wake = new AbortController();
 
-  /** `listener({jobs: Set of ids, shape, workers, connection, generation})`, once a frame at most. `shape`:
-   *  jobs came, went or changed their state. */
+  /** Calls `listener({jobs: Set of ids, shape, workers, connection, generation})` after changes, at most once
+   *  per frame. `shape`: jobs were added, removed or changed their state. */
   onChange(listener) {
     this.#listeners.add(listener);
     return () => this.#listeners.delete(listener);
   }
 
-  #note(change) {
+  #schedule(change) {
     if (!this.#changes) {
       this.#changes = {jobs: new Set(), shape: false, workers: false, connection: false, generation: false};
       requestAnimationFrame(() => {
@@ -57,85 +57,85 @@ export class Farm {
     change(this.#changes);
   }
 
-  takeJob(job) {
+  updateJob(job) {
     const known = this.jobs.get(job.id);
     const shape = known?.state !== job.state;
-    // In place: lists refer to it.
+    // Updates the object in place, because lists refer to it.
     if (known) Object.assign(known, {error: undefined}, job);
     else this.jobs.set(job.id, job);
-    this.#note(changes => {
+    this.#schedule(changes => {
       changes.jobs.add(job.id);
       changes.shape ||= shape;
     });
   }
 
-  forget(id) {
+  removeJob(id) {
     this.jobs.delete(id);
-    this.#note(changes => {
+    this.#schedule(changes => {
       changes.jobs.add(id);
       changes.shape = true;
     });
   }
 
-  takeWorker(worker) {
+  updateWorker(worker) {
     this.workers.set(worker.name, worker);
-    this.#note(changes => { changes.workers = true; });
+    this.#schedule(changes => { changes.workers = true; });
   }
 
-  #takeWorkers(workers) {
+  #replaceWorkers(workers) {
     this.workers = new Map(workers.map(worker => [worker.name, worker]));
-    this.#note(changes => { changes.workers = true; });
+    this.#schedule(changes => { changes.workers = true; });
   }
 
-  #take(event, data) {
-    if (event === 'job') this.takeJob(data);
-    else if (event === 'forgotten') this.forget(data.id);
-    else if (event === 'worker') this.takeWorker(data);
+  #applyEvent(event, data) {
+    if (event === 'job') this.updateJob(data);
+    else if (event === 'forgotten') this.removeJob(data.id);
+    else if (event === 'worker') this.updateWorker(data);
     else if (event === 'gone') {
       this.workers.delete(data.name);
-      this.#note(changes => { changes.workers = true; });
+      this.#schedule(changes => { changes.workers = true; });
     }
   }
 
-  #say(state, text = '') {
+  #setConnection(state, text = '') {
     this.connection = {state, text};
-    this.#note(changes => { changes.connection = true; });
+    this.#schedule(changes => { changes.connection = true; });
   }
 
-  #forgetAll() {
+  #clear() {
     this.jobs = new Map();
     this.workers = new Map();
     ++this.generation;
-    this.#note(changes => { changes.shape = changes.workers = changes.generation = true; });
+    this.#schedule(changes => { changes.shape = changes.workers = changes.generation = true; });
   }
 
-  /** A page of jobs older than `before` (undefined: the newest), in `states` (empty: all). Gives where
-   *  the next page begins, null after the last. Throws Problem. */
+  /** Loads a page of jobs older than `before` (undefined: the newest) in `states` (empty: all). Returns
+   *  `before` of the next page, null after the last page. Throws Problem. */
   async loadJobs(states, before) {
     const query = new URLSearchParams({limit: pageOfJobs});
     if (before !== undefined) query.set('before', before);
     if (states.length) query.set('state', states.join(','));
     const generation = this.generation;
     const {jobs, next} = await getJson('jobs?' + query);
-    // Events that came meanwhile are newer than this answer.
-    if (generation === this.generation) for (const job of jobs) if (!this.jobs.has(job.id)) this.takeJob(job);
+    // Jobs that an event has updated since the request are newer than this answer.
+    if (generation === this.generation) for (const job of jobs) if (!this.jobs.has(job.id)) this.updateJob(job);
     return next;
   }
 
-  /** One job, with its history. Throws Problem. */
+  /** Loads and returns one job with its history. Throws Problem. */
   async loadJob(id) {
     const job = await getJson('jobs/' + id);
-    this.takeJob(job);
+    this.updateJob(job);
     return job;
   }
 
-  /** Tries again at once. */
+  /** Connects again at once. */
   wake() {
     this.#wake.abort();
     this.#wake = new AbortController();
   }
 
-  /** For as long as the page lives. */
+  /** Keeps the connection. Never returns. */
   async run() {
     let failures = 0;
     for (;;) {
@@ -145,7 +145,7 @@ export class Farm {
         await this.#stream();
       } catch (problem) {
         if (problem.status === 401) {
-          this.#say('token', problem.message);
+          this.#setConnection('token', problem.message);
           await sleep(2 ** 31 - 1, this.#wake.signal);
         } else if (problem.status > 0 && this.server) {
           if (await this.#poll()) continue;
@@ -153,7 +153,7 @@ export class Farm {
       }
       if (this.connection.state === 'token') continue;
       const pause = Math.min(longestPause, 500 * 2 ** failures++);
-      this.#say('lost', `connection lost, again in ${Math.ceil(pause / 1000)} s`);
+      this.#setConnection('lost', `connection lost, next attempt in ${Math.ceil(pause / 1000)} s`);
       await sleep(pause, this.#wake.signal);
     }
   }
@@ -161,26 +161,26 @@ export class Farm {
   #stream() {
     return listen('events', {
       opened: () => {
-        this.#forgetAll();
-        this.#say('live', 'live');
+        this.#clear();
+        this.#setConnection('live', 'live');
       },
-      take: (event, data) => this.#take(event, data),
+      take: (event, data) => this.#applyEvent(event, data),
       signal: this.#wake.signal,
     });
   }
 
-  /** Without a stream: the server has as many listeners as it wants. Returns true when it is time to
-   *  try for a stream again, false when the server is gone. */
+  /** Polls, because the server accepts no more streams. Returns true when it is time to request a stream
+   *  again, false when the server cannot be reached. */
   async #poll() {
-    if (this.connection.state !== 'polling') this.#forgetAll();
+    if (this.connection.state !== 'polling') this.#clear();
     for (const end = performance.now() + streamAgainAfter; performance.now() < end;) {
       try {
         const [newest, busy, workers] = await Promise.all([getJson('jobs?limit=100'),
           getJson('jobs?limit=1000&state=queued,running,paused,finishing'), allWorkers()]);
-        this.#endedMeanwhile(busy);
-        for (const job of [...busy.jobs, ...newest.jobs]) this.takeJob(job);
-        this.#takeWorkers(workers);
-        this.#say('polling', 'asking every 3 s');
+        this.#updateEnded(busy);
+        for (const job of [...busy.jobs, ...newest.jobs]) this.updateJob(job);
+        this.#replaceWorkers(workers);
+        this.#setConnection('polling', 'polling every 3 s');
       } catch {
         return false;
       }
@@ -189,13 +189,13 @@ export class Farm {
     return true;
   }
 
-  /** Jobs that were unfinished and are not among those that still are. */
-  #endedMeanwhile(busy) {
+  /** Loads jobs that were unfinished before and are not in `busy` now. */
+  #updateEnded(busy) {
     if (busy.next !== null) return;
     const still = new Set(busy.jobs.map(job => job.id));
     for (const job of this.jobs.values()) {
       if (unfinished(job) && !still.has(job.id)) {
-        this.loadJob(job.id).catch(problem => problem.status === 404 && this.forget(job.id));
+        this.loadJob(job.id).catch(problem => problem.status === 404 && this.removeJob(job.id));
       }
     }
   }

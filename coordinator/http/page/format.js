@@ -1,9 +1,9 @@
-// Numbers and words for people.
+// Formats numbers and texts.
 
 const significant = (value, digits) => Number(value.toPrecision(digits)).toLocaleString('en', {
   maximumSignificantDigits: digits, useGrouping: false});
 
-/** 12345678 is 12.3 M. */
+/** Formats 12345678 as "12.3 M". */
 export function count(value) {
   for (const [size, unit] of [[1e12, ' T'], [1e9, ' G'], [1e6, ' M'], [1e3, ' k']]) {
     if (value >= size) return (value / size).toPrecision(3) + unit;
@@ -11,7 +11,10 @@ export function count(value) {
   return significant(value, 3);
 }
 
-/** 0.0000123 s is 12.3 µs. */
+/** Formats a number of bytes: "12 B", "12.3 MB". */
+export const bytes = value => count(value) + (value < 1000 ? ' B' : 'B');
+
+/** Formats 0.0000123 s as "12.3 µs". */
 export function small(value, unit) {
   for (const [size, prefix] of [[1, ''], [1e-3, 'm'], [1e-6, 'µ']]) {
     if (value >= size) return `${(value / size).toPrecision(3)} ${prefix}${unit}`;
@@ -34,22 +37,22 @@ export function duration(seconds) {
   return Math.round(minutes / 1440) + ' days';
 }
 
-/** Never 100 % of what is not done. */
+/** Formats a share. Rounds down, so that unfinished jobs never show 100 %. */
 export const percent = share => Math.floor(share * 1000) / 10 >= 100 ? '100 %' :
   (Math.floor(share * 1000) / 10).toFixed(share < 0.1 ? 1 : 0) + ' %';
 
 const unknown = value => value === null || value === undefined;
 
-/** What was asked for. */
-export const radiance = value => unknown(value) ? 'not known' : significant(value, 3);
+/** Formats a requested error. */
+export const radiance = value => unknown(value) ? 'unknown' : significant(value, 3);
 
-/** What was estimated: three digits, zeros too, so that columns of them are even. */
+/** Formats an estimate with three digits, including zeros, so that columns are aligned. */
 export function estimate(value) {
-  if (unknown(value)) return 'not known';
+  if (unknown(value)) return 'unknown';
   return value > 0 && value < 1e-4 ? value.toExponential(2) : value.toFixed(Math.max(0, 2 - Math.floor(Math.log10(value || 1))));
 }
 
-/** A channel under the cursor: all that a float has. */
+/** Formats a colour channel with the precision of a float. */
 export const channel = value => Number.isFinite(value) ? value.toPrecision(6) : String(value);
 
 export const moment = seconds => new Date(seconds * 1000).toLocaleString(undefined, {
@@ -57,8 +60,8 @@ export const moment = seconds => new Date(seconds * 1000).toLocaleString(undefin
 
 export const unfinished = job => ['queued', 'running', 'paused', 'finishing'].includes(job.state);
 
-/** What the job is to reach, and how far it is: {kind, now, asked}, or undefined. As parray jobs says
- *  it: the upper end of the interval counts. */
+/** Returns the target and the current value of a job, {kind, now, asked}, or undefined without a target. As
+ *  in parray jobs, the current RMSE is the upper end of its confidence interval. */
 export function goal(job) {
   if (job.target_error > 0) return {kind: 'RMSE', now: job.error?.high, asked: job.target_error};
   if (job.target_half_width > 0) {
@@ -67,12 +70,12 @@ export function goal(job) {
   return undefined;
 }
 
-/** "0.021 of 0.01", or the error alone where nothing was asked. */
+/** Formats the error of a job: "0.021 (target 0.01)", or the error alone if the job has no target. */
 export function errorOfGoal(job) {
   const to = goal(job);
-  if (to) return `${unknown(to.now) ? '?' : estimate(to.now)} of ${radiance(to.asked)}`;
+  if (to) return `${unknown(to.now) ? '?' : estimate(to.now)} (target ${radiance(to.asked)})`;
   return unknown(job.error?.rmse) ? '' : estimate(job.error.rmse);
 }
 
-/** The name of a file without folders and endings. */
+/** Returns the name of a file without directories and extension. */
 export const stem = file => file.replace(/^.*[\\/]/, '').replace(/(\.gz)?$/i, '').replace(/\.[^.]+$/, '');

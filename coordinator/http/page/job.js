@@ -1,7 +1,7 @@
-// One job: its picture as it grows, what is known of it, and what can be done to it.
+// The view of one job: its growing picture, its facts and its actions.
 
 import {change, download, getJson} from './api.js';
-import {button, confirm, el, facts, say, setClass, setText} from './dom.js';
+import {button, confirm, el, facts, notify, setClass, setText} from './dom.js';
 import {count, duration, errorOfGoal, estimate, goal, moment, percent, stem, unfinished, whole} from './format.js';
 import {fetchMap} from './maps.js';
 import {fetchPicture, noPicture} from './picture.js';
@@ -9,13 +9,13 @@ import {quickLookOf} from './quick_look.js';
 import {Trend} from './trend.js';
 import {Viewer} from './viewer.js';
 
-const steps = {  // what can be done in which state: [word, path, what is asked before]
+const actionsOf = {  // the actions that each state permits
   queued: ['pause', 'cancel'], running: ['pause', 'cancel'], finishing: ['cancel'], paused: ['resume', 'cancel'],
-  done: ['forget'], failed: ['requeue', 'forget'], cancelled: ['requeue', 'forget']};
-const past = {pause: 'is paused', resume: 'goes on', cancel: 'is cancelled', requeue: 'is in the queue again', forget: 'is forgotten'};
+  done: ['delete'], failed: ['requeue', 'delete'], cancelled: ['requeue', 'delete']};
+const doneTexts = {pause: 'is paused', resume: 'is resumed', cancel: 'is cancelled', requeue: 'is queued again', delete: 'is deleted'};
 const warnings = {
-  cancel: 'Its workers stop. What is rendered stays, and it can be queued again.',
-  forget: 'The job and its picture are deleted on the server. This cannot be undone.'};
+  cancel: 'Its workers stop. The samples are kept, and you can requeue the job.',
+  delete: 'The server deletes the job and its picture. This cannot be undone.'};
 
 export class JobView {
   #farm;
@@ -26,7 +26,7 @@ export class JobView {
   #samples;
   #pixels = 0;
   #state = '';
-  #frames = 0;  // that are listed
+  #frames = 0;  // number of listed frames
   #framesDone;
 
   constructor(farm) {
@@ -35,7 +35,7 @@ export class JobView {
     this.viewer.loadMap = kind => fetchMap(kind, this.#id, this.#shown.signal);
     this.heading = el('h1', {id: 'job-title', tabindex: -1});
     this.state = el('span', {});
-    this.actions = el('div', {class: 'actions', role: 'group', 'aria-label': 'Steer the job'});
+    this.actions = el('div', {class: 'actions', role: 'group', 'aria-label': 'Job actions'});
     this.bar = el('div', {class: 'progress', role: 'progressbar', 'aria-label': 'Progress', 'aria-valuemin': 0, 'aria-valuemax': 100},
       el('span', {class: 'bar'}));
     this.now = el('p', {class: 'now'});
@@ -64,10 +64,10 @@ export class JobView {
     this.#state = '';
     this.viewer.clear();
     this.trend.clear();
-    this.viewer.say('');
+    this.viewer.showMessage('');
     for (const part of [this.history, this.report, this.frames]) part.replaceChildren();
     setText(this.heading, `Job ${id}`);
-    this.#load();
+    this.#loadDetails();
     this.#draw();
     this.#follow(this.#shown.signal);
   }
@@ -88,16 +88,16 @@ export class JobView {
   }
 
   update(changes) {
-    if (changes.generation) this.#load();
+    if (changes.generation) this.#loadDetails();
     if (this.job) {
       if (changes.jobs.has(this.#id)) this.#draw();
     } else if (changes.jobs.has(this.#id) && !changes.generation) {
-      location.hash = '#/jobs';  // it has just been forgotten
+      location.hash = '#/jobs';  // the job was deleted
     }
   }
 
-  /** What only the answer for one job has: history, frames. */
-  async #load() {
+  /** Loads history and frames, which only the answer for a single job contains. */
+  async #loadDetails() {
     const id = this.#id;
     try {
       const job = await this.#farm.loadJob(id);
@@ -105,21 +105,21 @@ export class JobView {
       this.#showHistory(job.events ?? []);
       if (job.frames) this.#showFrames(job.frame_list ?? [], true);
     } catch (problem) {
-      if (id === this.#id) this.viewer.say(problem.message);
+      if (id === this.#id) this.viewer.showMessage(problem.message);
     }
   }
 
   #draw() {
     const job = this.job;
     if (!job) return;
-    setText(this.heading, `${job.id}  ${job.name || 'without a name'}`);
+    setText(this.heading, `${job.id}  ${job.name || 'untitled'}`);
     setText(this.state, job.state);
     setClass(this.state, 'state ' + job.state);
     const share = job.state === 'done' ? 1 : job.progress;
     setClass(this.bar, 'progress ' + job.state);
     this.bar.firstChild.style.setProperty('--share', share);
     this.bar.setAttribute('aria-valuenow', Math.floor(share * 100));
-    setText(this.now, this.#sayNow(job));
+    setText(this.now, this.#statusText(job));
     const trouble = [job.reason, job.flag].filter(Boolean).join(' ');
     setText(this.trouble, trouble);
     this.trouble.hidden = !trouble;
@@ -129,20 +129,20 @@ export class JobView {
     this.viewer.element.hidden = Boolean(job.frames);
     const more = job.frames && job.frames_done !== this.#framesDone;
     this.#framesDone = job.frames_done;
-    if (this.#state && (more || job.state !== this.#state)) this.#load();
+    if (this.#state && (more || job.state !== this.#state)) this.#loadDetails();
     if (job.state === this.#state) return;
     this.#state = job.state;
     this.#showActions(job);
-    if (job.state === 'done' && !job.frames) this.#finish(job.id);
+    if (job.state === 'done' && !job.frames) this.#loadResults(job.id);
     this.#wake();
   }
 
-  #sayNow(job) {
+  #statusText(job) {
     if (job.state === 'done') return 'done';
     const parts = [job.frames ? `${job.frames_done} of ${job.frames} frames` : percent(job.progress)];
     if (unfinished(job) && job.seconds_left >= 0) parts.push(duration(job.seconds_left) + ' left');
     if (job.state === 'running' && job.samples_per_second > 0) parts.push(count(job.samples_per_second) + ' samples/s');
-    if (unfinished(job) && job.waits_for) parts.push('waits for ' + job.waits_for);
+    if (unfinished(job) && job.waits_for) parts.push('waiting: ' + job.waits_for);
     return parts.join('   ');
   }
 
@@ -153,14 +153,14 @@ export class JobView {
     const pairs = [
       ['Picture', job.width ? `${job.width} × ${job.height} pixels` : ''],
       ['Samples', job.samples_per_pixel ?
-        `${this.#samples ? count(this.#samples / this.#pixels) + ' of ' : ''}${whole(job.samples_per_pixel)} a pixel, ${job.sampler}` : ''],
-      ['Error', known(error.rmse) ? `${estimate(error.rmse)} (${estimate(error.low)} to ${estimate(error.high)})` : job.frames ? '' : 'not known yet'],
-      ['Half-width', known(error.half_width_p50) ? `${estimate(error.half_width_p50)} median, ${estimate(error.half_width_p99)} of 99\u00a0%` : ''],
+        `${this.#samples ? count(this.#samples / this.#pixels) + ' of ' : ''}${whole(job.samples_per_pixel)} per pixel, ${job.sampler}` : ''],
+      ['Error', known(error.rmse) ? `${estimate(error.rmse)} (${estimate(error.low)} to ${estimate(error.high)})` : job.frames ? '' : 'unknown'],
+      ['Half-width', known(error.half_width_p50) ? `median ${estimate(error.half_width_p50)}, 99\u00a0% within ${estimate(error.half_width_p99)}` : ''],
       ['Target', to ? `${to.kind} ${errorOfGoal(job)}` : ''],
       ['User', job.user],
       ['Priority', unfinished(job) ? '' : String(job.priority)]];
     if (job.series !== undefined && job.frame !== undefined) {
-      pairs.push(['Frame', el('a', {href: `#/jobs/${job.series}`}, `${job.frame} of series ${job.series}`)]);
+      pairs.push(['Frame', el('a', {href: `#/jobs/${job.series}`}, `${job.frame} in series ${job.series}`)]);
     }
     const quick = quickLookOf(job.id);
     if (quick) pairs.push(['Quick look', el('a', {href: `#/jobs/${quick}`}, `job ${quick}`)]);
@@ -172,7 +172,7 @@ export class JobView {
 
   #showActions(job) {
     const had = this.actions.contains(document.activeElement);
-    this.actions.replaceChildren(...(steps[job.state] ?? []).map(word =>
+    this.actions.replaceChildren(...(actionsOf[job.state] ?? []).map(word =>
       button(word[0].toUpperCase() + word.slice(1), () => this.act(word), {class: warnings[word] ? 'danger' : undefined})));
     if (had) (this.actions.querySelector('button:not(.danger)') ?? this.heading).focus();
     const name = `${stem(job.name || 'job')}-${job.id}`;
@@ -181,7 +181,7 @@ export class JobView {
       try {
         await download(`jobs/${job.id}/${path}`, file);
       } catch (problem) {
-        say(problem.message, 'error');
+        notify(problem.message, 'error');
       }
       event.target.disabled = false;
     });
@@ -190,26 +190,26 @@ export class JobView {
     if (this.save.childElementCount) this.save.prepend(el('span', {}, 'Download'));
   }
 
-  /** pause, resume, cancel, requeue or forget. */
+  /** Performs an action: pause, resume, cancel, requeue or delete. */
   async act(word) {
     const job = this.job;
-    if (!job || !steps[job.state]?.includes(word)) return;
+    if (!job || !actionsOf[job.state]?.includes(word)) return;
     const capital = word[0].toUpperCase() + word.slice(1);
-    if (warnings[word] && !await confirm(`${capital} job ${job.id}?`, warnings[word], `${capital} it`)) return;
+    if (warnings[word] && !await confirm(`${capital} job ${job.id}?`, warnings[word], 'Keep job', `${capital} job`)) return;
     try {
-      if (word === 'forget') {
+      if (word === 'delete') {
         await change('DELETE', `jobs/${job.id}`);
-        this.#farm.forget(job.id);
+        this.#farm.removeJob(job.id);
       } else {
-        this.#farm.takeJob(await change('POST', `jobs/${job.id}/${word}`));
+        this.#farm.updateJob(await change('POST', `jobs/${job.id}/${word}`));
       }
-      say(`Job ${job.id} ${past[word]}.`);
+      notify(`Job ${job.id} ${doneTexts[word]}.`);
     } catch (problem) {
-      say(problem.message, 'error');
+      notify(problem.message, 'error');
     }
   }
 
-  /** Key p. */
+  /** Pauses or resumes the job (key p). */
   pauseOrResume() {
     this.act(this.job?.state === 'paused' ? 'resume' : 'pause');
   }
@@ -217,20 +217,20 @@ export class JobView {
   async #setPriority(event) {
     event.preventDefault();
     try {
-      this.#farm.takeJob(await change('PUT', `jobs/${this.#id}/priority`, {priority: this.priority.valueAsNumber}));
-      say(`Job ${this.#id} has priority ${this.priority.value}.`);
+      this.#farm.updateJob(await change('PUT', `jobs/${this.#id}/priority`, {priority: this.priority.valueAsNumber}));
+      notify(`Job ${this.#id} has priority ${this.priority.value}.`);
     } catch (problem) {
-      say(problem.message, 'error');
+      notify(problem.message, 'error');
     }
   }
 
-  /** The picture, again and again for as long as it can change and this is shown. */
+  /** Updates the picture as long as it can change and the view is shown. */
   async #follow(signal) {
     while (!signal.aborted) {
       const begin = performance.now();
       const last = await this.#refresh(signal);
       if (signal.aborted) return;
-      // A fifth of the time at most goes into it.
+      // Updates take at most a fifth of the time.
       const pause = last ? 2 ** 31 - 1 : Math.max(1000, 4 * (performance.now() - begin));
       await new Promise(resolve => {
         const timer = setTimeout(resolve, pause);
@@ -242,7 +242,7 @@ export class JobView {
     }
   }
 
-  /** Gives true when nothing can change until the job's state does. */
+  /** Updates the picture once. Returns true if it cannot change before the job's state does. */
   async #refresh(signal) {
     const job = this.job;
     if (!job || document.hidden || this.#farm.connection.state === 'lost') return false;
@@ -253,10 +253,10 @@ export class JobView {
       this.#etag = picture.etag;
       this.#samples = picture.samples;
       this.#pixels = picture.width * picture.height;
-      this.viewer.say('');
+      this.viewer.showMessage('');
       const quick = await this.#quickLook(job, signal);
       if (signal.aborted) return true;
-      // First impressions of single samples are less than a quick look that is done.
+      // A finished quick look shows more than a picture of single samples.
       const early = quick && !quick.partial && picture.samples < 2 * this.#pixels;
       this.viewer.show(early ? noPicture(job) : picture, quick);
       this.#showFacts(job);
@@ -268,30 +268,30 @@ export class JobView {
     }
   }
 
-  /** There is no picture: what the quick look has, if there was one. */
+  /** Shows the quick look, if there is one, because the job has no picture yet. */
   async #showNothing(job, problem, signal) {
-    const below = unfinished(job) ? await this.#quickLook(job, signal) : undefined;
+    const quick = unfinished(job) ? await this.#quickLook(job, signal) : undefined;
     if (signal.aborted) return;
-    if (below) this.viewer.show(noPicture(job), below);
-    this.viewer.say(!unfinished(job) ? problem.message : below ? '' : 'No picture yet.');
+    if (quick) this.viewer.show(noPicture(job), quick);
+    this.viewer.showMessage(!unfinished(job) ? problem.message : quick ? '' : 'No picture yet.');
   }
 
-  #below;
+  #quickPicture;
   async #quickLook(job, signal) {
     const quick = quickLookOf(job.id);
     if (!quick || job.state === 'done') return undefined;
-    if (this.#below?.of !== job.id || this.#below.picture.partial) {
+    if (this.#quickPicture?.of !== job.id || this.#quickPicture.picture.partial) {
       try {
-        this.#below = {of: job.id, picture: await fetchPicture(await getJson('jobs/' + quick, signal), undefined, signal)};
+        this.#quickPicture = {of: job.id, picture: await fetchPicture(await getJson('jobs/' + quick, signal), undefined, signal)};
       } catch {
         return undefined;
       }
     }
-    return this.#below.picture;
+    return this.#quickPicture.picture;
   }
 
-  /** What a job that is done has beside its picture. */
-  async #finish(id) {
+  /** Loads the report and the error map of a done job. */
+  async #loadResults(id) {
     const here = () => id === this.#id && !this.#shown.signal.aborted;
     try {
       const report = await getJson(`jobs/${id}/report`);
@@ -299,7 +299,7 @@ export class JobView {
       const error = await fetchMap('error', id, this.#shown.signal);
       if (here()) this.viewer.showMap(error);
     } catch (problem) {
-      if (here()) say(problem.message, 'error');
+      if (here()) notify(problem.message, 'error');
     }
   }
 
@@ -314,7 +314,7 @@ export class JobView {
       if (Array.isArray(value) && value.some(item => item instanceof Object)) pairs.push([path, `${value.length} entries`]);
       else if (Array.isArray(value)) pairs.push([path, value.join(', ')]);
       else if (value instanceof Object) for (const [name, inner] of Object.entries(value)) flatten(inner, path ? `${path}.${name}` : name);
-      else pairs.push([path, value === null ? 'not known' : typeof value === 'number' && !Number.isInteger(value) ? String(Number(value.toPrecision(6))) : String(value)]);
+      else pairs.push([path, value === null ? 'unknown' : typeof value === 'number' && !Number.isInteger(value) ? String(Number(value.toPrecision(6))) : String(value)]);
     };
     flatten(report, '');
     const list = facts(pairs);

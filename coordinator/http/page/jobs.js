@@ -1,17 +1,17 @@
-// All jobs: a row for each, the newest first.
+// The view of all jobs, newest first.
 
 import {el, setClass, setText} from './dom.js';
 import {duration, errorOfGoal, goal, percent, rate, unfinished, whole} from './format.js';
 import {VirtualTable} from './list.js';
 
 export const filters = new Map([
-  ['all', []], ['unfinished', ['queued', 'running', 'paused', 'finishing']], ['running', ['running', 'finishing']],
+  ['all', []], ['active', ['queued', 'running', 'paused', 'finishing']], ['running', ['running', 'finishing']],
   ['queued', ['queued']], ['paused', ['paused']], ['done', ['done']], ['failed', ['failed']],
   ['cancelled', ['cancelled']]]);
 
 const columns = [
   {name: 'id', title: 'Job'}, {name: 'name', title: 'Scene'}, {name: 'state', title: 'State'},
-  {name: 'progress', title: 'Progress'}, {name: 'left', title: 'Time left'}, {name: 'error', title: 'Error'},
+  {name: 'progress', title: 'Progress'}, {name: 'left', title: 'ETA'}, {name: 'error', title: 'Error'},
   {name: 'speed', title: 'Speed'}, {name: 'size', title: 'Picture'}, {name: 'user', title: 'User'},
   {name: 'priority', title: 'Priority'}];
 
@@ -33,7 +33,7 @@ const progressOf = job => job.frames ? `${job.frames_done ?? 0} of ${job.frames}
 
 function fill(parts, job) {
   setText(parts.id, String(job.id));
-  setText(parts.link, job.name || 'without a name');
+  setText(parts.link, job.name || 'untitled');
   parts.link.setAttribute('href', `#/jobs/${job.id}`);
   setText(parts.state, job.state);
   setClass(parts.state, 'state ' + job.state);
@@ -53,14 +53,14 @@ export class JobsView {
   title = 'Jobs';
   #farm;
   #filter = 'all';
-  #loadedTo = Infinity;  // jobs from this number on are known; -Infinity: all
+  #loadedTo = Infinity;  // jobs from this number on are loaded; -Infinity: all
   #loading = false;
   #problem = '';
 
   constructor(farm) {
     this.#farm = farm;
     this.table = new VirtualTable({label: 'Jobs', kind: 'jobs', columns, make, fill, nearEnd: () => this.#load()});
-    this.choice = el('fieldset', {class: 'choice'}, el('legend', {class: 'unseen'}, 'Jobs to show'),
+    this.choice = el('fieldset', {class: 'choice'}, el('legend', {class: 'unseen'}, 'Filter by state'),
       ...[...filters.keys()].map(name => el('label', {},
         el('input', {type: 'radio', name: 'filter', value: name, checked: name === this.#filter,
           onchange: () => this.#choose(name)}), el('span', {}, name))));
@@ -73,7 +73,7 @@ export class JobsView {
   }
 
   show() {
-    this.#reshape();
+    this.#rebuild();
   }
 
   update(changes) {
@@ -81,7 +81,7 @@ export class JobsView {
       this.#loadedTo = Infinity;
       this.#load();
     }
-    if (changes.shape || changes.generation) this.#reshape();
+    if (changes.shape || changes.generation) this.#rebuild();
     else if (changes.jobs.size) this.table.draw(true);
   }
 
@@ -90,7 +90,7 @@ export class JobsView {
     this.#loadedTo = Infinity;
     this.table.scroller.scrollTop = 0;
     this.#load();
-    this.#reshape();
+    this.#rebuild();
   }
 
   async #load() {
@@ -104,14 +104,14 @@ export class JobsView {
       this.#problem = '';
     } catch (problem) {
       this.#problem = problem.message;
-      this.#loadedTo = -Infinity;  // until the next connection
+      this.#loadedTo = -Infinity;  // no further attempt until the next connection
     }
     this.#loading = false;
     if (filter !== this.#filter || generation !== this.#farm.generation) this.#load();
-    else this.#reshape();
+    else this.#rebuild();
   }
 
-  #reshape() {
+  #rebuild() {
     const states = filters.get(this.#filter);
     const jobs = [];
     for (const job of this.#farm.jobs.values()) {
@@ -123,17 +123,17 @@ export class JobsView {
     this.table.set(jobs);
     const more = this.#loadedTo !== -Infinity;
     setText(this.count, jobs.length || !more ? `${jobs.length}${more ? '+' : ''} ${jobs.length === 1 ? 'job' : 'jobs'}` : '');
-    this.#sayEmpty(jobs.length === 0 && !more);
+    this.#showEmpty(jobs.length === 0 && !more);
   }
 
-  #sayEmpty(empty) {
+  #showEmpty(empty) {
     this.empty.hidden = !empty;
     this.table.element.hidden = empty;
     if (!empty) return;
-    const nothing = this.#filter === 'all' ? 'No jobs yet.' : `No job is ${this.#filter}.`;
+    const nothing = this.#filter === 'all' ? 'No jobs yet.' : `No jobs are ${this.#filter}.`;
     this.empty.replaceChildren(el('p', {}, this.#problem || nothing));
     if (this.#filter !== 'all' || this.#problem) return;
-    this.empty.append(el('p', {}, 'Drop a scene or a file of particles anywhere on this page, or'),
+    this.empty.append(el('p', {}, 'Drop a scene or a particle file anywhere on this page, or run'),
       el('pre', {}, 'parray submit SCENE'));
   }
 }

@@ -1,20 +1,20 @@
-// A table of any number of rows, of which only those that can be seen are elements.
+// A table of any number of rows. Only visible rows have elements.
 
 import {el} from './dom.js';
 
-const spare = 3;  // rows beyond either edge
+const spare = 3;  // additional rows above and below the visible ones
 
 export class VirtualTable {
   #make;
   #fill;
   #items = [];
   #rows = [];  // elements; row i of the table is in #rows[i % #rows.length]
-  #current = 0;  // the row that Tab leads to
+  #current = 0;  // the row that gets the focus with Tab
   #rowHeight = 0;
 
-  /** `columns`: [{name, title, sort}] (`title` may be an element); `make(row)` puts a cell into `row` for each and returns what
-   *  `fill(parts, item)` needs; its first link or button is what has the row's focus.
-   *  `nearEnd()`: called when the last rows can be seen. */
+  /** `columns`: [{name, title, sort}]; `title` may be an element. `make(row)` adds a cell for each column and
+   *  returns `parts` for fill(parts, item). The first link or button of a row gets the row's focus.
+   *  `nearEnd()` is called when the last rows are visible. */
   constructor({label, kind, columns, make, fill, nearEnd}) {
     this.#make = make;
     this.#fill = fill;
@@ -41,12 +41,12 @@ export class VirtualTable {
     this.draw(true);
   }
 
-  /** Writes the rows that can be seen; those that are where they were only if `again`. */
+  /** Draws the visible rows. `again`: also draws rows whose position has not changed. */
   draw(again = false) {
     if (!this.#rowHeight) return;
     const view = this.scroller.clientHeight;
     const first = Math.max(0, Math.floor(this.scroller.scrollTop / this.#rowHeight) - spare);
-    this.#provide(Math.ceil(view / this.#rowHeight) + 2 * spare + 1);
+    this.#addRows(Math.ceil(view / this.#rowHeight) + 2 * spare + 1);
     const end = Math.min(this.#items.length, first + this.#rows.length);
     for (let index = first; index < first + this.#rows.length; ++index) {
       const row = this.#rows[index % this.#rows.length];
@@ -54,46 +54,46 @@ export class VirtualTable {
         row.element.hidden = true;
         row.index = -1;
       } else if (again || row.index !== index) {
-        this.#place(row, index);
+        this.#showRow(row, index);
       }
     }
     if (end >= this.#items.length - spare) this.nearEnd?.();
   }
 
-  #place(row, index) {
+  #showRow(row, index) {
     if (row.index !== index) {
-      // Whoever stood in this row must not find themselves in another.
+      // The focus must not move to another row.
       if (row.element.contains(document.activeElement)) this.scroller.focus({preventScroll: true});
       row.index = index;
       row.element.hidden = false;
       row.element.style.transform = `translateY(${index * this.#rowHeight}px)`;
       row.element.setAttribute('aria-rowindex', index + 2);
       row.element.classList.toggle('odd', index % 2 === 1);
-      this.#mark(row);
+      this.#setTabStop(row);
     }
     this.#fill(row.parts, this.#items[index], row.element);
   }
 
-  #mark(row) {
+  #setTabStop(row) {
     for (const target of row.targets) target.tabIndex = row.index === this.#current ? 0 : -1;
   }
 
-  #provide(count) {
+  #addRows(count) {
     if (this.#rows.length >= count) return;
     while (this.#rows.length < count) {
       const element = el('div', {class: 'row', role: 'row', hidden: true});
       const parts = this.#make(element);
       const row = {element, parts, index: -1, targets: [...element.querySelectorAll('a, button')]};
-      element.addEventListener('focusin', () => this.#stand(row.index));
+      element.addEventListener('focusin', () => this.#setCurrent(row.index));
       this.#rows.push(row);
       this.body.append(element);
     }
-    for (const row of this.#rows) row.index = -1;  // their places depend on their number
+    for (const row of this.#rows) row.index = -1;  // their positions depend on the number of elements
   }
 
-  #stand(index) {
+  #setCurrent(index) {
     this.#current = index;
-    for (const row of this.#rows) this.#mark(row);
+    for (const row of this.#rows) this.#setTabStop(row);
   }
 
   #key(event) {
@@ -105,7 +105,7 @@ export class VirtualTable {
     const from = inside ? this.#current : Math.round(this.scroller.scrollTop / this.#rowHeight) - Math.sign(step);
     const to = Math.min(this.#items.length - 1, Math.max(0, from + step));
     this.#reveal(to);
-    this.#stand(to);
+    this.#setCurrent(to);
     this.#rows.find(row => row.index === to)?.targets[0]?.focus({preventScroll: true});
   }
 
@@ -119,7 +119,7 @@ export class VirtualTable {
     this.draw();
   }
 
-  /** The height of a row is the style sheet's: it differs on a phone. */
+  /** Reads the height of a row from the style sheet: it differs on a phone. */
   #resize() {
     const height = parseFloat(getComputedStyle(this.scroller).getPropertyValue('--row'));
     if (height && height !== this.#rowHeight) {

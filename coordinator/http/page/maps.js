@@ -1,17 +1,17 @@
-// Maps of a picture's pixels: their error, what tracing them cost, who traced them.
+// Maps of a picture: error, cost and worker of each pixel.
 
 import {request} from './api.js';
 import {estimate, small} from './format.js';
 import {opaque, toSrgb} from './picture.js';
 
-/** What each map is called, and shows a pixel's value as. */
+/** Title, legend and file of each map, and the text for the value of a pixel. */
 export const kinds = {
-  error: {title: 'Error', legend: 'half-width, 95 %', file: 'error.f32', text: value => value < 0 ? '± not known' : `± ${estimate(value)}`},
-  cost: {title: 'Cost', legend: 'thread-seconds a pixel', file: 'cost.f32', text: value => value > 0 ? small(value, 's') : 'not traced yet'},
+  error: {title: 'Error', legend: 'half-width of the 95 % interval', file: 'error.f32', text: value => value < 0 ? '± unknown' : `± ${estimate(value)}`},
+  cost: {title: 'Cost', legend: 'thread-seconds per pixel', file: 'cost.f32', text: value => value > 0 ? small(value, 's') : 'not traced yet'},
   workers: {title: 'Workers', legend: 'traced by', file: 'workers.u32'}};
 
-/** {kind, width, height, values, low, high} with the ends of a scale, or {.., names} of workers. Throws
- *  Problem. */
+/** Loads a map: {kind, width, height, values, low, high} with the ends of the scale, or {.., names} of
+ *  workers. Throws Problem. */
 export async function fetchMap(kind, id, signal) {
   const response = await request('GET', `jobs/${id}/${kinds[kind].file}`, {signal});
   const width = Number(response.headers.get('Parray-Width'));
@@ -24,30 +24,30 @@ export async function fetchMap(kind, id, signal) {
   return {kind, width, height, values, names};
 }
 
-/** What a pixel's value is, in words. */
+/** Returns the text for the value of a pixel. */
 export function textOf(map, at) {
   const value = map.values[at];
-  return map.kind === 'workers' ? map.names[value] ?? 'nobody yet' : kinds[map.kind].text(value);
+  return map.kind === 'workers' ? map.names[value] ?? 'not traced yet' : kinds[map.kind].text(value);
 }
 
 function scaleOf(values) {
   const most = values.reduce((largest, value) => Math.max(largest, value), 0);
   if (most === 0) return {low: 0.001, high: 1};
   const high = roundNumber(most, true);
-  const stride = Math.ceil(values.length / 1e6);  // sorting all of a large picture would hold up the page
+  const stride = Math.ceil(values.length / 1e6);  // sorting all pixels of a large picture would block the page
   const known = values.filter((value, i) => i % stride === 0 && value > 0).sort();
   return {low: roundNumber(Math.min(known[Math.floor(known.length / 100)] ?? most, high / 10), false), high};
 }
 
-/** The next 1, 2 or 5 times a power of ten. */
+/** Rounds to the next 1, 2 or 5 times a power of ten. */
 function roundNumber(value, upwards) {
   const power = 10 ** Math.floor(Math.log10(value));
   return power * (upwards ? [1, 2, 5, 10].find(step => step * power >= value * (1 - 1e-6)) :
     [10, 5, 2, 1].find(step => step * power <= value * (1 + 1e-6)));
 }
 
-/** The colours of parray's --error-map (cli/output/error_map.h): L*a*b* whose lightness rises evenly, so
- *  that the order is seen without telling colours apart; sRGB bytes. */
+/** Returns the sRGB bytes of a colour of the option --error-map (cli/output/error_map.h). Its lightness in
+ *  L*a*b* rises evenly, so that the order is visible without colour vision. */
 function errorColour(share) {
   const t = share;
   const s = 1 - t;
@@ -64,7 +64,7 @@ function errorColour(share) {
 const ramp = Array.from({length: 256}, (_, i) => errorColour(i / 255));
 const rampWords = Uint32Array.from(ramp, ([r, g, b]) => (opaque | b << 16 | g << 8 | r) >>> 0);
 
-/** The colour scale, left to right low to high. */
+/** Paints the colour scale, from low on the left to high on the right. */
 export function paintScale(canvas) {
   canvas.width = ramp.length;
   canvas.height = 1;
@@ -73,7 +73,7 @@ export function paintScale(canvas) {
   canvas.getContext('2d').putImageData(image, 0, 0);
 }
 
-/** Eight colours that people with any colour vision tell apart (Okabe and Ito), then darker ones. */
+/** Eight colours that people with any colour vision can distinguish (Okabe and Ito). */
 const palette = ['#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0e442', '#999999'];
 export const workerColour = number => palette[number % palette.length];
 const paletteWords = Uint32Array.from(palette, text => {
@@ -81,7 +81,7 @@ const paletteWords = Uint32Array.from(palette, text => {
   return (opaque | b << 16 | g << 8 | r) >>> 0;
 });
 
-/** As paintRadiance: numbers on a logarithmic scale, workers by colour; white is unknown. */
+/** Writes pixels as paintRadiance does: numbers on a logarithmic scale, workers by colour. White: unknown. */
 export function paintMap({kind, values, low, high, names}, words, begin, end) {
   const scale = 255 / Math.log(high / low);
   const offset = Math.log(low);

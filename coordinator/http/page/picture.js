@@ -1,24 +1,25 @@
-// Pictures as numbers, and numbers as colours.
+// Loads pictures as numbers, and converts numbers to colours.
 
 import {request} from './api.js';
 
-const mostExact = 16e6;  // pixels: 192 MB of floats
-const mostExactLive = 2e6;  // of a picture that comes anew every few seconds
+const mostExact = 16e6;  // pixels; 192 MB of floats
+const mostExactLive = 2e6;  // pixels of a picture that is updated every few seconds
 const mostPixels = 64e6;
 
 export const toSrgb = linear => linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055;
 const toLinear = srgb => srgb <= 0.04045 ? srgb / 12.92 : ((srgb + 0.055) / 1.055) ** 2.4;
 
 const linearOfByte = Float32Array.from({length: 256}, (_, byte) => toLinear(byte / 255));
-// By the square root, which spreads the dark end about as sRGB does.
+// Indexed by the square root, which resolves dark values about as well as sRGB does.
 const steps = 4095;
 const byteOfRoot = Uint8Array.from({length: steps + 1}, (_, i) => Math.round(255 * toSrgb((i / steps) ** 2)));
 
-/** {width, height, pixels: Float32Array of linear RGB, exact, partial, samples (of all pixels), etag};
- *  `exact` false: from 8 bits. Undefined when nothing has changed since `etag`. Throws Problem. */
+/** Loads a picture: {width, height, pixels: Float32Array of linear RGB, exact, partial, samples (of all
+ *  pixels), etag}. `exact` false: from an 8-bit picture. Returns undefined if nothing has changed since
+ *  `etag`. Throws Problem. */
 export async function fetchPicture(job, etag, signal) {
   const area = job.width * job.height;
-  if (area > mostPixels) throw new Error('The picture is too large to show here: download it.');
+  if (area > mostPixels) throw new Error('The picture is too large for this page. Download it instead.');
   const exact = area <= (job.state === 'done' ? mostExact : mostExactLive);
   const path = `jobs/${job.id}/${exact ? 'pixels.f32' : 'image.png'}`;
   const response = await request('GET', path, {headers: etag ? {'If-None-Match': etag} : {}, signal});
@@ -32,7 +33,7 @@ export async function fetchPicture(job, etag, signal) {
   return {...rest, width, height, pixels: new Float32Array(await response.arrayBuffer())};
 }
 
-/** A picture without samples. */
+/** Returns a picture without samples. */
 export const noPicture = ({width, height}) => ({width, height, pixels: new Float32Array(3 * width * height), exact: true,
   partial: true, samples: 0, none: true});
 
@@ -53,8 +54,8 @@ async function linearOfPng(blob) {
 
 export const opaque = 0xff000000;
 
-/** Writes pixels `begin` to `end` as sRGB, RGBA in a word. Without `whole` pixels of 0, which have not
- *  arrived, are left clear. */
+/** Writes pixels `begin` to `end` as sRGB, one RGBA word per pixel. Without `whole`, pixels of 0 have no
+ *  sample yet and stay transparent. */
 export function paintRadiance({pixels}, words, begin, end, gain, whole) {
   const scale = steps * Math.sqrt(gain);
   for (let i = begin, at = 3 * begin; i < end; ++i, at += 3) {

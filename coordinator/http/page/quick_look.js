@@ -1,4 +1,4 @@
-// Which small job gives a first impression of which: known to this tab only.
+// Remembers the quick look of each job: a small job that shows a first picture. Only this tab knows it.
 
 const place = 'parray-quick-looks';
 const known = () => JSON.parse(sessionStorage.getItem(place) ?? '{}');

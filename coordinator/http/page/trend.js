@@ -1,4 +1,4 @@
-// How a job's error came down, as far as this page has seen it: one point for each pass.
+// A plot of a job's error against time: one point per pass that this page has seen.
 
 import {duration, estimate, radiance} from './format.js';
 
@@ -20,7 +20,7 @@ export class Trend {
     this.#draw();
   }
 
-  /** `value`: what the target is compared with, or the error; `target` 0: none. */
+  /** Adds a point. `value`: the value that is compared with the target, or the error. `target` 0: no target. */
   add(value, target) {
     if (!(value > 0) || this.#points.at(-1)?.value === value) return;
     this.#points.push({at: performance.now() / 1000, value});
@@ -40,7 +40,7 @@ export class Trend {
       (target > 0 ? `, target ${radiance(target)}` : ''));
     const label = (value, text) => shape('text', {x: left - 6, y: y(value) + 4, 'text-anchor': 'end'}, text);
     this.element.append(shape('path', {class: 'axis', d: `M${left},0V${height - bottom}H${width}`}),
-      shape('text', {x: width, y: height - 3, 'text-anchor': 'end'}, `${duration(last.at - first.at)} watched`), label(first.value, radiance(Number(first.value.toPrecision(2)))));
+      shape('text', {x: width, y: height - 3, 'text-anchor': 'end'}, `${duration(last.at - first.at)} observed`), label(first.value, radiance(Number(first.value.toPrecision(2)))));
     if (target > 0) {
       this.element.append(shape('path', {class: 'target', d: `M${left},${y(target)}H${width}`}), label(target, radiance(target)));
     }

@@ -1,24 +1,24 @@
-// A picture on a canvas: zoom to pixels, exposure, the value under the cursor. By mouse, touch, keys
-// and buttons.
+// Shows a picture on a canvas, with zoom, exposure and the value under the cursor. Works with mouse, touch,
+// keys and buttons.
 
 import {button, el, setText} from './dom.js';
 import {kinds, paintMap, paintScale, textOf, workerColour} from './maps.js';
 import {paintRadiance} from './picture.js';
 import {channel, radiance, small} from './format.js';
 
-const slice = 1 << 18;  // pixels that are painted in one go: about 5 ms
+const slice = 1 << 18;  // pixels painted without a pause: about 5 ms
 const mostZoom = 64;
 
 export class Viewer {
-  #picture;  // of fetchPicture
-  #maps = {};  // of fetchMap, by kind
-  #below;  // a small picture that shows through where there are no samples yet
+  #picture;  // from fetchPicture
+  #maps = {};  // from fetchMap, by kind
+  #below;  // a small picture that is visible where the picture has no samples yet
   #belowSurface = document.createElement('canvas');
   #layer = 'picture';
-  #surface = document.createElement('canvas');  // the picture's own pixels, painted
+  #surface = document.createElement('canvas');  // the picture at its own resolution
   #painting = 0;
-  #scale = 0;  // css pixels a pixel; 0: fit
-  #x = 0;  // where the picture's corner is, css pixels
+  #scale = 0;  // CSS pixels per pixel; 0: fit
+  #x = 0;  // position of the picture's corner in CSS pixels
   #y = 0;
   #cursor;
   #pointers = new Map();
@@ -36,7 +36,7 @@ export class Viewer {
       oninput: () => this.#expose()});
     this.stops = el('output', {class: 'stops'}, '0 EV');
     this.zoomed = el('output', {class: 'zoomed'});
-    this.layers = el('select', {'aria-label': 'What is shown', onchange: () => this.setLayer(this.layers.value)},
+    this.layers = el('select', {'aria-label': 'Layer', onchange: () => this.setLayer(this.layers.value)},
       el('option', {value: 'picture'}, 'Picture'),
       ...Object.entries(kinds).map(([kind, {title}]) => el('option', {value: kind}, title)));
     this.low = el('span', {});
@@ -57,16 +57,16 @@ export class Viewer {
     this.#listen();
   }
 
-  /** `below`: a small picture of the same that shows through, or undefined. */
+  /** Shows a picture. `below`: a small version of it that is visible where samples are missing, or undefined. */
   show(picture, below) {
     this.#picture = picture;
     this.#below = below;
     if (this.#layer === 'picture') this.#paint();
     else if (picture.partial) this.#loadLayer();
-    this.#tell();
+    this.#showReadout();
   }
 
-  /** Asked for maps: async (kind) => map of fetchMap; throws an Error whose message is shown. */
+  /** Loads a map: async (kind) => map from fetchMap. Throws an Error, whose message is shown. */
   loadMap = undefined;
 
   showMap(map) {
@@ -75,10 +75,10 @@ export class Viewer {
       this.#showLegend(map);
       this.#paint();
     }
-    this.#tell();
+    this.#showReadout();
   }
 
-  say(text) {
+  showMessage(text) {
     setText(this.message, text);
   }
 
@@ -89,14 +89,14 @@ export class Viewer {
     this.#scale = 0;
     this.#surface.width = this.#surface.height = 0;
     this.legend.hidden = true;
-    this.#tell();
+    this.#showReadout();
     this.#draw();
   }
 
-  /** 'picture', or a kind of map. */
+  /** Selects what is shown: 'picture' or a kind of map. */
   setLayer(layer) {
     this.#layer = this.layers.value = layer;
-    this.say('');
+    this.showMessage('');
     this.legend.hidden = layer === 'picture';
     if (layer === 'picture') this.#paint();
     else if (this.#maps[layer]) this.showMap(this.#maps[layer]);
@@ -113,7 +113,7 @@ export class Viewer {
     } catch (problem) {
       if (this.#layer === layer && problem.name !== 'AbortError') {
         this.setLayer('picture');
-        this.say(problem.message);
+        this.showMessage(problem.message);
       }
     } finally {
       this.#loading = undefined;
@@ -156,7 +156,7 @@ export class Viewer {
     this.zoomTo(this.#place().scale * factor, x, y);
   }
 
-  /** Where the picture stands on the stage. */
+  /** Returns scale and position of the picture on the stage. */
   #place() {
     const {width, height} = this.#picture ?? {width: 1, height: 1};
     const {clientWidth, clientHeight} = this.stage;
@@ -173,7 +173,7 @@ export class Viewer {
     if (this.#layer === 'picture') this.#paint();
   }
 
-  /** Paints the surface, a slice at a time: a large picture must not hold up the page. */
+  /** Paints the surface in slices, so that a large picture does not block the page. */
   async #paint() {
     const mine = ++this.#painting;
     const {width, height} = this.#picture ?? {};
@@ -258,19 +258,19 @@ export class Viewer {
     }
   }
 
-  #tell() {
+  #showReadout() {
     const {x, y} = this.#cursor ?? {};
     const picture = this.#picture;
     if (x === undefined || !picture || x >= picture.width || y >= picture.height) {
       setText(this.readout, !picture ? '' :
-        `${picture.width} × ${picture.height}, ${picture.none ? 'quick look' : picture.exact ? 'linear float32' : '8 bit'}`);
+        `${picture.width} × ${picture.height}, ${picture.none ? 'quick look' : picture.exact ? 'linear float32' : '8-bit'}`);
       return;
     }
     const at = y * picture.width + x;
     const [r, g, b] = picture.pixels.subarray(3 * at, 3 * at + 3);
     let text = `x ${x}  y ${y}   R ${channel(r)}  G ${channel(g)}  B ${channel(b)}`;
     if (picture.partial && r === 0 && g === 0 && b === 0) text = `x ${x}  y ${y}   no sample yet`;
-    if (!picture.exact) text += '   (of 8 bits)';
+    if (!picture.exact) text += '   (8-bit)';
     for (const map of Object.values(this.#maps)) {
       if (map.kind === 'error' || map.kind === this.#layer) text += '   ' + textOf(map, at);
     }
@@ -283,7 +283,7 @@ export class Viewer {
     const inside = x >= 0 && y >= 0 && x < width && y < height;
     if (!inside && !aloud) this.#cursor = undefined;
     else this.#cursor = {x: Math.min(width - 1, Math.max(0, x)), y: Math.min(height - 1, Math.max(0, y))};
-    this.#tell();
+    this.#showReadout();
     if (aloud) {
       this.#follow();
       setText(this.spoken, this.readout.textContent);
@@ -291,7 +291,7 @@ export class Viewer {
     this.#draw();
   }
 
-  /** Keeps the cursor on the stage. */
+  /** Moves the picture so that the cursor stays on the stage. */
   #follow() {
     if (this.#scale === 0) return;
     const shift = (at, origin, size) => {
@@ -377,7 +377,7 @@ export class Viewer {
     event.stopPropagation();
   }
 
-  /** Zooming by keys keeps the cursor where it is, if there is one. */
+  /** Returns the point that zooming by keys keeps in place: the cursor, or nothing for the centre. */
   #focus() {
     if (!this.#cursor) return [];
     const {scale, left, top} = this.#place();

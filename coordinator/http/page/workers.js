@@ -1,7 +1,7 @@
-// All workers: what they do, how fast; who may, sends them away.
+// The view of all workers. Administrators can drain and resume them.
 
 import {change} from './api.js';
-import {button, confirm, el, say, setClass, setText} from './dom.js';
+import {button, confirm, el, notify, setClass, setText} from './dom.js';
 import {count, duration, rate, whole} from './format.js';
 import {VirtualTable} from './list.js';
 
@@ -13,7 +13,7 @@ const columns = [
   {name: 'speed', title: 'Speed', of: worker => -worker.samples_per_second},
   {name: 'leases', title: 'Leases', of: worker => -worker.leases},
   {name: 'accepted', title: 'Results', of: worker => -worker.accepted},
-  {name: 'silent', title: 'Last heard', of: worker => -worker.seconds_silent},
+  {name: 'silent', title: 'Last contact', of: worker => -worker.seconds_silent},
   {name: 'reason', title: 'Reason', of: worker => worker.reason}];
 
 const names = new Intl.Collator('en', {numeric: true});
@@ -30,10 +30,10 @@ export class WorkersView {
     this.heads = columns.map(column => ({...column, title: button(column.title, () => this.#sortBy(column))}));
     this.table = new VirtualTable({label: 'Workers', kind: 'workers', columns: [...this.heads, {name: 'act', title: el('span', {class: 'unseen'}, 'Action')}],
       make: row => this.#make(row), fill: (parts, worker) => this.#fill(parts, worker)});
-    this.search = el('input', {type: 'search', placeholder: 'name or host', 'aria-label': 'Only workers whose name or host has',
-      oninput: () => this.#reshape()});
+    this.search = el('input', {type: 'search', placeholder: 'name or host', 'aria-label': 'Filter by name or host',
+      oninput: () => this.#rebuild()});
     this.count = el('p', {class: 'count', role: 'status'});
-    this.empty = el('div', {class: 'empty', hidden: true}, el('p', {}, 'No workers are connected. On each machine that is to render:'),
+    this.empty = el('div', {class: 'empty', hidden: true}, el('p', {}, 'No workers are connected. Start one on each machine:'),
       el('pre', {}, 'parray-worker --coordinator tcp://HOST:7400'));
     this.element = el('section', {class: 'view list', 'aria-labelledby': 'workers-title'},
       el('div', {class: 'bar-of-view'}, el('h1', {id: 'workers-title', tabindex: -1}, 'Workers'), this.search, this.count),
@@ -42,11 +42,11 @@ export class WorkersView {
   }
 
   show() {
-    this.#reshape();
+    this.#rebuild();
   }
 
   update(changes) {
-    if (changes.workers || changes.generation) this.#reshape();
+    if (changes.workers || changes.generation) this.#rebuild();
   }
 
   #sortBy(column) {
@@ -54,10 +54,10 @@ export class WorkersView {
     for (const [i, head] of [...this.table.head.children].entries()) {
       if (columns[i]) head.setAttribute('aria-sort', columns[i] === column ? 'ascending' : 'none');
     }
-    this.#reshape();
+    this.#rebuild();
   }
 
-  #reshape() {
+  #rebuild() {
     const wanted = this.search.value.toLowerCase();
     const all = [...this.#farm.workers.values()];
     const workers = wanted ? all.filter(worker =>
@@ -100,7 +100,7 @@ export class WorkersView {
     setText(parts.accepted, count(worker.accepted));
     setText(parts.silent, worker.seconds_silent < 10 ? 'now' : duration(worker.seconds_silent) + ' ago');
     setText(parts.reason, worker.reason);
-    setText(parts.button, worker.state === 'ready' ? 'Drain' : 'Readmit');
+    setText(parts.button, worker.state === 'ready' ? 'Drain' : 'Resume');
     const label = `${parts.button.textContent} ${worker.name}`;
     if (parts.button.getAttribute('aria-label') !== label) parts.button.setAttribute('aria-label', label);
     parts.button.hidden = this.#farm.server?.role === 'client';
@@ -109,18 +109,18 @@ export class WorkersView {
   async #steer(worker) {
     const drain = worker.state === 'ready';
     const host = el('input', {type: 'checkbox'});
-    const yes = await confirm(`${drain ? 'Drain' : 'Readmit'} ${worker.name}?`, drain ?
-      'It gets no more leases; those that it has are traced.' : 'It gets leases again.', drain ? 'Drain' : 'Readmit',
-    el('label', {class: 'check'}, host, `all workers of host ${worker.host}`));
+    const yes = await confirm(`${drain ? 'Drain' : 'Resume'} ${worker.name}?`, drain ?
+      'It finishes its leases and gets no more.' : 'It gets leases again.', 'Cancel', drain ? 'Drain' : 'Resume',
+    el('label', {class: 'check'}, host, `Apply to all workers of host ${worker.host}`));
     if (!yes) return;
     const name = host.checked ? worker.host : worker.name;
     try {
       const query = host.checked ? '?host=true' : '';
       const {workers} = await change('POST', `workers/${encodeURIComponent(name)}/${drain ? 'drain' : 'readmit'}${query}`);
-      for (const changed of workers) this.#farm.takeWorker(changed);
-      say(`${name}: ${drain ? 'gets no more leases' : 'gets leases again'}`);
+      for (const changed of workers) this.#farm.updateWorker(changed);
+      notify(`${name} ${drain ? 'gets no more leases' : 'gets leases again'}`);
     } catch (problem) {
-      say(problem.message, 'error');
+      notify(problem.message, 'error');
     }
   }
 }

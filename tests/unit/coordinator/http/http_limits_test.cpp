@@ -29,7 +29,7 @@ int status_of_head(const std::string& text) {
   return 200;
 }
 
-TEST_CASE("a head ends behind its empty line, however its bytes come") {
+TEST_CASE("end_of_head finds the empty line, however the bytes are split") {
   const std::string text = "GET / HTTP/1.1\r\nHost: a\r\n\r\nGET";
   const std::size_t end = text.size() - 3;
   CHECK(end_of_head(text, 0) == end);
@@ -39,7 +39,7 @@ TEST_CASE("a head ends behind its empty line, however its bytes come") {
   CHECK_FALSE(end_of_head("GET / HTTP/1.1\n\n", 0));
 }
 
-TEST_CASE("a head says its method, target, fields and how long its body is") {
+TEST_CASE("parse_head reads method, target, fields and the length of the body") {
   const RequestHead get = parse_head("GET /a?b=c HTTP/1.1\r\nHOST:  x:1 \r\nEmpty:\r\n\r\n");
   CHECK(get.method == "GET");
   CHECK(get.target == "/a?b=c");
@@ -56,7 +56,7 @@ TEST_CASE("a head says its method, target, fields and how long its body is") {
   CHECK(parse_head("GET / HTTP/1.0\r\n\r\n").closes);
 }
 
-TEST_CASE("a head that two programs could read in two ways is refused") {
+TEST_CASE("parse_head refuses ambiguous heads") {
   const std::string post = "POST / HTTP/1.1\r\n";
   for (const char* field :
        {"Content-Length: 2\r\nContent-Length: 2", "Content-Length: -1", "Content-Length: +1",
@@ -76,7 +76,7 @@ TEST_CASE("a head that two programs could read in two ways is refused") {
   CHECK(status_of_head("GET / HTTP/2.0\r\n\r\n") == 505);
 }
 
-TEST_CASE("a target in absolute form becomes its path, and its host counts") {
+TEST_CASE("a target in absolute form becomes a path, and its host replaces the field Host") {
   const auto read = [](const std::string& target) {
     return parse_head("GET " + target + " HTTP/1.1\r\nHost: field\r\n\r\n");
   };
@@ -90,7 +90,7 @@ TEST_CASE("a target in absolute form becomes its path, and its host counts") {
   CHECK(status_of_head("GET http://user@a/b HTTP/1.1\r\n\r\n") == 400);
 }
 
-TEST_CASE("a head as text is the same head, without what this program answers by itself") {
+TEST_CASE("text_of returns the same head without Expect") {
   const std::string text = "PUT /a HTTP/1.1\r\nhost: b\r\ncontent-length: 3\r\n";
   const RequestHead head = parse_head(text + "Expect: 100-Continue\r\n\r\n");
   CHECK(head.expects);
@@ -109,7 +109,7 @@ struct Decoded {
   int status = 200;
 };
 
-/// `piece`: bytes that come at once.
+/// Decodes `text` in pieces of `piece` bytes.
 Decoded decode_chunks(const std::string& text, std::size_t piece) {
   Decoded decoded;
   ChunkDecoder decoder;
@@ -131,7 +131,7 @@ Decoded decode_chunks(const std::string& text, std::size_t piece) {
   return decoded;
 }
 
-TEST_CASE("a chunked body is decoded up to its end, however its bytes come") {
+TEST_CASE("a chunked body is decoded to its end, however the bytes are split") {
   const std::string body =
       "5\r\nhello\r\n00A;x=\"y\"\r\n, 0\r\nworld\r\n000\r\nX: 1\r\nHost: a\r\n\r\n";
   for (std::size_t piece = 1; piece <= body.size() + 9; ++piece) {
@@ -146,7 +146,7 @@ TEST_CASE("a chunked body is decoded up to its end, however its bytes come") {
   CHECK(decode_chunks("ffffffffffffffff\r\nabc", 100).data == "abc");
 }
 
-TEST_CASE("the longest line of a chunked body is taken, however its bytes come") {
+TEST_CASE("the longest permitted line of a chunked body is accepted, however the bytes are split") {
   const std::string longest = "0;" + std::string(1022, 'e') + "\r\n\r\n";
   const std::string longer = "0;" + std::string(1023, 'e') + "\r\n\r\n";
   for (const std::size_t piece : {1U, 2U, 5U, 1025U, 2000U}) {
@@ -155,7 +155,7 @@ TEST_CASE("the longest line of a chunked body is taken, however its bytes come")
   }
 }
 
-TEST_CASE("a chunked body of wrong framing is refused") {
+TEST_CASE("a chunked body with wrong framing is refused") {
   const std::string end = "\r\n0\r\n\r\n";
   for (const char* size : {"+1", "-1", " 1", "1 ", "\t1", "0x1", "1 ;a", "", ";a", "g", "1g",
                            "00000000000000001", "10000000000000000", "1\n", "1;\x01", "1\r"}) {
@@ -171,7 +171,7 @@ TEST_CASE("a chunked body of wrong framing is refused") {
   CHECK(decode_chunks(trailer, 100).status == 400);
 }
 
-TEST_CASE("who is slower than the rate is given up however evenly the bytes come") {
+TEST_CASE("a pace expires for a side that is slower than the rate, however evenly bytes arrive") {
   const auto seconds_until_over = [](std::size_t bytes_a_second) {
     Pace pace(seconds(10), 1000);
     int waited = 0;
@@ -189,7 +189,7 @@ TEST_CASE("who is slower than the rate is given up however evenly the bytes come
   CHECK(seconds_until_over(5000) == 1000);
 }
 
-TEST_CASE("bytes give back no more than the whole patience") {
+TEST_CASE("transferred bytes restore at most the full patience") {
   Pace pace(seconds(10), 1000);
   pace.moved(1'000'000);
   CHECK(pace.left() == seconds(10));
@@ -200,12 +200,12 @@ TEST_CASE("bytes give back no more than the whole patience") {
 
 constexpr SeatLimits few{.connections = 4, .of_address = 3, .reserve = 2};
 
-TEST_CASE("a connection has one deadline for its whole head and one for silence") {
+TEST_CASE("a connection has one deadline for the whole head and one for idle time") {
   Seats seats{few};
   seats.enter(seconds(0), 1, "a");
   seats.enter(seconds(0), 2, "a");
   seats.begins_head(seconds(1), 1);
-  seats.begins_head(seconds(9), 1);  // more of the same head
+  seats.begins_head(seconds(9), 1);  // the same head continues
   CHECK(seats.late(seconds(10)).empty());
   CHECK(seats.late(seconds(11)) == std::vector<ConnectionId>{1});
   seats.has_asked(1);
@@ -217,7 +217,7 @@ TEST_CASE("a connection has one deadline for its whole head and one for silence"
   CHECK(seats.late(seconds(1015)) == std::vector<ConnectionId>{1});
 }
 
-TEST_CASE("the longest silent connection of an address makes room for its next one") {
+TEST_CASE("the longest idle connection of an address makes room for its next connection") {
   Seats seats{few};
   for (ConnectionId id = 1; id <= 3; ++id) {
     CHECK_FALSE(seats.enter(seconds(id), id, "a").displaced);
@@ -227,10 +227,10 @@ TEST_CASE("the longest silent connection of an address makes room for its next o
   CHECK(next.displaced == 2);
   CHECK_FALSE(next.reserve);
   CHECK_FALSE(seats.enter(seconds(5), 5, "b").displaced);
-  CHECK(seats.enter(seconds(6), 6, "c").displaced == 3);  // there are four in all
+  CHECK(seats.enter(seconds(6), 6, "c").displaced == 3);  // the limit of all is four
 }
 
-TEST_CASE("where all have asked the next ones sit in the reserve, for a short time") {
+TEST_CASE("if all connections have sent requests, new ones get the reserve for a short time") {
   Seats seats{few};
   for (ConnectionId id = 1; id <= 3; ++id) {
     seats.enter(seconds(0), id, "a");
@@ -243,12 +243,12 @@ TEST_CASE("where all have asked the next ones sit in the reserve, for a short ti
   CHECK(seats.late(seconds(4)) == std::vector<ConnectionId>{6, 7});
   seats.has_asked(6);
   seats.has_asked(7);
-  CHECK(seats.enter(seconds(3), 8, "a").displaced == 8);  // there is no room at all
+  CHECK(seats.enter(seconds(3), 8, "a").displaced == 8);  // no seat is free
   seats.leave(1);
   CHECK_FALSE(seats.enter(seconds(4), 9, "a").reserve);
 }
 
-TEST_CASE("who has got the last answer makes room before those who are silent") {
+TEST_CASE("connections with their last answer make room before idle connections") {
   Seats seats{few};
   for (ConnectionId id = 1; id <= 3; ++id) {
     seats.enter(seconds(0), id, "a");
@@ -261,21 +261,21 @@ TEST_CASE("who has got the last answer makes room before those who are silent") 
   }
   CHECK(seats.late(seconds(100)).empty());
   CHECK(seats.enter(seconds(3), 6, "a").displaced == 4);
-  CHECK(seats.enter(seconds(4), 7, "a").displaced == 5);  // not 6, which has not asked yet
+  CHECK(seats.enter(seconds(4), 7, "a").displaced == 5);  // not 6, which has not sent a request
   seats.has_ended(seconds(5), 2);
   const auto next = seats.enter(seconds(6), 8, "a");
   CHECK(next.displaced == 2);
   CHECK_FALSE(next.reserve);
 }
 
-TEST_CASE("an address of IPv6 counts as its network") {
+TEST_CASE("an IPv6 address counts as its /64 network") {
   CHECK(owner_of_address("10.1.2.3") == "10.1.2.3");
   CHECK(owner_of_address("2001:db8:1:2:3:4:5:6") == owner_of_address("2001:db8:1:2::9"));
   CHECK(owner_of_address("2001:db8:1:2::9") != owner_of_address("2001:db8:1:3::9"));
   CHECK(owner_of_address("::ffff:10.1.2.3") != owner_of_address("::ffff:10.1.2.4"));
 }
 
-TEST_CASE("names take turns, whoever has more waiting") {
+TEST_CASE("names take turns, independent of the number of their waiting items") {
   Turns<std::string> turns(2);
   for (const char* item : {"a1", "a2", "a3", "a4"}) turns.push("a", item);
   turns.push("b", "b1");
@@ -286,7 +286,7 @@ TEST_CASE("names take turns, whoever has more waiting") {
   CHECK(turns.take() == "c1");
   CHECK(turns.take() == "a2");
   CHECK(turns.take() == "b2");
-  CHECK_FALSE(turns.take());  // a has as many under way as one may have
+  CHECK_FALSE(turns.take());  // a has reached its limit of items in progress
   CHECK(turns.waiting() == 2);
   CHECK(turns.waiting("a") == 2);
   turns.ended("a");
@@ -296,15 +296,15 @@ TEST_CASE("names take turns, whoever has more waiting") {
   CHECK_FALSE(turns.take());
 }
 
-TEST_CASE("a token's name is the job's, and its digest tells contents apart") {
+TEST_CASE("a submit token contains the name of the job and a digest of the content") {
   CHECK(name_in_token("http-a#12") == "http-a");
   CHECK(name_in_token("abc") == "abc");
   CHECK(may_be_same_content("a#1", "a#1"));
   CHECK_FALSE(may_be_same_content("a#1", "a#2"));
-  CHECK(may_be_same_content("a", "a#2"));  // of a job that was submitted before there were digests
+  CHECK(may_be_same_content("a", "a#2"));  // tokens without a digest match any content
 }
 
-TEST_CASE("a budget is not exceeded, but by something large alone") {
+TEST_CASE("a budget is exceeded only by a single large item") {
   Budget budget(100);
   {
     const auto most = budget.try_hold(60);
@@ -320,7 +320,7 @@ TEST_CASE("a budget is not exceeded, but by something large alone") {
   CHECK_FALSE(budget.try_hold(1));
 }
 
-TEST_CASE("who waits for memory gets it when it is given back") {
+TEST_CASE("hold() waits until memory is released") {
   Budget budget(100);
   auto first = budget.try_hold(100);
   std::thread waiting([&] { CHECK_NOTHROW(budget.hold(50, seconds(60), "another")); });
@@ -329,7 +329,7 @@ TEST_CASE("who waits for memory gets it when it is given back") {
   CHECK(budget.held() == 0);
 }
 
-/// Owners in the order in which they got the one place that there is.
+/// Records the order in which owners get the only place.
 class Queue {
  public:
   explicit Queue(Places& places) : places_(places) {}
@@ -337,7 +337,7 @@ class Queue {
   Queue(const Queue&) = delete;
   Queue& operator=(const Queue&) = delete;
 
-  /// Returns when it waits.
+  /// Returns when the owner waits for a place.
   void add(const std::string& owner) {
     const std::size_t before = places_.waiting();
     threads_.emplace_back([this, owner] {
@@ -359,7 +359,7 @@ class Queue {
   std::vector<std::thread> threads_;
 };
 
-TEST_CASE("places are given by turns, whoever asks for more, and not after the end") {
+TEST_CASE("owners get places by turns, and none after stop()") {
   Places places("things", {.places = 1, .of_one = 1, .inside = 4, .one_inside = 3});
   Queue queue(places);
   {
@@ -367,9 +367,10 @@ TEST_CASE("places are given by turns, whoever asks for more, and not after the e
     const Places::Place held(first);
     queue.add("a");
     queue.add("a");
-    CHECK_THROWS_AS(Places::Entry(places, "a"), Problem);  // three are inside
+    CHECK_THROWS_AS(Places::Entry(places, "a"),
+                    Problem);  // the limit of one owner is three entries
     queue.add("b");
-    CHECK_THROWS_AS(Places::Entry(places, "c"), Problem);  // four in all
+    CHECK_THROWS_AS(Places::Entry(places, "c"), Problem);  // the limit of all is four entries
   }
   queue.wait();
   CHECK(queue.order() == std::vector<std::string>{"b", "a", "a"});

@@ -77,7 +77,7 @@ std::string answered(const Router& router, const Request& asked) {
   return *(*match.handler)(asked, match.arguments).body;
 }
 
-TEST_CASE("a request goes to the handler of its method and path") {
+TEST_CASE("the router finds the handler of a method and a path") {
   const Router router = sample_router();
   CHECK(answered(router, request("GET", "/")) == "page");
   CHECK(answered(router, request("GET", "/jobs")) == "list");
@@ -87,14 +87,14 @@ TEST_CASE("a request goes to the handler of its method and path") {
   CHECK(answered(router, request("POST", "/jobs/7/pause")) == "pause 7");
 }
 
-TEST_CASE("what is nowhere is 404, of another method 405 with those that there are") {
+TEST_CASE("an unknown path is 404, an unsupported method is 405 with the supported methods") {
   const Router router = sample_router();
   for (const char* path : {"/nothing", "/jobs/", "/jobs/7/", "/jobs/7/pause/9", "", "jobs"}) {
     CHECK_MESSAGE(status_of([&] { (void)router.find(request("GET", path)); }) == 404, path);
   }
   try {
     (void)router.find(request("DELETE", "/jobs"));
-    FAIL("it has no DELETE");
+    FAIL("DELETE was accepted");
   } catch (const Problem& problem) {
     CHECK(problem.status() == 405);
     REQUIRE(problem.headers().size() == 1);
@@ -102,7 +102,7 @@ TEST_CASE("what is nowhere is 404, of another method 405 with those that there a
   }
 }
 
-TEST_CASE("an unknown parameter is refused with the one that may be meant, a repeated one, too") {
+TEST_CASE("unknown parameters, with a suggestion, and repeated parameters are refused") {
   const Router router = sample_router();
   Request asked = request("GET", "/jobs");
   asked.query = {{"limt", "3"}};
@@ -112,14 +112,14 @@ TEST_CASE("an unknown parameter is refused with the one that may be meant, a rep
   CHECK(status_of([&] { (void)router.find(asked); }) == 400);
 }
 
-TEST_CASE("a number of a parameter is plain digits in its range") {
+TEST_CASE("a numeric parameter has plain digits and a value in its range") {
   CHECK(whole_number("id", "7", 1, 9) == 7);
   for (const char* text : {"", "0", "10", "-1", "+7", "7 ", "0x7", "1e0", "99999999999999999999"}) {
     CHECK_MESSAGE(status_of([&] { whole_number("id", text, 1, 9); }) == 400, text);
   }
 }
 
-TEST_CASE("without keys a page of another site can neither read nor change anything") {
+TEST_CASE("without keys the guard refuses unknown hosts and changes by other sites") {
   const Guard guard({}, {"farm.example"});
   const auto status = [&](const std::string& method, const Head& head) {
     return status_of([&] { guard.check_origin(request(method, "/api/v1/jobs", head)); });
@@ -128,7 +128,7 @@ TEST_CASE("without keys a page of another site can neither read nor change anyth
        {"localhost:7480", "127.0.0.1:7480", "[::1]:7480", "10.1.2.3", "farm.example:80"}) {
     CHECK_MESSAGE(status("GET", {{"host", host}}) == 200, host);
   }
-  // A name that somebody else's DNS has made to point here.
+  // Names that a foreign DNS could point at this server.
   for (const char* host : {"", "evil.example:7480", "localhost.evil.example", "127.0.0.1.nip.io",
                            "[::1", "[]", "127.1.1.1.1"}) {
     CHECK_MESSAGE(status("GET", {{"host", host}}) == 421, host);
@@ -144,7 +144,7 @@ TEST_CASE("without keys a page of another site can neither read nor change anyth
   CHECK(status("GET", {{"host", host}, {"origin", "https://evil.example"}}) == 200);
 }
 
-TEST_CASE("a token stands for its owner until it is replaced or the owner taken off the list") {
+TEST_CASE("a token is valid until it is replaced or its owner is removed") {
   const test::TemporaryDirectory directory;
   const auto keys = directory.path() / "keys";
   make_farm_keys(keys);
@@ -162,7 +162,7 @@ TEST_CASE("a token stands for its owner until it is replaced or the owner taken 
   REQUIRE(ann);
   CHECK(ann->name == "ann");
   CHECK(ann->role == Role::client);
-  CHECK_FALSE(tokens.find(seconds(1), admin));  // made anew above
+  CHECK_FALSE(tokens.find(seconds(1), admin));  // replaced above
   CHECK_FALSE(tokens.find(seconds(1), first + "x"));
   CHECK_FALSE(tokens.find(seconds(1), ""));
 
@@ -171,13 +171,13 @@ TEST_CASE("a token stands for its owner until it is replaced or the owner taken 
   CHECK(tokens.find(seconds(5), second));
   remove_member_key(keys, "ann");
   remove_token(keys, "ann");
-  add_member_key(keys, Role::client, "ann");  // somebody else of that name
+  add_member_key(keys, Role::client, "ann");  // another user with this name
   CHECK_FALSE(tokens.find(seconds(10), second));
   CHECK_THROWS_AS(make_token(keys, "nobody"), InputError);
   CHECK_THROWS_AS(make_token(keys, "worker"), InputError);
 }
 
-TEST_CASE("with keys whoever has no token is told so, and the origin does not matter") {
+TEST_CASE("with keys a request needs a token, and any origin is permitted") {
   const test::TemporaryDirectory directory;
   const auto keys = directory.path() / "keys";
   make_farm_keys(keys);
@@ -197,7 +197,7 @@ TEST_CASE("with keys whoever has no token is told so, and the origin does not ma
         }) == 200);
 }
 
-TEST_CASE("options become words of the command line, by name and type") {
+TEST_CASE("options become arguments of the command line, according to name and type") {
   std::string webhook;
   const auto words = words_of_options(
       R"({"adaptive": false, "name": "two  words", "passes": [1, 20.0], "progressive": true,
@@ -217,7 +217,7 @@ TEST_CASE("options become words of the command line, by name and type") {
         "options: /widht: unknown option: did you mean 'width'?");
 }
 
-TEST_CASE("a webhook's address is http or https, a host, a port, a path") {
+TEST_CASE("the URL of a webhook has a scheme, a host, a port and a path") {
   const auto url = webhook_url("https://hooks.example:8443/a/b?c=d#e");
   REQUIRE(url);
   CHECK(url->secure);
@@ -233,7 +233,7 @@ TEST_CASE("a webhook's address is http or https, a host, a port, a path") {
   }
 }
 
-/// A loop that a thread of its own turns, as the coordinator's is.
+/// A coordinator's loop that runs in its own thread.
 class RunningLoop {
  public:
   RunningLoop()
@@ -255,7 +255,7 @@ class RunningLoop {
   std::thread thread_;
 };
 
-TEST_CASE("the loop answers one request after the other, and refuses in its own words") {
+TEST_CASE("the loop answers requests in order, and its error messages are kept") {
   RunningLoop loop;
   LoopClient client(loop.hub());
   CHECK(client.ask<msg::Jobs>({}, msg::ListJobs{}).jobs.empty());
@@ -263,15 +263,15 @@ TEST_CASE("the loop answers one request after the other, and refuses in its own 
   CHECK(detail_of_problem([&] {
           client.ask<msg::Job>({}, msg::ShowJob{0, 7});
         }) == "no job 7: parray jobs lists all jobs");
-  // A worker's key may not ask.
+  // The key of a worker must not list jobs.
   CHECK(status_of([&] { client.ask<msg::Jobs>({Role::worker, "node"}, msg::ListJobs{}); }) == 409);
-  // Ranges are checked as those of messages from outside.
+  // The loop checks ranges as it does for messages of other processes.
   CHECK(status_of([&] { client.ask<msg::Jobs>({}, msg::ListJobs{0, 0, 100000}); }) == 409);
   client.stop();
   CHECK(status_of([&] { client.ask<msg::Jobs>({}, msg::ListJobs{}); }) == 503);
 }
 
-TEST_CASE("both links of a joined one are heard by turns, and each gets its own answers") {
+TEST_CASE("a merged link reads both links by turns, and sends each its own answers") {
   InprocHub outside;
   int woken = 0;
   InprocHub inside([&woken] { ++woken; });
@@ -304,8 +304,8 @@ TEST_CASE("both links of a joined one are heard by turns, and each gets its own 
   CHECK(worker->receive());
 }
 
-TEST_CASE("a webhook goes to allowed hosts only, and outlives the process while the loop is away") {
-  // Without a coordinator's answer nothing is told, and what is kept outlives the process.
+TEST_CASE("webhooks permit listed hosts only, and pending ones outlive the process") {
+  // Without an answer of the coordinator no POST is sent, and the file keeps the webhook.
   const test::TemporaryDirectory directory;
   const auto file = directory.path() / "webhooks";
   RunningLoop loop;
@@ -319,7 +319,7 @@ TEST_CASE("a webhook goes to allowed hosts only, and outlives the process while 
     Webhooks hooks(client, {"h"}, file, post);
     CHECK(status_of([&] { hooks.check("http://other/x"); }) == 422);
     CHECK(status_of([&] { hooks.check("http://h/x"); }) == 200);
-    client.stop();  // the loop is away
+    client.stop();  // the loop does not answer
     hooks.add(7, "http://h/x");
   }
   std::ifstream in(file);
