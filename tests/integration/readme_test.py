@@ -55,7 +55,7 @@ class Quick(ReadmeTest):
         self.assertEqual(float(kept["parray:target_error"]), 0.01)
 
     def test_files_that_are_not_shipped_are_said_to_stand_for_the_readers_own(self):
-        own = re.search(r"In what follows (.*?) stand for your own files", README, re.DOTALL).group(1)
+        own = re.search(r"Below, (.*?) stand for your own files", README, re.DOTALL).group(1)
         for line in re.findall(r"^    (?:\$ |mpirun -n 64 )?(parray.*)$", README, re.MULTILINE):
             words = shlex.split(line, comments=True)
             read = [word for before, word in zip(words, words[1:]) if before not in ("-o", "--error-map")]
