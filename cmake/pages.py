@@ -98,6 +98,11 @@ def line_of(text):
     return re.sub(r"(?m)^(?=\.)", r"\\&", out)
 
 
+def sentence(text):
+    """Converts a text and ends it with a period, unless it already ends with one."""
+    return line_of(text if text.endswith(".") else text + ".")
+
+
 def man_text(lines):
     out = ""
     in_list = False
@@ -119,7 +124,7 @@ def man_text(lines):
 
 def option_entry(option):
     value = f"\\fI{escaped(option['value'])}\\fR" if option["value"] else ""
-    entry = f".TP\n{' '.join(filter(None, (', '.join(map(bold, option['names'])), value)))}\n{line_of(option['text'])}.\n"
+    entry = f".TP\n{' '.join(filter(None, (', '.join(map(bold, option['names'])), value)))}\n{sentence(option['text'])}\n"
     if option["default"]:
         entry += f"Default: {bold(option['default'])}.\n"
     if option["environment"]:
@@ -139,7 +144,7 @@ def page_of(program, command, manual):
     named = [option for option in command["options"] if option["names"]]
     arguments = "".join(option_entry(option) for option in command["options"] if not option["names"])
     out = f'.\\" Made by cmake/pages.py.\n.TH "{escaped(command["page"].upper())}" 1 "" "ParRay {program["version"]}" "ParRay"\n'
-    out += f".nh\n.ad l\n.SH NAME\n{escaped(command['page'])} \\- {escaped(about[0].lower() + about[1:])}\n"
+    out += f".nh\n.ad l\n.ss 12 0\n.SH NAME\n{escaped(command['page'])} \\- {escaped(about[0].lower() + about[1:])}\n"
     out += f".SH SYNOPSIS\n{bold(command['usage'])}\n.SH DESCRIPTION\n{line_of(about)}.\n{man_text(manual)}"
     if self and program["commands"]:
         out += ".SH COMMANDS\n"
