@@ -11,7 +11,7 @@
 
 namespace parray::test {
 
-/// Makes the sums of a cell wrong in a way that its samples could have had.
+/// Changes the sums of a cell to wrong values that are possible for its samples.
 inline void tell_a_lie(TracedCells& cells, std::size_t record_bytes, std::uint64_t cell = 0) {
   std::byte* const at = cells.records.data() + cell * record_bytes + sizeof(CellHeader);
   PixelSums pixel;
@@ -28,13 +28,13 @@ inline std::shared_ptr<const TracedCells> lie_of(const TracedCells& honest, cons
   return cells;
 }
 
-/// What is wrong with a worker, each with its probability for a lease.
+/// Faults of a worker, each with its probability per lease.
 struct Ailments {
-  double lies = 0;   ///< one cell has other sums
-  double fails = 0;  ///< it says that it cannot trace it
+  double lies = 0;   ///< one cell of the result has wrong sums
+  double fails = 0;  ///< the worker reports that it cannot trace the lease
 };
 
-/// A simulated team with ailments.
+/// A simulated team with faults.
 class FaultyTeam final : public Team {
  public:
   FaultyTeam(const SimNetwork& network, double samples_per_second, Ailments ailments,
