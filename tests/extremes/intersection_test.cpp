@@ -118,8 +118,7 @@ LaneErrors worst_of_lanes(Isa isa, std::uint64_t spheres) {
 }  // namespace
 
 TEST_CASE(
-    "row 1: the error of entries is at most 8 ulp(S) over 24 decades of radii, in f64 2^-27 of "
-    "f32") {
+    "row 1: entries err by at most 8 ulp(S) over 24 decades of radii, in f64 by 2^-27 of f32") {
   std::array<WorstEntry, 2> worst;
   Dice dice(seeded(1));
   for (std::uint64_t i = 0; i < trials(250'000); ++i) {

@@ -324,8 +324,7 @@ TEST_CASE("row 50: invisible spheres do not change a bit") {
 }
 
 TEST_CASE(
-    "row 51: moving a scene to 1e7 changes the mean by 1e-6, and moving it further changes "
-    "nothing") {
+    "row 51: moving a scene to 1e7 changes the mean by 1e-6, moving it further changes nothing") {
   const Scene here = on_grid(small_scene());
   const Vec3d step{10 * 0x1p20, -3 * 0x1p20, 0x1p20};
   const double different = sum_over_tracers(
