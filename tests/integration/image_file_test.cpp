@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 using test::message_of;
 using test::TemporaryDirectory;
 
-/// While it lives no file of this process may grow beyond `bytes`: a disk that is full.
+/// Simulates a full disk: while the object exists, no file of this process may exceed `bytes`.
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) {
@@ -280,7 +280,7 @@ TEST_CASE("an unknown extension, a directory and a place that cannot be written 
   CHECK(directory.files() == 2);
 }
 
-TEST_CASE("a full disk is an error, and neither a part nor the older picture's loss remains") {
+TEST_CASE("a full disk is an error, leaves no partial file, and keeps the older picture") {
   const TemporaryDirectory directory;
   for (const char* name : {"a.exr", "a.png"}) {
     const fs::path path = directory.path() / name;
