@@ -44,7 +44,7 @@ TEST_CASE("a result for another worker's lease is stale, before and after the ho
   ann.listen();
   const msg::Grant grant = ann.held.begin()->second;
   Hand thief(service, "thief");
-  thief.send_lie(grant);
+  thief.send_wrong(grant);
   service.turn();
   thief.listen();
   CHECK(thief.verdicts == std::vector<msg::Verdict>{msg::Verdict::stale});
@@ -52,7 +52,7 @@ TEST_CASE("a result for another worker's lease is stale, before and after the ho
   service.turn();
   ann.listen();
   CHECK(ann.verdicts == std::vector<msg::Verdict>{msg::Verdict::accepted});
-  thief.send_lie(grant);
+  thief.send_wrong(grant);
   work(service, {{&ann, honest}, {&thief, honest}}, job);
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
   CHECK(service.job(job).at("flag") == "");
@@ -173,13 +173,13 @@ TEST_CASE("the copies near the end are compared, too") {
     const msg::Grant lies = work_until_copied(service, slow, ann, faulty);
     const msg::Grant copy = ann.put_down();
     if (faulty_first) {
-      faulty.send_lie(lies);
+      faulty.send_wrong(lies);
       service.turn();
       ann.send_honest(copy);
     } else {
       ann.send_honest(copy);
       service.turn();
-      faulty.send_lie(lies);
+      faulty.send_wrong(lies);
     }
     service.turn();
     CHECK(service.tally().mismatch == 1);
@@ -320,7 +320,7 @@ RenderSettings of_height(std::uint32_t height) {
 /// Returns the same wrong result as the others in one of `leases` leases.
 Manner lying_rarely(std::uint64_t one_in, std::uint64_t seed) {
   return [one_in, dice = std::make_shared<Dice>(seed)](Hand& hand, const msg::Grant& grant) {
-    dice->one_in(one_in) ? hand.send_lie(grant) : hand.send_honest(grant);
+    dice->one_in(one_in) ? hand.send_wrong(grant) : hand.send_honest(grant);
   };
 }
 
@@ -417,7 +417,7 @@ TEST_CASE("a faulty worker that leaves after each result is checked nevertheless
   const JobId job = service.submit(small_scene(), settings);
   int lives = 0;
   const Manner hit_and_run = [&](Hand& hand, const msg::Grant& grant) {
-    hand.send_lie(grant);
+    hand.send_wrong(grant);
     hand.say(msg::Bye{"that was it"});
     hand.join_as("faulty " + std::to_string(++lives));
   };

@@ -12,7 +12,7 @@
 namespace parray::test {
 
 /// Changes the sums of a cell to wrong values that are possible for its samples.
-inline void tell_a_lie(TracedCells& cells, std::size_t record_bytes, std::uint64_t cell = 0) {
+inline void falsify(TracedCells& cells, std::size_t record_bytes, std::uint64_t cell = 0) {
   std::byte* const at = cells.records.data() + cell * record_bytes + sizeof(CellHeader);
   PixelSums pixel;
   std::memcpy(&pixel, at, sizeof pixel);
@@ -22,9 +22,10 @@ inline void tell_a_lie(TracedCells& cells, std::size_t record_bytes, std::uint64
   std::memcpy(at, &pixel, sizeof pixel);
 }
 
-inline std::shared_ptr<const TracedCells> lie_of(const TracedCells& honest, const CellGrid& grid) {
+inline std::shared_ptr<const TracedCells> falsified(const TracedCells& honest,
+                                                    const CellGrid& grid) {
   auto cells = std::make_shared<TracedCells>(honest);
-  tell_a_lie(*cells, record_bytes(grid.shape().cell_pixels));
+  falsify(*cells, record_bytes(grid.shape().cell_pixels));
   return cells;
 }
 
@@ -49,7 +50,7 @@ class FaultyTeam final : public Team {
       finished->cells = nullptr;
       finished->failure = "not enough memory";
     } else if (finished && dice_.unit() < ailments_.lies) {
-      finished->cells = lie_of(*finished->cells, *finished->grid);
+      finished->cells = falsified(*finished->cells, *finished->grid);
     }
     return finished;
   }

@@ -226,9 +226,9 @@ class Hand {
     return result;
   }
   void send_honest(const msg::Grant& grant) { say(result(grant, trace(small_scene(), grant))); }
-  void send_lie(const msg::Grant& grant) {
+  void send_wrong(const msg::Grant& grant) {
     TracedCells cells = trace(small_scene(), grant);
-    tell_a_lie(cells, record_bytes(grant.cells.grid->shape().cell_pixels));
+    falsify(cells, record_bytes(grant.cells.grid->shape().cell_pixels));
     say(result(grant, std::move(cells)));
   }
   /// Sends possible samples of another picture, which differ visibly.
@@ -281,7 +281,7 @@ class Hand {
 using Manner = std::function<void(Hand& hand, const msg::Grant& grant)>;
 using Hands = std::vector<std::pair<Hand*, Manner>>;
 inline void honest(Hand& hand, const msg::Grant& grant) { hand.send_honest(grant); }
-inline void lying(Hand& hand, const msg::Grant& grant) { hand.send_lie(grant); }
+inline void lying(Hand& hand, const msg::Grant& grant) { hand.send_wrong(grant); }
 inline void lying_loudly(Hand& hand, const msg::Grant& grant) { hand.send_other_picture(grant); }
 /// Returns the first cells of a lease, a random number of them if the lease allows it. One of
 /// `lies` results is wrong; 0: none.
