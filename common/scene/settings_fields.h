@@ -91,8 +91,8 @@ template <typename F, typename... S>
 void size_fields(F&& f, S&... s) {
   using namespace traits;
   constexpr IntegerRange sides{1, limits::max_image_side};
-  f({"width", "Width of the picture, in pixels", image | recipe}, sides, s.width...);
-  f({"height", "Height of the picture, in pixels", image | recipe}, sides, s.height...);
+  f({"width", "Pixels across", image | recipe}, sides, s.width...);
+  f({"height", "Pixels down", image | recipe}, sides, s.height...);
 }
 
 template <typename F, typename... S>
@@ -101,7 +101,7 @@ void picture_fields(F&& f, S&... s) {
   size_fields(f, s...);
   f({"max_depth", "Longest path, in ray segments", render | recipe},
     IntegerRange{1, limits::max_depth}, s.max_depth...);
-  f({"seed", "Seed of the random numbers: another seed gives other noise", render | recipe},
+  f({"seed", "Another seed gives other noise", render | recipe},
     IntegerRange{0, std::numeric_limits<std::uint64_t>::max()}, s.seed...);
   f({"sampler",
      "Random numbers of a pixel's samples: independent of each other, or evenly spread "
@@ -109,8 +109,8 @@ void picture_fields(F&& f, S&... s) {
      since | recipe},
     words::sampler, s.sampler...);
   f({"precision",
-     "Floating-point numbers; auto: the fastest that keeps the scene's surfaces in place; mixed: "
-     "32 bits to store spheres, 64 bits to compute",
+     "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 bits, "
+     "computed with in 64",
      recipe | resolved},
     words::precision, s.precision...);
 }
@@ -134,12 +134,13 @@ void stop_fields(F&& f, S&... s) {
      accuracy | in_passes | recipe},
     ranges::target_error, s.target_half_width...);
   f({"time_limit",
-     "Make the best picture that X seconds allow, from start to end, including writing; the "
-     "report's `passes` repeat it",
+     "The best picture that X seconds allow, from start to end, writing included; the report's "
+     "`passes` repeat it",
      accuracy | in_passes | recipe},
     ranges::time_limit, s.time_limit...);
   f({"adaptive",
-     "Give noisy pixels more samples (default: on with one of the limits above, otherwise off)",
+     "More samples where there is more noise (default: on with one of the limits above, off "
+     "without)",
      accuracy | in_passes | recipe},
     OnOff{}, s.adaptive...);
   f({"passes", "Repeat a time-limited render: the list `passes` from its report",
@@ -150,16 +151,15 @@ void stop_fields(F&& f, S&... s) {
 template <typename F, typename... S>
 void work_fields(F&& f, S&... s) {
   using namespace traits;
-  f({"accelerator", "How rays find spheres; octree is a slow historical method, for comparison",
+  f({"accelerator", "How spheres are searched; octree is a slow historical method, for comparison",
      speed | special | recipe | resolved},
     words::accelerator, s.accelerator...);
-  f({"isa", "Instruction set for tracing; auto: the best that the machine has",
+  f({"isa", "Instruction set to trace with; auto: the best that a machine has",
      speed | special | since},
     words::isa, s.isa...);
-  f({"schedule", "How workers get their share of the rows (default: weighted)", speed | special},
+  f({"schedule", "How rows are dealt out to workers (default: weighted)", speed | special},
     words::schedule, s.schedule...);
-  f({"row_order",
-     "Order in which workers get rows; auto: interleaved with weighted, otherwise sequential",
+  f({"row_order", "In which order rows are dealt out; auto: interleaved with weighted",
      speed | special | resolved},
     words::row_order, s.row_order...);
   f({"progressive", nullptr, if_set | no_report}, OnOff{}, s.progressive...);

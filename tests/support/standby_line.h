@@ -16,7 +16,7 @@
 
 namespace parray::test {
 
-/// A standby at the other end of a connection with faults.
+/// A standby on the other end of a bad line.
 class Standby final : public ReplicaLine {
  public:
   explicit Standby(Store& store, double badness = 0, std::uint64_t seed = 1)
@@ -26,7 +26,7 @@ class Standby final : public ReplicaLine {
 
   void restart() { replica_ = std::make_unique<Replica>(*store_, overwrite); }
   bool overwrite = false;
-  /// Replaces the standby by another one at the same address.
+  /// Another one, at the same address.
   void become(Store& store) {
     store_ = &store;
     restart();
@@ -35,8 +35,7 @@ class Standby final : public ReplicaLine {
   void heal() { badness_ = 0; }
   bool cut_off = false;  ///< nothing arrives
   int asks = 0;
-  int last_ask =
-      std::numeric_limits<int>::max();  ///< the line is cut off after this number of requests
+  int last_ask = std::numeric_limits<int>::max();  ///< it is cut off after that
 
   std::optional<ReplicaReply> ask(ReplicaRequest ask) override {
     ++asks;
@@ -92,7 +91,7 @@ class Standby final : public ReplicaLine {
   const std::string address_ = "tcp://standby:7401";
 };
 
-/// Returns a source of random numbers that depend only on the seed.
+/// Random numbers, the same for each seed.
 inline std::function<std::uint64_t()> numbers(std::uint64_t seed) {
   return [random = std::make_shared<std::mt19937_64>(seed)] { return (*random)(); };
 }
