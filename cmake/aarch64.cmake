@@ -1,5 +1,5 @@
-# For the preset aarch64: Debian's cross compiler, the libraries that deploy/arm64-root has unpacked, and
-# qemu to run what comes of it.
+# Toolchain of the preset aarch64: Debian's cross compiler, the libraries that deploy/arm64-root has unpacked, and qemu,
+# which runs the programs.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)

@@ -1,9 +1,9 @@
-# One source, once for each instruction set; the processor is asked at run time. Optimised in every
-# build type, because forced inlining of this much code at -O0 takes gigabytes. (GCC 12 also takes
-# its own intrinsics' undefined operands for uninitialised variables.)
-set(isa_flags_scalar -O3)  # every processor's; loops over the registers of a number of lanes unroll
+# Compiles one source once for each instruction set. Programs choose the set at run time. Kernels are optimised in every
+# build type, because forced inlining of this much code at -O0 takes gigabytes. (GCC 12 warns about uninitialised
+# variables in its own intrinsics, so these warnings are off.)
+set(isa_flags_scalar -O3)  # runs on every processor; -O3 unrolls the loops over lanes
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  # Exactly what isa.cpp asks the processor for.
+  # Exactly the features that isa.cpp looks for in the processor.
   set(isa_flags_avx2 -mavx2 -mfma -mbmi -mbmi2 -mpopcnt)
   set(isa_flags_avx512 ${isa_flags_avx2} -mavx512f -mavx512dq -mavx512vl -mavx512bw)
 elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""pages.py MANUAL DIRECTORY PROGRAM...: writes the man pages and the shell completion of a program.
+"""pages.py MANUAL DIRECTORY PROGRAM...: writes the man pages and the shell completion of a program to DIRECTORY.
 
-PROGRAM with `--describe json` prints its commands and options. MANUAL is Markdown: the text below `# NAME` stands in
-the man page NAME(1). A line `include: FILE "HEADING"` stands for the section HEADING of FILE, without its heading."""
+PROGRAM with `--describe json` prints its commands and options. MANUAL is Markdown. The text below `# NAME` is part of
+the man page NAME(1). A line `include: FILE "HEADING"` inserts the section HEADING of FILE, without the heading."""
 
 import json
 import pathlib
@@ -17,7 +17,7 @@ LIST_JOBS = "timeout 1 parray jobs 2>/dev/null | awk 'NR > 1 {print $1}'"
 # ---- Markdown -------------------------------------------------------------------------------------------------------
 
 def section(path, heading):
-    """The lines below a heading, up to the next one."""
+    """Returns the lines below a heading, up to the next heading."""
     lines = path.read_text(encoding="utf-8").splitlines()
     marks = {f"{'#' * level} {heading}" for level in (1, 2, 3)}
     begin = next((i for i, line in enumerate(lines) if line in marks), None)
@@ -28,7 +28,7 @@ def section(path, heading):
 
 
 def manuals(path):
-    """The lines of each page, by its name."""
+    """Returns the lines of each page by the page's name."""
     pages = {}
     for line in path.read_text(encoding="utf-8").splitlines():
         include = re.fullmatch(r'include: (\S+) "(.+)"', line)
@@ -40,7 +40,8 @@ def manuals(path):
 
 
 def blocks(lines):
-    """(kind, text) of each block: heading, literal, row of a table, point of a list, more of it, paragraph."""
+    """Returns (kind, text) of each block. Kinds: heading, paragraph, literal, head or row of a table, point of a list,
+    more (another paragraph of a point)."""
     found = []
     ended = True  # an empty line begins a new block
     for line in lines:
@@ -89,12 +90,17 @@ def bold(text):
 
 
 def line_of(text):
-    """Markdown inside a line. Links become their texts."""
+    """Converts the Markdown within a paragraph. Replaces links by their texts. Leaves out references to tests."""
     text = re.sub(r"\s*\((?:`tests/[^`]*`|\[[^]]*\]\(\.\./tests/[^)]*\))\)", "", text)
     text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", text)
     parts = re.split(r"`([^`]*)`|\*\*([^*]+)\*\*", text)
     out = "".join(escaped(part) if i % 3 == 0 else bold(part) for i, part in enumerate(parts) if part)
     return re.sub(r"(?m)^(?=\.)", r"\\&", out)
+
+
+def sentence(text):
+    """Converts a text and ends it with a period, unless it already ends with one."""
+    return line_of(text if text.endswith(".") else text + ".")
 
 
 def man_text(lines):
@@ -118,7 +124,7 @@ def man_text(lines):
 
 def option_entry(option):
     value = f"\\fI{escaped(option['value'])}\\fR" if option["value"] else ""
-    entry = f".TP\n{' '.join(filter(None, (', '.join(map(bold, option['names'])), value)))}\n{line_of(option['text'])}.\n"
+    entry = f".TP\n{' '.join(filter(None, (', '.join(map(bold, option['names'])), value)))}\n{sentence(option['text'])}\n"
     if option["default"]:
         entry += f"Default: {bold(option['default'])}.\n"
     if option["environment"]:
@@ -138,7 +144,7 @@ def page_of(program, command, manual):
     named = [option for option in command["options"] if option["names"]]
     arguments = "".join(option_entry(option) for option in command["options"] if not option["names"])
     out = f'.\\" Made by cmake/pages.py.\n.TH "{escaped(command["page"].upper())}" 1 "" "ParRay {program["version"]}" "ParRay"\n'
-    out += f".nh\n.ad l\n.SH NAME\n{escaped(command['page'])} \\- {escaped(about[0].lower() + about[1:])}\n"
+    out += f".nh\n.ad l\n.ss 12 0\n.SH NAME\n{escaped(command['page'])} \\- {escaped(about[0].lower() + about[1:])}\n"
     out += f".SH SYNOPSIS\n{bold(command['usage'])}\n.SH DESCRIPTION\n{line_of(about)}.\n{man_text(manual)}"
     if self and program["commands"]:
         out += ".SH COMMANDS\n"
@@ -182,7 +188,7 @@ BASH = r"""@FUNCTION@() {
   local -a arguments=()
   local valued=' @VALUED@ '
   COMPREPLY=()
-  # Bash makes = a word of its own: "--adaptive=on" is three.
+  # Bash treats = as a separate word: "--adaptive=on" is three words.
   for ((i = 1; i < COMP_CWORD; ++i)); do
     if [[ ${COMP_WORDS[i]} == -* ]]; then
       [[ $valued == *" ${COMP_WORDS[i]} "* ]] || continue
@@ -247,7 +253,7 @@ def bash_case(program, command, word):
 
 def bash_completion(program):
     commands = program["commands"]
-    # A name takes a value in all commands or in none.
+    # An option of the same name takes a value in all commands or in none.
     valued = {name for c in (program, *commands) for option in c["options"] if option["value"] for name in option["names"]}
     parts = {
         "FUNCTION": "_" + program["name"].replace("-", "_"), "PROGRAM": program["name"], "JOBS": LIST_JOBS,
@@ -270,7 +276,7 @@ def zsh_text(text):
 
 
 def zsh_specs(command):
-    """A line of _arguments for each name."""
+    """Returns a line of _arguments for each name of each option."""
     lines = []
     for option in command["options"]:
         value = f":{zsh_text(option['value'])}:{zsh_action(option)}" if option["value"] else ""

@@ -1,7 +1,8 @@
 #pragma once
 
-// What many sources include and is long to parse, precompiled once. No source may count on it: each
-// includes what it uses, and deploy/check builds without (CMAKE_DISABLE_PRECOMPILE_HEADERS).
+// Headers that many sources include and that take long to parse, precompiled once. Every source
+// still includes the headers that it uses: deploy/check builds without precompiled headers
+// (CMAKE_DISABLE_PRECOMPILE_HEADERS).
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -32,8 +33,8 @@
 #include <utility>
 #include <vector>
 
-// common/base/json_instances.cpp has the machine code of reading and writing JSON: elsewhere the
-// compiler need not make it again.
+// common/base/json_instances.cpp compiles the functions that read and write JSON. With these
+// declarations other sources do not compile them again.
 extern template class nlohmann::detail::serializer<nlohmann::json>;
 extern template class nlohmann::detail::lexer<
     nlohmann::json, nlohmann::detail::iterator_input_adapter<std::string::const_iterator>>;

@@ -1,7 +1,7 @@
-# A room is a library of its own, so that a program links what its rooms may use and no more:
-# parray_room(NAME [SOURCES FILE...] [LINKS TARGET...] [PRIVATE TARGET...]) makes parray_NAME, alias
-# parray::NAME. LINKS are the rooms and libraries that its headers may include, PRIVATE those that
-# only its sources may. The table of tests/unit/include_rules_test.cpp says the same of includes.
+# parray_room(NAME [SOURCES FILE...] [LINKS TARGET...] [PRIVATE TARGET...]): makes the library parray_NAME, alias
+# parray::NAME, of a room. Each room is a separate library, so that a program links only the rooms that it uses.
+# Headers of the room may include the rooms and libraries in LINKS; sources may also include those in PRIVATE. The table
+# in tests/unit/include_rules_test.cpp has the same rules for includes.
 function(parray_room name)
   cmake_parse_arguments(PARSE_ARGV 1 room "" "" "SOURCES;LINKS;PRIVATE")
   if(room_SOURCES)
@@ -15,15 +15,15 @@ function(parray_room name)
   add_library(parray::${name} ALIAS parray_${name})
 endfunction()
 
-# parray_pages(TARGET): the man pages and shell completion of a program, made by cmake/pages.py whenever the program is
-# linked, and installed with it. A program whose help has an example that it does not understand fails to build.
+# parray_pages(TARGET): makes the man pages and shell completion of a program with cmake/pages.py whenever it is linked,
+# and installs them. The build fails if the program does not understand an example of its own help.
 find_package(Python3 COMPONENTS Interpreter)
 function(parray_pages target)
   if(PARRAY_SANITIZE)
     return()
   endif()
   if(NOT Python3_Interpreter_FOUND OR CMAKE_CROSSCOMPILING)
-    message(STATUS "No man pages and no shell completion of ${target}: they take Python 3 and a build for this machine")
+    message(STATUS "Without man pages and shell completion of ${target}: they need Python 3 and a build for this machine")
     return()
   endif()
   set(pages ${CMAKE_BINARY_DIR}/pages/${target})
@@ -34,8 +34,8 @@ function(parray_pages target)
   install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT ${target})
 endfunction()
 
-# Long headers are parsed once for each set of flags that compilers tell apart there. (Kernels get
-# none: of an inline function that two sets of instructions share, the linker keeps any copy.)
+# Precompiles long headers once with and once without OpenMP, because compilers require the same flags. Kernels use no
+# precompiled header: the linker keeps an arbitrary copy of an inline function that two instruction sets share.
 foreach(flags plain openmp)
   add_library(parray_precompiled_${flags} OBJECT EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/cmake/precompiled.cpp)
   target_link_libraries(parray_precompiled_${flags} PRIVATE parray_flags nlohmann_json::nlohmann_json)

@@ -1,5 +1,5 @@
-# Sourced by quickstart and check: numbered steps, long output kept in build/logs.
-# The sourcing script sets `root` (the checkout) and `steps` (how many there will be).
+# Functions of quickstart and check: numbered steps, and log files in build/logs for long output.
+# The script that sources this file sets `root` (the checkout) and `steps` (the number of steps).
 # shellcheck shell=bash disable=SC2154
 
 step_number=0
@@ -9,7 +9,7 @@ step() {
   echo "[$step_number/$steps] $1"
 }
 
-# On a terminal, the newest line of what passes through, over and over in one place.
+# Reads lines. On a terminal, shows the newest line in place of the previous one.
 show_newest_line() {
   local line
   if [ -t 1 ]; then
@@ -20,15 +20,15 @@ show_newest_line() {
   fi
 }
 
-# logged NAME COMMAND...: runs COMMAND with its output in build/logs/NAME.log; shows the log's
-# end and returns 1 when COMMAND fails.
+# logged NAME COMMAND...: runs COMMAND and writes its output to build/logs/NAME.log. If COMMAND
+# fails, shows the end of the log and returns 1.
 logged() {
   local name=$1 log=$root/build/logs/$1.log
   shift
   mkdir -p "${log%/*}"
   if ! "$@" 2>&1 </dev/null | tee "$log" | show_newest_line; then
     tail -n 30 "$log" >&2
-    echo "$name failed; its whole output is in $log" >&2
+    echo "$name failed: $log has the whole output" >&2
     return 1
   fi
 }

@@ -12,20 +12,20 @@
 namespace parray::adaptive {
 namespace {
 
-/// Bias that a pixel's own luck may bring, of its mean. If the pixel's count follows its own
-/// variance to a share s, the bias is up to s * third moment / (variance * count) <= s * largest /
-/// count.
+/// Largest bias of a pixel, relative to its mean, that its own samples may cause. If a share s of a
+/// pixel's count depends on its own variance, the bias is at most
+/// s * third moment / (variance * count) <= s * largest radiance / count.
 constexpr double bias_allowed = 0.001;
 
-/// Square error of a sample, over that of the radiance, that a slowly changing sky has within a
-/// pixel and hardly anything else.
+/// Largest square error of a sample, relative to the squared radiance, of a pixel without noise. A
+/// slowly changing sky stays below this limit; hardly anything else does.
 constexpr double quiet_share = 1e-4;
 
-/// Mean square errors expected of a row's values, times their counts.
+/// Computes the expected mean square errors of a row's values, times their counts.
 void expect(const NoiseNearby& row, const NoiseForecast& forecast, double largest_radiance,
             std::span<double> squares) {
-  // What the model has learnt of pixels with such surroundings knows of their luck, too: it counts
-  // for as much as has been seen there.
+  // The model's forecast for such surroundings includes pixels that missed rare bright samples. The
+  // more bright samples the surroundings have, the more this forecast counts.
   constexpr double much = 8;
   const bool windows = !row.around.seen.empty();
   const std::span<const double> radiances = windows ? row.around.radiance : row.own.mean;
@@ -46,10 +46,10 @@ void expect(const NoiseNearby& row, const NoiseForecast& forecast, double larges
 Allocation::Allocation(const FramebufferView& state, bool equal_half_widths, std::size_t stride) {
   const NeighbourhoodSize horizon =
       stride > 1 ? NeighbourhoodSize::neighbours : NeighbourhoodSize::windows;
-  // Weights need not be as exact as what is stated.
+  // Weights need less accuracy than stated errors, so a small part of the picture suffices.
   constexpr std::size_t asked = std::size_t{1} << 15;
   const NoiseModel model(state, horizon, std::min(asked, state.pixels.size() / stride));
-  // Of squares, which float has room for then, whatever the scene's radiance.
+  // The unit of squares. In this unit they fit the range of float for every scene.
   const double unit = state.largest_radiance * state.largest_radiance;
   const std::size_t bands = noise_bands(state.height);
   std::vector<NoiseForecast> forecasts(bands, NoiseForecast(state.width));
@@ -63,7 +63,7 @@ Allocation::Allocation(const FramebufferView& state, bool equal_half_widths, std
   visit_noise(state, stride, horizon, [&](std::size_t band, std::size_t y, const NoiseNearby& row) {
     NoiseForecast& forecast = forecasts[band];
     std::vector<double>& squares = expected[band];
-    model.foresee(row, forecast);
+    model.predict(row, forecast);
     expect(row, forecast, state.largest_radiance, squares);
     for (std::size_t x = 0; x < state.width; ++x) {
       double most = 0;
@@ -96,7 +96,7 @@ double Allocation::square_error_at(double level) const {
 
 double Allocation::level_for_square_error(double share) const {
   const double wanted = share * square_error_at(0);
-  // The error at a level falls about as fast as the level rises.
+  // The error is roughly inversely proportional to the level, so this iteration converges.
   double level = shares().level_for(shares().total_at(0) / share);
   for (int step = 0; step < 4; ++step) {
     level *= square_error_at(level) / wanted;
@@ -114,7 +114,7 @@ double Allocation::share_of_square_error(double total) const {
 }
 
 double Allocation::total_for_square_half_width(double share) const {
-  // The pixel whose half-width 99 % of the pixels keep below.
+  // Finds the pixel with the 99th percentile of the half-widths.
   std::vector<double> levels(counts_.size());
   for (std::size_t i = 0; i < levels.size(); ++i) {
     levels[i] = weights_[i] > 0 ? counts_[i] / double{weights_[i]} : 0;

@@ -17,9 +17,10 @@ bool all_have_two(const FramebufferView& state) {
          std::all_of(state.counts.begin(), state.counts.end(), [](auto n) { return n >= 2; });
 }
 
-/// Mean square error of a picture. With u and w the errors of a pixel's two replicates, its error
-/// e = (u + w) / 2 and its difference d = (u - w) / 2 fulfil e^2 - d^2 = uw: whatever the
-/// distribution of samples, that has mean 0, and variance (2 s^2)^2 where s^2 is that of e.
+/// Sums that give the mean square error of a picture. Let u and w be the errors of a pixel's two
+/// replicates. The pixel's error is e = (u + w) / 2, and half their difference is d = (u - w) / 2.
+/// So e^2 - d^2 = uw. For every distribution of samples, uw has mean 0 and variance (2 s^2)^2,
+/// where s^2 is the variance of e.
 class MeanSquare {
  public:
   void add(const NoiseRow& row) {
@@ -31,11 +32,11 @@ class MeanSquare {
         variance += row.variance[value];
       }
       const double count = row.count[i];
-      // As if the channels' errors were alike, which they nearly are.
+      // Treats the errors of the three channels as equal, which is nearly true.
       scatter_ += 4 * square * variance / count;
       squares_ += square;
       variances_ += variance / count;
-      seldom_ += 1.0 / count;
+      inverse_counts_ += 1.0 / count;
       samples_ += count;
       values_ += 3;
     }
@@ -45,20 +46,21 @@ class MeanSquare {
     squares_ += other.squares_;
     variances_ += other.variances_;
     scatter_ += other.scatter_;
-    seldom_ += other.seldom_;
+    inverse_counts_ += other.inverse_counts_;
     samples_ += other.samples_;
     values_ += other.values_;
     return *this;
   }
 
   void report(double largest, ErrorEstimate& error) const {
-    // The sampler's gain turns s^2 for independent samples into that of these.
+    // The sampler's gain converts s^2 of independent samples into s^2 of the picture's samples.
     const double gain = variances_ > 0 ? squares_ / variances_ : 0;
     const double relative = squares_ > 0 ? normal_95 * std::sqrt(scatter_ * gain) / squares_ : 0;
-    const double factor = 1 + relative + relative * relative / 2;  // e^relative, nearly
+    const double factor = 1 + relative + relative * relative / 2;  // about e^relative
     const double square = squares_ / values_;
-    // What no sample has shown may still be there: 3 in all samples, 95 times of 100.
-    const double unseen = largest * largest * 3 / samples_ * (seldom_ * 3 / values_);
+    // Light that no sample has shown (rule of three): with 95 % confidence, at most 3 bright
+    // samples are expected among as many samples.
+    const double unseen = largest * largest * 3 / samples_ * (inverse_counts_ * 3 / values_);
     error.rmse = std::sqrt(square);
     error.low = std::sqrt(square / factor);
     error.high = std::sqrt(square * factor + unseen);
@@ -68,7 +70,7 @@ class MeanSquare {
   double squares_ = 0;
   double variances_ = 0;
   double scatter_ = 0;
-  double seldom_ = 0;
+  double inverse_counts_ = 0;
   double samples_ = 0;
   double values_ = 0;
 };
@@ -79,9 +81,9 @@ MeanSquare sum_of(const std::vector<MeanSquare>& bands) {
   return sum;
 }
 
-/// The values at two shares of the way up, of at least one; none is negative.
+/// Returns two quantiles of `values`, which must not be empty or contain negative numbers.
 std::array<float, 2> quantiles(std::span<const float> values, std::array<double, 2> shares) {
-  // The patterns of such numbers ascend with them: bins of 1/32 octave.
+  // The bit patterns of such numbers have the order of the numbers. A bin spans 1/32 octave.
   const auto bin_of = [](float value) { return std::bit_cast<std::uint32_t>(value) >> 18; };
   std::vector<std::uint32_t> bins(std::size_t{1} << 14);
   for (const float value : values) {
@@ -146,7 +148,7 @@ ErrorEstimate estimate_error(const FramebufferView& state, std::size_t stride) {
   visit_noise(state, stride, horizon, [&](std::size_t band, std::size_t y, const NoiseNearby& row) {
     NoiseForecast& forecast = forecasts[band];
     mean_squares[band].add(row.own);
-    model.foresee(row, forecast);
+    model.predict(row, forecast);
     half_widths(row.own.count, forecast,
                 std::span(error.half_width).subspan(y / stride * values, values));
   });

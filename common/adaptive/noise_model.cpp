@@ -7,21 +7,23 @@
 namespace parray::adaptive {
 namespace {
 
-/// That many samples of the surroundings' are added to a pixel's own: two alone say little.
+/// Weight of the surroundings, in samples, in a pixel's own mean square error. Two samples alone
+/// say little.
 constexpr double few = 4;
-/// A level with fewer values borrows from the levels next to it.
+/// Number of values that a level needs. A level with fewer also uses values of adjacent levels.
 constexpr double enough = 600;
-/// That many values of a normal's are added to those found.
+/// Weight of the prior, a normal distribution, as a number of values.
 constexpr double prior = 10;
 
-/// The octave of a positive number, in parts of 2^-`bits`, from 0 for 2^lowest.
+/// Returns the position of a positive number on a logarithmic scale: 0 for 2^lowest, and 2^bits
+/// parts per octave.
 std::ptrdiff_t octave_part(double value, int bits, int lowest) {
   const auto pattern = std::bit_cast<std::uint64_t>(value);
   return static_cast<std::ptrdiff_t>(pattern >> (52 - bits)) -
          (static_cast<std::ptrdiff_t>(1023 + lowest) << bits);
 }
 
-/// Where part number `part` begins.
+/// Returns the smallest number of part `part`.
 double part_begin(std::size_t part, int bits, int lowest) {
   const auto pattern = (static_cast<std::uint64_t>(1023 + lowest) << bits) + part;
   return std::bit_cast<double>(pattern << (52 - bits));
@@ -32,7 +34,7 @@ constexpr int lowest_level = -40;  ///< a deviation of 1e-6 of the largest radia
 constexpr int ratio_bits = 4;
 constexpr int lowest_ratio = -10;
 
-/// Levels [first, last) next to `level` that have enough values, or all.
+/// Returns the levels [first, last) around `level` that together have enough values, or all levels.
 template <typename ValuesAt>
 std::pair<std::size_t, std::size_t> enough_levels(std::size_t level, std::size_t end,
                                                   const ValuesAt& values_at) {
@@ -86,7 +88,7 @@ NoiseModel::NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon, 
   Levels before;
   for (std::size_t place = 1; place < places; ++place) {
     const Levels found = levels_of(place);
-    // Many levels have no values of their own, and borrow the same.
+    // Many levels have no values of their own and use the same adjacent levels.
     if (place > 1 && found == before) {
       around_factors_[place] = around_factors_[place - 1];
     } else {
@@ -97,8 +99,9 @@ NoiseModel::NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon, 
   for (std::size_t level = 1; level < levels; ++level) {
     calibrate_own(level);
   }
-  // Where no pixel around has seen anything: what the pixels themselves have, and what three
-  // samples of all of them could still have hidden, 95 times of 100. Channels see the same things.
+  // Level 0: the surroundings show no variance. Their variance is that of the pixels themselves
+  // plus the rule of three: with 95 % confidence, at most 3 bright samples are expected among all
+  // samples. The three channels of a sample count as one sample.
   const double seen = found_.unseen_values > 0 ? found_.unseen_squares / found_.unseen_values : 0;
   const double samples = found_.unseen_values > 0 ? found_.unseen_samples : found_.samples;
   unseen_variance_ = seen + (samples > 0 ? 3 * unit_ / (samples / 3) : unit_);
@@ -112,7 +115,7 @@ inline std::size_t NoiseModel::level_of(double variance) const {
 
 inline std::size_t NoiseModel::place_of(double variance, double ridge) const {
   const std::size_t level = level_of(variance);
-  // Without branches, which nobody could foresee.
+  // Without branches, because noise would make them unpredictable.
   const auto below = [ridge](double limit) { return std::size_t{ridge < limit ? 1U : 0U}; };
   const std::size_t kind = 3 - below(variance / 16) - below(variance / 4) - below(variance);
   return level == 0 ? 0 : kind * levels + level;
@@ -184,7 +187,7 @@ void NoiseModel::calibrate_around(std::size_t place, const Levels& borrowed) {
   const double factor = (quantile * values + normal_95 * prior) / (values + prior);
   const double gain = variances > 0 ? squares / variances : 1;
   const double expected = (gain * values + prior) / (values + prior);
-  // Where nearly all differences are 0, the few that are not count.
+  // If nearly all differences are 0, the quantile is too small, and the mean square applies.
   around_factors_[place] = {expected, std::max(factor * factor, expected)};
 }
 
@@ -203,7 +206,7 @@ void NoiseModel::calibrate_own(std::size_t level) {
   own_factor_[level] = (gain * values + prior) / (values + prior);
 }
 
-void NoiseModel::foresee(const NoiseNearby& row, NoiseForecast& forecast) const {
+void NoiseModel::predict(const NoiseNearby& row, NoiseForecast& forecast) const {
   for (std::size_t i = 0; i < forecast.own.size(); ++i) {
     const double variance = row.own.variance[i];
     forecast.own[i] = own_factor_[level_of(variance)] * variance;

@@ -49,12 +49,12 @@ class NoiseModel {
  public:
   /// Fits the model to `state`. Each pixel must have at least 2 samples. In a large picture the
   /// model reads only rows with about `asked` pixels in total. `horizon` is the reach of the
-  /// surroundings that later calls of foresee() pass.
+  /// surroundings that later calls of predict() pass.
   NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon,
              std::size_t asked = std::size_t{1} << 17);
 
   /// Computes the forecast of a row. `forecast` must have room for as many pixels.
-  void foresee(const NoiseNearby& row, NoiseForecast& forecast) const;
+  void predict(const NoiseNearby& row, NoiseForecast& forecast) const;
 
  private:
   static constexpr std::size_t levels = 160;  ///< of variance, two per octave; level 0: none

@@ -7,7 +7,8 @@
 namespace parray::adaptive {
 namespace {
 
-/// What brings every pixel from what it has to `targets`.
+/// Returns the pass that brings every pixel from its present number of samples to that in
+/// `targets`. Returns nothing if no pixel gets a sample.
 std::optional<Pass> pass_to(const Framebuffer& framebuffer,
                             const std::vector<std::uint32_t>& targets) {
   const std::span<const std::uint32_t> now = framebuffer.samples();
@@ -24,7 +25,7 @@ std::optional<Pass> pass_to(const Framebuffer& framebuffer,
   bool any = false;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     if (targets[i] < now[i]) {
-      throw std::logic_error("a pass that takes samples away");
+      throw std::logic_error("a pass would remove samples of a pixel");
     }
     any = any || targets[i] > now[i];
     pass.samples.push_back({now[i], targets[i]});
@@ -32,7 +33,7 @@ std::optional<Pass> pass_to(const Framebuffer& framebuffer,
   return any ? std::optional(std::move(pass)) : std::nullopt;
 }
 
-/// One sample of each pixel before the others of a picture's first pass.
+/// Splits a picture's first pass so that its first stage traces one sample of each pixel.
 void show_early(Pass& pass) {
   const Stage& all = pass.stages.front();
   if (pass.stages.size() == 1 && pass.samples.empty() && all.begin == 0 && all.end > 1) {
@@ -49,11 +50,12 @@ PassController::PassController(const RenderSettings& settings, double largest_ra
       begun_(std::move(begun)),
       judge_(std::move(judge)) {
   if (settings_.target_denoised && settings_.passes.empty() && !judge_) {
-    throw std::logic_error("a denoised target without a judge");
+    throw std::logic_error("a target for the denoised picture needs a judge");
   }
 }
 
-/// Of a picture that does not go in passes. Sums travel once for every step, so there are few.
+/// Begins the next pass of a picture without adaptive passes. Workers return all sums once per
+/// pass, so a progressive picture has only three.
 std::optional<Pass> PassController::next_undecided(const Framebuffer& framebuffer) {
   const std::uint32_t all = settings_.samples_per_pixel;
   const std::uint64_t pixels = framebuffer.samples().size();
@@ -76,8 +78,9 @@ std::optional<Pass> PassController::next_undecided(const Framebuffer& framebuffe
   return pass;
 }
 
-/// What the time left allows, at the speed of the pass before. Of how fast an earlier life was
-/// nothing is known: no more than it has done.
+/// Returns the number of samples that the remaining time allows at the speed of the previous pass.
+/// After a restart the speed is unknown, and the next pass adds at most as many samples as the
+/// picture has.
 Affordable PassController::affordable(const Framebuffer& framebuffer,
                                       const PassTimes& times) const {
   if (settings_.time_limit == 0 || passes_ == 0) {
@@ -85,9 +88,9 @@ Affordable PassController::affordable(const Framebuffer& framebuffer,
   }
   const std::uint64_t samples = framebuffer.counts().samples;
   if (times.pass <= 0) {
-    return {times.total > 0 ? 0 : 2 * samples};  // of which a pass takes half
+    return {times.total > 0 ? 0 : 2 * samples};  // a pass takes half of these
   }
-  constexpr double most = 1e18;  // far beyond any picture's, and a number of 64 bits
+  constexpr double most = 1e18;  // far beyond any picture, and still a 64-bit number
   const double speed = static_cast<double>(samples - samples_before_) / times.pass;
   const auto samples_in = [speed, most](double seconds) {
     return static_cast<std::uint64_t>(std::clamp(speed * seconds, 0.0, most));

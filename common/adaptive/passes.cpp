@@ -92,7 +92,7 @@ PassSize towards_targets(const FramebufferView& state, const RenderSettings& set
   }
   const double total = placement.total_for(share_to_go_for(share * share, settings.sampler));
   const auto traced = static_cast<double>(placement.traced());
-  // Half-widths of single pixels are harder to foresee than the error of them all.
+  // Half-widths of single pixels are harder to predict than the error of the whole picture.
   const double lacking =
       widths ? std::max((total - traced) * 1.1, traced / 16) : lacking_for_error(total, traced);
   const std::uint64_t wanted =

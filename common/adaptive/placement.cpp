@@ -56,14 +56,14 @@ Placement::Kind Placement::kind_of(std::uint64_t samples) {
     return Kind::even;
   }
   if (!pays_) {
-    pays_ = adaptive_pays(foreseen(), state_.rays_per_sample);
+    pays_ = adaptive_pays(prediction(), state_.rays_per_sample);
   }
   return *pays_ ? Kind::by_noise : Kind::even;
 }
 
-const Allocation& Placement::foreseen() {
-  if (!foreseen_) foreseen_.emplace(state_, half_widths_, stride_);
-  return *foreseen_;
+const Allocation& Placement::prediction() {
+  if (!prediction_) prediction_.emplace(state_, half_widths_, stride_);
+  return *prediction_;
 }
 
 double Placement::total_for(double share) {
@@ -80,7 +80,7 @@ double Placement::total_for(double share) {
     case Kind::by_noise:
       break;
   }
-  const Allocation& some = foreseen();
+  const Allocation& some = prediction();
   const double total =
       half_widths_ ? some.total_for_square_half_width(share) : some.total_for_square_error(share);
   return traced * (total / some.shares().total_at(0));
@@ -90,8 +90,8 @@ std::vector<std::uint32_t> Placement::by_noise(double total) {
   NoiseWeights own;
   NoiseWeights& found = found_ != nullptr ? *found_ : own;
   if (found.weights.empty() || traced_ >= 2 * found.samples) {
-    const bool whole = foreseen_ && stride_ == 1;
-    const Allocation all = whole ? *foreseen_ : Allocation(state_, half_widths_);
+    const bool whole = prediction_ && stride_ == 1;
+    const Allocation all = whole ? *prediction_ : Allocation(state_, half_widths_);
     found = {all.weights(), traced_};
   }
   return SampleShares(state_.counts, found.weights).counts_of(total);

@@ -59,7 +59,7 @@ class Placement {
 
   [[nodiscard]] Kind kind_of(std::uint64_t samples);
   [[nodiscard]] std::uint32_t each_of(std::uint64_t total) const;
-  [[nodiscard]] const Allocation& foreseen();
+  [[nodiscard]] const Allocation& prediction();
   [[nodiscard]] std::vector<std::uint32_t> by_noise(double total);
 
   FramebufferView state_;
@@ -71,7 +71,7 @@ class Placement {
   /// Most samples of a pixel.
   std::uint32_t most_ = 0;
   std::optional<bool> pays_;
-  std::optional<Allocation> foreseen_;
+  std::optional<Allocation> prediction_;
   NoiseWeights* found_;
 };
 

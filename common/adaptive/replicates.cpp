@@ -25,7 +25,7 @@ void put_means(const FramebufferView& state, Replicates& out) {
 }
 
 void put_noise(const FramebufferView& state, std::vector<float>& out) {
-  std::vector<double> independent(out.size());  // square errors of independent samples
+  std::vector<double> independent(out.size());  // mean square errors of independent samples
   struct Sums {
     double squares = 0;
     double variances = 0;

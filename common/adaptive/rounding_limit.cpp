@@ -9,11 +9,12 @@
 namespace parray::adaptive {
 namespace {
 
-/// Standard deviation of rounding a number of this size to 32 bits: an error evenly spread over an
-/// ulp, in the middle of a binade.
+/// Returns the standard deviation of the error that rounding `radiance` to 32 bits causes. Assumes
+/// that the error is uniform over one ulp and that `radiance` is in the middle of a binade.
 double rounding_error(double radiance) { return radiance * 0x1p-23 / std::sqrt(12.0) / 1.5; }
 
-/// With two digits, rounded up, so that the number that is printed is accepted.
+/// Formats `value` with two digits. Rounds up, so that check_above_rounding() accepts the printed
+/// number.
 std::string rounded_up(double value) {
   const double scale = std::pow(10.0, 1 - std::floor(std::log10(value)));
   return number_text(std::ceil(value * scale) / scale);
@@ -26,10 +27,10 @@ void check_above_rounding(std::string_view option, double error, double largest_
   const double rounding = rounding_error(largest_radiance);
   const double least = 2 * rounding / share;
   if (error <= 0 || error >= least) return;
-  throw InputError(std::string(option) + " " + number_text(error) +
-                   ": rounding a picture of this scene to 32-bit numbers is an error of " +
-                   rounded_up(rounding) + ", whatever --precision: ask for " + rounded_up(least) +
-                   " or more");
+  throw InputError(
+      std::string(option) + " " + number_text(error) +
+      ": rounding a picture of this scene to 32-bit numbers alone causes an error of " +
+      rounded_up(rounding) + ", with every --precision: use " + rounded_up(least) + " or more");
 }
 
 void check_targets(const StopSettings& settings, double largest_radiance) {

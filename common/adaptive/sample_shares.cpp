@@ -9,11 +9,11 @@
 namespace parray::adaptive {
 namespace {
 
-/// At a level, of the pixels that have their share already and of the others.
+/// Sums over pixels at a level. A pixel is full if it already has its share.
 struct Level {
-  double have = 0;
-  double full = 0;    ///< how many there are
-  double weight = 0;  ///< of the others
+  double have = 0;    ///< samples of the full pixels
+  double full = 0;    ///< number of full pixels
+  double weight = 0;  ///< sum of the other pixels' weights
 
   Level& operator+=(const Level& other) {
     have += other.have;
@@ -34,7 +34,8 @@ double SampleShares::total_at(double level) const {
 }
 
 double SampleShares::level_for(double total) const {
-  // Pixels that have more than their share already drop out, until the rest shares what is left.
+  // Each step leaves out the pixels that already have more than their share. The other pixels share
+  // the remaining samples. The loop ends when no further pixel drops out.
   double level = 0;
   for (double full = -1;;) {
     const auto sum = ordered_sum<Level>(size(), [&](std::size_t begin, std::size_t end) {
@@ -60,12 +61,13 @@ double SampleShares::level_for(double total) const {
 std::vector<std::uint32_t> SampleShares::counts_of(double total) const {
   const double level = level_for(total);
   std::vector<std::uint32_t> counts(counts_.begin(), counts_.end());
-  // What rounding owes to a pixel goes to the next one; what is owed to the last, to the picture.
+  // The rounding error of a pixel carries over to the next pixel. `owed` is the sum of what the
+  // last pixels carry over.
   double owed = ordered_sum<double>(size(), [&](std::size_t begin, std::size_t end) {
     double debt = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const double wanted = level * double{weights_[i]};
-      if (!(wanted > counts_[i])) {  // or not a number: nothing shines, nothing is noisy
+      if (!(wanted > counts_[i])) {  // also if `wanted` is NaN, because no pixel is noisy
         continue;
       }
       const double exactly = wanted + debt;
@@ -75,7 +77,8 @@ std::vector<std::uint32_t> SampleShares::counts_of(double total) const {
     }
     return debt;
   });
-  // A pixel that is full leaves more over; the last ones that were given some get what is left.
+  // Pixels at the limit of samples leave samples over. The last pixels that got samples take them;
+  // if these have no room, any pixels do.
   for (const bool any : {false, true}) {
     for (std::size_t k = counts.size(); k > 0 && owed > 1; --k) {
       std::uint32_t& count = counts[k - 1];

@@ -74,7 +74,7 @@ class ByteReader {
   /// Throws DecodeError unless everything has been read.
   void expect_end() const {
     if (!bytes_.empty()) {
-      throw DecodeError("data goes on after its end");
+      throw DecodeError("data continues after its end");
     }
   }
 

@@ -1,5 +1,5 @@
-/// The machine code of reading and writing JSON, which cmake/precompiled.h promises to every
-/// source.
+/// Compiles the functions that read and write JSON once. cmake/precompiled.h declares them as
+/// `extern`, so that other sources do not compile them again.
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>

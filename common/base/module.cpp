@@ -28,7 +28,7 @@ void* module_entry(const std::string& file, const char* entry, const std::string
   void* const module = dlopen(module_file(file).c_str(), RTLD_NOW | RTLD_LOCAL);
   void* const found = module == nullptr ? nullptr : dlsym(module, entry);
   if (found == nullptr) {
-    // NOLINTNEXTLINE(concurrency-mt-unsafe): its text is the thread's own
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): each thread has its own error text
     throw RunError("loading " + what + ": " + std::string(dlerror()) + ": " + remedy);
   }
   return found;

@@ -14,7 +14,7 @@ struct Sha256::State {
 
   static void check(int done) {
     if (done != 1) {
-      throw std::runtime_error("OpenSSL cannot do SHA-256");
+      throw std::runtime_error("OpenSSL cannot compute SHA-256");
     }
   }
 };

@@ -16,7 +16,7 @@ Framebuffer::Framebuffer(std::uint32_t width, std::uint32_t height, bool large_p
 void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
                       const RunSamples& samples, std::uint32_t step) {
   if (y >= height_ || x > width_ || sums.size() > (width_ - x + step - 1) / step) {
-    throw std::logic_error("sums beyond the image");
+    throw std::logic_error("sums of pixels outside the picture");
   }
   std::size_t pixel = std::size_t{y} * width_ + x;
   for (std::size_t i = 0; i < sums.size(); ++i, pixel += step) {
@@ -31,7 +31,7 @@ void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSum
 void Framebuffer::add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
                       std::span<const SampleRange> ranges) {
   if (sums.size() != ranges.size()) {
-    throw std::logic_error("not one range of samples for each pixel");
+    throw std::logic_error("the number of sample ranges differs from the number of pixels");
   }
   add(y, x, sums, RunSamples(ranges));
 }
@@ -61,7 +61,7 @@ void Framebuffer::touch(std::size_t part, std::size_t parts) {
 
 void Framebuffer::exclude(const ExcludedSamples& samples) {
   if (samples.y >= height_ || samples.x >= width_) {
-    throw std::logic_error("samples beyond the image");
+    throw std::logic_error("samples of pixels outside the picture");
   }
   const auto [at, fresh] =
       excluded_.try_emplace(PixelAddress{samples.y, samples.x}, Excluded{samples.first, 0});

@@ -262,7 +262,7 @@ std::size_t unpack_sums(std::string_view bytes, std::span<PixelSums> pixels) {
   }
   // This check rejects every form but the one that pack_sums() writes.
   if (stray != 0 || !bytes.starts_with(Layout(pixels, layout).header())) {
-    throw DecodeError("packed sums are not as they would be packed");
+    throw DecodeError("packed sums are not in the form that pack_sums() writes");
   }
   return bytes.size() - in.left();
 }

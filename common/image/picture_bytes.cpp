@@ -54,7 +54,7 @@ PictureParts picture_from_bytes(std::uint32_t width, std::uint32_t height, std::
                                    replicates   ? PictureDetail::replicates
                                    : statistics ? PictureDetail::statistics
                                                 : PictureDetail::image)) {
-    throw DecodeError("picture does not fit its size");
+    throw DecodeError("the bytes of a picture do not fit its size");
   }
   const std::size_t pixels = std::size_t{width} * height;
   PictureParts parts{{width, height, {}}, {}};

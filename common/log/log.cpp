@@ -10,7 +10,7 @@
 namespace parray::log {
 namespace {
 
-/// The message as a JSON string; bytes that are no UTF-8 are replaced.
+/// Writes the message as a JSON string. Replaces bytes that are not UTF-8.
 class JsonMessage final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
@@ -32,7 +32,7 @@ void LogOptions::add_to(CommandLine& line, const std::string& levels) {
       .one_of({"debug", "info", "warn", "error"})
       .show_default()
       .group("Output");
-  line.option("--log-format", format, "text, or json: an object a line")
+  line.option("--log-format", format, "text, or json: one object per line")
       .one_of({"text", "json"})
       .show_default()
       .group("Output");

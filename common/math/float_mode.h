@@ -47,9 +47,9 @@ inline void write(unsigned) {}
 
 }  // namespace float_control
 
-/// Sets the calling thread's floating-point mode for its lifetime: round to nearest, denormals by
-/// IEEE 754 (no flush to zero), exceptions masked. A library or a parent thread may have left
-/// another mode, and the last bits of a picture would depend on it.
+/// Sets the calling thread's floating-point mode while the object exists: round to nearest,
+/// denormals by IEEE 754 (no flush to zero), exceptions masked. A library or a parent thread may
+/// have left another mode, and the last bits of a picture would depend on it.
 class FloatMode {
  public:
   FloatMode() : before_(float_control::read()) { float_control::write(float_control::ieee); }

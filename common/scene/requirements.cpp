@@ -138,10 +138,10 @@ struct Sight {
   double limit;  ///< largest invisible part
   const char* whole;
 
-  [[nodiscard]] bool unseen() const { return part <= limit; }
-  /// Returns text such as "6e-05, 1/3355 of the smallest radius (unseen: 1/256)".
+  [[nodiscard]] bool invisible() const { return part <= limit; }
+  /// Returns text such as "6e-05, 1/3355 of the smallest radius (invisible up to 1/256)".
   [[nodiscard]] std::string text() const {
-    return number(shift) + ", " + share(part) + " " + whole + " (unseen: up to 1/" +
+    return number(shift) + ", " + share(part) + " " + whole + " (invisible up to 1/" +
            std::to_string(std::lround(1 / limit)) + ")";
   }
 };
@@ -163,10 +163,10 @@ void decide_precision(const Requirements& r, ResolvedSettings& result) {
   }
   const Sight computed = sight_of(r.computed_shift(), r);
   const Sight stored = sight_of(r.stored_shift, r);
-  if (computed.unseen()) {
+  if (computed.invisible()) {
     result.precision_reason =
         "computing in single precision moves surfaces by up to " + computed.text();
-  } else if (stored.unseen()) {
+  } else if (stored.invisible()) {
     result.settings.precision = Precision::mixed;
     result.precision_reason = "computing in single precision would move surfaces by up to " +
                               computed.text() + "; storing in it moves them by " +

@@ -62,7 +62,7 @@ void put_vec(Writer& out, const Vec3d& v) {
 double get_number(ByteReader& in, double lowest, double highest) {
   const auto value = in.get<double>();
   if (!(value >= lowest && value <= highest)) {
-    throw DecodeError("scene: a number is out of its range");
+    throw DecodeError("scene: a number is out of range");
   }
   return value;
 }
@@ -80,7 +80,7 @@ Projection get_projection(ByteReader& in) {
   const std::string_view magic = in.get_bytes(perspective_magic.size());
   if (magic == perspective_magic) return Projection::perspective;
   if (magic == orthographic_magic) return Projection::orthographic;
-  throw DecodeError("scene: not a scene of this version");
+  throw DecodeError("scene: the bytes are not a scene of this version");
 }
 
 Camera get_camera(ByteReader& in, Projection projection) {
@@ -122,7 +122,7 @@ Sphere get_sphere(ByteReader& in, std::size_t material_count) {
   sphere.radius = get_number(in, limits::min_radius, limits::max_length);
   sphere.material = in.get<std::uint32_t>();
   if (sphere.material >= material_count) {
-    throw DecodeError("scene: a sphere names a material that is not there");
+    throw DecodeError("scene: the material of a sphere does not exist");
   }
   return sphere;
 }
@@ -132,7 +132,7 @@ Sphere get_sphere(ByteReader& in, std::size_t material_count) {
 std::size_t get_count(ByteReader& in, std::uint64_t most, std::size_t item_bytes) {
   const auto count = in.get<std::uint64_t>();
   if (count > most || count > in.left() / item_bytes) {
-    throw DecodeError("scene: a count is larger than its data");
+    throw DecodeError("scene: a count exceeds the data that follows");
   }
   return static_cast<std::size_t>(count);
 }

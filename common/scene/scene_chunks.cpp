@@ -46,7 +46,7 @@ std::string pack_chunk(std::string_view chunk) {
   std::string packed(chunk.size() - chunk.size() / 16, '\0');
   const std::size_t size =
       ZSTD_compress(packed.data(), packed.size(), columns.data(), columns.size(), fastest);
-  // An error means: more bytes than there is room for.
+  // An error means that the chunk does not become smaller; the empty result says so.
   packed.resize(ZSTD_isError(size) != 0U ? 0 : size);
   return packed;
 }
@@ -56,7 +56,7 @@ void unpack_chunk(std::string_view packed, std::span<char> chunk) {
   const std::size_t size =
       ZSTD_decompress(columns.data(), columns.size(), packed.data(), packed.size());
   if (ZSTD_isError(size) != 0U || size != chunk.size()) {
-    throw DecodeError("scene: a chunk is not of its size");
+    throw DecodeError("scene: a chunk does not have its expected size");
   }
   together(columns, chunk);
 }

@@ -31,7 +31,7 @@ void check_word(const Setting& setting, const Words& words, std::size_t index) {
   std::string name = setting.key;
   std::ranges::replace(name, '_', ' ');
   throw InputError(name + ": value " + std::to_string(index) +
-                   " has no meaning: known: " + list_names(words.names));
+                   " is unknown: known: " + list_names(words.names));
 }
 
 void check_pixels(const RenderSettings& settings) {
@@ -46,7 +46,7 @@ void check_passes(const RenderSettings& settings) {
   const std::uint64_t most =
       std::uint64_t{settings.width} * settings.height * limits::max_samples_per_pixel;
   if (settings.passes.size() > limits::max_passes) {
-    throw InputError("too many passes: at most " + std::to_string(limits::max_passes));
+    throw InputError("too many passes: use at most " + std::to_string(limits::max_passes));
   }
   for (const std::uint64_t samples : settings.passes) {
     if (samples == 0 || samples > most) {

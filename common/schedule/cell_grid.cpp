@@ -13,7 +13,7 @@ namespace {
 
 void check(bool good, const char* what) {
   if (!good) {
-    throw InputError(std::string("impossible grid of cells: ") + what);
+    throw InputError(std::string("impossible grid of cells: ") + what + " out of range");
   }
 }
 

@@ -29,7 +29,8 @@ bool within_bounds(const PixelSums& sums, std::uint64_t samples) {
   return true;
 }
 
-/// Checks one cell and sets `nonfinite`.
+/// Checks one cell. Returns the fault, or nullptr. Sets the numbers of its samples and of its
+/// non-finite samples.
 const char* fault_of_cell(std::span<const std::byte> record, std::uint32_t pixels,
                           const RunSamples& ranges, std::uint32_t max_depth,
                           std::uint64_t& nonfinite, std::uint64_t& samples) {
@@ -40,13 +41,13 @@ const char* fault_of_cell(std::span<const std::byte> record, std::uint32_t pixel
   }
   if (header.rays > samples * max_depth || header.nonfinite > samples ||
       header.lost > samples * (TraceCounts::lost_of(1) + 1)) {
-    return "counts that its samples cannot have";
+    return "counts that are impossible for its samples";
   }
   for (std::uint32_t i = 0; i < pixels; ++i) {
     PixelSums sums;
     std::memcpy(&sums, record.data() + sizeof(CellHeader) + i * sizeof sums, sizeof sums);
     if (!within_bounds(sums, ranges[i].count())) {
-      return "sums that its samples cannot have";
+      return "sums that are impossible for its samples";
     }
   }
   nonfinite = header.nonfinite;
@@ -108,23 +109,23 @@ const char* fault_of_excluded(const std::vector<ExcludedSamples>& excluded, cons
   for (const ExcludedSamples& some : excluded) {
     const std::optional<std::uint64_t> cell = cell_of(some, places, batch);
     if (!cell) {
-      return "excluded samples that it never had";
+      return "excluded samples that its cells do not have";
     }
     const bool again =
         before != nullptr && before->y == some.y && before->x == some.x && before_in == *cell;
     if (before != nullptr && (again || !(*before < some))) {
-      return "excluded samples that come twice or out of order";
+      return "excluded samples that are repeated or out of order";
     }
     std::uint64_t& left = nonfinite[*cell - batch.range.begin];
     if (some.count > left) {
-      return "more excluded samples than were not finite";
+      return "more excluded samples than non-finite samples";
     }
     left -= some.count;
     before = &some;
     before_in = *cell;
   }
   const bool all = std::ranges::all_of(nonfinite, [](std::uint64_t left) { return left == 0; });
-  return all ? nullptr : "not every sample that was not finite";
+  return all ? nullptr : "fewer excluded samples than non-finite samples";
 }
 
 }  // namespace
@@ -184,9 +185,9 @@ std::string pack_cells(const TracedCells& traced, const CellGrid& grid) {
 }
 
 TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::uint32_t max_depth) {
-  // Checked before the cells take memory.
+  // Checks the size before the cells take memory.
   if (bytes.size() / least_cell_bytes < batch.range.count()) {
-    throw DecodeError("a result of fewer cells than were leased");
+    throw DecodeError("a result with fewer cells than its lease");
   }
   ByteReader in(bytes);
   const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
@@ -209,7 +210,7 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
     const auto record = std::span(traced.records).subspan(i * size, size);
     std::memcpy(record.data(), &header, sizeof header);
     std::memcpy(record.data() + sizeof header, cell.data(), cell.size_bytes());
-    // Checks each cell while it is in the cache: there are many.
+    // Checks each cell while it is in the cache, because there may be many cells.
     fault = fault_of_cell(record, static_cast<std::uint32_t>(cell.size()), batch.run_samples(index),
                           max_depth, nonfinite[i], samples);
   }

@@ -45,7 +45,7 @@ WorkPlan::WorkPlan(const RenderSettings& settings, Pass pass, std::uint32_t tile
     shape = evenly(std::move(shape), tile);
   } else {
     if (samples_.size() != pixels) {
-      throw std::logic_error("a pass of another image");
+      throw std::logic_error("the pass belongs to a picture of another size");
     }
     for (const SampleRange& pixel : samples_) {
       total_ += pixel.count();

@@ -1,12 +1,12 @@
-# What cpack makes, in packages/ of the build directory: `cpack -G DEB` a package for each role, whose
-# components have the packages' names; `cpack -G TGZ` one tarball of everything, with its libraries.
+# Packages, which cpack writes to packages/ of the build directory. `cpack -G DEB` makes a package for each role from
+# the component of the same name. `cpack -G TGZ` makes one tarball of everything, with libraries.
 set(packages ${CMAKE_CURRENT_LIST_DIR})
 
 set(CPACK_PACKAGE_NAME parray)
 set(CPACK_PACKAGE_VENDOR "The ParRay authors")
 set(CPACK_PACKAGE_CONTACT "The ParRay authors <parray@example.org>")
 set(CPACK_PACKAGE_FILE_NAME parray-${PROJECT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
-set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/packages)  # cpack -B says another
+set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/packages)  # cpack -B sets another directory
 set(CPACK_STRIP_FILES ON)
 set(CPACK_VERBATIM_VARIABLES ON)
 set(CPACK_PARRAY_SOURCE_DIR ${CMAKE_SOURCE_DIR})
@@ -35,8 +35,8 @@ foreach(package ${CPACK_COMPONENTS_ALL})
   set(CPACK_DEBIAN_${key}_PACKAGE_NAME ${package})
 endforeach()
 
-# service(PACKAGE OTHER): unit, configuration and scripts. `PURGED` is what goes when the package is purged,
-# `POSTINST` what is done when it is installed.
+# service(PACKAGE OTHER): adds unit, configuration and scripts to PACKAGE. OTHER is the package of the other service.
+# `PURGED` lists the files that purging the package deletes, `POSTINST` commands that its installation runs.
 function(service package other)
   string(REPLACE parray- "" role ${package})
   set(SERVICE ${package}.service)
@@ -49,7 +49,8 @@ function(service package other)
       FILE_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
   endforeach()
   file(WRITE ${made}/conffiles "/etc/parray/${role}.conf\n")
-  # EXCLUDE_FROM_ALL: packed, but not for cmake --install, which may have a prefix in a home.
+  # EXCLUDE_FROM_ALL: only packages contain these files. cmake --install, whose prefix may be a home directory, leaves
+  # them out.
   install(FILES ${made}/${SERVICE} DESTINATION lib/systemd/system COMPONENT ${package} EXCLUDE_FROM_ALL)
   install(FILES ${packages}/${role}.conf DESTINATION /etc/parray COMPONENT ${package} EXCLUDE_FROM_ALL)
   string(TOUPPER ${package} key)
@@ -58,34 +59,34 @@ function(service package other)
 endfunction()
 
 set(PURGED "/var/lib/parray /etc/parray/keys")
-set(POSTINST "# Keys of the farm are made there by that user: parray keygen.
+set(POSTINST "# The user parray makes the farm's keys there with parray keygen.
 install -d -o parray -g parray -m 700 /etc/parray/keys")
 service(parray-coordinator parray-worker)
 set(PURGED "/etc/parray/worker.key")
 set(POSTINST "")
 service(parray-worker parray-coordinator)
-# What reads scenes for a coordinator's HTTP interface comes with `parray`: without --http nobody needs that.
+# The package parray contains the reader of scenes for the HTTP interface. Only a coordinator with --http needs it.
 set(CPACK_DEBIAN_PARRAY-COORDINATOR_PACKAGE_RECOMMENDS parray)
-set(CPACK_DEBIAN_PARRAY_PACKAGE_DEPENDS fonts-dejavu-core)  # labels; nothing else needs it
+set(CPACK_DEBIAN_PARRAY_PACKAGE_DEPENDS fonts-dejavu-core)  # for labels
 set(CPACK_DEBIAN_PARRAY_PACKAGE_SUGGESTS "gnuplot-nox, python3")  # tradeoff's plots, scenes/generate
-# Its module that reads and writes pictures.
+# The package parray contains the modules that read and write pictures.
 set(CPACK_COMPONENT_PARRAY-MPI_DEPENDS parray)
 set(CPACK_DEBIAN_PARRAY-MPI_PACKAGE_DEPENDS openmpi-bin)
 
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own
 set(CPACK_COMPONENT_PARRAY_DESCRIPTION "path tracer of spheres with stated errors
-ParRay renders scenes of spheres, such as molecules, grains and stars, to the
-same bits on any machine and any number of them, and states the error of every
-picture. This package has the program that renders on this machine and talks to
-a farm, and some scenes.")
+ParRay renders scenes of spheres, such as molecules, grains and stars. A
+picture has the same bits on any machine and on any number of machines, and
+states its error. This package contains the program parray, which renders on
+this machine and submits jobs to a farm, and some scenes.")
 set(CPACK_COMPONENT_PARRAY-COORDINATOR_DESCRIPTION "path tracer of spheres: coordinator of a render farm
-The service that owns the jobs of a farm, leases their work to workers and
-keeps what they bring back in /var/lib/parray. It serves its own machine alone
-until it is given keys.")
+The service that owns the jobs of a farm. It leases their work to workers and
+stores the results in /var/lib/parray. Without keys it serves only its own
+machine.")
 set(CPACK_COMPONENT_PARRAY-WORKER_DESCRIPTION "path tracer of spheres: worker of a render farm
-The service that traces for a coordinator, on the same machine or on another.")
+The service that traces for a coordinator on the same or on another machine.")
 set(CPACK_COMPONENT_PARRAY-MPI_DESCRIPTION "path tracer of spheres: one picture by all ranks of an mpirun
-The program that renders with all ranks of an MPI job, without a coordinator or
-workers to start, to the bits that parray renders.")
+The program that renders a picture with all ranks of an MPI job. It needs no
+coordinator and no workers. The picture has the same bits as with parray.")
 
 include(CPack)

@@ -1,5 +1,5 @@
-# Run by cpack on what it has packed: its archives list files in the directory's order, which is any. These
-# are in the order of names, so that they are the same bytes wherever they are made.
+# cpack runs this script on the packages that it has made. Their archives list files in the arbitrary order of the
+# directory. This script sorts the files by name, so that the packages have the same bytes on every machine.
 cmake_policy(VERSION 3.25)
 
 function(repack_debian file)

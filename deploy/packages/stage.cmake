@@ -1,7 +1,7 @@
-# Run by cpack between installing below a temporary directory and packing that.
+# cpack runs this script after it has installed the files below a temporary directory, and before it packs them.
 cmake_policy(VERSION 3.25)
 
-# Files are as old as the source, so that the same source makes the same bytes.
+# Gives files the time of the commit, so that the same source makes the same bytes.
 if(NOT DEFINED ENV{SOURCE_DATE_EPOCH})
   execute_process(COMMAND git -C ${CPACK_PARRAY_SOURCE_DIR} log -1 --format=%ct
     OUTPUT_VARIABLE epoch OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
@@ -10,12 +10,12 @@ if(NOT DEFINED ENV{SOURCE_DATE_EPOCH})
   endif()
 endif()
 
-# zipped(INPUT OUTPUT): without name and time, which would differ.
+# zipped(INPUT OUTPUT): compresses a file. Leaves out its name and time, which would differ.
 function(zipped input output)
   execute_process(COMMAND gzip -9nc ${input} OUTPUT_FILE ${output} COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
-# A manual page or completion of another package's program goes there: parray-worker.1, _parray-worker.
+# Moves the man page or completion of a program (parray-worker.1, _parray-worker) to the program's package.
 function(move_to_its_package file)
   get_filename_component(stem ${file} NAME_WE)
   string(REGEX REPLACE "^_" "" stem ${stem})
@@ -27,7 +27,7 @@ function(move_to_its_package file)
   endif()
 endfunction()
 
-# What Debian's policy asks of share/doc.
+# Writes the files in share/doc that Debian's policy requires.
 function(document package root)
   set(doc ${root}/usr/share/doc/${package})
   file(COPY ${CPACK_PARRAY_SOURCE_DIR}/deploy/packages/copyright DESTINATION ${doc} NO_SOURCE_PERMISSIONS)
@@ -56,13 +56,13 @@ function(stage_debian)
     endforeach()
     file(GLOB programs ${root}/usr/bin/* ${root}/usr/lib/parray/*)
     foreach(program ${programs})
-      file(RPATH_REMOVE FILE ${program})  # the system knows where its libraries are
+      file(RPATH_REMOVE FILE ${program})  # packages use the libraries of the system
     endforeach()
   endforeach()
 endfunction()
 
-# Every library but the C library's and MPI's, which belong to the machine, beside the modules; and the
-# licences of their packages.
+# Copies libraries to the folder of the modules, and the licences of their packages. Leaves out the C library and MPI,
+# which must be those of the machine.
 function(bundle root)
   set(target ${root}/lib/parray)
   file(GLOB programs ${root}/bin/*)
@@ -71,7 +71,7 @@ function(bundle root)
     RESOLVED_DEPENDENCIES_VAR libraries UNRESOLVED_DEPENDENCIES_VAR missing
     PRE_EXCLUDE_REGEXES "^(ld-linux.*|lib(c|m|dl|pthread|rt|resolv|mvec))\\.so\\." "^lib(mpi|open-rte|open-pal)\\.so\\.")
   if(missing)
-    message(FATAL_ERROR "libraries that are not on this machine: ${missing}")
+    message(FATAL_ERROR "this machine lacks libraries that the tarball needs: ${missing}")
   endif()
   foreach(library ${libraries})
     get_filename_component(name ${library} NAME)

@@ -1,5 +1,4 @@
-"""One history: a farm of real processes behind a proxy, what its plan does to them, and what must be true in
-the end."""
+"""One history: a farm of real processes behind a proxy, the events of its plan, and the checks at the end."""
 
 import contextlib
 import datetime
@@ -25,20 +24,20 @@ from farm import BIN, SCENES, Farm, run, wait_for  # noqa: E402
 
 SMALL_DISK = 16 << 20  # bytes
 PATIENCE = 90  # seconds until all jobs must be done, once nothing disturbs them any more
-LIES = 0.2  # of the liar's results
+WRONG_SHARE = 0.2  # share of the faulty worker's results that are wrong
 
 
 class Wrong(Exception):
-    """Something that must never be."""
+    """A violation of what must always be true."""
 
 
 def picture_facts(report):
-    """What must be the same of all pictures of a job."""
+    """Returns the facts that must be the same for all pictures of a job."""
     return {key: report[key] for key in ("image_sha256", "samples", "rays", "nonfinite_samples")}
 
 
 def expected_facts(kind):
-    """The picture that `parray render` makes."""
+    """Returns the facts of the picture of `parray render`."""
     scene, *options = plans.SPECS[kind]
     with tempfile.TemporaryDirectory() as directory:
         done = run("render", SCENES / scene, *plans.SIZE, *options, "--quiet", "-o", f"{directory}/a.png",
@@ -49,28 +48,28 @@ def expected_facts(kind):
 
 
 # A second machine's. All addresses that begin with 127 are one machine's.
-LIARS_ADDRESS = "10.77.0.2"
+FAULTY_ADDRESS = "10.77.0.2"
 
 
 def own_namespaces():
-    """Whether the history has mounts, processes and addresses to itself."""
+    """Returns whether the history has its own mounts, processes and addresses."""
     return os.environ.get("PARRAY_OWN_NAMESPACES") == "1"
 
 
 def add_address():
     if own_namespaces():
-        for command in (["link", "set", "lo", "up"], ["address", "add", LIARS_ADDRESS + "/32", "dev", "lo"]):
+        for command in (["link", "set", "lo", "up"], ["address", "add", FAULTY_ADDRESS + "/32", "dev", "lo"]):
             subprocess.run(["ip", *command], check=True, capture_output=True)
 
 
 @functools.cache
 def may_audit():
-    """Whether this parray has the command."""
+    """Returns whether this parray has the command audit."""
     return "\n  audit " in run("--help").stdout
 
 
 class ChaosFarm(Farm):
-    """Workers and clients reach the coordinator through `proxy`."""
+    """A farm with workers and clients that connect through `proxy`."""
 
     def __init__(self, plan):
         state = pathlib.Path(tempfile.mkdtemp(prefix="parray-chaos-state-"))
@@ -101,12 +100,12 @@ class ChaosFarm(Farm):
         self.stack.close()
 
     def start_impostor(self, rewrite, source=None):
-        """One whose messages are rewritten, by a proxy of its own. The coordinator sees it at the address `source`."""
+        """Starts a worker with a separate proxy that rewrites its messages. The coordinator sees it at the address `source`."""
         proxy = self.stack.enter_context(Proxy(self.proxy.target, self.seed, rewrite, source))
         return self._start("parray-worker", "--connect", proxy.address, "--threads", 1, "--name", "impostor")
 
     def add_worker(self):
-        """Under a fresh name: a worker that is lost again and again fails its job, as it should."""
+        """Starts a worker with a new name, because a worker that is lost repeatedly fails its job, as it should."""
         worker = self._start("parray-worker", "--connect", self.proxy.address, "--threads", 1, "--name",
                              f"w{next(self.names)}")
         self.workers_now.append(worker)
@@ -129,8 +128,8 @@ class ChaosFarm(Farm):
 
 
 def processes_left():
-    """Of the own process namespace. A killed coordinator leaves its helper programs to this process, which is the
-    namespace's first: it takes their exit statuses here."""
+    """Returns the processes that are left in the own process namespace. Child processes of a killed coordinator become
+children of this process, the first of the namespace, which reads their exit statuses here."""
     with contextlib.suppress(ChildProcessError):
         while os.waitpid(-1, os.WNOHANG)[0]:
             pass
@@ -150,7 +149,7 @@ class History:
         self.event_times = []
 
     def run(self):
-        """Returns figures. Throws Wrong, or AssertionError, with the history's notes in `notes`."""
+        """Runs the history and returns its figures. Raises Wrong or AssertionError; `notes` then has the events."""
         self.began = time.monotonic()
         with ChaosFarm(self.plan) as self.farm:
             try:
@@ -173,11 +172,11 @@ class History:
                 raise
 
     def start_impostor(self):
-        self.liar = impostors.Liar(self.plan.seed, LIES)
+        self.faulty = impostors.FaultyWorker(self.plan.seed, WRONG_SHARE)
         if self.plan.impostor == "another release":
             self.impostor = self.farm.start_impostor(impostors.of_another_release)
-        elif self.plan.impostor == "liar" and own_namespaces():
-            self.impostor = self.farm.start_impostor(self.liar, LIARS_ADDRESS)
+        elif self.plan.impostor == "faulty" and own_namespaces():
+            self.impostor = self.farm.start_impostor(self.faulty, FAULTY_ADDRESS)
 
     # What happens
 
@@ -312,7 +311,7 @@ class History:
         self._mistreat(event, Faults(delay=0.1, reorder=0.1))
 
     def pause_job(self, event):
-        """By an impatient client: the coordinator may be away."""
+        """Pauses a job, with a client that may get no answer because the coordinator is away."""
         job = event.which % 3 + 1
         self._start_steering("pause", job)
         self.later(event.lasts, lambda: self._start_steering("resume", job))
@@ -328,7 +327,7 @@ class History:
     # What must be true
 
     def settle(self):
-        """Nothing disturbs any more, and there are workers; then everything must come to its end."""
+        """Ends all faults. There are workers, so everything must now complete."""
         self.note("calm")
         self.farm.proxy.calm()
         if not self.coordinator_lives():
@@ -339,16 +338,16 @@ class History:
         for client in self.steering:
             client.wait(timeout=PATIENCE)
         for number in range(1, len(self.submits) + 1):
-            self.farm.client("resume", number)  # whose own client may have come before the one that paused it
+            self.farm.client("resume", number)  # because its `resume` may have arrived before the `pause`
         self.acknowledged = {}  # number: kind
-        self.perhaps = []  # kinds that may have been submitted all the same
+        self.perhaps = []  # kinds of jobs that may have been submitted nevertheless
         again = [job for job, process, report in self.submits if not self.end_submit(job, process, report)]
         for job in again:
             scene, *options = plans.SPECS[job.kind]
             self.acknowledged[self.farm.submit(SCENES / scene, *plans.SIZE, *options)] = job.kind
 
     def end_submit(self, job, process, report):
-        """False: the client was never answered, and has said so."""
+        """Ends a submit. Returns False if the client got no answer and said so."""
         try:
             process.wait(timeout=PATIENCE)
         except subprocess.TimeoutExpired:
@@ -396,8 +395,8 @@ class History:
         for number, job in jobs.items():
             if job["state"] != "done":
                 raise Wrong(f"job {number} is {job['state']}: {job['reason']}")
-            # A check that no second worker was left to make is said, and nothing is wrong with that.
-            if job["flag"] and not job["flag"].endswith("there was none") and not self.liar.lies:
+            # A flag about a check without a second worker is not an error.
+            if job["flag"] and not job["flag"].endswith("there was none") and not self.faulty.wrong:
                 raise Wrong(f"job {number} is flagged: {job['flag']}")
             self.check_picture(number)
         self.pictures = len(jobs)
@@ -419,8 +418,8 @@ class History:
 
     def check_logs(self):
         expected = ["jobs wait: "] if self.farm.small_disk else []
-        if self.liar.lies:
-            expected += [f"worker 'impostor' (address {LIARS_ADDRESS}) returned wrong bits", "returned different bits for the same samples"]
+        if self.faulty.wrong:
+            expected += [f"worker 'impostor' (address {FAULTY_ADDRESS}) returned wrong bits", "returned different bits for the same samples"]
         for line in self.farm.coordinator_logs().splitlines():
             if ("[error]" in line or "[critical]" in line) and not any(text in line for text in expected):
                 raise Wrong("the coordinator's log: " + line)
@@ -431,7 +430,7 @@ class History:
                 raise Wrong("a worker of another release was not refused: " + self.impostor.log.read_text())
 
     def end(self):
-        """Everything ends when it is told to."""
+        """Checks that all processes end on SIGTERM."""
         for process in self.farm.processes:
             if process.poll() is None and not process.args[0].name == "parray":
                 self.end_process(process)
@@ -450,7 +449,7 @@ class History:
             (self.logs / log.name).write_bytes(log.read_bytes())
 
     def late(self, log):
-        """Events that came when all was done."""
+        """Returns the number of events after all jobs were done."""
         done = max(re.findall(r"^\[([^]]*)\].* job \d+ '[^']*' is done", log, re.M))
         return sum(at.isoformat(" ") > done for at in self.event_times)
 
@@ -462,5 +461,5 @@ class History:
                 "accepted": len(re.findall(r"lease \d+ accepted", log)),
                 "cuts": counts["cuts"] + counts["torn"],
                 "messages": counts["messages"],
-                "lies": len(self.liar.lies), "late": self.late(log),
+                "wrong_results": len(self.faulty.wrong), "late": self.late(log),
                 "faults": sum(counts[kind] for kind in ("drop", "repeat", "reorder", "corrupt", "swallowed"))}

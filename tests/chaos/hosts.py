@@ -1,7 +1,7 @@
-"""Network namespaces as hosts, joined by a bridge: links that can be slow, down or lead nowhere.
+"""Network namespaces as hosts, connected by a bridge. Links can be slow, down, or drop everything.
 
-A script calls enter() first: it goes on in mount, network and process namespaces of its own, which vanish with
-it, whatever happens. Needs iproute2 and util-linux, and root or user namespaces."""
+A script calls enter() first. It then continues in its own mount, network and process namespaces, which end with it in
+any case. Needs iproute2 and util-linux, and root or user namespaces."""
 
 import os
 import pathlib
@@ -21,7 +21,7 @@ def permitted():
 
 
 def enter():
-    """Starts the script again in namespaces; returns inside, or where they are not permitted."""
+    """Starts the script again in namespaces. Returns in the namespaces, or if they are not permitted."""
     if INSIDE in os.environ:
         return
     prefix = ["unshare", "--mount", "--net", "--pid", "--fork", "--kill-child", "--mount-proc"]
@@ -43,8 +43,8 @@ def ip(*arguments):
 
 
 def local_addresses(count):
-    """So many addresses of this host, none of them a loopback address: whoever connects from one is another machine
-    to a coordinator. Only after enter(), where permitted() says so."""
+    """Returns `count` addresses of this host that are not loopback addresses. For a coordinator, each address is another
+machine. Call it only after enter() and if permitted()."""
     ip("link", "set", "lo", "up")
     addresses = [f"{NETWORK}{number}" for number in range(1, count + 1)]
     for address in addresses:
@@ -89,17 +89,17 @@ class Host:
         ip("link", "set", self.name, "up" if up else "down")
 
     def blackhole(self, on):
-        """Whether all that goes to or comes from here vanishes without a word, as in a switch that has failed."""
+        """Makes all packets to and from this host disappear without an error, as in a failed switch, or ends this."""
         subprocess.run(["bridge", "link", "set", "dev", self.name, "state", "0" if on else "3"], check=True)
 
     def limit(self, rate):
-        """Both ways, such as 1mbit; None: no limit."""
+        """Limits the rate in both directions, such as 1mbit; None: no limit."""
         for where in (["-n", self.name, "qdisc", "replace", "dev", "eth0"], ["qdisc", "replace", "dev", self.name]):
             how = ["tbf", "rate", rate, "burst", "16kb", "latency", "200ms"] if rate else ["noqueue"]
             subprocess.run(["tc", *where, "root", *how], check=True, capture_output=True)
 
     def pull_the_plug(self):
-        """Nothing ends, nothing says goodbye."""
+        """Kills all processes after the link is down, so that no process sends a last message."""
         ip("link", "del", self.name)
         for process in self.processes:
             process.kill()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A farm on three hosts (network namespaces) with keys: who may come in, and what its links may do."""
+"""A farm on three hosts (network namespaces) with keys: which processes may join, and failures of links."""
 
 import json
 import pathlib
@@ -28,7 +28,7 @@ def keygen(directory, *options):
 
 
 class Farms(unittest.TestCase):
-    """A coordinator on `head`, a worker on `left` and one on `right`, the client on `left`."""
+    """Starts a coordinator on `head`, a worker on `left` and one on `right`, and uses a client on `left`."""
 
     def setUp(self):
         if not hosts.permitted():
@@ -82,7 +82,7 @@ class Farms(unittest.TestCase):
 
 
 class Strangers(Farms):
-    def test_nobody_comes_in_without_a_key_of_the_farm_and_of_the_right_role(self):
+    def test_only_keys_of_the_farm_with_the_right_role_are_accepted(self):
         wait_for(lambda: len(json.loads(self.client("workers", "--json").stdout)) == 2, "both workers to be let in")
         self.finish(self.submit(*SMALL))
         others = self.directory / "others"  # another farm's keys
@@ -140,7 +140,7 @@ class Links(Farms):
         self.check(job)
         self.wait_for_log("'right' joined", 2)
 
-    def test_a_host_behind_a_switch_that_swallows_everything_is_lost_and_comes_back(self):
+    def test_a_host_behind_a_switch_that_drops_everything_is_lost_and_comes_back(self):
         job = self.begun()
         self.right.blackhole(True)
         self.wait_for_log("'right' left (silent for too long)")
@@ -155,7 +155,7 @@ class Links(Farms):
         self.wait_for_log("'right' left (silent for too long)")
         self.check(job)
 
-    def test_a_coordinator_that_nobody_reaches_for_a_while_goes_on_where_it_was(self):
+    def test_a_coordinator_that_is_unreachable_for_a_while_continues(self):
         job = self.begun()
         self.head.link(False)
         self.wait_for_log("left (silent for too long)", 2)
@@ -165,7 +165,7 @@ class Links(Farms):
 
 class Long(Farms):
     def test_after_a_long_partition_all_are_back_within_seconds(self):
-        """TCP alone would wait half as long again before its next attempt."""
+        """With TCP alone, the next attempt would come after half of the partition's time again."""
         wait_for(lambda: self.log().count(" joined ") >= 2, "both workers")
         self.head.blackhole(True)
         time.sleep(40)

@@ -1,4 +1,4 @@
-"""Workers that are not what they seem: honest ones whose messages a proxy rewrites."""
+"""Makes correct workers faulty: a proxy rewrites their messages."""
 
 import random
 import struct
@@ -10,9 +10,9 @@ COLUMNS = 9
 SQUARES_LEFT_OUT, ODD_LEFT_OUT, HAS_BASE = 1, 2, 128
 
 
-def lied(cells):
-    """The cells of a result with a little less light in the first pixel, and numbers that are all still possible
-    (common/image/packed_sums.h); None where that cannot be done."""
+def falsified(cells):
+    """Returns the cells of a result with a little less light in the first pixel. All numbers remain possible
+(common/image/packed_sums.h). Returns None if that is impossible."""
     at = HEADER_BYTES + 1
     flags = cells[HEADER_BYTES]
     widths = []
@@ -21,7 +21,7 @@ def lied(cells):
             continue
         widths.append(cells[at] & ~HAS_BASE)
         at += 9 if cells[at] & HAS_BASE else 1
-    # The first record begins with the red sum. A bit far from its highest, so that widths stay what they are.
+    # The first record begins with the red sum. Changes a bit far below its highest one, so that widths do not change.
     word = int.from_bytes(cells[at:at + 8], "little")
     bit = next((bit for bit in range(widths[0] - 6, widths[0] - 16, -1) if bit > 0 and word >> bit & 1), None)
     if bit is None:
@@ -30,13 +30,13 @@ def lied(cells):
     return cells[:at] + struct.pack("<Q", word)[:len(cells[at:at + 8])] + cells[at + 8:]
 
 
-class Liar:
-    """Rewrites a share of a worker's results: the same one always alike, however often it is sent."""
+class FaultyWorker:
+    """Falsifies a share of a worker's results, in the same way each time that a result is sent."""
 
     def __init__(self, seed, share):
         self.seed = seed
         self.share = share
-        self.lies = set()  # checksums of what was changed
+        self.wrong = set()  # checksums of the falsified results
         self.results = set()
 
     def __call__(self, up, frames):
@@ -47,15 +47,15 @@ class Liar:
         self.results.add(name)
         if random.Random(f"{self.seed} {name}").random() >= self.share:
             return frames
-        other = lied(cells)
+        other = falsified(cells)
         if other is None:
             return frames
-        self.lies.add(name)
+        self.wrong.add(name)
         return [wire.with_number(control, "bulk_xxh3", wire.xxh3(other)), other]
 
 
 def of_another_release(up, frames):
-    """Rewrites a worker's greeting: its pictures are of another trace version."""
+    """Rewrites a worker's `hello` to another trace version."""
     if up and wire.message_type(frames[0]) == "hello":
         return [wire.with_number(frames[0], "trace_version", 1000000), *frames[1:]]
     return frames

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Real workers whose messages a proxy rewrites: a liar is found and its cells are mended, a worker of another
-release is refused."""
+"""Real workers with messages that a proxy rewrites: a faulty worker is found and its cells are traced again, a worker of
+another release is refused."""
 
 import json
 import pathlib
@@ -19,7 +19,7 @@ SETTINGS = ("--width", "64", "--height", "48", "--spp", "600")
 
 
 class Impostors(unittest.TestCase):
-    """Each worker connects from an address of its own: to the coordinator they are different machines."""
+    """Each worker connects from its own address, so the coordinator sees different machines."""
 
     @classmethod
     def setUpClass(cls):
@@ -35,11 +35,11 @@ class Impostors(unittest.TestCase):
         proxy = self.enterContext(Proxy(target, 1, rewrite, source=address))
         return farm._start("parray-worker", "--connect", proxy.address, "--threads", 1, "--name", name)
 
-    def start_all(self, farm, liars):
-        """Workers by name; those in `liars` lie. All are there when it returns."""
-        for name, address in zip(("ann", "bob", *liars), self.addresses[1:]):
-            self.start(farm, name, address, liars.get(name))
-        wait_for(lambda: len(farm.workers()) == len(liars) + 2, "the workers")
+    def start_all(self, farm, faulty_workers):
+        """Starts two correct workers and the faulty ones, by name. Returns when all have joined."""
+        for name, address in zip(("ann", "bob", *faulty_workers), self.addresses[1:]):
+            self.start(farm, name, address, faulty_workers.get(name))
+        wait_for(lambda: len(farm.workers()) == len(faulty_workers) + 2, "the workers")
 
     def expected(self, farm, settings):
         report = farm.directory / "expected.json"
@@ -50,32 +50,32 @@ class Impostors(unittest.TestCase):
     def states(self, farm):
         return {worker["name"]: worker["state"] for worker in farm.workers()}
 
-    def test_a_liar_is_found_by_checks_and_what_it_has_traced_is_traced_again(self):
+    def test_checks_find_a_faulty_worker_and_its_cells_are_traced_again(self):
         for settings in (SETTINGS, ("--width", "64", "--height", "48", "--target-error", "0.004")):
             with self.subTest(settings), self.farm("--spot-checks", 1) as farm:
-                liar = impostors.Liar(1, 1)
-                self.start_all(farm, {"impostor": liar})
+                faulty = impostors.FaultyWorker(1, 1)
+                self.start_all(farm, {"impostor": faulty})
                 job = farm.submit(SCENE, *settings)
                 report = farm.finish(job)
-                self.assertGreater(len(liar.lies), 0)
+                self.assertGreater(len(faulty.wrong), 0)
                 self.assertEqual(report["image_sha256"], self.expected(farm, settings))
                 self.assertEqual(self.states(farm), {"impostor": "quarantined", "ann": "ready", "bob": "ready"})
-                # Of a liar whose results were only second opinions there is nothing to trace again.
+                # If the results of the faulty worker were only checks, there is nothing to trace again.
                 self.assertRegex(farm.job(job)["flag"], "'impostor'.* returned (wrong|different) bits")
 
-    def test_two_liars_that_agree_are_found_by_the_referee_and_stay_in_quarantine_under_other_names(self):
+    def test_the_referee_finds_two_faulty_workers_that_agree_and_other_names_do_not_end_the_quarantine(self):
         with self.farm("--spot-checks", 1) as farm:
-            self.start_all(farm, {"liar 1": impostors.Liar(1, 1), "liar 2": impostors.Liar(1, 1)})
+            self.start_all(farm, {"faulty 1": impostors.FaultyWorker(1, 1), "faulty 2": impostors.FaultyWorker(1, 1)})
             report = farm.finish(farm.submit(SCENE, *SETTINGS))
             self.assertEqual(report["image_sha256"], self.expected(farm, SETTINGS))
             states = self.states(farm)
             self.assertEqual((states["ann"], states["bob"]), ("ready", "ready"))
             self.assertIn("quarantined", states.values())
             found = next(worker for worker in farm.workers() if worker["state"] == "quarantined")
-            self.start(farm, "somebody else", found["machine"].split()[1])
-            wait_for(lambda: self.states(farm).get("somebody else") == "quarantined", "the new name's quarantine")
+            self.start(farm, "another name", found["machine"].split()[1])
+            wait_for(lambda: self.states(farm).get("another name") == "quarantined", "the new name's quarantine")
 
-    def test_nobody_is_checked_on_the_coordinators_machine_under_its_user_unless_asked(self):
+    def test_workers_of_the_coordinators_user_on_its_machine_are_not_checked_by_default(self):
         with Farm() as farm:
             for name in ("ann", "bob"):
                 farm.start_worker(name)
@@ -89,7 +89,7 @@ class Impostors(unittest.TestCase):
             self.assertGreater(report["checked_share"], 0)
             self.assertEqual(report["flag"], "")
 
-    def test_a_worker_of_another_release_is_refused_with_a_word(self):
+    def test_a_worker_of_another_release_is_refused_with_a_message(self):
         with self.farm() as farm:
             worker = self.start(farm, "impostor", self.addresses[1], impostors.of_another_release)
             self.assertEqual(worker.wait(timeout=30), 1)

@@ -1,5 +1,5 @@
-// The real coordinator and workers on a network that loses, repeats, delays, reorders and truncates
-// messages, in virtual time: the picture never changes, and no sample is merged twice.
+// Runs the real coordinator and workers in virtual time on a network that loses, repeats, delays,
+// reorders and truncates messages. The picture never changes, and no sample is merged twice.
 #include <doctest/doctest.h>
 
 #include <cstdlib>
@@ -15,7 +15,7 @@ constexpr Time patience = std::chrono::hours(2);
 struct Weather {
   SimNetwork::Tally network;
   Coordinator::Tally verdicts;
-  std::size_t parts = 0;  ///< leases that came back in part
+  std::size_t parts = 0;  ///< leases of which a worker returned a part
 
   void add(const SimFarm& farm) {
     const auto& n = farm.network.tally();
@@ -32,7 +32,7 @@ struct Weather {
   }
 };
 
-/// So many from `first` on, each the beginning of a history; PARRAY_HISTORIES times as many where
+/// Returns `count` seeds from `first` on, one for each history; PARRAY_HISTORIES times as many if
 /// that is set.
 std::vector<std::uint64_t> seeds(std::uint64_t first, std::uint64_t count) {
   const char* const times = std::getenv("PARRAY_HISTORIES");
@@ -53,11 +53,11 @@ RenderSettings settings_for(const Scene& scene, std::uint64_t seed) {
   return settings;
 }
 
-/// Workers die by chance here: no job is to blame for it.
+/// Options for histories in which workers die at random, so that no job fails because of it.
 CoordinatorOptions whatever_dies() {
   CoordinatorOptions options;
   options.max_failures = 1000;
-  options.heartbeat_workers = 1;  // whoever comes or goes changes everybody's heartbeat
+  options.heartbeat_workers = 1;  // each new or lost worker changes the heartbeat of all
   return options;
 }
 
@@ -71,7 +71,7 @@ void check_picture(SimFarm& farm, const Scene& scene, const RenderSettings& sett
 
 }  // namespace
 
-TEST_CASE("200 lossy networks: one hash, every sample merged once") {
+TEST_CASE("200 lossy networks: the same hash, every sample merged once") {
   const Scene scene = small_scene();
   Weather weather;
   for (const std::uint64_t seed : seeds(0, 200)) {
@@ -93,20 +93,20 @@ TEST_CASE("200 lossy networks: one hash, every sample merged once") {
     check_picture(farm, scene, settings);
     weather.add(farm);
   }
-  // The storm was one: each kind of fault, and each verdict but a mismatch, has been seen.
+  // Each kind of fault, and each verdict except a mismatch, has happened often.
   CHECK(weather.network.dropped > 1000);
   CHECK(weather.network.repeated > 1000);
   CHECK(weather.network.truncated > 1000);
   CHECK(weather.network.overtaken > 1000);
   CHECK(weather.verdicts.malformed > 1000);
   CHECK(weather.verdicts.stale > 50);
-  // Only what comes from a holder is compared; what is repeated later is stale.
+  // Only results from a holder are compared; results repeated later are stale.
   CHECK(weather.verdicts.duplicate > 10);
   CHECK(weather.verdicts.mismatch == 0);
   CHECK(weather.parts > 100);
 }
 
-TEST_CASE("workers that die, stall and join at random moments do not change the picture") {
+TEST_CASE("workers that die, hang and join at random moments do not change the picture") {
   const Scene scene = small_scene();
   Weather weather;
   for (const std::uint64_t seed : seeds(1000, 100)) {
@@ -134,7 +134,7 @@ TEST_CASE("workers that die, stall and join at random moments do not change the 
 }
 
 TEST_CASE(
-    "a coordinator killed at any moment, on a disk that is often full, loses no acknowledged row") {
+    "a coordinator killed at any moment, on an often full disk, loses no acknowledged result") {
   const Scene scene = small_scene();
   std::uint64_t crashes = 0;
   std::size_t acknowledged = 0;
@@ -164,7 +164,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a picture in passes is the same on any network, whatever dies, and decides nothing twice") {
+    "a picture in passes is the same on any network after any crash, and no pass is decided "
+    "twice") {
   const Scene scene = small_scene();
   Weather weather;
   std::uint64_t crashes = 0;
@@ -217,8 +218,9 @@ TEST_CASE("a worker stopped beyond its deadline has its late result refused") {
       f.stop_worker(sleeper, seconds(30));
       stopped = true;
     }
-    // Later than the loss is noticed, or it would hold a copy of the very lease; so slow that the
-    // job is still open when the sleeper is back.
+    // The second worker joins after the coordinator has noticed the loss; otherwise it would hold a
+    // copy of the same lease. It is so slow that the job is still running when the stopped worker
+    // returns.
     if (f.worker_count() == 1 && f.network.now() > seconds(8)) {
       f.add_worker(20);
     }

@@ -1,11 +1,11 @@
-"""What happens in a history, decided by its seed alone."""
+"""The plan of a history: its seed alone determines the events."""
 
 import dataclasses
 import random
 
 SIZE = ("--width", "64", "--height", "48")
 
-# Every kind of job; each is about a second's work for one thread.
+# All kinds of jobs. Each takes one thread about a second.
 SPECS = {
     "uniform": ("one-weekend-20.json", "--spp", "3000"),
     "sobol": ("shells.json", "--spp", "2200", "--sampler", "sobol"),
@@ -41,12 +41,12 @@ class Plan:
     workers: int
     small_disk: bool  # the state is on a disk that can be filled
     spot_checks: float
-    impostor: str  # "", "liar" or "another release": one more worker
+    impostor: str  # "", "faulty" or "another release": one more worker
     jobs: tuple
     events: tuple
 
 
-# How often each kind of event comes, and for how long at most.
+# Weight and longest duration of each kind of event.
 KINDS = {
     "kill_worker": (5, 0.5), "stop_worker": (4, 1.8), "end_worker": (2, 0.5), "new_worker": (2, 0),
     "kill_coordinator": (4, 1.0), "stop_coordinator": (3, 1.5), "end_coordinator": (2, 0.5),
@@ -56,16 +56,16 @@ KINDS = {
 }
 
 
-# Of these the coordinator loses sight of all its workers, but perhaps the liar: then nobody checks.
+# Events that may leave the coordinator with only the faulty worker, so that no other worker checks.
 BLINDING = {"kill_coordinator", "end_coordinator", "stop_coordinator", "freeze", "swallow", "lose", "stop_worker"}
 
 
 def plan_of(seed):
     dice = random.Random(seed)
     small_disk = dice.random() < 0.5
-    impostor = dice.choice(("", "", "", "", "", "liar", "another release"))
+    impostor = dice.choice(("", "", "", "", "", "faulty", "another release"))
     kinds = [kind for kind in KINDS
-             if (small_disk or kind != "fill_disk") and not (impostor == "liar" and kind in BLINDING)]
+             if (small_disk or kind != "fill_disk") and not (impostor == "faulty" and kind in BLINDING)]
     weights = [KINDS[kind][0] for kind in kinds]
     jobs = [Job(0 if i == 0 else dice.uniform(0, 1), dice.choice(sorted(SPECS)), dice.randrange(101),
                 dice.random() < 0.5) for i in range(dice.randint(1, 3))]
@@ -74,6 +74,6 @@ def plan_of(seed):
         kind = dice.choices(kinds, weights)[0]
         events.append(Event(round(dice.uniform(0.1, 2.2), 2), kind, round(dice.uniform(0, KINDS[kind][1]), 2),
                             dice.randrange(1000)))
-    spot_checks = 1 if impostor == "liar" else dice.choice((0, 0, 0.2))
-    return Plan(seed, dice.randint(3 if impostor == "liar" else 2, 4), small_disk, spot_checks, impostor, tuple(jobs),
+    spot_checks = 1 if impostor == "faulty" else dice.choice((0, 0, 0.2))
+    return Plan(seed, dice.randint(3 if impostor == "faulty" else 2, 4), small_disk, spot_checks, impostor, tuple(jobs),
                 tuple(sorted(events, key=lambda event: event.at)))

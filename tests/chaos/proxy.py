@@ -1,9 +1,9 @@
-"""A TCP proxy that misbehaves, between workers or clients and their coordinator.
+"""A TCP proxy with faults, between workers or clients and their coordinator.
 
-It understands the messages that pass by, and drops, repeats, reorders, corrupts and delays them; it cuts
-connections, between messages and amid one, freezes (nothing passes, nothing is lost: a
-partition shorter than TCP's patience) and swallows (all goes in, nothing comes out: a half-open connection).
-What happens to a connection's messages depends on the seed, the connection's number and its direction."""
+It understands the messages, and drops, repeats, reorders, corrupts and delays them. It cuts connections between messages
+and in the middle of one. It freezes (passes nothing and loses nothing, as in a partition shorter than TCP's timeout) and
+swallows (accepts everything and passes nothing, as on a half-open connection). The faults of a connection depend on the
+seed, the connection's number and its direction."""
 
 import asyncio
 import collections
@@ -17,8 +17,8 @@ import wire
 
 @dataclasses.dataclass(frozen=True)
 class Faults:
-    """Shares of all messages, 0 to 1; `delay`: the longest, in seconds. `corrupt` flips a bit of a message's
-    bulk, `garble` one of its control frame."""
+    """Shares of all messages, 0 to 1; `delay` is the longest delay in seconds. `corrupt` changes a bit of a message's bulk
+frame, `garble` a bit of its control frame."""
 
     drop: float = 0
     repeat: float = 0
@@ -31,9 +31,9 @@ class Faults:
 class Proxy:
     """with Proxy(("127.0.0.1", 7400), seed) as proxy: ...
 
-    It runs in a thread of its own; every method may be called from any. `rewrite(up, frames)`, if given,
-    returns the frames that go on instead; `up` is True on the way to the coordinator, which sees the connections
-    come from the address `source`, if that is given."""
+    The proxy runs in a separate thread. Any thread may call its methods. `rewrite(up, frames)`, if given, returns the
+frames to pass on instead; `up` is True for messages to the coordinator. The coordinator sees connections from the
+address `source`, if given."""
 
     def __init__(self, target, seed, rewrite=None, source=None):
         self.target = target
@@ -43,7 +43,7 @@ class Proxy:
         self.faults = Faults()
         self.counts = collections.Counter()
         self._connections = {}  # number: the two writers
-        self._torn = set()  # (connection, direction) whose next message is its last
+        self._torn = set()  # (connection, direction) that is cut within its next message
         self._swallowing = False
         self._loop = asyncio.new_event_loop()
         self._flowing = asyncio.Event()
@@ -63,24 +63,24 @@ class Proxy:
         self._loop.close()
 
     def cut(self):
-        """Ends every connection."""
+        """Closes every connection."""
         self._call(self._cut())
 
     def tear(self):
-        """Ends every connection amid its next message, in either direction."""
+        """Cuts every connection in the middle of its next message, in each direction."""
         self._call(self._tear())
 
     def freeze(self, frozen):
         self._loop.call_soon_threadsafe(self._flowing.clear if frozen else self._flowing.set)
 
     def swallow(self, swallowing):
-        """What has been swallowed is gone, and its connections end with it."""
+        """Begins or ends swallowing. At the end, closes the connections, whose messages are lost."""
         self._swallowing = swallowing
         if not swallowing:
             self.cut()
 
     def calm(self):
-        """No more faults; connections that have lost bytes are cut."""
+        """Ends all faults. Cuts the connections that have lost bytes."""
         self.faults = Faults()
         self._torn.clear()
         self.freeze(False)
@@ -148,7 +148,7 @@ class Proxy:
                     await self._send(number, up, writer, False, message)
 
     async def _pass_greeting(self, reader, writer):
-        """As it comes: each side waits for the beginning of the other's."""
+        """Passes on the greeting byte by byte, because each side waits for the beginning of the other's."""
         left = wire.GREETING_BYTES
         while left > 0:
             part = await reader.read(left)
@@ -174,7 +174,7 @@ class Proxy:
         await writer.drain()
 
     def _mangled(self, dice, held, frames):
-        """The messages that go on now."""
+        """Returns the messages to pass on now."""
         faults = self.faults
         self.counts["messages"] += 1
 
@@ -199,7 +199,7 @@ class Proxy:
 
 
 def flipped(dice, frame):
-    """The frame with one bit changed."""
+    """Returns the frame with one bit changed."""
     if not frame:
         return frame
     changed = bytearray(frame)

@@ -32,7 +32,7 @@ class ReadOnlyState(unittest.TestCase):
         self.state.mkdir()
 
     def make_read_only(self):
-        """Covers the directory by a read-only view of itself, as a file system that was remounted looks by its paths."""
+        """Covers the directory by a read-only view of itself, as if its file system were remounted."""
         mount("--bind", self.state, self.state)
         self.addCleanup(subprocess.run, ["umount", self.state], capture_output=True)
         mount("-o", "remount,bind,ro", self.state)
@@ -40,7 +40,7 @@ class ReadOnlyState(unittest.TestCase):
     def make_writable(self):
         subprocess.run(["umount", self.state], check=True, capture_output=True)
 
-    def test_jobs_are_held_with_the_reason_and_go_on_when_it_can_be_written_again(self):
+    def test_jobs_wait_with_the_reason_and_continue_when_the_state_is_writable_again(self):
         with Farm("--state", self.state) as farm:
             before = farm.submit(SCENES / "glass.json", *SETTINGS)
             farm.start_worker("w1")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Histories of real processes over real sockets, decided by seeds: whatever is killed, stopped, cut, lost,
-repeated or filled up, the pictures' bits are those of `parray render`."""
+"""Seeded histories of real processes over real sockets: whatever is killed, stopped, cut, lost, repeated or full, the
+pictures have the bits of `parray render`."""
 
 import importlib.machinery
 import importlib.util
@@ -14,7 +14,7 @@ loader = importlib.machinery.SourceFileLoader("histories", str(HERE / "histories
 histories = importlib.util.module_from_spec(importlib.util.spec_from_loader("histories", loader))
 loader.exec_module(histories)
 
-SOME = (1, 11, 20, 25, 34, 36)  # every kind of event, a liar, workers of another release
+SOME = (1, 11, 20, 25, 34, 36)  # every kind of event, a faulty worker, workers of another release
 
 
 class RealHistories(unittest.TestCase):

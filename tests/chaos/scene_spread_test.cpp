@@ -12,7 +12,7 @@ using test::Faults;
 using test::Manner;
 using test::SimSpread;
 
-/// Some 60 chunks of the size that SimSpread cuts, hardly shorter when packed.
+/// Returns a scene of about 60 chunks of SimSpread's size, which compress very little.
 Scene dusty_scene() {
   Scene scene = test::small_scene();
   test::Dice dice(7);
@@ -35,7 +35,7 @@ const Faults lossy{0.1, 0.1, 0.1, milliseconds(20)};
 
 }  // namespace
 
-TEST_CASE("a scene leaves the coordinator for two machines, however many workers there are") {
+TEST_CASE("the coordinator sends a scene to two machines, for any number of workers") {
   const Scene scene = dusty_scene();
   const std::uint64_t once = packed_size(scene);
   for (const std::size_t workers : {2U, 8U, 40U, 150U}) {
@@ -47,13 +47,13 @@ TEST_CASE("a scene leaves the coordinator for two machines, however many workers
     for (std::size_t i = 0; i < workers; ++i) {
       const auto& tally = spread.worker(i)->exchange.tally();
       CHECK(tally.from_coordinator + tally.from_workers == once);
-      // To two machines, and to two workers of its own.
+      // A worker serves two other machines and at most two workers of its own machine.
       CHECK(tally.handed_on <= 4 * once);
     }
   }
 }
 
-TEST_CASE("time grows by a chunk's way for each level of the tree, not by a scene's") {
+TEST_CASE("time grows by the delay of a chunk, not of a scene, for each level of the tree") {
   const Scene scene = dusty_scene();
   const auto time_for = [&](std::size_t workers) {
     SimSpread spread(scene, workers, {0, 0, 0, milliseconds(10)}, 3);
@@ -63,7 +63,7 @@ TEST_CASE("time grows by a chunk's way for each level of the tree, not by a scen
   CHECK(time_for(100) < 3 * time_for(2));
 }
 
-TEST_CASE("on a network that loses, repeats, cuts and reorders, everybody gets the scene") {
+TEST_CASE("every worker gets the scene on a network that loses, repeats, truncates and reorders") {
   const Scene scene = dusty_scene();
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     CAPTURE(seed);
@@ -73,7 +73,7 @@ TEST_CASE("on a network that loses, repeats, cuts and reorders, everybody gets t
   }
 }
 
-TEST_CASE("workers that die in the middle are replaced, and nobody begins anew") {
+TEST_CASE("workers that die while they pass on a scene are replaced, and no worker begins again") {
   const Scene scene = dusty_scene();
   const std::uint64_t once = packed_size(scene);
   for (const bool noticed : {true, false}) {
@@ -81,7 +81,7 @@ TEST_CASE("workers that die in the middle are replaced, and nobody begins anew")
     SimSpread spread(scene, 20, {0, 0, 0, milliseconds(20)}, 5);
     int dead = 0;
     REQUIRE(spread.run(seconds(300), [&](SimSpread& s) {
-      // The first of all, then one that may be anywhere.
+      // First the root of the tree, then any worker.
       for (const std::size_t victim : {std::size_t{0}, std::size_t{3}, std::size_t{5}}) {
         const auto* worker = s.worker(victim);
         if (worker != nullptr &&
@@ -102,13 +102,14 @@ TEST_CASE("workers that die in the middle are replaced, and nobody begins anew")
   }
 }
 
-TEST_CASE("chunks that are damaged on their way are asked for again") {
+TEST_CASE("workers request damaged chunks again") {
   SimSpread spread(dusty_scene(), 3, {}, 1, {{0, Manner::corrupting}});
-  // Its own machine's other worker gets nothing of use from it, and another source in the end.
+  // The other worker of its machine gets nothing useful from it, and finally gets another source.
   CHECK(spread.run(seconds(300)));
 }
 
-TEST_CASE("a worker that hands on other chunks is found out, and the scene comes all the same") {
+TEST_CASE(
+    "a worker that passes on false chunks is detected, and the others get the scene nevertheless") {
   const Scene scene = dusty_scene();
   for (const auto& faulty_workers :
        {std::map<std::size_t, Manner>{{0, Manner::lying}},

@@ -1,5 +1,5 @@
-// Jobs of parray-mpi on a simulated window, in virtual time: ranks of all speeds that stall and
-// die.
+// Jobs of parray-mpi on a simulated window, in virtual time, with ranks of all speeds that stall
+// and die.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -14,7 +14,8 @@ namespace {
 
 using namespace simulation;
 
-/// A tenth of the rows, in the middle, is 20 times as dear as the rest; `seconds` in all.
+/// Returns costs of rows, `seconds` in total. A tenth of the rows, in the middle, costs 20 times as
+/// much as the others.
 std::vector<double> hot_band(std::uint32_t height, double seconds) {
   std::vector<double> rows(height, 1.0);
   std::fill(rows.begin() + height * 9 / 20, rows.begin() + height * 11 / 20, 20.0);
@@ -101,7 +102,8 @@ double efficiency_of(const JobOptions& options) {
 
 }  // namespace
 
-TEST_CASE("200 random jobs end while rank 0 lives: every cell once, every second accounted for") {
+TEST_CASE(
+    "200 random jobs end while rank 0 lives: every cell merged once, every second accounted for") {
   std::uint64_t copies = 0;
   std::uint64_t duplicates = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
@@ -119,7 +121,7 @@ TEST_CASE("200 random jobs end while rank 0 lives: every cell once, every second
   CHECK(duplicates > 0);
 }
 
-TEST_CASE("A job ends when all ranks but the first die at once, and not when the first does") {
+TEST_CASE("A job ends if all ranks except the first die at once, but not if the first dies") {
   JobOptions options = job_of(32, SchedulePolicy::weighted, RowOrder::interleaved);
   for (std::uint32_t rank = 1; rank < 32; ++rank) {
     options.stops.push_back({rank, milliseconds(20), never});
@@ -128,7 +130,7 @@ TEST_CASE("A job ends when all ranks but the first die at once, and not when the
   CHECK(job.run());
   check_picture(job, options);
   check_account(job, options);
-  CHECK(job.seconds() > 4);  // the work is 12 seconds, of two threads
+  CHECK(job.seconds() > 4);  // the work takes 12 seconds of two threads
 
   options.stops = {{0, milliseconds(20), never}};
   options.give_up = seconds(60);
@@ -136,12 +138,12 @@ TEST_CASE("A job ends when all ranks but the first die at once, and not when the
   CHECK_FALSE(headless.run());
 }
 
-TEST_CASE("Nobody waits for a rank that stands still") {
+TEST_CASE("No rank waits for a stopped rank") {
   JobOptions options = job_of(16, SchedulePolicy::weighted, RowOrder::interleaved);
   options.stops = {{7, milliseconds(100), seconds(1000)}};
   SimJob job(options);
   CHECK(job.run());
-  CHECK(job.seconds() < 0.6);  // 0.4 without the halt
+  CHECK(job.seconds() < 0.6);  // 0.4 without the stop
   CHECK(job.totals().copies > 0);
 }
 

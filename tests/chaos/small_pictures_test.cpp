@@ -1,4 +1,4 @@
-// Pictures of few pixels and many samples, in virtual time: they are shared as well as others.
+// Pictures with few pixels and many samples, in virtual time: workers share them as well as others.
 #include <doctest/doctest.h>
 
 #include "tests/support/rooms.h"

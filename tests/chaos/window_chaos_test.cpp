@@ -1,6 +1,5 @@
-// Ranks and a collector over a window whose operations are slow, late, torn or corrupt, and whose
-// ranks die at any operation, in virtual time: as long as rank 0 lives, the sums come out exactly
-// right.
+// Ranks and a collector over a window in virtual time. Operations are slow, late, torn or corrupt,
+// and ranks die at any operation. As long as rank 0 lives, the sums are exactly right.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -18,15 +17,15 @@ namespace {
 struct Storm {
   std::uint64_t seed = 0;
   std::uint32_t ranks = 1;
-  std::uint32_t ledger_ranks = 1;  ///< as Ledgers has it
-  bool by_requests = false;        ///< ranks reach the window by requests to rank 0
+  std::uint32_t ledger_ranks = 1;  ///< the argument of Ledgers
+  bool by_requests = false;        ///< ranks use the window by requests to rank 0
   WindowFaults faults;
   RenderSettings settings;
-  std::vector<CellRange> done;  ///< by an earlier life
+  std::vector<CellRange> done;  ///< cells of an earlier run
   std::uint32_t tile = 0;
 };
 
-/// One job from beginning to end.
+/// One complete job.
 class Job {
  public:
   explicit Job(const Storm& storm)
@@ -53,7 +52,7 @@ class Job {
     CHECK(same_sums(rig_.picture.framebuffer(), made_framebuffer(storm_.settings)));
     CHECK(rig_.totals.mismatches == 0);
     CHECK(rig_.judge.verdicts().empty());
-    // What was kept is the rest of the picture, without a wrong cell.
+    // The stored results are the rest of the picture, without a wrong cell.
     JobPicture next(storm_.settings, rig_.picture.scene(), {}, storm_.tile);
     next.begin_pass();
     for (const CellRange& range : storm_.done) {
@@ -78,7 +77,7 @@ class Job {
             std::move(ledgers)};
   }
 
-  /// The ledgers as a rank reaches them: memory of other ranks, in which the same may go wrong.
+  /// The ledgers of a rank. They are in the memory of other ranks and have the same faults.
   struct Reached {
     Reached(Job& job, Window& first, std::size_t self, const WindowFaults& faults)
         : all{job.ledgers_, {}} {
@@ -97,7 +96,7 @@ class Job {
     LedgerWindows all;
   };
 
-  /// Rank 0, as the program's does it.
+  /// Runs rank 0 as the program does.
   void lead() {
     const WindowFaults slow{storm_.faults.longest_operation, 0, 0, {}, 0, 0};
     FaultyWindow window(rig_.window, turns_, mail_, 0, slow, dice_.bits(), faults_);
@@ -115,7 +114,7 @@ class Job {
         const Time due = std::min(runner.tick(turns_.now()), team.due());
         turns_.sleep(0, std::clamp(due - turns_.now(), Time(1), Time(milliseconds(5))));
       }
-    } catch (const Turns::Over&) {  // check() sees that it is not done
+    } catch (const Turns::Over&) {  // check() finds that the job is not done
     }
     collector.finish();
   }
@@ -146,7 +145,7 @@ class Job {
   Mail mail_;
   FaultyWindow::Tally faults_;
   const Ledgers ledgers_;
-  std::deque<WindowMemory> ledger_memory_;  ///< none if rank 0 has the only one
+  std::deque<WindowMemory> ledger_memory_;  ///< empty if rank 0 has the only ledger
 };
 
 Storm storm_of(std::uint64_t seed) {
@@ -205,7 +204,7 @@ Seen run_storms(std::uint64_t first_seed, std::uint64_t count, MakeFaults faults
 
 }  // namespace
 
-TEST_CASE("100 windows with slow operations: every sum is right, whoever overtakes whom") {
+TEST_CASE("100 windows with slow operations: every sum is right in any order of operations") {
   const Seen seen = run_storms(
       0, 100, [](Dice& dice) { return WindowFaults{Time(dice.below(4'000'000)), 0, 0, {}, 0, 0}; });
   CHECK(seen.totals.corrupt == 0);
@@ -232,7 +231,7 @@ TEST_CASE("100 windows where puts arrive after their log entry, in parts or corr
   CHECK(seen.totals.corrupt > 30);
 }
 
-TEST_CASE("100 windows with all of that at once") {
+TEST_CASE("100 windows with all of these faults at once") {
   const Seen seen = run_storms(3000, 100, [](Dice& dice) {
     return WindowFaults{Time(dice.below(3'000'000)),
                         0.03 * dice.unit(),

@@ -1,5 +1,5 @@
-"""What a proxy must know of the wire: ZMTP 3 frames without encryption (https://rfc.zeromq.org/spec/23),
-and numbers inside a control frame (MessagePack, https://github.com/msgpack/msgpack)."""
+"""The parts of the wire format that a proxy needs: ZMTP 3 frames without encryption (https://rfc.zeromq.org/spec/23), and
+numbers in a control frame (MessagePack, https://github.com/msgpack/msgpack)."""
 
 import ctypes
 import struct
@@ -9,14 +9,14 @@ MORE, LONG, COMMAND = 1, 2, 4  # flags of a frame
 
 
 async def read_frame(reader):
-    """(flags, body) of the next frame. Throws asyncio.IncompleteReadError at the stream's end."""
+    """Returns (flags, body) of the next frame. Raises asyncio.IncompleteReadError at the stream's end."""
     flags = (await reader.readexactly(1))[0]
     size = struct.unpack(">Q", await reader.readexactly(8))[0] if flags & LONG else (await reader.readexactly(1))[0]
     return flags, await reader.readexactly(size)
 
 
 async def read_message(reader):
-    """(command, frames): a command has one frame, a message as many as belong together."""
+    """Returns (command, frames): a command has one frame, a message one or more."""
     flags, body = await read_frame(reader)
     frames = [body]
     while flags & MORE:
@@ -42,7 +42,7 @@ def _fixstr(text):
 
 
 def message_type(control):
-    """`type` of a control frame, or None."""
+    """Returns `type` of a control frame, or None."""
     at = control.find(_fixstr("type"))
     if at < 0 or at + 5 >= len(control) or control[at + 5] & 0xE0 != 0xA0:
         return None
@@ -50,7 +50,7 @@ def message_type(control):
 
 
 def with_number(control, key, value):
-    """The control frame with another unsigned number under `key` (under 32 letters), which it has."""
+    """Returns the control frame with another unsigned number for the existing `key` (shorter than 32 letters)."""
     at = control.index(_fixstr(key)) + 1 + len(key)
     length = {0xCC: 1, 0xCD: 2, 0xCE: 4, 0xCF: 8}.get(control[at], 0)
     if length == 0 and control[at] > 0x7F:
@@ -59,7 +59,7 @@ def with_number(control, key, value):
 
 
 def xxh3(data):
-    """XXH3-64, the checksum of bulk frames."""
+    """Returns the XXH3-64, the checksum of bulk frames."""
     library = ctypes.CDLL("libxxhash.so.0")
     library.XXH3_64bits.restype = ctypes.c_uint64
     library.XXH3_64bits.argtypes = [ctypes.c_char_p, ctypes.c_size_t]

@@ -1,5 +1,5 @@
 // Row 46 of the table of numerical extremes: stated errors are true. tests/experiments/coverage
-// asks more pictures.
+// tests more pictures.
 #include "tests/support/coverage.h"
 
 #include <doctest/doctest.h>

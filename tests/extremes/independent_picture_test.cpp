@@ -1,5 +1,5 @@
-// Are the pictures right? Against a high-sample render in double precision by linear search with
-// another seed, and against a plain textbook tracer that shares no code with ours: block means must
+// Compares pictures with a render in double precision with many samples, linear search and another
+// seed, and with a simple textbook tracer that shares no code with ParRay. Means of blocks must
 // agree within 5 standard errors.
 #include <doctest/doctest.h>
 

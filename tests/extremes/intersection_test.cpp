@@ -1,5 +1,5 @@
-// Rows 1 to 16 of the table of numerical extremes: one ray, one sphere. The oracle is exact for the
-// very numbers that ray and sphere hold (sphere_oracle.h, 113 bits).
+// Rows 1 to 16 of the table of numerical extremes: one ray and one sphere. The oracle is exact for
+// the stored numbers of ray and sphere (sphere_oracle.h, 113 bits).
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -22,7 +22,8 @@ std::string named(const std::string& what) {
   return what + (sizeof(Real) == sizeof(float) ? ", f32" : ", f64");
 }
 
-/// |direction| = 1, from far enough, or near enough, for any S.
+/// Makes a ray that passes the sphere at 1 + `steps` ulp(S) radii. |direction| = 1, and distances
+/// cover all S.
 template <typename Real>
 SphereCase<Real> grazing_case(Dice& dice, const SphereShape<Real>& sphere, double steps) {
   const double distance = dice.ten_to(0.01, 6);
@@ -30,7 +31,7 @@ SphereCase<Real> grazing_case(Dice& dice, const SphereShape<Real>& sphere, doubl
   return aimed_case(dice, sphere, 1 + steps * ulp, distance, 1);
 }
 
-/// An orthonormal frame, so that nothing is exact by chance.
+/// A random orthonormal frame, so that no computation is exact by chance.
 struct Frame {
   explicit Frame(Dice& dice) : along(dice.direction()), right(dice.across(along)) {
     up = cross(along, right);
@@ -40,8 +41,8 @@ struct Frame {
   Vec3d up;
 };
 
-/// Rays that run side by side towards a unit sphere from `distance` radii; the worst tangency of a
-/// line that is judged wrongly. `hits`: how many rays hit.
+/// Traces parallel rays towards a unit sphere from `distance` radii. Returns the largest distance
+/// from tangency of a line with a wrong answer. Sets `hits` to the number of hits.
 template <typename Real>
 double worst_of_grid(Dice& dice, double distance, int side, int& hits) {
   const Frame frame(dice);
@@ -61,12 +62,13 @@ double worst_of_grid(Dice& dice, double distance, int side, int& hits) {
   return band;
 }
 
-/// Errors of lanes that search for one sphere, in ulp of `Ulp` where the sums are made in P::Real.
+/// Errors of lanes that search for one sphere. The unit is an ulp of `Ulp`; sums are computed in
+/// P::Real.
 struct LaneErrors {
   double backward = 0;
   double forward = 0;
   double band = 0;
-  double speck = 0;  ///< the band where a sphere's radius is less than 4 ulp(S)
+  double speck = 0;  ///< the band of spheres with a radius below 4 ulp(S)
 };
 
 template <typename P>
@@ -115,7 +117,8 @@ LaneErrors worst_of_lanes(Isa isa, std::uint64_t spheres) {
 
 }  // namespace
 
-TEST_CASE("row 1: entry errs by 8 ulp(S) at most over radii of 24 decades, f64 by 2^-27 of f32") {
+TEST_CASE(
+    "row 1: entries err by at most 8 ulp(S) over 24 decades of radii, in f64 by 2^-27 of f32") {
   std::array<WorstEntry, 2> worst;
   Dice dice(seeded(1));
   for (std::uint64_t i = 0; i < trials(250'000); ++i) {
@@ -140,7 +143,7 @@ TEST_CASE("row 1: entry errs by 8 ulp(S) at most over radii of 24 decades, f64 b
   within(1, "worst forward error, f64 / f32 x 2^27", 0.25 * worst[1].forward / worst[0].forward, 1);
 }
 
-TEST_CASE("row 1: lanes of every instruction set keep the contract in every precision") {
+TEST_CASE("row 1: lanes of every instruction set keep the error bounds in every precision") {
   constexpr double f64_in_f32 = 0x1p-29;
   for (const Isa isa : instruction_sets()) {
     CAPTURE(name_of(isa));
@@ -163,7 +166,8 @@ TEST_CASE("row 1: lanes of every instruction set keep the contract in every prec
   }
 }
 
-TEST_CASE_TEMPLATE("row 2: grazing rays are misjudged within 2 ulp(S) only", Real, float, double) {
+TEST_CASE_TEMPLATE("row 2: answers for grazing rays are wrong only within 2 ulp(S)", Real, float,
+                   double) {
   Dice dice(seeded(2));
   double band = 0;
   int wrong = 0;
@@ -180,11 +184,10 @@ TEST_CASE_TEMPLATE("row 2: grazing rays are misjudged within 2 ulp(S) only", Rea
     }
   }
   within(2, named<Real>("hit or miss wrong: distance from tangency / ulp(S)"), band, 2);
-  CHECK(wrong > 100);  // the rays are as near to the tangent as they claim
+  CHECK(wrong > 100);  // the rays are really as near to the tangent
 }
 
-TEST_CASE_TEMPLATE("row 2: along b hits end once, with no second hit behind a miss", Real, float,
-                   double) {
+TEST_CASE_TEMPLATE("row 2: with growing impact, no hit follows a miss", Real, float, double) {
   Dice dice(seeded(3));
   double again = 0;
   for (std::uint64_t i = 0; i < trials(3000); ++i) {
@@ -205,8 +208,8 @@ TEST_CASE_TEMPLATE("row 2: along b hits end once, with no second hit behind a mi
   within(2, named<Real>("hits behind a miss along b"), again, 0);
 }
 
-TEST_CASE_TEMPLATE("row 5: the disc of a unit sphere is right from 100 to a million radii", Real,
-                   float, double) {
+TEST_CASE_TEMPLATE("row 5: the disc of a unit sphere is correct from 100 to a million radii away",
+                   Real, float, double) {
   Dice dice(seeded(5));
   const int side = static_cast<int>(std::sqrt(static_cast<double>(trials(96 * 96))));
   std::vector<double> distances{100, 2000, 4100, 8000, 1e5, 1e6};
@@ -218,7 +221,7 @@ TEST_CASE_TEMPLATE("row 5: the disc of a unit sphere is right from 100 to a mill
     int hits = 0;
     band = std::max(band, worst_of_grid<Real>(dice, distance, side, hits));
     const double share = static_cast<double>(hits) / side / side;
-    // Where a ulp is 1/16 of a radius, rays no longer stand where they should.
+    // If an ulp is 1/16 of a radius, rays no longer start at their exact places.
     CHECK(share == doctest::Approx(3.14159265 / 4.84).epsilon(0.02));
   }
   within(5, named<Real>("far disc: tangency of wrong pixels / ulp(S)"), band, 2);
@@ -272,8 +275,8 @@ TEST_CASE_TEMPLATE("row 7: points on a ground of radius 1000 stand on it to 4 ul
   within(7, named<Real>("height of reprojected points / ulp(1000)"), worst / ulp, 4);
 }
 
-TEST_CASE_TEMPLATE("row 10: a unit sphere is met from 10 radii at 9, along every axis", Real, float,
-                   double) {
+TEST_CASE_TEMPLATE("row 10: a ray from 10 radii hits a unit sphere at 9, along every axis", Real,
+                   float, double) {
   double worst = 0;
   for (int axis = 0; axis < 3; ++axis) {
     for (const Real sign : {Real(-1), Real(1)}) {
@@ -290,7 +293,7 @@ TEST_CASE_TEMPLATE("row 10: a unit sphere is met from 10 radii at 9, along every
   within(10, named<Real>("|t - 9|"), worst, 0);
 }
 
-TEST_CASE_TEMPLATE("row 11: the way out is found from any depth below the surface", Real, float,
+TEST_CASE_TEMPLATE("row 11: a ray finds the exit from any depth below the surface", Real, float,
                    double) {
   Dice dice(seeded(11));
   double backward = 0;
@@ -309,8 +312,8 @@ TEST_CASE_TEMPLATE("row 11: the way out is found from any depth below the surfac
   within(11, named<Real>("backward error of the exit / ulp"), backward, 8);
 }
 
-TEST_CASE_TEMPLATE("row 14: no number within the accepted range makes an infinity or NaN", Real,
-                   float, double) {
+TEST_CASE_TEMPLATE("row 14: no number within the accepted range results in an infinity or NaN",
+                   Real, float, double) {
   Dice dice(seeded(14));
   double bad = 0;
   for (std::uint64_t i = 0; i < trials(200'000); ++i) {

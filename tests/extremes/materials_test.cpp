@@ -1,4 +1,4 @@
-// Rows 30 to 38 of the table of numerical extremes: what materials and the camera do to directions.
+// Rows 30 to 38 of the table of numerical extremes: directions from materials and the camera.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ constexpr double ulp = 2 * static_cast<double>(RealTraits<Real>::unit_roundoff);
 
 Material glass(double ior) { return {MaterialType::dielectric, {1, 1, 1}, 0, ior}; }
 
-/// All materials, none of which absorbs, by the hundred and one in another.
+/// Hundreds of spheres, also one inside another, of all materials without absorption.
 Scene white_crowd(Dice& dice) {
   Scene scene;
   scene.sky = {{1, 1, 1}, {1, 1, 1}};
@@ -45,8 +45,8 @@ Scene white_crowd(Dice& dice) {
   return scene;
 }
 
-/// Outcome of a ray that meets a glass ball at `cosine`, by the tracer's own steps: whether it
-/// reached the sky within `depth` segments.
+/// Returns whether a ray that meets a glass ball at `cosine` reaches the sky within `depth`
+/// segments, by the tracer's own steps.
 bool through_glass(double cosine, std::uint32_t depth, std::uint32_t sample) {
   Scene ball;
   ball.materials = {glass(1.5)};
@@ -63,7 +63,7 @@ bool through_glass(double cosine, std::uint32_t depth, std::uint32_t sample) {
                 [](const auto&, const auto&, const auto&) {});
 }
 
-/// sine^2 of refraction in exact arithmetic, from the numbers that scatter_dielectric() gets.
+/// Returns sine^2 of refraction in exact arithmetic, from the arguments of scatter_dielectric().
 template <typename Real>
 Quad exact_sine_squared(const MaterialParameters<Real>& surface, bool leaving, const Vec3<Real>& in,
                         const Vec3<Real>& m) {
@@ -74,7 +74,7 @@ Quad exact_sine_squared(const MaterialParameters<Real>& surface, bool leaving, c
 
 }  // namespace
 
-TEST_CASE("row 30: among 500 spheres of every material that absorbs nothing each sample is 1") {
+TEST_CASE("row 30: among 500 spheres of all materials without absorption each sample is 1") {
   Dice dice(seeded(30));
   const Scene scene = white_crowd(dice);
   double dark = 0;
@@ -113,8 +113,8 @@ TEST_CASE_TEMPLATE("row 32: diffuse under a sky a + b y is rho (a + 2/3 b n_y)",
   within(32, named<Real>("diffuse under a graded sky: |z|"), worst, 4);
 }
 
-TEST_CASE("row 32: a picture of a grey ball under a graded sky is the closed form") {
-  // A distant eye sees the ball's disc: n_y is uniform over it, so that its mean is 0.
+TEST_CASE("row 32: a picture of a grey ball under a graded sky equals the closed form") {
+  // A distant eye sees the ball as a disc. The mean of n_y over the disc is 0.
   Scene scene;
   scene.sky = {{0.2, 0.2, 0.2}, {0.8, 0.8, 0.8}};  // 0.5 + 0.3 y
   scene.camera.look_from = {0, 0, 1000};
@@ -133,9 +133,10 @@ TEST_CASE("row 32: a picture of a grey ball under a graded sky is the closed for
     for (const Tracer& tracer : tracers()) {
       const std::vector<double> means = means_of(tracer.sums(scene, settings), scene, settings);
       for (std::uint32_t pixel = 0; pixel < 256; ++pixel) {
-        const double n_y = (7.5 - pixel / 16) / 16.0;  // half a radius is half the picture
+        const double n_y =
+            (7.5 - pixel / 16) / 16.0;  // the picture shows half a radius on each side
         const double expected = 0.5 * (0.5 + 2.0 / 3 * 0.3 * n_y);
-        // 0.5 * 0.3 times the deviation of w_y, 0.55 at most.
+        // 0.5 * 0.3 times the standard deviation of w_y, which is at most 0.55.
         const double error = 0.5 * 0.3 * 0.55 / std::sqrt(settings.samples_per_pixel);
         worst = std::max(worst, std::abs(means[3UL * pixel] - expected) / error);
       }
@@ -144,7 +145,7 @@ TEST_CASE("row 32: a picture of a grey ball under a graded sky is the closed for
   }
 }
 
-TEST_CASE("row 33: a glass ball cut off at depth D brings 1 - (1 - Ro) Ri^(D-2)") {
+TEST_CASE("row 33: the radiance of a glass ball at depth D is 1 - (1 - Ro) Ri^(D-2)") {
   const double r0 = 0.04;
   const auto schlick = [r0](double cosine) { return r0 + (1 - r0) * std::pow(1 - cosine, 5); };
   const auto samples = static_cast<std::uint32_t>(trials(10'000));
@@ -191,13 +192,13 @@ TEST_CASE_TEMPLATE(
     const double sine = dice.one_in(3) ? dice.unit() : std::min((1 + k) / eta, 1.0);
     const Vec3<Real> in =
         normalize(vec_cast<Real>(sine * dice.across(axis) - std::sqrt(1 - sine * sine) * axis));
-    // u = 1 picks refraction wherever there is any.
+    // u = 1 picks refraction unless reflection is total.
     const auto out = scatter_dielectric<Real, bool>(surface, in, m, leaving, {Real(1), 0, 0, 0});
     const Quad square = exact_sine_squared(surface, leaving, in, m);
     const bool refracts = square <= 1;
     passed += refracts ? 1 : 0;
     if (out.mask != refracts) {
-      // In ulp of the angle's own cosine and of what eta makes of it.
+      // The unit is an ulp of the angle's cosine and of its product with eta.
       const double scale = ulp<Real> * std::max(1.0, eta * eta);
       band = std::max(band, static_cast<double>(quad_abs(square - 1)) / scale);
     }
@@ -210,7 +211,7 @@ TEST_CASE_TEMPLATE(
   within(34, named<Real>("directions that are not finite"), bad, 0);
 }
 
-TEST_CASE_TEMPLATE("row 34: refraction is that of exact arithmetic", Real, float, double) {
+TEST_CASE_TEMPLATE("row 34: refraction equals that of exact arithmetic", Real, float, double) {
   Dice dice(seeded(35));
   double worst = 0;
   for (std::uint64_t i = 0; i < trials(30'000); ++i) {
@@ -223,7 +224,7 @@ TEST_CASE_TEMPLATE("row 34: refraction is that of exact arithmetic", Real, float
       continue;
     }
     const auto got = scatter_dielectric<Real, bool>(surface, in, m, leaving, {Real(1), 0, 0, 0});
-    // The oracle, from its own formula: Snell along and across the normal.
+    // The oracle uses another formula: Snell's law along and across the normal.
     const Quad eta = static_cast<Quad>(leaving ? surface.ior : surface.inverse_ior);
     const QuadVec n = (1 / quad_length(exact(m))) * exact(m);
     const QuadVec d = (1 / quad_length(exact(in))) * exact(in);
@@ -238,8 +239,9 @@ TEST_CASE_TEMPLATE("row 34: refraction is that of exact arithmetic", Real, float
   within(34, named<Real>("refracted direction / ulp, cosine > 0.1"), worst, 64);
 }
 
-TEST_CASE_TEMPLATE("row 36: a diffuse direction is finite, unit and above for any normal", Real,
-                   float, double) {
+TEST_CASE_TEMPLATE(
+    "row 36: a diffuse direction is a finite unit vector above the surface for any normal", Real,
+    float, double) {
   Dice dice(seeded(36));
   double below = 0;
   double unit = 0;
@@ -257,8 +259,9 @@ TEST_CASE_TEMPLATE("row 36: a diffuse direction is finite, unit and above for an
   within(36, named<Real>("their length / ulp"), unit, 4);
 }
 
-TEST_CASE_TEMPLATE("row 37: a path between mirrors keeps its length for ever, and its way for 20",
-                   Real, float, double) {
+TEST_CASE_TEMPLATE(
+    "row 37: a path between mirrors keeps its unit length always, and its direction for 20 bounces",
+    Real, float, double) {
   Scene walls;
   walls.materials = {{MaterialType::metal, {1, 1, 1}, 0, 1}};
   walls.spheres = {{{0, 0, 0}, 1, 0}};
@@ -302,8 +305,8 @@ TEST_CASE_TEMPLATE("row 37: a path between mirrors keeps its length for ever, an
   within(37, named<Real>("off the exact way after k bounces / (k^2 ulp)"), apart, 16);
 }
 
-TEST_CASE_TEMPLATE("row 38: extreme cameras aim every ray as exact arithmetic does", Real, float,
-                   double) {
+TEST_CASE_TEMPLATE("row 38: rays of extreme cameras have the directions of exact arithmetic", Real,
+                   float, double) {
   Dice dice(seeded(38));
   double worst = 0;
   double unit = 0;
@@ -334,7 +337,7 @@ TEST_CASE_TEMPLATE("row 38: extreme cameras aim every ray as exact arithmetic do
         outside += static_cast<double>(quad_length(off)) <= room ? 0 : 1;
         continue;
       }
-      // The oracle builds its own basis on 113 bits.
+      // The oracle computes its own basis with 113 bits.
       const QuadVec back = exact(camera.look_from) - exact(camera.look_at);
       const QuadVec w = (1 / quad_length(back)) * back;
       const QuadVec side = cross(exact(camera.up), w);
@@ -347,9 +350,10 @@ TEST_CASE_TEMPLATE("row 38: extreme cameras aim every ray as exact arithmetic do
       const Quad b = half * (1 - 2 * (static_cast<Quad>(y) + u.b) / static_cast<Quad>(height));
       const QuadVec aim = a * right + b * up - w;
       const QuadVec exact_way = (1 / quad_length(aim)) * aim;
-      // Rounding of the film's own coordinates, relative to the ray's length on it.
+      // Rounding of the coordinates on the film, relative to the ray's length there.
       const Quad film = 1 + half * (1 + static_cast<Quad>(width) / static_cast<Quad>(height));
-      // `up` nearly along the view makes the basis ill-conditioned, not the tracer.
+      // If `up` is nearly parallel to the view, the basis is ill-conditioned; the tracer is not to
+      // blame.
       const Quad sine = quad_length(side) / quad_length(exact(camera.up));
       const Quad scale = film / quad_length(aim) / (sizeof(Real) == 8 ? sine : Quad(1)) +
                          static_cast<Quad>(sizeof(Real) == 8 ? 1 : 0) *

@@ -1,5 +1,5 @@
-// Rows 44 to 52 of the table of numerical extremes: what must not change a picture's bits, and what
-// may change them a little.
+// Rows 39 to 52 of the table of numerical extremes: changes that must keep a picture's bits, and
+// changes that may alter them a little.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -39,7 +39,8 @@ Scene moved(Scene scene, const Vec3d& by) {
   return scene;
 }
 
-/// All coordinates multiples of 2^-10, so that moving by a large number rounds none of them.
+/// Returns a scene whose coordinates are multiples of 2^-10, so that moving it far rounds none of
+/// them.
 Scene on_grid(Scene scene) {
   const auto round = [](const Vec3d& v) {
     const auto one = [](double x) { return std::floor(x * 1024) / 1024; };
@@ -53,7 +54,7 @@ Scene on_grid(Scene scene) {
   return scene;
 }
 
-/// `differ(tracer, settings)` for every tracer and precision, added up.
+/// Returns the sum of `differ(tracer, settings)` over all tracers and precisions.
 template <typename Differ>
 double sum_over_tracers(RenderSettings settings, Differ differ) {
   double sum = 0;
@@ -68,7 +69,7 @@ double sum_over_tracers(RenderSettings settings, Differ differ) {
 
 }  // namespace
 
-TEST_CASE("row 44: f32 and f64 follow the same paths but for one in a thousand, without bias") {
+TEST_CASE("row 44: f32 and f64 follow the same paths except for one in a thousand, without bias") {
   const Scene scene = shipped("one-weekend-20.json");
   RenderSettings settings = sized(60, 40, trials(16), 12);
   const auto single = reference_scene<float, float>(scene, settings);
@@ -97,7 +98,7 @@ TEST_CASE("row 44: f32 and f64 follow the same paths but for one in a thousand, 
   }
 }
 
-TEST_CASE("rows 1, 44: the picture of 113 bits is that of f64, but for two paths in a thousand") {
+TEST_CASE("rows 1, 44: 113 bits and f64 follow the same paths except for two in a thousand") {
   const Scene scene = shipped("one-weekend-20.json");
   const RenderSettings settings = sized(32, 32, 1, 10);
   const TracedPicture<Quad> traced = exact_scene(scene, settings);
@@ -133,11 +134,12 @@ TEST_CASE("row 39: a pixel's sum of a million large and small samples is exact")
                                  std::abs(scale.mean(pixel.sum[1], 1U << 20) - 0x1p-30),
                                  std::abs(scale.mean(pixel.sum[2], 1U << 20) - 0.5 - 0x1p-33)});
   within(39, "error of a mean of 2^20 samples", error, 0);
-  CHECK(in_float / 0x1p20F == 0.5F);  // what a float makes of the last
+  CHECK(in_float / 0x1p20F == 0.5F);  // a sum in float loses the last sample
 }
 
-TEST_CASE("row 42: no two pixels, samples or bounces draw alike, and the noise falls as it must") {
-  // A grey ball fills the picture: a sample's value is one number that its first bounce draws.
+TEST_CASE("row 42: pixels, samples and bounces are independent, and noise decreases as it must") {
+  // A grey ball fills the picture, so a sample's value depends on one random number of its first
+  // bounce.
   Scene scene;
   scene.sky = {{0, 0, 0}, {1, 1, 1}};
   scene.camera.look_from = {0, 0, 1000};
@@ -147,7 +149,8 @@ TEST_CASE("row 42: no two pixels, samples or bounces draw alike, and the noise f
   scene.spheres = {{{0, 0, 0}, 1, 0}};
   RenderSettings settings = sized(32, 32, 1, 2);
   settings.precision = Precision::f64;
-  settings.sampler = Sampler::independent;  // whose noise falls with the number of samples
+  settings.sampler =
+      Sampler::independent;  // its noise decreases with the square root of the number of samples
   const auto deviation = [&](const std::vector<double>& means) {
     double square = 0;
     for (std::uint32_t pixel = 0; pixel < 1024; ++pixel) {
@@ -165,7 +168,7 @@ TEST_CASE("row 42: no two pixels, samples or bounces draw alike, and the noise f
     }
     const double slope = std::log(variance[4] / variance[0]) / std::log(256.0);
     within(42, "|1 + slope of variance over samples|", std::abs(1 + slope), 0.03);
-    // The mean over pixels, too: alike pixels would deviate together.
+    // Also checks the mean over pixels: dependent pixels would deviate together.
     const auto means = means_of(tracer.sums(scene, settings), scene, settings);
     const double mean = std::accumulate(means.begin(), means.end(), 0.0) / 3072;
     within(42, "mean of all pixels: |z|", std::abs(mean - 0.5) / std::sqrt(variance[4] / 1024),
@@ -176,7 +179,8 @@ TEST_CASE("row 42: no two pixels, samples or bounces draw alike, and the noise f
 TEST_CASE("row 45: samples that are not finite are counted and add nothing") {
   Scene scene = small_scene();
   scene.camera.aperture = 1;
-  scene.camera.focus_distance = 1e-300;  // no reader accepts it; in single precision it is 0
+  scene.camera.focus_distance =
+      1e-300;  // no scene file allows this number; in single precision it is 0
   RenderSettings settings = sized(16, 12, 4, 8);
   settings.precision = Precision::f32;
   for (const Tracer& tracer : tracers()) {
@@ -230,7 +234,7 @@ TEST_CASE("row 47: in f64 scales of 2^-400 .. 2^400 keep every bit") {
   within(47, "scales whose f64 picture differs", different, 0);
 }
 
-TEST_CASE_TEMPLATE("row 48: a mirrored ray has the same distance, a turned one the same to 8 ulp",
+TEST_CASE_TEMPLATE("row 48: mirroring a ray keeps its distance, and turning it keeps it to 8 ulp",
                    Real, float, double) {
   Dice dice(seeded(48));
   double mirrored = 0;
@@ -303,7 +307,7 @@ TEST_CASE("row 49: the order of thousands of spheres far from 0 does not change 
   within(49, "orders of 3000 far spheres whose f32 picture differs", different, 0);
 }
 
-TEST_CASE("row 50: spheres that nobody can see do not change a bit") {
+TEST_CASE("row 50: invisible spheres do not change a bit") {
   const Scene scene = small_scene();
   Scene more = scene;
   more.spheres.insert(more.spheres.begin() + 2, {{4, 1, 0}, 0.5, 0});  // inside the metal ball
@@ -319,7 +323,8 @@ TEST_CASE("row 50: spheres that nobody can see do not change a bit") {
   within(50, "pictures with invisible spheres that differ", different, 0);
 }
 
-TEST_CASE("row 51: moving a scene to 1e7 costs 1e-6 in the mean, and moving it on costs nothing") {
+TEST_CASE(
+    "row 51: moving a scene to 1e7 changes the mean by 1e-6, moving it further changes nothing") {
   const Scene here = on_grid(small_scene());
   const Vec3d step{10 * 0x1p20, -3 * 0x1p20, 0x1p20};
   const double different = sum_over_tracers(
@@ -340,7 +345,8 @@ TEST_CASE("row 51: moving a scene to 1e7 costs 1e-6 in the mean, and moving it o
   }
 }
 
-TEST_CASE("row 52: twice the sky is twice the picture, and two skies are the sum of theirs") {
+TEST_CASE(
+    "row 52: twice the sky gives twice the picture, and two skies give the sum of their pictures") {
   const Scene scene = small_scene();
   Scene twice = scene;
   twice.sky = {2.0 * scene.sky.horizon, 2.0 * scene.sky.zenith};

@@ -1,5 +1,5 @@
-// What `precision: auto` picks shows nothing of single precision: generated scenes over the
-// extremes, paired with f64 (tests/support/paired_pictures.h).
+// Checks that the choice of `precision: auto` shows no rounding: compares generated extreme scenes
+// with f64 (tests/support/paired_pictures.h).
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -48,10 +48,11 @@ TEST_CASE(
   }
   within(44, "auto, generated extremes: difference to f64 / noise of 4096 samples", worst, 1);
   within(44, "auto, generated extremes: samples that are not finite", nonfinite, 0);
-  CHECK(single > count / 4);  // not by caution alone
+  CHECK(single > count / 4);  // the choice is not always a safe one
 }
 
-TEST_CASE("precision auto: the measure sees what f32 does to a ball on a ground of 1e7 radii") {
+TEST_CASE(
+    "precision auto: the comparison detects the error of f32 for a ball on a ground of 1e7 radii") {
   Scene scene;
   scene.camera.look_from = {0, 2, 8};
   scene.camera.aperture = 0;

@@ -1,5 +1,5 @@
-// Scenes that broke other programs (scenes/regression/README.md says which and how), rendered
-// small: against closed forms, against f64, and against the same paths on 113 bits.
+// Small renders of scenes that broke other programs (see scenes/regression/README.md), compared
+// with closed forms, with f64, and with the same paths in 113 bits.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ constexpr std::array precisions{Precision::f32, Precision::mixed, Precision::f64
 struct Named {
   std::string name;
   Scene scene;
-  RenderSettings settings;  ///< with the precision that the scene asks for
+  RenderSettings settings;  ///< with the precision that `auto` picks for the scene
 };
 
 Named load(const std::string& name) {
@@ -90,7 +90,7 @@ double share_of_others(const PathSteps& a, const PathSteps& b) {
   return other / static_cast<double>(a.size());
 }
 
-/// Spheres that are the first that some path meets.
+/// Returns the spheres that at least one path meets first.
 std::set<std::uint32_t> spheres_seen(const PathSteps& paths) {
   std::set<std::uint32_t> seen;
   for (const std::vector<Step>& steps : paths) {
@@ -101,7 +101,7 @@ std::set<std::uint32_t> spheres_seen(const PathSteps& paths) {
   return seen;
 }
 
-/// The same spheres of the same kinds, but nothing absorbs and the sky is 1.
+/// Returns the same spheres of the same kinds, without absorption and with a sky of 1.
 Scene whitened(Scene scene) {
   scene.sky = {{1, 1, 1}, {1, 1, 1}};
   for (Material& material : scene.materials) {
@@ -111,9 +111,9 @@ Scene whitened(Scene scene) {
   return scene;
 }
 
-/// The worst mean of a ring around a lone ball of albedo 1/2 in the picture's middle under the sky
-/// 0.6 + 0.4 y, in standard errors off the closed form: n_y is 0 in the mean of a ring, so that
-/// every ring is 0.3. `radius`: of the ball's disc, in pixels.
+/// Returns the largest error of rings on a single ball of albedo 1/2 in the middle of the picture
+/// under the sky 0.6 + 0.4 y, in standard errors. The mean of n_y over a ring is 0, so the mean of
+/// every ring is 0.3. `radius` is that of the ball's disc, in pixels.
 double worst_ring(const Scene& scene, RenderSettings settings, double radius) {
   const std::vector<double> means = means_of(lane_sums(scene, settings), scene, settings);
   double worst = 0;
@@ -129,7 +129,7 @@ double worst_ring(const Scene& scene, RenderSettings settings, double radius) {
         ++pixels;
       }
     }
-    // 0.2 y deviates by 0.12 at most.
+    // The standard deviation of 0.2 y is at most 0.12.
     worst = std::max(worst, std::abs(sum / pixels - 0.3) /
                                 (0.12 / std::sqrt(pixels * settings.samples_per_pixel)));
   }
@@ -138,7 +138,7 @@ double worst_ring(const Scene& scene, RenderSettings settings, double radius) {
 
 }  // namespace
 
-TEST_CASE("regression: every scene's own precision follows the paths of 113 bits") {
+TEST_CASE("regression: with its precision, every scene follows the same paths as with 113 bits") {
   for (const Named& named : all()) {
     CAPTURE(named.name);
     Named cut = named;
@@ -154,7 +154,7 @@ TEST_CASE("regression: every scene's own precision follows the paths of 113 bits
   }
 }
 
-TEST_CASE("regression: every scene's own precision has the mean of f64 to 1e-4") {
+TEST_CASE("regression: with its precision, the mean of every scene equals that of f64 to 1e-4") {
   for (const Named& named : all()) {
     CAPTURE(named.name);
     RenderSettings settings = named.settings;
@@ -173,7 +173,8 @@ TEST_CASE("regression: every scene's own precision has the mean of f64 to 1e-4")
   }
 }
 
-TEST_CASE("regression: whitened, every scene brings exactly 1 in every sample and precision") {
+TEST_CASE(
+    "regression: without absorption, every sample of every scene is exactly 1 in every precision") {
   for (const Named& named : all()) {
     CAPTURE(named.name);
     const Scene white = whitened(named.scene);
@@ -217,7 +218,7 @@ TEST_CASE("regression: no ring on a ball seen from 10 to 10 million radii (Mitsu
     settings.precision = Precision::automatic;
     settings = resolve_settings(requirements_of(scene), settings).settings;
     settings.samples_per_pixel = static_cast<std::uint32_t>(trials(256));
-    // Near by, the disc's rim is the tangent cone's.
+    // From nearby, the rim of the disc is that of the tangent cone.
     const double disc = distance / std::sqrt(distance * distance - 1) / 1.2 * 32;
     within(9,
            "ball from " + std::to_string(static_cast<int>(distance)) + " radii, " +
@@ -246,12 +247,12 @@ TEST_CASE("regression: specks of 1e-8 on a ball of 2e-3 are seen and never hang 
   within(100, "specks not seen, " + std::string(name_of(named.settings.precision)), 12 - specks, 0);
 }
 
-TEST_CASE("regression: half a metre above the Earth all that is below the horizon is ground") {
+TEST_CASE("regression: half a metre above the Earth, everything below the horizon is ground") {
   const Named named = load("earth");
   for (const Precision precision : precisions) {
     RenderSettings settings = named.settings;
     settings.precision = precision;
-    settings.max_depth = 1;  // what is not black is sky
+    settings.max_depth = 1;  // every pixel that is not black shows the sky
     const std::vector<double> means =
         means_of(lane_sums(named.scene, settings), named.scene, settings);
     double sky = 0;
@@ -278,10 +279,11 @@ TEST_CASE("row 27: light in the crevice under a ball is exact; with a t_min it i
     named.scene.camera.tan_half_vfov = half;
     named.scene.camera.vfov = 360 / std::acos(-1.0) * std::atan(half);
   };
-  zoom(0.0026);  // the 6 mm around the contact
+  zoom(0.0026);  // 6 mm around the contact
   const double close = mean_in(Precision::f64);
   within(27, "crevice, mixed: |bias|", std::abs(mean_in(Precision::mixed) - close), 1e-4);
-  // On a ground of radius 1000 f32 knows heights to 6e-5, which is a crevice of 5 mm.
+  // On a ground of radius 1000, f32 rounds heights to 6e-5, the height of the crevice 5 mm from the
+  // contact.
   within(27, "crevice, f32: |bias|", std::abs(mean_in(Precision::f32) - close), 5e-4);
 
   zoom(0.0009);
@@ -298,10 +300,10 @@ TEST_CASE("row 27: light in the crevice under a ball is exact; with a t_min it i
     return std::abs(mean - closer) / std::sqrt(error_squared);
   };
   within(27, "crevice, textbook tracer with t_min 1e-7: |z|", z_of_textbook(1e-7), 5);
-  CHECK(z_of_textbook(0.001) > 10);  // what an epsilon does there
+  CHECK(z_of_textbook(0.001) > 10);  // an epsilon gives wrong light
 }
 
-TEST_CASE("regression: spheres of no size, or of none that can be, are refused (VisRTX 334)") {
+TEST_CASE("regression: spheres with zero or impossible radii are refused (VisRTX 334)") {
   const auto message = [](const std::string& radius) {
     std::istringstream in(R"({"version": 1, "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0],
       "vfov": 30}, "materials": {"a": {"type": "dielectric", "ior": 1.5}}, "spheres": [{"center":

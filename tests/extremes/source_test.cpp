@@ -1,4 +1,5 @@
-// The tracer's source compares nothing with a small constant: no t_min, no offset, no scene size.
+// Checks that the tracer's source contains no comparison with a small constant: no t_min, no
+// offset, no scene size.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -18,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Text without comments, line by line.
+/// Returns the lines of a text without comments.
 std::vector<std::string> code_lines(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream in(text);
@@ -28,7 +29,7 @@ std::vector<std::string> code_lines(const std::string& text) {
   return lines;
 }
 
-/// Literals of a line that are above 0 and 1/1000 at most, as they stand there.
+/// Returns the literals of a line that are above 0 and at most 1/1000.
 std::vector<std::string> small_literals(const std::string& line) {
   static const std::regex literal(
       R"((^|[^\w.])((0[xX][\da-fA-F'.]+[pP][+-]?\d+|\d[\d']*\.?\d*[eE][+-]?\d+|\d+\.\d*|\.\d+)[fFlL]?))");
@@ -44,7 +45,8 @@ std::vector<std::string> small_literals(const std::string& line) {
   return found;
 }
 
-/// The numbers that are no epsilons: spacing of random numbers and of floating-point numbers.
+/// Small numbers that are not epsilons: the spacing of random numbers and of floating-point
+/// numbers.
 bool is_allowed(const std::string& file, const std::string& line) {
   return (file == "random.h" && line.find("* Real(0x1p-24)") != std::string::npos) ||
          (file == "real.h" && line.find(" unit_roundoff = ") != std::string::npos);

@@ -1,5 +1,5 @@
-// Rows 23 to 29 of the table of numerical extremes: no path meets the surface that it leaves, none
-// leaks, and thin shells keep their order.
+// Rows 23 to 29 of the table of numerical extremes: no path hits the surface that it leaves, no
+// path leaks, and thin shells keep their order.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ double pixels_other_than(const ReferenceSums& sums, std::uint64_t fixed, std::ui
   return static_cast<double>(doctor::pixels_other_than(sums.pixels, fixed, samples));
 }
 
-/// A scene of one kind of glass shells around one another, each `gap` inside the one before it.
+/// Returns a scene of nested glass shells of one kind, each `gap` inside the previous one.
 Scene nested_shells(int count, double gap) {
   Scene scene = under_white_sky();
   scene.camera.look_from = {0, 0.3, 4};
@@ -49,7 +49,8 @@ Scene nested_shells(int count, double gap) {
   return scene;
 }
 
-/// The very limb of three glass balls in one another: no ray passes further than 1e-7 from it.
+/// Returns a scene of the limb of three nested glass balls. No ray passes further than 1e-7 from
+/// it.
 Scene limb() {
   Scene scene = nested_shells(3, 0x1p-23);
   scene.camera.look_from = {1, 0, 5};
@@ -58,7 +59,8 @@ Scene limb() {
   return scene;
 }
 
-/// Share of paths whose surfaces are not those of the same path on 113 bits, on the same spheres.
+/// Returns the share of paths that meet other surfaces than the same path with 113 bits, on the
+/// same spheres.
 template <typename Real>
 double share_of_other_paths(const Scene& scene, const RenderSettings& settings,
                             std::uint64_t paths) {
@@ -81,11 +83,11 @@ double share_of_other_paths(const Scene& scene, const RenderSettings& settings,
     other += path == steps_of(exactly, exact_linear, x, y, random) ? 0 : 1;
     steps += path.size();
   }
-  CHECK(steps > 3 * paths);  // they do cross shells
+  CHECK(steps > 3 * paths);  // paths really cross shells
   return other / static_cast<double>(paths);
 }
 
-/// Linear search that notes how far from the surface that they stand on its rays begin.
+/// Linear search that records how far rays start from the surface that they stand on.
 template <typename Real>
 class HeightSpy {
  public:
@@ -119,8 +121,8 @@ class HeightSpy {
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("rows 7, 12: from far away, too, a path goes on from the surface itself", Real,
-                   float, double) {
+TEST_CASE_TEMPLATE("rows 7, 12: a path continues exactly from the surface, also from far away",
+                   Real, float, double) {
   Dice dice(seeded(12));
   double worst = 0;
   int starts = 0;
@@ -180,7 +182,7 @@ TEST_CASE_TEMPLATE("row 23: a ray that leaves a convex surface never meets it ag
     const double r = dice.ten_to(-4, 4);
     ball.spheres = {{dice.ten_to(-8, 8) * dice.direction(), r, 0}};
     const TracedPicture<Real> scene = reference_scene<Real, Real>(ball, sized(4, 4, 1, 2));
-    // As stored: rebasing would bring the centre to 0.
+    // As stored, because rebasing would move the centre to 0.
     const SphereShape<Real> sphere{vec_cast<Real>(ball.spheres[0].center), static_cast<Real>(r)};
     TracedPicture<Real> here = scene;
     here.spheres = {sphere};
@@ -208,7 +210,7 @@ TEST_CASE_TEMPLATE("row 23: a ray that leaves a convex surface never meets it ag
   within(23, named<Real>("other end of an inner chord missed"), inside_out, 0);
 }
 
-TEST_CASE("row 24: every sample of a lone grey sphere is exactly 1/2 where the sphere is") {
+TEST_CASE("row 24: every sample that hits a single grey sphere is exactly 1/2") {
   constexpr std::uint64_t half = std::uint64_t{1} << 31;
   double other = 0;
   double rays = 0;
@@ -229,7 +231,7 @@ TEST_CASE("row 24: every sample of a lone grey sphere is exactly 1/2 where the s
   within(24, "rays that met the sphere that they leave", std::abs(rays), 0);
 }
 
-TEST_CASE("row 25: nothing gets out of a closed sphere, or in") {
+TEST_CASE("row 25: no path gets out of a closed sphere, or into it") {
   double leaks = 0;
   double bounces = 0;
   double other_length = 0;
@@ -253,13 +255,13 @@ TEST_CASE("row 25: nothing gets out of a closed sphere, or in") {
   within(25, "pictures with longer or shorter paths than allowed", other_length, 0);
 }
 
-TEST_CASE("row 26: paths inside glass in glass lose no light and go in and out by turns") {
+TEST_CASE("row 26: paths in nested glass lose no light and alternate between entry and exit") {
   double dark = 0;
   double crossings = 0;
   for (const Scene& scene : {nested_shells(6, 0x1p-10), limb()}) {
     for (const Precision precision : precisions) {
       RenderSettings settings = sized(16, 16, trials(64), 100'000);
-      // With other numbers, total reflection holds one path in some 1e5 of f32 in an orbit.
+      // With other numbers, total reflection keeps one path in about 1e5 of f32 in an orbit.
       settings.sampler = Sampler::independent;
       settings.precision = precision;
       for (const Tracer& tracer : tracers()) {
@@ -274,9 +276,9 @@ TEST_CASE("row 26: paths inside glass in glass lose no light and go in and out b
          dark, 0);
 }
 
-TEST_CASE_TEMPLATE("row 26: a path that total reflection holds near the wall stays in", Real, float,
-                   double) {
-  // Inside a bubble's outside: glass of index 1.5, met from within at 1 - 2^-k of grazing.
+TEST_CASE_TEMPLATE("row 26: a path that total reflection keeps near the wall stays inside", Real,
+                   float, double) {
+  // Inside glass of index 1.5, the path meets the surface at 1 - 2^-k of grazing.
   Scene ball = under_white_sky();
   ball.materials = {glass(1.5)};
   ball.spheres = {{{0, 0, 0}, 1, 0}};
@@ -309,7 +311,8 @@ TEST_CASE_TEMPLATE("row 26: a path that total reflection holds near the wall sta
 }
 
 TEST_CASE("row 28: a red sphere shows through a shell of glass, down to 8 ulp thick") {
-  // With no gap left, the picture of a thin shell is that of any thinner one.
+  // The picture does not change any more below a certain thickness. A shell of 2^-40 gives this
+  // limit.
   const auto shell = [](double gap) {
     Scene scene = under_white_sky();
     scene.camera.look_from = {0, 0, 5};
@@ -341,8 +344,8 @@ TEST_CASE("row 28: a red sphere shows through a shell of glass, down to 8 ulp th
   CHECK(mean_distance(limit, std::vector<double>(limit.size(), 1.0)) > 0.2);  // it is red
 }
 
-TEST_CASE_TEMPLATE("row 29: paths through nested shells meet the surfaces of exact ones", Real,
-                   float, double) {
+TEST_CASE_TEMPLATE("row 29: paths through nested shells meet the same surfaces as exact paths",
+                   Real, float, double) {
   const double ulp = 2 * static_cast<double>(RealTraits<Real>::unit_roundoff);
   RenderSettings settings = sized(12, 12, 1, 24);
   within(29, named<Real>("100 shells, gaps of 2^-8: other paths than exact ones"),

@@ -7,8 +7,8 @@
 
 namespace parray::test {
 
-TEST_CASE("who has two addresses finds the coordinator behind the second and stays there") {
-  // Bound, but nobody answers: a process that is stopped.
+TEST_CASE("a client with two addresses finds the coordinator at the second and stays there") {
+  // Accepts connections but never answers, like a stopped process.
   const ZmqServer silent("tcp://127.0.0.1:*", default_max_message_bytes);
   const std::string first = silent.endpoint();
   const Server second(CoordinatorOptions{});

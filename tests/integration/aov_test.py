@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Extra channels at a shell: what --aov writes into a picture, and what it leaves alone."""
+"""Extra channels on the command line: what --aov writes into a picture, and what it does not change."""
 
 import json
 import unittest
@@ -42,7 +42,7 @@ class Channels(AovTest):
         self.assertEqual(report["aovs"], ["depth", "sphere"])
         self.assertEqual((few["Z"], few["sphere"]), (values["Z"], values["sphere"]))
 
-    def test_the_channels_say_what_is_seen(self):
+    def test_the_channels_have_the_values_of_the_scene(self):
         report, values, _ = self.channels("--aov", ALL, "--spp", "16")
         sky = self.at(5, 0)
         self.assertEqual(values["sphere"][sky], SKY)

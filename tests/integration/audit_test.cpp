@@ -1,4 +1,4 @@
-// The journal of real jobs: whatever happens to a farm, every cell is merged once.
+// The journal of real jobs: every cell is merged once, whatever happens to the farm.
 #include "cli/check/audit/audit.h"
 
 #include <doctest/doctest.h>
@@ -34,7 +34,7 @@ TEST_CASE("a job's journal is complete when it is done, with a store and without
   }
 }
 
-TEST_CASE("a journal goes on in another life of the coordinator") {
+TEST_CASE("a journal continues after a restart of the coordinator") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
   Hand ann(service, "ann");
@@ -49,7 +49,7 @@ TEST_CASE("a journal goes on in another life of the coordinator") {
   CHECK(audit_of(service, job).workers.size() == 2);  // the same name, another process
 }
 
-TEST_CASE("what a faulty worker has traced is set back in the journal, and merged once more") {
+TEST_CASE("the cells of a faulty worker are set back in the journal, and merged again") {
   CoordinatorOptions options = service_options();
   options.checks.share = 1;
   Service service(options);
@@ -63,7 +63,7 @@ TEST_CASE("what a faulty worker has traced is set back in the journal, and merge
   CHECK(audit_of(service, job).set_back > 0);
 }
 
-TEST_CASE("of a picture in passes that a faulty worker has spoilt, the journal begins again") {
+TEST_CASE("if a faulty worker spoils a picture in passes, its journal begins again") {
   CoordinatorOptions options = service_options();
   options.checks.share = 1;
   CrashStore store(0, 1);

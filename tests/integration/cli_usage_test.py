@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""parray as somebody at a shell meets it: what it refuses, what it says, what it leaves behind."""
+"""parray on the command line: what it refuses, what it prints, which files it leaves."""
 
 import hashlib
 import json
@@ -115,7 +115,7 @@ class CliTest(unittest.TestCase):
 
 
 class Refusals(CliTest):
-    def test_numbers_that_are_none_or_out_of_range_are_refused_by_option(self):
+    def test_invalid_numbers_and_numbers_out_of_range_are_refused_with_the_option(self):
         output = ["-o", self.path("a.png")]
         for option in ("--width", "--height", "--spp", "--max-depth", "--threads"):
             for value in ("-1", "0", "1e30", "1.5", "text", "", " 5", "+5", "0x10", "99999999999",
@@ -137,7 +137,7 @@ class Refusals(CliTest):
         coarse = ["--width", "8", "--height", "8", "--spp", "2"]
         self.rendered(*coarse, "--target-error", "4.6e-8")
 
-    def test_other_programs_words_for_the_version_are_answered_with_this_ones(self):
+    def test_spellings_of_version_from_other_programs_are_answered_with_the_right_one(self):
         for word in ("version", "-v", "-V"):
             result = run(word)
             self.assertEqual((result.returncode, result.stdout), (2, ""))
@@ -239,7 +239,7 @@ class Pictures(CliTest):
         report, _ = self.rendered("--seed", "8")
         self.assertNotEqual(report["image_sha256"], expected)
 
-    def test_the_sampler_decides_the_picture_and_is_sobol_unless_told(self):
+    def test_the_sampler_decides_the_picture_and_is_sobol_by_default(self):
         hashes = {}
         for options in ([], ["--sampler", "sobol"], ["--sampler", "independent"]):
             report, _ = self.rendered(*options)
@@ -296,7 +296,7 @@ class Pictures(CliTest):
         self.assertEqual(self.rendered()[0]["scene_sha256"], report["scene_sha256"])
 
 
-    def test_spheres_that_are_there_twice_are_left_out_with_a_warning(self):
+    def test_duplicate_spheres_are_left_out_with_a_warning(self):
         clean, _ = self.rendered()
         self.assertEqual(clean["duplicates_removed"], 0)
         spheres = SCENE["spheres"] + [{**SCENE["spheres"][3], "material": "glass"},
@@ -353,7 +353,7 @@ class Failures(CliTest):
                 self.assertEqual(self.files(), self.before | {"a.exr"})
         self.assertEqual(self.path("a.exr").read_text(), "an older picture")
 
-    def test_paths_of_a_million_segments_do_not_hold_up_an_interrupt(self):
+    def test_paths_of_a_million_segments_do_not_delay_an_interrupt(self):
         """A closed mirror ball around the camera: hardly a path ever ends by itself."""
         scene = {**SCENE, "materials": {"mirror": {"type": "metal", "albedo": [1, 1, 1], "fuzz": 0}},
                  "spheres": [{"center": [0, 0, 0], "radius": 50, "material": "mirror"}]}
@@ -402,7 +402,7 @@ class Failures(CliTest):
 
     @unittest.skipUnless(subprocess.run([*ALONE, "mount -t tmpfs tmpfs /mnt"], capture_output=True).returncode == 0,
                          "no mounts of one's own here")
-    def test_a_picture_that_its_disk_has_no_room_for_is_written_elsewhere(self):
+    def test_a_picture_is_written_elsewhere_if_its_disk_is_full(self):
         full, spare = self.path("full"), self.path("spare")
         full.mkdir()
         spare.mkdir()
@@ -417,7 +417,7 @@ class Failures(CliTest):
         self.assertEqual(read_text(spare / "a.png")["parray:image_sha256"],
                          read_text(self.path("b.png"))["parray:image_sha256"])
 
-    def test_output_that_nobody_can_read_is_a_failure_and_no_crash(self):
+    def test_a_closed_output_is_a_failure_and_no_crash(self):
         with open("/dev/full", "w", encoding="utf-8") as full:
             result = subprocess.run([BIN / "parray", "validate", self.scene], stdout=full,
                                     stderr=subprocess.PIPE, text=True, check=False)

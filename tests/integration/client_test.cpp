@@ -1,4 +1,4 @@
-// The client against a coordinator made of a few lines, in virtual time.
+// The client with a minimal coordinator, in virtual time.
 #include "cli/farm/client.h"
 
 #include <doctest/doctest.h>
@@ -24,11 +24,11 @@ namespace {
 using test::message_of;
 using test::small_scene;
 
-/// Both the link and the clock of a client: a wait without a message passes its whole time.
+/// Link and clock of a client. A wait without a message advances the clock by its whole time.
 class ScriptedLink final : public Link, public Clock {
  public:
   using Answer = std::function<void(Message&)>;
-  /// `answer` is called with every message that is sent; it puts replies into `arrived`.
+  /// Calls `answer` with every sent message; `answer` puts replies into `arrived`.
   explicit ScriptedLink(Answer answer) : answer_(std::move(answer)) {}
 
   bool send(const PeerId& /*to*/, Envelope content) override {
@@ -95,7 +95,7 @@ TEST_CASE("a request is repeated every half second until its answer comes") {
   CHECK(link.now() - begin == milliseconds(1500));
 }
 
-TEST_CASE("a coordinator that never answers is given up after ten seconds, by name") {
+TEST_CASE("the client gives up after ten seconds without an answer, and names the coordinator") {
   ScriptedLink link([](Message&) {});
   Client client(link, link, options());
   const Time begin = link.now();
@@ -113,7 +113,7 @@ TEST_CASE("a scene is not sent to a coordinator that does not answer") {
   CHECK_THROWS_AS(client.submit(some_submission(100)), RunError);
 }
 
-TEST_CASE("time during which the process was stopped is not held against the coordinator") {
+TEST_CASE("time during which the client's process was stopped does not count as silence") {
   ScriptedLink link([&](Message& message) {
     const auto& asked = std::get<msg::ListJobs>(message);
     if (link.sent == 3) link.arrived.push_back(encode(msg::Jobs{asked.request, {1}}));
@@ -123,7 +123,7 @@ TEST_CASE("time during which the process was stopped is not held against the coo
   CHECK(client.jobs() == nlohmann::json{1});
 }
 
-TEST_CASE("a coordinator that has answered once is waited for, and people are told so once") {
+TEST_CASE("the client waits for a coordinator that has answered once, and says so once") {
   std::vector<std::string> told;
   bool silent = false;
   Time ended = never;
@@ -145,7 +145,7 @@ TEST_CASE("a coordinator that has answered once is waited for, and people are to
   CHECK(told[0].find("no answer from the coordinator at tcp://somewhere:7400") == 0);
 }
 
-TEST_CASE("late and foreign answers are passed over") {
+TEST_CASE("late and foreign answers are ignored") {
   ScriptedLink link([&](Message& message) {
     const auto& asked = std::get<msg::ShowJob>(message);
     const nlohmann::json wrong = {{"id", 0}};
@@ -173,7 +173,7 @@ TEST_CASE("an error answer is an InputError or a RunError, with the coordinator'
   CHECK(message_of<RunError>([&] { client.steer(3, msg::JobAction::cancel); }) == "no job 3");
 }
 
-TEST_CASE("answers that cannot be read are told apart from none") {
+TEST_CASE("unreadable answers are not treated as missing ones") {
   ScriptedLink link(
       [&](Message&) { link.arrived.push_back({Frame(std::string("\x81\xA1v\x63"))}); });
   Client client(link, link, options());
@@ -181,7 +181,7 @@ TEST_CASE("answers that cannot be read are told apart from none") {
   CHECK_MESSAGE(message.find("of the same release?") != std::string::npos, message);
 }
 
-TEST_CASE("a submit that is repeated keeps its token, and another submit has another") {
+TEST_CASE("a repeated submit keeps its token, and another submit has another token") {
   std::multiset<std::string> tokens;
   ScriptedLink link([&](Message& message) {
     if (const auto* probe = std::get_if<msg::ListWorkers>(&message)) {
@@ -204,7 +204,7 @@ TEST_CASE("a submit that is repeated keeps its token, and another submit has ano
   CHECK(link.now() - begin == 2 * milliseconds(2500));
 }
 
-TEST_CASE("submissions under way are answered in any order, while other requests are made") {
+TEST_CASE("pending submissions accept answers in any order, while other requests are made") {
   std::vector<msg::Submit> held;
   ScriptedLink link([&](Message& message) {
     if (auto* submit = std::get_if<msg::Submit>(&message)) {
@@ -239,7 +239,7 @@ TEST_CASE("submissions under way are answered in any order, while other requests
   CHECK_FALSE(client.take_outcome(seconds(1)));
 }
 
-TEST_CASE("submissions under way whose messages were lost are repeated with their tokens") {
+TEST_CASE("pending submissions with lost messages are repeated with their tokens") {
   std::map<std::string, int> tokens;
   ScriptedLink link([&](Message& message) {
     const auto& submit = std::get<msg::Submit>(message);
@@ -258,7 +258,7 @@ TEST_CASE("submissions under way whose messages were lost are repeated with thei
   CHECK(link.now() - begin < seconds(2));
 }
 
-TEST_CASE("people are told once that submissions under way get no answer") {
+TEST_CASE("the client says once that pending submissions get no answer") {
   ScriptedLink link([&](Message& message) {
     if (const auto* asked = std::get_if<msg::ListWorkers>(&message)) {
       link.arrived.push_back(encode(msg::Workers{asked->request, nlohmann::json::array(), 1}));
@@ -276,7 +276,7 @@ TEST_CASE("people are told once that submissions under way get no answer") {
   }
 }
 
-TEST_CASE("what the poll function throws ends a request and a rest") {
+TEST_CASE("an exception of the poll function ends a request and a pause") {
   ScriptedLink link([](Message&) {});
   int polls = 0;
   Client client(link, link, {.address = "a", .poll = [&] {
@@ -287,7 +287,7 @@ TEST_CASE("what the poll function throws ends a request and a rest") {
   CHECK_THROWS_AS(client.rest(std::chrono::hours(1)), std::logic_error);
 }
 
-TEST_CASE("a rest passes over messages instead of spinning on them") {
+TEST_CASE("a pause drops messages and does not spin on them") {
   ScriptedLink link([](Message&) {});
   int polls = 0;
   Client client(link, link, {.address = "a", .poll = [&] { ++polls; }});
@@ -299,7 +299,7 @@ TEST_CASE("a rest passes over messages instead of spinning on them") {
   CHECK(link.arrived.empty());
 }
 
-TEST_CASE("a picture is what its report says, bit by bit, or it is refused") {
+TEST_CASE("a picture that differs from the hash in its report is refused") {
   const Image image{2, 1, {0, 0.25F, 0.5F, 0.75F, 1, 2}};
   nlohmann::json report = {{"image_sha256", image_sha256(image)}};
   bool damaged = false;

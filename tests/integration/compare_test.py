@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""parray compare: what it says of pictures, what it writes and what it refuses."""
+"""parray compare: what it prints and writes about pictures, and what it refuses."""
 
 import json
 import math
@@ -177,7 +177,7 @@ class Compare(unittest.TestCase):
         self.assertIsNone(one["hdr_flip"])
         self.assertIn("n/a", self.text(self.path("a.png"), exact))
 
-    def test_a_render_is_known_by_its_image_sha256_whatever_its_file(self):
+    def test_a_render_is_identified_by_its_image_sha256_in_every_file_format(self):
         options = ["-q", "--width", "60", "--height", "40", "--spp", "4"]
         for name in ("a.exr", "a.png", "b.exr"):
             seed = ["--seed", "99"] if name == "b.exr" else []
@@ -195,7 +195,7 @@ class Compare(unittest.TestCase):
         self.assertEqual(text.count("by its image_sha256"), 1)
         self.assertIsNone(self.compared(self.reference, self.reference)["reference"]["image_sha256"])
 
-    def test_the_verification_picture_is_white_less_all_differences(self):
+    def test_the_verification_picture_is_white_minus_all_differences(self):
         first = self.exr("a.exr", [(0.75, 0.5, 0.5)] * 12)
         second = self.exr("b.exr", [(0.25, 0.5, 0.375)] + [(0.5, 0.5, 3)] * 11)
         expected = self.exr("expected.exr", [(0.5, 1, 0.875)] + [(0.75, 1, 0)] * 11)
@@ -209,7 +209,7 @@ class Compare(unittest.TestCase):
         white = self.exr("white-expected.exr", [(1, 1, 1)] * 12)
         self.assertTrue(self.compared(white, self.path("white.exr"))["images"][0]["identical"])
 
-    def test_what_cannot_be_compared_is_refused_in_one_line_and_nothing_is_written(self):
+    def test_pictures_that_cannot_be_compared_are_refused_in_one_line_and_nothing_is_written(self):
         wide = self.exr("wide.exr", GREY, width=6)
         output = ["-o", self.path("v.png")]
         self.refused(self.reference, self.reference, wide, *output,
@@ -250,7 +250,7 @@ class Compare(unittest.TestCase):
             self.refused(*inputs, "-o", self.reference,
                          mentions=[self.reference, "one of the pictures to compare"])
 
-    def test_a_reference_alone_is_too_little(self):
+    def test_a_reference_without_another_picture_is_refused(self):
         self.refused(mentions=["REF", "`parray compare --help`"])
         self.refused(self.reference, mentions=["IMAGE", "`parray compare --help`"])
 

@@ -1,4 +1,5 @@
-// A coordinator over real ZeroMQ, and a worker played by hand: what PROTOCOL.md says it answers.
+// Checks the answers of PROTOCOL.md: a coordinator over real ZeroMQ, and a worker that the test
+// plays.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 namespace parray::test {
 namespace {
 
-/// A coordinator that serves a free port from a thread of its own.
+/// A coordinator that serves a free port in a separate thread.
 CoordinatorOptions quick() {
   CoordinatorOptions options;
   options.heartbeat = milliseconds(50);
@@ -53,8 +54,7 @@ struct OneLease {
 
 }  // namespace
 
-TEST_CASE(
-    "a result that comes after its lease's deadline is stale, and the lease is granted again") {
+TEST_CASE("a result after its lease's deadline is stale, and the lease is granted again") {
   const Server server(quick());
   const OneLease job;
   Peer worker(server);
@@ -69,7 +69,7 @@ TEST_CASE(
   CHECK(worker.hear<msg::ResultVerdict>().verdict == msg::Verdict::stale);
 }
 
-TEST_CASE("a result counts once: repeated, it is nobody's") {
+TEST_CASE("a result counts once, and a repeated one is stale") {
   const Server server(quick());
   OneLease job;
   job.settings.schedule = SchedulePolicy::factoring;  // several leases: the job stays open
@@ -84,7 +84,8 @@ TEST_CASE("a result counts once: repeated, it is nobody's") {
   CHECK(worker.hear<msg::ResultVerdict>().verdict == msg::Verdict::stale);
 }
 
-TEST_CASE("a result of other cells or samples than the lease's is not merged, and convicts") {
+TEST_CASE(
+    "a result with other cells or samples than its lease is not merged, and its worker is faulty") {
   for (const bool cells : {true, false}) {
     const Server server(quick());
     OneLease job;
@@ -108,7 +109,7 @@ TEST_CASE("a result of other cells or samples than the lease's is not merged, an
   }
 }
 
-TEST_CASE("who cannot trace a lease is heard, and told that it need not say so again") {
+TEST_CASE("a failed lease is acknowledged by revoke") {
   const Server server(quick());
   const OneLease job;
   Peer worker(server);
@@ -120,7 +121,7 @@ TEST_CASE("who cannot trace a lease is heard, and told that it need not say so a
     worker.say(msg::Failed{grant.job, grant.epoch, "too large for this machine"});
     CHECK(worker.hear<msg::Revoke>().epoch == grant.epoch);
     if (i == 0) {
-      grant = worker.hear<msg::Grant>();  // once more: there is nobody else
+      grant = worker.hear<msg::Grant>();  // granted again, because there is no other worker
     }
   }
   client.say(msg::ShowJob{1, id});
@@ -129,7 +130,7 @@ TEST_CASE("who cannot trace a lease is heard, and told that it need not say so a
   CHECK(shown["reason"].get<std::string>().find("too large for this machine") == 0);
 }
 
-TEST_CASE("what there is of a picture can be had before it is done") {
+TEST_CASE("the present state of a picture can be fetched before it is done") {
   const Server server(quick());
   OneLease job;
   job.settings.progressive = true;
@@ -152,7 +153,7 @@ TEST_CASE("what there is of a picture can be had before it is done") {
   const auto image = client.hear<msg::ImageData>();
   CHECK(image.report.at("partial") == true);
   CHECK(image.report.at("samples") == grant.cells.sample_count());
-  // Fewer than the pixels: the others are filled, so that none is black in this scene.
+  // Fewer samples than pixels: the other pixels are filled, so that none is black in this scene.
   REQUIRE(grant.cells.sample_count() < 300 * 200);
   const auto picture = image.picture.picture(300, 200);
   const auto& rgb = picture->image.rgb;
@@ -175,14 +176,14 @@ TEST_CASE("workers of another protocol, trace version or arithmetic are refused 
             .find("its built-in test picture differs") == 0);
 }
 
-TEST_CASE("a worker that the coordinator does not know is asked who it is") {
+TEST_CASE("the coordinator asks an unknown worker to identify itself") {
   const Server server(quick());
   Peer worker(server);
   worker.say(msg::Heartbeat{});
   worker.hear<msg::Identify>();
 }
 
-TEST_CASE("a heartbeat that lists a lease of somebody else's is answered by revoke") {
+TEST_CASE("a heartbeat that lists another worker's lease is answered by revoke") {
   const Server server(quick());
   Peer worker(server);
   worker.join("w");
@@ -192,7 +193,7 @@ TEST_CASE("a heartbeat that lists a lease of somebody else's is answered by revo
   CHECK(revoke.epoch == 8);
 }
 
-TEST_CASE("malformed messages are dropped, a client's is answered, and the service goes on") {
+TEST_CASE("malformed messages are dropped, a client's is answered, and the service continues") {
   const Server server(quick());
   Peer client(server);
   client.say_raw({std::string("not MessagePack")});
@@ -212,13 +213,13 @@ TEST_CASE("malformed messages are dropped, a client's is answered, and the servi
   CHECK(client.hear<msg::Jobs>().jobs.empty());
 }
 
-TEST_CASE("a message of too many frames is dropped whole, and nothing behind it") {
+TEST_CASE("a message with too many frames is dropped as a whole, and the next one is read") {
   const Server server(quick());
   Peer speaker(server);
   Frames hello = encode(msg::Hello{protocol_version, "w", "w", 1, 1, trace_version, "same"});
   for (const std::size_t frames : std::initializer_list<std::size_t>{15, 16, 17, 32, 100'000}) {
     Frames many(frames, Frame(std::string("x")));
-    many.back() = hello.front();  // no part of it is taken for a message
+    many.back() = hello.front();  // no part of it is read as a message
     speaker.say_raw(many);
   }
   speaker.say(msg::ListWorkers{1});
@@ -226,7 +227,7 @@ TEST_CASE("a message of too many frames is dropped whole, and nothing behind it"
   speaker.join("w");
 }
 
-TEST_CASE("a repeated submit makes no second job, and a scene that is none makes no job") {
+TEST_CASE("a repeated submit makes no second job, and an invalid scene makes no job") {
   const Server server(quick());
   const OneLease job;
   Peer client(server);
@@ -243,7 +244,7 @@ TEST_CASE("a repeated submit makes no second job, and a scene that is none makes
   CHECK(client.hear<msg::Jobs>().jobs.size() == 1);
 }
 
-TEST_CASE("what is not there is refused by name") {
+TEST_CASE("a request for a missing job is refused with its number") {
   const Server server(quick());
   Peer client(server);
   for (const Message& request :

@@ -1,4 +1,5 @@
-// Files of the state that are damaged, cut or gone: what a client hears, and that all else goes on.
+// Damaged, truncated and missing files of the state: what clients are told, and that all else
+// works.
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -40,7 +41,7 @@ void damage(const fs::path& file, Damage how) {
   }
 }
 
-/// A standby that is always there.
+/// A standby that always answers.
 class NearStandby final : public ReplicaLine {
  public:
   explicit NearStandby(Store& store) : replica_(store) {}
@@ -61,7 +62,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Two done jobs, their state on a disk and at a standby.
+/// Two finished jobs with their state on a disk and at a standby.
 struct DoneJobs {
   explicit DoneJobs(bool with_standby)
       : service(service_options(), with_standby ? static_cast<Store*>(&replicated) : &disk) {
@@ -94,8 +95,7 @@ const std::string expected = reference_sha256(small_scene(), many_leases());
 }  // namespace
 
 TEST_CASE(
-    "a finished picture that is damaged, cut or gone is an error and a flag, and all else goes "
-    "on") {
+    "a damaged, truncated or missing picture causes an error and a flag, and all else works") {
   for (const Damage how : {Damage::flipped, Damage::cut, Damage::gone}) {
     CAPTURE(static_cast<int>(how));
     DoneJobs jobs(false);
@@ -114,7 +114,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a finished picture that is damaged, cut or gone is restored from the standby") {
+TEST_CASE("a damaged, truncated or missing picture is restored from the standby") {
   for (const Damage how : {Damage::flipped, Damage::cut, Damage::gone}) {
     CAPTURE(static_cast<int>(how));
     DoneJobs jobs(true);
@@ -129,7 +129,7 @@ TEST_CASE("a finished picture that is damaged, cut or gone is restored from the 
   }
 }
 
-TEST_CASE("a picture that is damaged here and at the standby is an error") {
+TEST_CASE("a picture that is damaged at the primary and at the standby causes an error") {
   DoneJobs jobs(true);
   damage(DoneJobs::picture(jobs.directory.path() / "here", jobs.damaged), Damage::cut);
   damage(DoneJobs::picture(jobs.directory.path() / "there", jobs.damaged), Damage::cut);
@@ -137,7 +137,7 @@ TEST_CASE("a picture that is damaged here and at the standby is an error") {
   CHECK(contains(jobs.flag(), "is damaged: put it back"));
 }
 
-TEST_CASE("the flag of a picture's file goes when the file is back, and leaves other flags") {
+TEST_CASE("the flag of a picture's file is removed when the file is back, and other flags remain") {
   const PictureFile damaged{{}, "picture is damaged", false};
   const PictureFile restored{"bytes", "picture is damaged", true};
   const PictureFile good{"bytes", "", false};
@@ -154,7 +154,7 @@ TEST_CASE("the flag of a picture's file goes when the file is back, and leaves o
   }
 }
 
-TEST_CASE("a scene that is damaged fails its job, and rows that are damaged are traced again") {
+TEST_CASE("a damaged scene fails its job, and damaged rows are traced again") {
   for (const std::string file : {"scene", "rows"}) {
     for (const Damage how : {Damage::flipped, Damage::cut, Damage::gone}) {
       CAPTURE(file);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""--denoise at a shell: what it makes of a picture, what it keeps, and that its error is true."""
+"""--denoise on the command line: what it changes and keeps, and that its stated error is true."""
 
 import json
 import math
@@ -23,7 +23,7 @@ class Denoise(CliTest):
         squares = sum((a - b) ** 2 for c in RGB for a, b in zip(values[c], truth[c]))
         return math.sqrt(squares / 3 / len(truth["R"]))
 
-    def test_it_lowers_the_error_states_what_is_left_and_keeps_the_raw_picture(self):
+    def test_it_lowers_the_error_states_the_remaining_error_and_keeps_the_raw_picture(self):
         plain, raw = self.picture("--spp", "16")
         report, values = self.picture("--spp", "16", "--denoise")
         self.assertEqual(report["image_sha256"], plain["image_sha256"])
@@ -85,7 +85,7 @@ class Denoise(CliTest):
         self.assertRegex(result.stderr, r"parray: --time-limit 0\.5: denoising takes about [^\n]* more: left out\n")
         self.assertNotIn("denoised", json.loads(self.path("a.json").read_text()))
 
-    def test_who_submits_and_waits_leaves_out_what_does_not_fit_as_well(self):
+    def test_submit_with_wait_also_leaves_out_steps_that_do_not_fit(self):
         large = ["--width", "3000", "--height", "2000", "--time-limit", "0.5", "-q", "--report", self.path("a.json")]
         with Farm() as farm:
             farm.start_worker("one")
@@ -106,7 +106,7 @@ class Denoise(CliTest):
             with self.subTest(more=more):
                 self.assertNotIn("expected to pay", run("render", *more, *options).stderr)
 
-    def test_foreseeing_whether_denoising_pays_keeps_a_time_limit_where_samples_are_slow(self):
+    def test_predicting_whether_denoising_pays_keeps_a_time_limit_with_slow_samples(self):
         white = {"type": "diffuse", "albedo": [0.999] * 3}
         scene = {"version": 1, "camera": {"look_from": [0, 0, 0], "look_at": [0, 0, -1], "vfov": 60},
                  "render": {"max_depth": 5000}, "sky": {"horizon": [1, 1, 1], "zenith": [1, 1, 1]},
@@ -125,7 +125,7 @@ class Denoise(CliTest):
         self.assertIn("tracing extra channels takes about", result.stderr)
         self.assertNotIn("aovs", json.loads(self.path("a.json").read_text()))
 
-    def test_a_target_of_the_denoised_picture_is_refused_where_nobody_can_tell_it(self):
+    def test_a_target_of_the_denoised_picture_is_refused_where_its_error_is_unknown(self):
         options = ["--denoise", "--target-error", "0.02", "-o", self.path("a.exr")]
         for command in (["submit", self.scene, "--wait"],
                         ["render", self.scene, "--target-half-width", "0.05"]):
@@ -135,7 +135,7 @@ class Denoise(CliTest):
                 self.assertIn("--target-error with --denoise", result.stderr)
                 self.assertEqual(result.stderr.count("\n"), 1)
 
-    def test_verify_looks_at_the_raw_picture_and_at_what_was_made_of_it(self):
+    def test_verify_checks_the_raw_and_the_denoised_picture(self):
         self.picture("--denoise")
         result = run("verify", self.path("a.exr"), self.scene)
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -146,7 +146,7 @@ class Denoise(CliTest):
         self.assertEqual(result.returncode, 2)
         self.assertIn("verify the EXR picture", result.stderr)
 
-    def test_a_picture_of_one_sample_a_pixel_stays_and_says_so(self):
+    def test_a_picture_with_one_sample_per_pixel_is_not_denoised_and_says_so(self):
         plain, _ = self.picture("--spp", "1")
         result = run("render", self.scene, "-q", "-o", self.path("b.exr"), "--spp", "1",
                      "--denoise", "--report", self.path("b.json"))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""--display, seen by a viewer that speaks tev's protocol: the picture grows, ends as the picture, and no
-viewer delays a render."""
+"""--display, with a viewer that speaks tev's protocol: the picture grows and is finally the result, and no viewer
+delays a render."""
 
 import hashlib
 import json
@@ -122,14 +122,14 @@ class Display(unittest.TestCase):
     def outputs(self):
         return ["-o", self.directory / "picture.png", "--report", self.directory / "report.json"]
 
-    def test_a_picture_grows_and_ends_as_the_picture(self):
+    def test_a_picture_grows_and_is_finally_the_result(self):
         viewer = self.viewer()
         done = run("render", SCENE, *SIZE, "--spp", "1500", "--threads", "1", *self.outputs(), "--display", viewer.address)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.expect_picture(viewer, SCENE.name)
         self.assertGreater(viewer.updates, 1)
 
-    def test_of_a_submitted_and_a_watched_job_likewise(self):
+    def test_the_same_is_true_for_submitted_and_watched_jobs(self):
         viewer, watcher = self.viewer(), self.viewer()
         with Farm() as farm:
             farm.start_worker("a")
@@ -145,7 +145,7 @@ class Display(unittest.TestCase):
             self.expect_picture(watcher, SCENE.name)
 
     @unittest.skipIf(mpi.why_not(), mpi.why_not())
-    def test_of_ranks_likewise(self):
+    def test_the_same_is_true_for_ranks(self):
         viewer = self.viewer()
         done = run_mpi(SCENE, *SIZE, "--spp", "600", *self.outputs(), "--display", viewer.address)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -165,7 +165,7 @@ class Display(unittest.TestCase):
             self.assertEqual(done.stderr.count("--display"), 1 if said else 0)
             self.assertLess(time.monotonic() - begin, 60)  # it would be for ever
 
-    def test_what_is_no_address_is_said_before_anything_is_done(self):
+    def test_an_invalid_address_is_refused_before_any_work(self):
         for wrong in ("viewer", "host:", ":14158", "host:0", "host:65536", "host:1x", "host:-1"):
             done = run("render", SCENE, *SIZE, "--spp", "1", *self.outputs(), "--display", wrong)
             self.assertEqual(done.returncode, 2, wrong)

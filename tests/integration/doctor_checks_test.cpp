@@ -1,5 +1,4 @@
-// The checks of `parray doctor`: each passes here, and each fails for the fault that it is there to
-// find.
+// The checks of `parray doctor`: each passes on this machine, and each detects its fault.
 #include "cli/check/doctor/doctor_checks.h"
 
 #include <doctest/doctest.h>
@@ -44,7 +43,7 @@ using test::TemporaryDirectory;
 
 const TracerMaker honest = tracers_of(Isa::automatic);
 
-/// Traces like another tracer, then bends what has come of it.
+/// Traces like another tracer, then changes the result.
 class LyingTracer final : public PathTracer {
  public:
   using Lie = std::function<void(std::span<PixelSums>, TraceCounts&)>;
@@ -70,7 +69,7 @@ class LyingTracer final : public PathTracer {
   Lie lie_;
 };
 
-/// Tracers that lie in one precision with one accelerator.
+/// Tracers that are wrong in one precision with one accelerator.
 TracerMaker lying(Precision precision, AcceleratorKind accelerator, const LyingTracer::Lie& lie) {
   return [=](const Scene& scene, const RenderSettings& settings) -> std::unique_ptr<PathTracer> {
     auto tracer = honest(scene, settings);
@@ -90,7 +89,7 @@ fs::path script(const fs::path& directory, const std::string& name, const std::s
   return file;
 }
 
-/// Whether the process whose number a file holds is gone, or only waits for its parent to notice.
+/// Returns whether the process with the number in a file has ended, or is a zombie.
 bool gone(const fs::path& file) {
   int pid = 0;
   std::ifstream(file) >> pid;
@@ -114,7 +113,7 @@ TEST_CASE("a check that throws is a failure under its name, but an interrupt pas
   CHECK_THROWS_AS(run({"disk", []() -> CheckResult { throw Interrupted(); }}), Interrupted);
 }
 
-TEST_CASE("a float mode other than IEEE 754's is a warning that says what is odd") {
+TEST_CASE("a float mode other than that of IEEE 754 causes a warning that names the difference") {
   const auto of = [](unsigned control) {
     return check_float_mode(std::array{float_control::ieee, control, float_control::ieee});
   };
@@ -135,7 +134,7 @@ TEST_CASE("a float mode other than IEEE 754's is a warning that says what is odd
   }
 }
 
-TEST_CASE("a fast mode of this very thread is seen, and rounding is right in spite of it") {
+TEST_CASE("a fast mode of the current thread is detected, and rounding is right nevertheless") {
   const FloatMode restored;
   float_control::write(float_control::ieee | float_control::denormal_results |
                        float_control::denormal_operands);
@@ -143,7 +142,7 @@ TEST_CASE("a fast mode of this very thread is seen, and rounding is right in spi
   CHECK(check_rounding().status == CheckStatus::ok);
 }
 
-TEST_CASE("hard cases of rounding are right here, and one wrong bit is a failure") {
+TEST_CASE("hard cases of rounding are right on this machine, and one wrong bit is a failure") {
   CHECK(check_rounding().status == CheckStatus::ok);
   auto singles = single_cases;
   singles[7].result ^= 1;
@@ -163,7 +162,7 @@ TEST_CASE("every instruction set of this machine passes every check of tracing")
   }
 }
 
-TEST_CASE("another fingerprint than the pinned one is a failure") {
+TEST_CASE("a fingerprint other than the expected one is a failure") {
   const CheckResult found = check_picture(honest, std::string(64, '0'));
   CHECK(found.status == CheckStatus::failed);
   CHECK(found.detail.find(pinned_fingerprint.substr(0, 16)) != std::string::npos);
@@ -193,7 +192,7 @@ TEST_CASE("samples that are not finite fail the furnaces") {
         CheckStatus::failed);
 }
 
-TEST_CASE("threads make the same picture, and one that lies once is found") {
+TEST_CASE("threads make the same picture, and one wrong picture of a thread is found") {
   CHECK(check_threads(honest, 3).status == CheckStatus::ok);
   std::atomic<int> pieces = 0;
   const TracerMaker once = [&](const Scene& scene, const RenderSettings& settings) {
@@ -205,7 +204,7 @@ TEST_CASE("threads make the same picture, and one that lies once is found") {
   CHECK(check_threads(once, 2).status == CheckStatus::failed);
 }
 
-TEST_CASE("one other picture in a hundred is found") {
+TEST_CASE("one wrong picture in a hundred is found") {
   std::atomic<int> calls = 0;
   const auto picture = [&] { return std::string(calls++ == 17 ? "other" : "same"); };
   CHECK(check_repetition(picture, 50, 2).status == CheckStatus::failed);
@@ -243,12 +242,12 @@ TEST_CASE("hits keep their bounds, and errors beyond them, or none at all, are f
   CHECK(status({0, 0, 0, 0}) == CheckStatus::failed);
 }
 
-TEST_CASE("messages pass over loopback") {
+TEST_CASE("messages arrive over loopback") {
   const CheckResult found = check_messages(seconds(10));
   CHECK_MESSAGE(found.status == CheckStatus::ok, found.detail);
 }
 
-TEST_CASE("keys let the known client in alone; an authenticator that does otherwise is found") {
+TEST_CASE("keys admit only the known client, and a faulty authenticator is found") {
   const TemporaryDirectory first;
   const TemporaryDirectory careless;
   const TemporaryDirectory deaf;
@@ -279,7 +278,8 @@ TEST_CASE("a container's small shared memory is a warning with a remedy") {
   CHECK(check_shared_memory(needed, needed).status == CheckStatus::ok);
 }
 
-TEST_CASE("pictures and state come back from a directory, and one that is not there is a failure") {
+TEST_CASE(
+    "pictures and state are read back from a directory, and a missing directory is a failure") {
   const TemporaryDirectory directory;
   CHECK(check_pictures(directory.path()).status == CheckStatus::ok);
   CHECK(check_state(directory.path()).status == CheckStatus::ok);
@@ -292,7 +292,7 @@ TEST_CASE("pictures and state come back from a directory, and one that is not th
   CHECK(check_current_directory(nowhere).status == CheckStatus::warning);
 }
 
-TEST_CASE("the scratch directory goes with everything in it") {
+TEST_CASE("the scratch directory is removed with everything in it") {
   fs::path path;
   {
     Scratch scratch;
@@ -319,7 +319,7 @@ TEST_CASE("a program is the first executable file of its name in PATH") {
   CHECK_FALSE(find_program("mpirun", ""));
 }
 
-TEST_CASE("a child's output, variables and end are what they were") {
+TEST_CASE("output, variables and exit status of a child process are passed on") {
   const TemporaryDirectory directory;
   const fs::path log = directory.path() / "log";
   const auto end_of = [&](const std::string& lines) {
@@ -338,7 +338,7 @@ TEST_CASE("a child's output, variables and end are what they were") {
   CHECK_THROWS_AS(run_child({"/nonexistent"}, {}, log, seconds(1)), RunError);
 }
 
-TEST_CASE("a child that does not end is ended with its own children") {
+TEST_CASE("a child process that does not end is killed with its own children") {
   const TemporaryDirectory directory;
   const std::string file = (directory.path() / "pid").string();
   const fs::path child =
@@ -349,13 +349,14 @@ TEST_CASE("a child that does not end is ended with its own children") {
   CHECK(end.timed_out);
   const SteadyClock clock;
   const Time latest = clock.now() + seconds(10);
-  while (!gone(file) && clock.now() < latest) {  // it has its signal, and dies when it gets to run
+  while (!gone(file) &&
+         clock.now() < latest) {  // the signal is sent, and the process dies when it runs next
     std::this_thread::sleep_for(milliseconds(5));
   }
   CHECK(gone(file));
 }
 
-TEST_CASE("mpirun is skipped where it is missing, and judged by what it makes where it is not") {
+TEST_CASE("the check of mpirun is skipped if it is missing, and otherwise depends on its result") {
   const TemporaryDirectory directory;
   const fs::path& here = directory.path();
   MpiTrial trial;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""parray doctor on a sound machine and on broken ones."""
+"""parray doctor on a fit machine and on broken ones."""
 
 import json
 import os
@@ -59,7 +59,7 @@ class Doctor(unittest.TestCase):
         (directory / name).chmod(0o755)
         return str(directory)
 
-    def test_a_sound_machine_is_fit_with_no_variable_set_for_mpi(self):
+    def test_a_fit_machine_passes_without_variables_for_mpi(self):
         set_for_mpi = [name for name in os.environ if name.startswith("OMPI_")]
         with unittest.mock.patch.dict(os.environ):
             for name in set_for_mpi:
@@ -118,7 +118,7 @@ class Doctor(unittest.TestCase):
         self.assertIn("status 7: no slots left", checks["mpi"]["detail"])
 
     @unittest.skipIf(mpi.why_not(), mpi.why_not())
-    def test_windows_that_open_mpi_is_told_not_to_make_are_a_warning(self):
+    def test_disabled_windows_of_open_mpi_are_a_warning(self):
         status, checks = self.doctor(OMPI_MCA_osc="^rdma,sm,pt2pt,ucx,monitoring,portals4")
         self.assertEqual((status, checks["mpi"]["status"]), (0, "warning"), checks["mpi"])
         self.assertIn("OMPI_MCA_osc", checks["mpi"]["remedy"])

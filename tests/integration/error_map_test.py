@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A picture's error as people see it: in the last line, beside the target, and as a map."""
+"""How a picture's error is shown: in the last line, beside the target, and as a map."""
 
 import json
 import re
@@ -77,7 +77,7 @@ class Maps(MapTest):
             self.check_line(job.text(), report)
         self.assertEqual(self.path("f.png").read_bytes(), self.path("e.png").read_bytes())
 
-    def test_maps_that_cannot_be_are_refused_before_any_work(self):
+    def test_impossible_maps_are_refused_before_any_work(self):
         picture = ["-o", self.path("a.exr")]
         missing = self.path("no-such-scene.json")
         for name, mentions in (("e.exr", "write a PNG file"), ("e", "use .exr"),

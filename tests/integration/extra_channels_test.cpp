@@ -11,7 +11,7 @@
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 
-/// Extra channels that are traced where the picture was rendered.
+/// Extra channels, traced by the process that rendered the picture.
 namespace parray {
 
 TEST_CASE("extra channels are traced by the accelerator that rendered the picture") {

@@ -1,4 +1,4 @@
-// A job that cannot be traced fails by itself, and nobody else is the worse for it.
+// A job that cannot be traced fails, and harms no other job.
 #include <doctest/doctest.h>
 
 #include <memory>
@@ -25,7 +25,7 @@ Manner failing_at(JobId job) {
 
 }  // namespace
 
-TEST_CASE("a job that three workers cannot trace fails with the reason, and others go on") {
+TEST_CASE("a job that three workers cannot trace fails with the reason, and others continue") {
   Service service;
   Hand ann(service, "ann");
   Hand bob(service, "bob");
@@ -63,7 +63,7 @@ TEST_CASE("with fewer workers, a job fails when each has failed twice at the sam
   }
 }
 
-TEST_CASE("workers that fail in step, each at cells of its own, fail the job all the same") {
+TEST_CASE("workers that fail at the same time, each at other cells, also fail the job") {
   for (const auto policy : {SchedulePolicy::weighted, SchedulePolicy::guided}) {
     Service service;
     Hand ann(service, "ann");
@@ -77,7 +77,7 @@ TEST_CASE("workers that fail in step, each at cells of its own, fail the job all
   }
 }
 
-TEST_CASE("one worker that can trace nothing fails no job: the others trace it") {
+TEST_CASE("a worker that can trace nothing fails no job, because the others trace it") {
   Service service;
   Hand ann(service, "ann");
   Hand bob(service, "bob");
@@ -87,7 +87,7 @@ TEST_CASE("one worker that can trace nothing fails no job: the others trace it")
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
 }
 
-TEST_CASE("three sick machines that answer first fail no job that six healthy ones can trace") {
+TEST_CASE("three faulty machines that answer first fail no job that six good ones can trace") {
   Service service;
   std::vector<std::unique_ptr<Hand>> all;
   Hands hands;
@@ -98,7 +98,7 @@ TEST_CASE("three sick machines that answer first fail no job that six healthy on
   std::vector<JobId> jobs;
   for (int i = 0; i < 3; ++i) {
     jobs.push_back(service.submit(small_scene(), many_leases()));
-    // The healthy ones have answered nothing yet.
+    // The good workers have answered nothing yet.
     for (int round = 0; round < 4; ++round) {
       service.turn(milliseconds(10));
       for (int sick = 0; sick < 3; ++sick) {
@@ -127,7 +127,7 @@ TEST_CASE("three sick machines that answer first fail no job that six healthy on
   CHECK(service.tally().failed == failed);  // they had no leases
 }
 
-TEST_CASE("a sick machine gets leases again after a minute, or once it is readmitted") {
+TEST_CASE("a failing machine gets leases again after a minute, or when it is readmitted") {
   for (const bool readmitted : {false, true}) {
     CAPTURE(readmitted);
     CoordinatorOptions options = service_options();
@@ -153,7 +153,7 @@ TEST_CASE("a sick machine gets leases again after a minute, or once it is readmi
   }
 }
 
-TEST_CASE("one machine whose worker dies with every lease, under ever new names, fails no job") {
+TEST_CASE("a machine whose worker dies with every lease, each time with a new name, fails no job") {
   Service service;
   Hand healthy(service, "healthy");
   const JobId job = service.submit(small_scene(), many_leases());
@@ -167,7 +167,7 @@ TEST_CASE("one machine whose worker dies with every lease, under ever new names,
     dying->listen();
     dying->beat();
     if (!dying->held.empty()) {
-      dying.reset();  // silent for ever
+      dying.reset();  // never sends again
     }
     healthy.listen();
     healthy.beat();
@@ -177,7 +177,8 @@ TEST_CASE("one machine whose worker dies with every lease, under ever new names,
   CHECK(service.state(job) == "done");
 }
 
-TEST_CASE("who has failed at a job works on another meanwhile, and is not asked at once again") {
+TEST_CASE(
+    "a worker that has failed at a job gets leases of another, and of the first one only later") {
   Service service;
   Hand ann(service, "ann");
   const JobId bad = service.submit(small_scene(), many_leases(), 90);
@@ -227,8 +228,7 @@ TEST_CASE("two workers that fail shortly after each other are both asked again, 
   CHECK(bob.held.size() == 1);
 }
 
-TEST_CASE(
-    "a scene that kills whoever traces it fails, although its workers start again each time") {
+TEST_CASE("a scene that crashes its workers fails, although they start again each time") {
   Service service;
   Hand ann(service, "ann");
   Hand bob(service, "bob");
@@ -256,7 +256,7 @@ TEST_CASE(
   CHECK(service.state(good) == "done");
 }
 
-TEST_CASE("only the lease that was being traced is blamed for a death, and none for a goodbye") {
+TEST_CASE("only the lease being traced is blamed for a crash, and none for a `bye`") {
   CoordinatorOptions options = service_options();
   options.max_failures = 1;
   SUBCASE("goodbye") {
@@ -275,7 +275,7 @@ TEST_CASE("only the lease that was being traced is blamed for a death, and none 
     Hand ann(service, "ann");
     const JobId job = service.submit(small_scene(), many_leases());
     service.turn();
-    ann.say(msg::Heartbeat{});  // the grant has not come yet
+    ann.say(msg::Heartbeat{});  // the grant has not arrived yet
     service.turn(seconds(6));
     CHECK(service.job(job).at("waits_for") == "no workers connected");
     CHECK(service.state(job) == "running");
@@ -303,7 +303,8 @@ TEST_CASE("only the lease that was being traced is blamed for a death, and none 
   }
 }
 
-TEST_CASE("workers that a network has lost together do not fail a job, and come back forgiven") {
+TEST_CASE(
+    "workers lost together by a network failure do not fail a job, and work when they are back") {
   Service service;
   std::vector<std::unique_ptr<Hand>> hands;
   for (const char* name : {"ann", "bob", "cid", "dan", "eve"}) {
@@ -318,7 +319,7 @@ TEST_CASE("workers that a network has lost together do not fail a job, and come 
       hand->beat();
       REQUIRE_FALSE(hand->held.empty());
     }
-    service.turn(seconds(6));  // nobody is heard
+    service.turn(seconds(6));  // no worker sends anything
     REQUIRE(service.worker("ann").is_null());
   };
   for (int times = 0; times < 4; ++times) {
@@ -332,7 +333,7 @@ TEST_CASE("workers that a network has lost together do not fail a job, and come 
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
 }
 
-TEST_CASE("a job that has failed stays so in another life, and keeps its rows for another try") {
+TEST_CASE("a failed job remains failed after a restart, and keeps its rows for a requeue") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
   Hand ann(service, "ann");
@@ -345,7 +346,7 @@ TEST_CASE("a job that has failed stays so in another life, and keeps its rows fo
   CHECK_FALSE(store.committed_rows(job).empty());
 }
 
-TEST_CASE("a paused job is granted no more, keeps what it is sent, and goes on when it may") {
+TEST_CASE("a paused job gets no leases, accepts results, and continues when it is resumed") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
   Hand ann(service, "ann");
@@ -364,7 +365,7 @@ TEST_CASE("a paused job is granted no more, keeps what it is sent, and goes on w
   CHECK(service.job(job).at("progress") > 0);
   work(service, {{&ann, honest}}, other);
   CHECK(service.state(other) == "done");
-  service.restart();  // it is still paused in another life
+  service.restart();  // it is still paused after a restart
   ann.join();
   CHECK(service.state(job) == "paused");
   service.turn(seconds(1));
@@ -378,7 +379,7 @@ TEST_CASE("a paused job is granted no more, keeps what it is sent, and goes on w
         "done");
 }
 
-TEST_CASE("a job that is paused before it began holds nobody up") {
+TEST_CASE("a job that is paused before its start does not block others") {
   CoordinatorOptions options = service_options();
   options.memory = JobPicture::memory(many_leases()) + (1 << 20);  // of one job
   Service service(options);

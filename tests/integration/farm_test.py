@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Real processes over ZeroMQ: whoever renders, and whatever dies meanwhile, the picture's bits are
-those of `parray render`."""
+"""Real processes over ZeroMQ: whichever workers render, and whatever dies, the picture has the bits of `parray
+render`."""
 
 import json
 import os

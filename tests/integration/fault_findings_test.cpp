@@ -1,4 +1,4 @@
-// A finding reaches jobs that were not at work, were about to decide, or had all their cells.
+// A fault finding reaches jobs that were not running, were deciding a pass, or had all their cells.
 #include <doctest/doctest.h>
 
 #include <memory>
@@ -14,7 +14,7 @@ static bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST_CASE("a faulty worker is undone in a job that was not at work when the lie was found") {
+TEST_CASE("results of a faulty worker are undone in a job that was not running at the finding") {
   enum class Case { waits, cancelled, readmitted };
   for (const bool passes : {false, true}) {
     const RenderSettings settings = passes ? in_passes() : many_leases();
@@ -58,7 +58,7 @@ TEST_CASE("a faulty worker is undone in a job that was not at work when the lie 
 }
 
 TEST_CASE(
-    "a job whose cells are all in ends after a conviction, with or without what it sets back") {
+    "a job with all its cells ends after a fault finding, with or without cells to set back") {
   for (const bool passes : {false, true}) {
     for (const bool relies : {false, true}) {
       CAPTURE(passes);
@@ -74,7 +74,7 @@ TEST_CASE(
       const JobId job = service.submit(small_scene(), settings);
       Hand& faulty = relies ? ann : other;
       Hand& waits = relies ? other : ann;
-      for (int i = 0; i < 60; ++i) {  // all cells are in, but for those that are checked
+      for (int i = 0; i < 60; ++i) {  // all cells have arrived, except those being checked
         work(service, {{&ann, relies ? Manner(lying_loudly) : honest}, {&other, idle}}, job, 1);
         if (!other.held.empty()) {
           other.put_down();
@@ -104,7 +104,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a conviction while a job decides on its next pass forgets no pass of that job") {
+TEST_CASE("a fault finding while a job decides its next pass loses no pass of that job") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
   RenderSettings settings = in_passes();

@@ -1,4 +1,5 @@
-// Results are believed from holders only. Where two machines differ the referee decides.
+// The coordinator accepts results only from holders of leases. If two machines differ, the referee
+// decides.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -35,7 +36,7 @@ void check_mended(Service& service, JobId job, const RenderSettings& settings) {
 
 }  // namespace
 
-TEST_CASE("a result for somebody else's lease is stale, before and after its holder's") {
+TEST_CASE("a result for another worker's lease is stale, before and after the holder's result") {
   Service service;
   Hand ann(service, "ann");
   const JobId job = service.submit(small_scene(), many_leases());
@@ -43,7 +44,7 @@ TEST_CASE("a result for somebody else's lease is stale, before and after its hol
   ann.listen();
   const msg::Grant grant = ann.held.begin()->second;
   Hand thief(service, "thief");
-  thief.send_lie(grant);
+  thief.send_wrong(grant);
   service.turn();
   thief.listen();
   CHECK(thief.verdicts == std::vector<msg::Verdict>{msg::Verdict::stale});
@@ -51,7 +52,7 @@ TEST_CASE("a result for somebody else's lease is stale, before and after its hol
   service.turn();
   ann.listen();
   CHECK(ann.verdicts == std::vector<msg::Verdict>{msg::Verdict::accepted});
-  thief.send_lie(grant);
+  thief.send_wrong(grant);
   work(service, {{&ann, honest}, {&thief, honest}}, job);
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
   CHECK(service.job(job).at("flag") == "");
@@ -59,8 +60,7 @@ TEST_CASE("a result for somebody else's lease is stale, before and after its hol
 }
 
 TEST_CASE(
-    "a result for an earlier coordinator, of which nothing was kept, is stale and convicts "
-    "nobody") {
+    "a result for an earlier coordinator without a state is stale, and its worker is not faulty") {
   Service service;
   Hand ann(service, "ann");
   RenderSettings others = many_leases();
@@ -84,7 +84,7 @@ TEST_CASE(
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
 }
 
-TEST_CASE("sums that nothing can have given convict who sends them, and are not merged") {
+TEST_CASE("impossible sums are not merged, and their sender is faulty") {
   Service service;
   Hand faulty(service, "faulty");
   const JobId job = service.submit(small_scene(), many_leases());
@@ -102,7 +102,8 @@ TEST_CASE("sums that nothing can have given convict who sends them, and are not 
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
 }
 
-TEST_CASE("a result that was damaged on its way convicts nobody: its cells are traced again") {
+TEST_CASE(
+    "a result damaged by the network makes no worker faulty, and its cells are traced again") {
   Service service;
   Hand ann(service, "ann");
   const JobId job = service.submit(small_scene(), many_leases());
@@ -120,7 +121,7 @@ TEST_CASE("a result that was damaged on its way convicts nobody: its cells are t
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
 }
 
-TEST_CASE("of two machines that differ the referee decides, whoever came first") {
+TEST_CASE("if two machines differ, the referee decides, whichever came first") {
   for (const bool faulty_first : {true, false}) {
     CAPTURE(faulty_first);
     Service service(with_checks(1));
@@ -137,8 +138,8 @@ TEST_CASE("of two machines that differ the referee decides, whoever came first")
   }
 }
 
-/// `ann` does everything but what the slow one and the faulty worker hold, which do nothing, until
-/// it holds a copy of the faulty worker's lease, which is returned.
+/// Lets `ann` trace everything except the leases of the slow and the faulty worker, which do
+/// nothing. Returns the copy of the faulty worker's lease when `ann` gets it.
 static msg::Grant work_until_copied(Service& service, Hand& slow, Hand& ann, Hand& faulty) {
   std::optional<msg::Grant> lies;
   for (int round = 0; round < 200; ++round) {
@@ -173,13 +174,13 @@ TEST_CASE("the copies near the end are compared, too") {
     const msg::Grant lies = work_until_copied(service, slow, ann, faulty);
     const msg::Grant copy = ann.put_down();
     if (faulty_first) {
-      faulty.send_lie(lies);
+      faulty.send_wrong(lies);
       service.turn();
       ann.send_honest(copy);
     } else {
       ann.send_honest(copy);
       service.turn();
-      faulty.send_lie(lies);
+      faulty.send_wrong(lies);
     }
     service.turn();
     CHECK(service.tally().mismatch == 1);
@@ -189,7 +190,7 @@ TEST_CASE("the copies near the end are compared, too") {
 }
 
 TEST_CASE(
-    "spot checks find a faulty worker in the middle of a job, and all that it has done is undone") {
+    "spot checks find a faulty worker in the middle of a job, and all its results are undone") {
   for (const double share : {0.25, 0.5, 1.0}) {
     CAPTURE(share);
     Service service(with_checks(share));
@@ -208,7 +209,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("spot checks of honest workers cost time and nothing else") {
+TEST_CASE("spot checks of correct workers cost only time") {
   Service service(with_checks(1));
   Hand ann(service, "ann");
   Hand bob(service, "bob");
@@ -220,7 +221,7 @@ TEST_CASE("spot checks of honest workers cost time and nothing else") {
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
 }
 
-TEST_CASE("a job says how many checks could not be made") {
+TEST_CASE("a job states the number of checks that were impossible") {
   CoordinatorOptions options = with_checks(1);
   options.referee = nullptr;
   Service service(options);
@@ -233,8 +234,7 @@ TEST_CASE("a job says how many checks could not be made") {
   CHECK(service.fetch(job).report.at("checked_share") == 0);
 }
 
-TEST_CASE(
-    "a picture in passes that a faulty worker has touched is begun again, and is the honest one") {
+TEST_CASE("a picture in passes with results of a faulty worker begins again, and is right") {
   Service service(with_checks(1));
   Hand ann(service, "ann");
   Hand bob(service, "bob");
@@ -246,7 +246,7 @@ TEST_CASE(
   CHECK(service.fetch(job).report.at("passes") == in_passes().passes);
 }
 
-TEST_CASE("what was undone stays so when the coordinator dies at any moment afterwards") {
+TEST_CASE("undone results remain undone if the coordinator is killed at any later moment") {
   for (const bool passes : {false, true}) {
     RenderSettings settings = passes ? in_passes() : many_leases();
     for (int rounds = 1; rounds < 40; rounds += 3) {
@@ -276,8 +276,7 @@ TEST_CASE("what was undone stays so when the coordinator dies at any moment afte
   }
 }
 
-TEST_CASE(
-    "a faulty worker is undone in every job that it has worked on, and gets no leases of any") {
+TEST_CASE("a faulty worker's results are undone in all its jobs, and it gets no leases of any") {
   CoordinatorOptions options = with_checks(0.5);
   const auto drawn = std::make_shared<double>(0.9);  // no checks
   options.random = [drawn] { return *drawn; };
@@ -301,7 +300,7 @@ TEST_CASE(
 
 namespace {
 
-/// Nobody but these machines is in quarantine, and the picture is the honest one.
+/// Checks that only these machines are in quarantine, and that the picture is right.
 void check_right(Service& service, JobId job, const RenderSettings& settings, const Hands& hands,
                  const std::string& faulty_workers) {
   REQUIRE(service.state(job) == "done");
@@ -319,16 +318,16 @@ RenderSettings of_height(std::uint32_t height) {
   return settings;
 }
 
-/// Lies in one of so many leases, the same lie as everybody's.
+/// Returns the same wrong result as the others in one of `leases` leases.
 Manner lying_rarely(std::uint64_t one_in, std::uint64_t seed) {
   return [one_in, dice = std::make_shared<Dice>(seed)](Hand& hand, const msg::Grant& grant) {
-    dice->one_in(one_in) ? hand.send_lie(grant) : hand.send_honest(grant);
+    dice->one_in(one_in) ? hand.send_wrong(grant) : hand.send_honest(grant);
   };
 }
 
 }  // namespace
 
-TEST_CASE("two machines that tell the same lie do not outvote three honest ones") {
+TEST_CASE("two machines with the same wrong result do not outvote three correct ones") {
   Service service(with_checks(1));
   std::vector<std::unique_ptr<Hand>> machines;
   Hands hands;
@@ -344,7 +343,8 @@ TEST_CASE("two machines that tell the same lie do not outvote three honest ones"
   CHECK(service.worker("faulty 2").at("state") == "quarantined");
 }
 
-TEST_CASE("one honest machine among nine that tell the same lie: right bits, and it stays") {
+TEST_CASE(
+    "one correct machine among nine with the same wrong result: right bits, no quarantine for it") {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     CAPTURE(seed);
     CoordinatorOptions options = with_checks(1);
@@ -364,7 +364,7 @@ TEST_CASE("one honest machine among nine that tell the same lie: right bits, and
   }
 }
 
-TEST_CASE("machines that lie rarely, late, first or second, are found; honest ones stay") {
+TEST_CASE("machines that are wrong rarely, late, first or second are found; correct ones are not") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     CAPTURE(seed);
     Service service(with_checks(1));
@@ -386,7 +386,7 @@ TEST_CASE("machines that lie rarely, late, first or second, are found; honest on
 }
 
 TEST_CASE(
-    "a faulty worker that is started again under other names stays one machine, in quarantine") {
+    "a faulty worker that restarts under other names remains the same machine, in quarantine") {
   CrashStore store(0, 1);
   Service service(with_checks(1), &store);
   Hand ann(service, "ann", "10.0.0.1");
@@ -410,7 +410,7 @@ TEST_CASE(
   check_right(service, job, settings, hands, "faulty");
 }
 
-TEST_CASE("a faulty worker that leaves after each result is checked all the same") {
+TEST_CASE("a faulty worker that leaves after each result is checked nevertheless") {
   Service service(with_checks(1));
   Hand ann(service, "ann", "10.0.0.1");
   Hand faulty(service, "faulty", "10.0.0.3");
@@ -418,7 +418,7 @@ TEST_CASE("a faulty worker that leaves after each result is checked all the same
   const JobId job = service.submit(small_scene(), settings);
   int lives = 0;
   const Manner hit_and_run = [&](Hand& hand, const msg::Grant& grant) {
-    hand.send_lie(grant);
+    hand.send_wrong(grant);
     hand.say(msg::Bye{"that was it"});
     hand.join_as("faulty " + std::to_string(++lives));
   };
@@ -428,7 +428,7 @@ TEST_CASE("a faulty worker that leaves after each result is checked all the same
   CHECK(service.worker(faulty.name()).at("state") == "quarantined");
 }
 
-TEST_CASE("two processes of one machine are one voice: neither checks the other") {
+TEST_CASE("two processes of one machine count as one: neither checks the other") {
   CoordinatorOptions options = with_checks(1);
   options.checks.referee_share = 0;
   options.referee = nullptr;
@@ -445,7 +445,7 @@ TEST_CASE("two processes of one machine are one voice: neither checks the other"
   CHECK(service.fetch(next).report.at("checked_share") == 1);
 }
 
-TEST_CASE("a machine that takes checks and never makes them holds up no job") {
+TEST_CASE("a machine that takes checks but never returns them blocks no job") {
   for (const bool drained : {true, false}) {
     CAPTURE(drained);
     CoordinatorOptions options = with_checks(1);
@@ -463,7 +463,7 @@ TEST_CASE("a machine that takes checks and never makes them holds up no job") {
   }
 }
 
-TEST_CASE("by default the referee finds the one machine of a farm when it always lies") {
+TEST_CASE("by default the referee finds the only machine of a farm if it is always wrong") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
     CoordinatorOptions options = with_checks(0.01);
@@ -479,7 +479,7 @@ TEST_CASE("by default the referee finds the one machine of a farm when it always
   }
 }
 
-TEST_CASE("while the referee is dead or silent a disputed job is held, and nobody is judged") {
+TEST_CASE("while the referee is dead or silent, a disputed job waits, and no machine is judged") {
   for (const bool silent : {true, false}) {
     CAPTURE(silent);
     CoordinatorOptions options = with_checks(1);
@@ -499,7 +499,7 @@ TEST_CASE("while the referee is dead or silent a disputed job is held, and nobod
     CHECK(service.worker("ann").at("state") == "ready");
     CHECK(service.worker("faulty").at("state") == "ready");
     referee->ailments = {};
-    work(service, hands, job, 2000, milliseconds(500));  // a silent one is started again
+    work(service, hands, job, 2000, milliseconds(500));  // a silent referee is started again
     CHECK(service.worker("ann").at("state") == "ready");
     check_mended(service, job, settings);
   }
@@ -530,7 +530,7 @@ TEST_CASE("a job waits while the referee has used up its share of processor time
   check_right(service, job, settings, hands, "faulty");
 }
 
-TEST_CASE("a job is held where --memory leaves no room for the referee") {
+TEST_CASE("a job waits if --memory leaves no room for the referee") {
   CoordinatorOptions options = with_checks(1);
   options.memory = std::uint64_t{32} << 20;
   Service service(options);
@@ -543,7 +543,7 @@ TEST_CASE("a job is held where --memory leaves no room for the referee") {
   CHECK(service.worker("faulty").at("state") == "ready");
 }
 
-TEST_CASE("nine machines that dispute everything open so many disputes and no more") {
+TEST_CASE("nine machines that dispute everything open only a limited number of disputes") {
   CoordinatorOptions options = with_checks(1);
   options.checks.referee_share = 0;
   options.refereeing.most_disputes = 5;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Files at a shell: told by what they hold, packed or not, from a pipe or from the standard input; and what `validate`
-says of particles."""
+"""Kinds of files: the content decides, compressed or not, from a pipe or from the standard input; and what `validate`
+prints about particles."""
 
 import bz2
 import gzip

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Pictures of less than a sample a pixel, as a short time limit leaves them: the same bits from their
-passes, told apart from traced ones, verified, and never without a word of what they lack."""
+"""Pictures with less than one sample per pixel, as after a short time limit: their passes repeat the same bits, verify
+accepts them, filled pixels differ from traced ones, and a line always says what is missing."""
 
 import json
 import pathlib

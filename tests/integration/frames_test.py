@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A series of frames on a farm: each frame's bits are those of `parray render`, whatever is killed
-meanwhile, and a frame that cannot be rendered does not keep the others."""
+"""A series of frames on a farm: each frame has the bits of `parray render`, whatever is killed meanwhile, and a frame
+that cannot be rendered does not stop the others."""
 
 import json
 import pathlib

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""scenes/gallery/make: what it writes is a scene with its particles, which renders."""
+"""scenes/gallery/make writes a scene with its particles, which renders."""
 
 import json
 import pathlib

@@ -1,4 +1,4 @@
-"""What the HTTP interface tells by itself: streams of events and webhooks."""
+"""Messages that the HTTP interface sends by itself: streams of events and webhooks."""
 
 import http.server
 import json
@@ -12,7 +12,7 @@ from web import SCENE, Listener, Web, WebCase
 
 
 class Events(WebCase):
-    def test_a_stream_tells_of_jobs_and_workers_until_the_end(self):
+    def test_a_stream_reports_jobs_and_workers_until_the_end(self):
         with Web("--heartbeat", "0.2") as farm:  # a killed worker is missed after five
             listener = Listener(farm, "/api/v1/events")
             self.assertEqual(listener.response.headers["Content-Type"], "text/event-stream")
@@ -59,7 +59,7 @@ class Events(WebCase):
 
 
 class Webhook(WebCase):
-    def test_the_end_of_a_job_is_told_again_after_failures_and_a_restart(self):
+    def test_the_notice_of_a_jobs_end_is_repeated_after_failures_and_a_restart(self):
         told = []
 
         class Hook(http.server.BaseHTTPRequestHandler):

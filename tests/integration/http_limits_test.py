@@ -1,4 +1,4 @@
-"""What strangers can take of the coordinator's HTTP interface: connections, memory, time, turns."""
+"""Limits of what strangers can take of the coordinator's HTTP interface: connections, memory, time, turns."""
 
 import bz2
 import ctypes
@@ -86,7 +86,7 @@ def make_keys(directory):
 
 
 class Connections(unittest.TestCase):
-    def test_200_slow_connections_keep_nobody_from_an_answer_and_are_ended(self):
+    def test_200_slow_connections_delay_no_answer_and_are_ended(self):
         with Web() as farm:
             slow = SlowConnections(farm, 200)
             bodies = SlowConnections(farm, 10, BODY)
@@ -105,7 +105,7 @@ class Connections(unittest.TestCase):
             self.assertEqual(farm.coordinator.wait(timeout=30), 0, farm.coordinator_log())
             slow.close()
 
-    def test_who_says_nothing_makes_room_for_who_comes_later(self):
+    def test_silent_connections_make_room_for_new_ones(self):
         with Web("--http-connections-per-address", "8") as farm:
             silent = [connect(farm) for _ in range(20)]
             self.assertEqual(farm.ask("GET", "/api/v1/jobs").status, 200)
@@ -195,7 +195,7 @@ class Heads(unittest.TestCase):
                 pass
             return sent
 
-    def test_what_has_no_end_is_ended(self):
+    def test_endless_requests_are_ended(self):
         head = b"POST /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
         endless = {"a request line": (b"GET /", b"a"),
                    "a field": (b"GET / HTTP/1.1\r\nX: ", b"a"),
@@ -215,7 +215,7 @@ class Heads(unittest.TestCase):
                 self.assertEqual(answer.status, 431)
                 self.assertIn(b"65536 bytes", answer.read())
 
-    def test_a_head_of_two_meanings_is_refused(self):
+    def test_an_ambiguous_head_is_refused(self):
         post = b"POST /api/v1/jobs HTTP/1.1\r\nHost: localhost\r\n"
         heads = {post + b"Content-Length: 2\r\nContent-Length: 3\r\n\r\n{}": 400,
                  post + b"Content-Length: 2\r\nTransfer-Encoding: chunked\r\n\r\n{}": 400,
@@ -249,7 +249,7 @@ class Heads(unittest.TestCase):
 
 
 class Repeats(unittest.TestCase):
-    def test_a_key_that_comes_again_with_another_content_is_refused(self):
+    def test_a_repeated_idempotency_key_with_other_content_is_refused(self):
         with tempfile.TemporaryDirectory() as state, Web("--state", state) as farm:
             key = {"Idempotency-Key": "once"}
             parts = lambda spp: (("scene", None, json.dumps(SCENE)), ("options", None, json.dumps({"spp": spp})))
@@ -308,7 +308,7 @@ class Memory(unittest.TestCase):
         self.assertIn(b"200 OK", connection.recv(100))
         return connection
 
-    def test_readers_who_do_not_read_take_no_memory(self):
+    def test_clients_that_do_not_read_take_no_memory(self):
         scene = {**SCENE, "image": {"width": 1024, "height": 1024}, "render": {"samples_per_pixel": 1}}
         with tempfile.TemporaryDirectory() as state, Web("--state", state) as farm:
             farm.start_worker("one", threads=2)
@@ -330,7 +330,7 @@ class Memory(unittest.TestCase):
             for reader in readers:
                 reader.close()
 
-    def test_an_answer_that_is_read_slowly_comes_whole(self):
+    def test_an_answer_that_is_read_slowly_arrives_completely(self):
         with Web() as farm:
             farm.start_worker("one", threads=2)
             job = farm.submitted(farm.post_scene({**SCENE, "image": {"width": 900, "height": 700}}))
@@ -362,7 +362,7 @@ class Containment(unittest.TestCase):
         return subprocess.run([BIN.parent / "lib/parray/parray-http-child", "--memory", str(2 << 30), "--seconds", "20",
                                *map(str, arguments)], cwd=directory, capture_output=True, text=True, timeout=60)
 
-    def test_a_reader_of_scenes_opens_nothing_outside_its_own_directory(self):
+    def test_the_process_that_reads_scenes_opens_nothing_outside_its_directory(self):
         with tempfile.TemporaryDirectory() as request, tempfile.TemporaryDirectory() as outside:
             parts = pathlib.Path(request) / "parts"
             parts.mkdir()
@@ -375,7 +375,7 @@ class Containment(unittest.TestCase):
             self.assertEqual(self.child(parts, "submit", "link.json").returncode, 2)
             self.assertEqual(self.child(parts, "submit", scene).returncode, 2)
 
-    def test_a_maker_of_pictures_opens_nothing_outside_its_own_directory(self):
+    def test_the_process_that_makes_pictures_opens_nothing_outside_its_directory(self):
         with tempfile.TemporaryDirectory() as request, tempfile.TemporaryDirectory() as outside:
             files = pathlib.Path(request) / "picture"
             files.mkdir()
@@ -383,7 +383,7 @@ class Containment(unittest.TestCase):
             (files / "report").symlink_to(pathlib.Path(outside) / "report")
             self.assertIn("reading report failed", self.child(files, "picture", "image.png", 1, 1).stderr)
 
-    def test_none_of_the_ways_out_that_it_tries_is_open(self):
+    def test_the_confined_process_cannot_escape(self):
         with tempfile.TemporaryDirectory() as request, tempfile.TemporaryDirectory() as outside:
             files = pathlib.Path(request) / "files"
             files.mkdir()

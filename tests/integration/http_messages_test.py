@@ -1,4 +1,4 @@
-"""How requests and answers are framed on the wire (RFC 9112): chunks, lengths, versions, targets, hosts."""
+"""The form of requests and answers on the wire (RFC 9112): chunks, lengths, versions, targets, hosts."""
 
 import http.client
 import json
@@ -95,7 +95,7 @@ class Lengths(unittest.TestCase):
                     self.assertEqual(answer.status, 413, head)
                     self.assertIn(limit, answer.read())
 
-    def test_whoever_waits_for_100_continue_gets_it(self):
+    def test_a_client_that_waits_for_100_continue_gets_it(self):
         with Web() as farm:
             for size in len(BODY), 100_000:
                 with connect(farm) as connection:

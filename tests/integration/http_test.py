@@ -1,4 +1,4 @@
-"""The coordinator's HTTP interface, as programs and browsers meet it: real processes, plain sockets."""
+"""The coordinator's HTTP interface for programs and browsers, with real processes and plain sockets."""
 
 import gzip
 import hashlib
@@ -19,7 +19,7 @@ from web import SCENE, WATER, Answer, Listener, Web, WebCase, form
 
 
 class Jobs(WebCase):
-    def test_maps_say_what_pixels_took_and_who_traced_them(self):
+    def test_maps_show_the_cost_of_pixels_and_their_workers(self):
         with Web() as farm:
             farm.start_worker("one")
             farm.start_worker("two")
@@ -73,7 +73,7 @@ class Jobs(WebCase):
             self.assertEqual(farm.get(f"/jobs/{job}/error.png").body[1:4], b"PNG")
             self.assertEqual(farm.get(f"/jobs/{job}/image.png", **{"If-None-Match": png.headers["ETag"]}).status, 304)
 
-    def test_a_picture_under_way_is_shown_and_changes_its_tag(self):
+    def test_an_unfinished_picture_is_shown_and_changes_its_etag(self):
         with Web() as farm:
             worker = farm.start_worker("one")
             job = farm.submitted(farm.post_form(
@@ -170,7 +170,7 @@ class Jobs(WebCase):
             self.assertEqual(farm.ask("POST", "/api/v1/workers/one/readmit").json()["workers"][0]["state"], "ready")
             self.assertEqual(farm.get("/workers?offset=1").json(), {"total": 1, "workers": []})
 
-    def test_it_stops_at_once_whoever_is_connected(self):
+    def test_it_stops_at_once_even_with_open_connections(self):
         with Web() as farm:
             listener = Listener(farm, "/api/v1/events")
             idle = http.client.HTTPConnection(farm.web, timeout=60)
@@ -182,7 +182,7 @@ class Jobs(WebCase):
             idle.close()
             self.assertEqual(list(farm.directory.glob("parray-http-*")), [])
 
-    def test_it_tells_of_itself_and_serves_its_own_description(self):
+    def test_it_serves_its_version_and_its_own_description(self):
         with Web() as farm:
             self.assertEqual(farm.ask("GET", "/healthz").body, b"ok\n")
             self.assertEqual(farm.ask("GET", "/readyz").body, b"ok\n")
@@ -196,7 +196,7 @@ class Jobs(WebCase):
 
 
 class Problems(WebCase):
-    def test_problems_are_the_command_lines_words(self):
+    def test_problems_have_the_messages_of_the_command_line(self):
         with Web() as farm:
             folder = farm.directory / "scene"
             folder.mkdir()
@@ -282,7 +282,7 @@ class Problems(WebCase):
             self.assertEqual(farm.ask("GET", "/readyz").status, 200)
             self.assertEqual(farm.get("/jobs").json()["jobs"], [])
 
-    def test_what_nobody_reads_of_a_body_is_never_taken_for_a_request(self):
+    def test_the_unread_rest_of_a_body_is_never_read_as_a_request(self):
         hidden = b"DELETE /api/v1/jobs/1 HTTP/1.1\r\nHost: localhost\r\n\r\n"
         with Web() as farm:
             job = farm.submitted(farm.post_scene())

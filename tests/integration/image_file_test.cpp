@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 using test::message_of;
 using test::TemporaryDirectory;
 
-/// While it lives no file of this process may grow beyond `bytes`: a disk that is full.
+/// Simulates a full disk: while the object exists, no file of this process may exceed `bytes`.
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) {
@@ -85,7 +85,7 @@ int byte_of(float linear) {
 
 }  // namespace
 
-TEST_CASE("an EXR file holds the very floats, odd ones too") {
+TEST_CASE("an EXR file contains the exact floats, also special ones") {
   const TemporaryDirectory directory;
   Image image = random_image(67, 301);  // more than one strip of blocks, and no multiple of 16
   image.rgb[0] = std::numeric_limits<float>::quiet_NaN();
@@ -125,7 +125,7 @@ TEST_CASE("an EXR file holds extra channels of both types beside the same RGB") 
   CHECK(read_image(path).channels.empty());
 }
 
-TEST_CASE("channels that do not fit the picture or the file are our own mistake") {
+TEST_CASE("channels that do not fit the picture or the file are a std::logic_error") {
   const TemporaryDirectory directory;
   const Channel few{"Z", std::vector<float>(5)};
   const Channel fit{"Z", std::vector<float>(6)};
@@ -280,7 +280,7 @@ TEST_CASE("an unknown extension, a directory and a place that cannot be written 
   CHECK(directory.files() == 2);
 }
 
-TEST_CASE("a full disk is an error, and neither a part nor the older picture's loss remains") {
+TEST_CASE("a full disk is an error, leaves no partial file, and keeps the older picture") {
   const TemporaryDirectory directory;
   for (const char* name : {"a.exr", "a.png"}) {
     const fs::path path = directory.path() / name;
@@ -299,7 +299,7 @@ TEST_CASE("a full disk is an error, and neither a part nor the older picture's l
   }
 }
 
-TEST_CASE("what is thrown between two strips ends the writing and leaves nothing") {
+TEST_CASE("an exception between two strips ends the writing and leaves no file") {
   const TemporaryDirectory directory;
   for (const char* name : {"a.exr", "a.png"}) {
     int calls = 0;
@@ -327,7 +327,7 @@ TEST_CASE("a text file is written whole or not at all") {
   CHECK(directory.files() == 1);
 }
 
-TEST_CASE("what is no picture is refused with its name") {
+TEST_CASE("a file that is not a picture is refused with its name") {
   const TemporaryDirectory directory;
   for (const char* name : {"a.exr", "a.png", "none.png"}) {
     const fs::path path = directory.path() / name;
@@ -336,7 +336,7 @@ TEST_CASE("what is no picture is refused with its name") {
   }
 }
 
-TEST_CASE("what a file is, its contents say and not its name") {
+TEST_CASE("the content of a file determines its format, not its name") {
   const TemporaryDirectory directory;
   const fs::path path = directory.path() / "a.exr";
   write_image(directory.path() / "a.png", grey_row({0.5F}), {});
@@ -354,7 +354,7 @@ TEST_CASE("what a file is, its contents say and not its name") {
   CHECK(other.image.rgb.at(2) == doctest::Approx(0.5).epsilon(0.01));
 }
 
-TEST_CASE("a PNG file that is cut off or changed is refused wherever that is") {
+TEST_CASE("a PNG file that is truncated or changed at any place is refused") {
   const TemporaryDirectory directory;
   const fs::path path = directory.path() / "a.png";
   write_image(path, random_image(4, 3), {});

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Instructions that an old processor lacks stay inside the kernels that are chosen at run time."""
+"""Only the kernels that are chosen at run time contain instructions that an old processor lacks."""
 
 import os
 import pathlib

@@ -1,4 +1,4 @@
-// What a coordinator tells of the error of a job: while it has a target to meet, and afterwards.
+// The error of a job that a coordinator reports: while a job with a target runs, and afterwards.
 #include <doctest/doctest.h>
 
 #include "cli/farm/client.h"
@@ -21,7 +21,7 @@ RenderSettings to_an_error() {
 
 }  // namespace
 
-TEST_CASE("a job with a target tells its error, pass by pass, and in the end the report's") {
+TEST_CASE("a job with a target reports its error after each pass, and finally that of the report") {
   Service service;
   Hand hand(service, "a", 4);
   const JobId id = service.submit(small_scene(), to_an_error());
@@ -47,8 +47,7 @@ TEST_CASE("a job with a target tells its error, pass by pass, and in the end the
   CHECK(done.error.half_width_p99 == report.at("error").at("half_width_p99"));
 }
 
-TEST_CASE(
-    "a job without a target tells its error once it is done, and a restart does not lose it") {
+TEST_CASE("a job without a target reports its error when it is done, also after a restart") {
   const TemporaryDirectory directory;
   DiskStore store(directory.path());
   Service service(service_options(), &store);
@@ -73,7 +72,7 @@ TEST_CASE("a picture of one sample a pixel has no error, and says so") {
   CHECK_FALSE(service.job(id).contains("error"));
 }
 
-TEST_CASE("an error that is none is unknown, whatever stands in its place") {
+TEST_CASE("an invalid error counts as unknown") {
   for (const char* text : {"", "null", "[]", "{", "{}", R"({"error": 1})", R"({"error": null})",
                            R"({"error": {"rmse": "0.1", "low": -1}})"}) {
     CHECK_FALSE(error_in(text).known());

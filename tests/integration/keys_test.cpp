@@ -1,4 +1,4 @@
-// A coordinator with keys, over real sockets: who is heard, and what they may say.
+// A coordinator with keys, over real sockets: which peers it accepts, and which messages of them.
 #include <doctest/doctest.h>
 
 #include <thread>
@@ -17,7 +17,7 @@ CoordinatorOptions options() {
   return options;
 }
 
-/// A farm's keys, and a coordinator that wants them.
+/// A farm's keys, and a coordinator that requires them.
 class KeyedServer : TemporaryDirectory, public Server {
  public:
   KeyedServer() : Server(options(), made_keys()) {}
@@ -48,7 +48,7 @@ bool contains(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("strangers are not heard: without a key, with one of their own, with another farm's") {
+TEST_CASE("strangers are ignored: without a key, with their own key, with another farm's key") {
   const KeyedServer server;
   const KeyedServer elsewhere;
   MemberKey own = read_member_key(server.keys(), "admin");
@@ -66,14 +66,14 @@ TEST_CASE("strangers are not heard: without a key, with one of their own, with a
   for (Speaker* speaker : {&without, &unknown, &foreign}) {
     CHECK_FALSE(speaker->hear_within<msg::Jobs>(milliseconds(200)));
   }
-  // Nor does a member talk to who poses as the coordinator.
+  // A member sends nothing to a process that poses as the coordinator.
   MemberKey deceived = read_member_key(server.keys(), "admin");
   Speaker careful(elsewhere, deceived);
   careful.say(msg::ListJobs{1});
   CHECK_FALSE(careful.hear_within<msg::Jobs>(milliseconds(200)));
 }
 
-TEST_CASE("each role says what is its own, and is told when it says something else") {
+TEST_CASE("each role may send its own messages, and gets an error for others") {
   const KeyedServer server;
   add_member_key(server.keys(), Role::client, "ann");
   Speaker worker(server, read_member_key(server.keys(), "worker"));
@@ -93,7 +93,7 @@ TEST_CASE("each role says what is its own, and is told when it says something el
   CHECK(ann.hear<msg::Submitted>().job == 1);
 }
 
-TEST_CASE("jobs are changed by those who own them, and by administrators") {
+TEST_CASE("only their owners and administrators can change jobs") {
   const KeyedServer server;
   for (const char* name : {"ann", "bob"}) {
     add_member_key(server.keys(), Role::client, name);
@@ -103,7 +103,7 @@ TEST_CASE("jobs are changed by those who own them, and by administrators") {
   Speaker admin(server, read_member_key(server.keys(), "admin"));
   ann.say(submission());
   REQUIRE(ann.hear<msg::Submitted>().job == 1);
-  bob.say(submission());  // the same token: hers stays hers
+  bob.say(submission());  // the same token: the job of the first client remains hers
   CHECK(bob.hear<msg::Submitted>().job == 2);
 
   bob.say(msg::ShowJob{1, 1});
@@ -122,7 +122,7 @@ TEST_CASE("jobs are changed by those who own them, and by administrators") {
   CHECK(admin.hear<msg::Job>().job.at("state") == "cancelled");
 }
 
-TEST_CASE("whose key is taken off the list is not heard any more, connected or not") {
+TEST_CASE("a peer with a removed key is ignored, connected or not") {
   const KeyedServer server;
   add_member_key(server.keys(), Role::client, "ann");
   add_member_key(server.keys(), Role::worker, "old");

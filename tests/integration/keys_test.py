@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A farm with keys as its administrator sets it up: keygen, copy one file, start."""
+"""An administrator sets up a farm with keys: keygen, copy one file, start."""
 
 import json
 import os
@@ -79,7 +79,7 @@ class Keys(unittest.TestCase):
             allowed.chmod(0o644)
             wait_for(lambda: "are readable again" in farm.coordinator_log(), "that it is mended")
 
-    def test_strangers_and_wrong_roles_are_refused_with_a_word(self):
+    def test_strangers_and_wrong_roles_are_refused_with_a_message(self):
         ann = self.add("ann")
         with self.farm() as farm:
             address = farm.address.replace("0.0.0.0", "127.0.0.1")
@@ -122,7 +122,7 @@ class Keys(unittest.TestCase):
         key.write_text("public short\n")
         self.refused(run("jobs", "--keys", key), "admin.key", "coordinator key")
 
-    def test_beyond_loopback_needs_keys_or_a_plain_word(self):
+    def test_serving_other_machines_needs_keys_or_insecure(self):
         coordinator = BIN / "parray-coordinator"
         result = subprocess.run([coordinator, "--coordinator", "tcp://0.0.0.0:*"], capture_output=True,
                                 text=True, timeout=20)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What parray draws on pictures and says in their files: legends, scale bars, text, size in print."""
+"""Labels on pictures and in their files: legends, scale bars, text, size in print."""
 
 import json
 import struct
@@ -97,7 +97,7 @@ class Labels(CliTest):
         self.before = self.files()
         self.refused("verify", self.path("a.png"), self.atoms, mentions="text was drawn on it")
 
-    def test_what_cannot_be_drawn_is_refused_in_one_line_before_any_work(self):
+    def test_impossible_labels_are_refused_in_one_line_before_any_work(self):
         out = ["-o", self.path("a.png"), "-q"]
         render = ["render", self.atoms]
         self.refused(*render, *out, "--cell", mentions="--cell: ")

@@ -1,11 +1,10 @@
-// parray-mpi with a faulty rank 1, for tests: the linker puts this in the place of
-// make_path_tracer().
+// parray-mpi with a faulty rank 1, for tests. The linker replaces make_path_tracer() by this code.
 //
-// PARRAY_LIARS names an empty folder, by whose files three ranks tell each other how far they are.
-// Each has a third of the picture (--schedule static --threads 1). Rank 1
-// returns wrong sums for every cell. Rank 2 holds its third back until rank 1 has copied some of
-// it, so that results are compared; rank 0 copies nothing before. The main thread, which traces the
-// built-in test picture and decides disputes, is honest; so is everybody without PARRAY_LIARS.
+// PARRAY_LIARS names an empty folder. By files in it, three ranks tell each other their progress.
+// Each has a third of the picture (--schedule static --threads 1). Rank 1 returns wrong sums for
+// every cell. Rank 2 delays its third until rank 1 has copied some of it, so that results are
+// compared. Rank 0 copies nothing before that. The main thread, which traces the built-in picture
+// and decides disputes, is always right. Without PARRAY_LIARS all ranks are right.
 #include <unistd.h>
 
 #include <chrono>
@@ -31,8 +30,8 @@ constexpr std::uint32_t faulty = 1;
 constexpr std::uint32_t late = 2;
 /// Cells of a third of the picture: 100 x 75 pixels of 100 samples, 20 pixels in a cell.
 constexpr int third = 125;
-/// More than the first two copies have, a sixth of the cells that are missing each: the first may
-/// be of the faulty worker's own third.
+/// More cells than the first two copies have. Each has a sixth of the missing cells, and the first
+/// may belong to the faulty rank's own third.
 constexpr int copied = 90;
 
 class ScriptedTracer final : public PathTracer {
@@ -62,7 +61,8 @@ class ScriptedTracer final : public PathTracer {
   }
 
  private:
-  /// What a rank does before its next cell. Its first are its third, all others are copies.
+  /// Waits as the rank must before its next cell. The first cells of a rank are its third, all
+  /// others are copies.
   void follow_script() const {
     if (cells_ == 0) {
       say("begun-" + std::to_string(rank_));

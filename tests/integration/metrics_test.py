@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What a farm tells those who watch it: metrics for Prometheus, dashboards and alerts that name only metrics
-that there are, and logs that are JSON."""
+"""Monitoring of a farm: metrics for Prometheus, dashboards and alerts that use only existing metrics, and logs in
+JSON."""
 
 import json
 import re

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A rank of a real mpirun that returns wrong bits: rank 0 finds it out, names it, and the picture's bits are those of
-`parray render`. The rank is parray-mpi-liar's (tests/integration/lying_mpi.cpp)."""
+"""A rank of a real mpirun that returns wrong bits: rank 0 finds and names it, and the picture has the bits of `parray
+render`. The program parray-mpi-liar (tests/integration/lying_mpi.cpp) is the faulty rank."""
 
 import json
 import pathlib

@@ -1,4 +1,4 @@
-// parray-mpi goes on with the state of a coordinator.
+// parray-mpi continues from the state of a coordinator.
 #include <doctest/doctest.h>
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace parray::test {
 
-TEST_CASE("ranks do not go on from the rows of a machine that returned wrong bits") {
+TEST_CASE("ranks do not continue from the rows of a machine that returned wrong bits") {
   for (const RenderSettings& settings : {many_leases(), in_passes()}) {
     for (const bool found_faulty : {false, true}) {
       CAPTURE(settings.in_passes());

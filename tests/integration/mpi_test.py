@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""parray-mpi as real ranks of real mpiruns: however many, however they share the work and whatever
-ends in the middle, the picture's bits are those of `parray render`."""
+"""parray-mpi with real ranks: for any number of ranks, any way to share the work and after any crash the picture has
+the bits of `parray render`."""
 
 import itertools
 import json

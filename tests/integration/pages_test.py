@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Help, man pages and completion come from one description: each has all of it, and shells, man and
-the programs themselves take what they say."""
+"""Help, man pages and completion come from one description: each contains all of it, and shells, man and the programs
+accept the result."""
 
 import json
 import os
@@ -25,7 +25,7 @@ CTRL_C = "\x03"
 
 
 def described(program):
-    """What the program says of itself, as JSON."""
+    """Returns the program's description of itself, read from JSON."""
     return json.loads(subprocess.run([BIN / program, "--describe", "json"], check=True,
                                      capture_output=True, text=True).stdout)
 
@@ -36,7 +36,7 @@ def make_pages(program, directory, manual=SOURCE / "deploy/MANUAL.md", command=(
 
 
 def commands_of(program):
-    """Of a program with commands these, else the program itself."""
+    """Returns the program and its commands."""
     description = described(program)
     return [description, *description["commands"]]
 
@@ -63,7 +63,7 @@ class PagesTest(unittest.TestCase):
 
 
 class ManPages(PagesTest):
-    def test_every_command_has_a_page_that_man_and_groff_take_without_a_warning(self):
+    def test_every_command_has_a_page_that_man_and_groff_format_without_a_warning(self):
         self.needs("man")
         pages = sorted(self.share.glob("man/man1/*.1"))
         self.assertEqual({page.stem for page in pages},
@@ -77,7 +77,7 @@ class ManPages(PagesTest):
                                         env={**os.environ, "MANWIDTH": "80", "LC_ALL": "C.UTF-8"})
                 self.assertEqual((result.returncode, result.stderr), (0, ""), (page.name, reader[0]))
 
-    def test_a_page_says_every_option_and_example_of_its_command(self):
+    def test_a_page_contains_every_option_and_example_of_its_command(self):
         self.needs("man")
         for program in PROGRAMS:
             for command in commands_of(program):
@@ -90,7 +90,7 @@ class ManPages(PagesTest):
                     self.assertIn("\n           " + example["command"] + "\n", text)
                 self.assertNotIn("`", text)
 
-    def test_pages_do_not_depend_on_the_machine_nor_on_its_environment(self):
+    def test_pages_depend_neither_on_the_machine_nor_on_its_environment(self):
         for program in PROGRAMS:
             with tempfile.TemporaryDirectory() as other:
                 make_pages(program, other, command=["taskset", "-c", "0"],
@@ -100,7 +100,7 @@ class ManPages(PagesTest):
                     if path.is_file():
                         self.assertEqual(path.read_text(), twin.read_text())
 
-    def test_a_page_shows_text_as_it_is_whatever_troff_would_make_of_it(self):
+    def test_a_page_shows_characters_that_are_special_in_troff(self):
         with tempfile.TemporaryDirectory() as other:
             manual = pathlib.Path(other, "MANUAL.md")
             manual.write_text("# parray\n\n.dot at the beginning\n'quote' and \\back, `--literal`\n\n- point one\n"
@@ -121,7 +121,7 @@ class ManPages(PagesTest):
 
 
 class Help(PagesTest):
-    def test_lines_fit_the_terminal_but_for_examples(self):
+    def test_lines_fit_the_terminal_except_for_examples(self):
         for columns, widest in (("60", 60), ("80", 80), ("500", 100), ("", 80), ("7", 40)):
             for command in ("render", "submit", "tradeoff"):
                 text = run(command, "--help", env={"COLUMNS": columns}).stdout
@@ -139,7 +139,7 @@ class Help(PagesTest):
         os.close(main)
         self.assertTrue(64 >= max(map(len, lines)) > 40, lines)
 
-    def test_help_is_a_command_and_says_what_the_flag_does(self):
+    def test_the_command_help_prints_the_same_as_the_flag(self):
         self.assertEqual(run("help").stdout, run("--help").stdout)
         for command in described("parray")["commands"]:
             word = command["name"].split()[1]

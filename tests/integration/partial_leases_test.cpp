@@ -1,4 +1,4 @@
-// A whole coordinator in virtual time. Its workers return parts of leases that take too long.
+// A real coordinator in virtual time. Its workers return parts of leases that take too long.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -15,10 +15,11 @@
 namespace parray::test {
 namespace {
 
-/// Seconds that a row of a job takes.
+/// The seconds that each row of a job takes.
 using RowCost = std::function<double(JobId job, std::uint32_t row)>;
 
-/// A worker that traces one lease after the other, each for as long as its rows take.
+/// A worker that traces one lease after the other in virtual time. A lease takes the time of its
+/// rows.
 class TimedHand {
  public:
   TimedHand(Service& service, const std::string& name, RowCost cost)
@@ -41,7 +42,7 @@ class TimedHand {
   }
 
   double longest_lease = 0;       ///< seconds
-  int parts = 0;                  ///< results that are not of a whole lease
+  int parts = 0;                  ///< number of results with a part of a lease
   std::map<JobId, double> spent;  ///< seconds
 
  private:
@@ -121,7 +122,7 @@ TEST_CASE(
 
 namespace {
 
-/// Draws of the coordinator's: all leases are checked by another machine.
+/// Random numbers of the coordinator, with which another machine checks all leases.
 CoordinatorOptions checking_all() {
   CoordinatorOptions options = service_options();
   options.checks.share = 0.5;
@@ -136,7 +137,7 @@ RenderSettings in_layers() {
   return settings;
 }
 
-/// The picture is the honest one, and every cell counts once. Returns the audit.
+/// Checks that the picture is right and that every cell counts once. Returns the audit.
 Audit check_right(Service& service, JobId job, const RenderSettings& settings) {
   REQUIRE(service.state(job) == "done");
   CHECK(service.sha256(job) == expected_sha256(settings));
@@ -147,8 +148,7 @@ Audit check_right(Service& service, JobId job, const RenderSettings& settings) {
 
 }  // namespace
 
-TEST_CASE(
-    "a part that a faulty worker returned is traced again, what another made of the rest is kept") {
+TEST_CASE("a part from a faulty worker is traced again, and the rest from another worker remains") {
   constexpr std::uint64_t part = 5;
   for (const bool rest_comes_first : {false, true}) {
     CAPTURE(rest_comes_first);
@@ -197,8 +197,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "faulty workers among workers that return parts are undone, whatever was granted to whom") {
+TEST_CASE("results of faulty workers are undone, also among workers that return parts") {
   std::uint64_t set_back = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     CAPTURE(seed);
@@ -222,7 +221,7 @@ TEST_CASE(
   CHECK(set_back > 100);
 }
 
-TEST_CASE("leases come back in part under every schedule and row order, and in passes") {
+TEST_CASE("workers return parts of leases under every schedule and row order, and in passes") {
   for (const SchedulePolicy schedule : {SchedulePolicy::static_split, SchedulePolicy::guided,
                                         SchedulePolicy::factoring, SchedulePolicy::weighted}) {
     for (const RowOrder order : {RowOrder::sequential, RowOrder::interleaved}) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Small files in the spellings in which the programs of the field write: tests/corpus/small, one habit each. What
-`parray validate` says of each: elements, frames, and in its notes what was guessed or left out."""
+"""Small files (tests/corpus/small) that each have a peculiarity of a program of the field. Checks the output of `parray
+validate`: elements, frames, and notes of what was guessed or left out."""
 
 import bz2
 import json

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Particles at a shell: scenes that name their files, portraits of the files, and convert."""
+"""Particles on the command line: scenes that name particle files, automatic scenes, and convert."""
 
 import json
 import os
@@ -156,7 +156,7 @@ class Conversions(ParticlesTest):
                              "--report", report).returncode, 0)
         self.assertEqual(self.identity(self.path("tall.json")), json.loads(report.read_text())["scene_sha256"])
 
-    def test_a_portrait_is_one_scene_however_it_is_written(self):
+    def test_an_automatic_scene_is_the_same_with_and_without_convert(self):
         for name, count in MOLECULES.items():
             with self.subTest(name):
                 molecule = SCENES / "particles" / name

@@ -71,7 +71,7 @@ TEST_CASE("a part's columns and rows never repeat, whatever the picture's shape"
   }
 }
 
-TEST_CASE("what a pass takes is told from what its samples take") {
+TEST_CASE("the time of a pass is separated from the time of its samples") {
   // 2 s a pass and 0.01 s a sample of processor time, with half of the processors it could have.
   std::vector<TracedPass> passes;
   for (const double samples : {100.0, 400.0, 1000.0}) {
@@ -87,12 +87,13 @@ TEST_CASE("what a pass takes is told from what its samples take") {
   CHECK(sample_effort(passes, times.pass).cpu == Approx(0.1));
 }
 
-TEST_CASE("passes that took uneven time on the wall leave doubt") {
+TEST_CASE("passes with uneven wall times widen the interval") {
   const std::vector<TracedPass> passes = {{100, {1, 1}}, {100, {3, 1}}};
   CHECK(fit_pass_cost(passes).doubt == Approx(0.5));
 }
 
-/// A probe as if a sample took a millisecond of each pixel's million, and had a deviation of 1.
+/// A made-up probe: a sample of each of a million pixels takes a millisecond and has a deviation
+/// of 1.
 Probe simple_probe(std::vector<Sampler> samplers) {
   Probe probe;
   probe.fixed = {1, 1};
@@ -133,12 +134,12 @@ TEST_CASE("the sampler that needs fewer samples is recommended") {
   CHECK(all.back().sampler == Sampler::independent);
 }
 
-TEST_CASE("a time is used up by uniform samples, and left to the clock by adaptive ones") {
+TEST_CASE("uniform samples use a time up, and adaptive ones get a time limit") {
   const auto all = choices(simple_probe({Sampler::independent}), megapixel(), {0, 103.1}, {});
   REQUIRE(all.size() == 2);
   for (const Choice& choice : all) {
     if (choice.adaptive) {
-      CHECK(choice.time_limit == 103.1);  // which it keeps by itself
+      CHECK(choice.time_limit == 103.1);  // the time limit keeps the time
       CHECK(choice.seconds.high <= 103.1);
     } else {
       CHECK(choice.samples_per_pixel == 100);
@@ -156,7 +157,7 @@ TEST_CASE("a time limit is recommended for a time too short for the first pass, 
   CHECK(all.back().samples_per_pixel == 10);
 }
 
-TEST_CASE("what stops at the goal by itself comes before numbers of samples, however fast those") {
+TEST_CASE("commands that stop at the goal come before numbers of samples, even faster ones") {
   Probe probe = simple_probe({Sampler::independent, Sampler::sobol});
   for (SamplerProbe& sampler : probe.samplers) {
     sampler.adaptive_sample = 3 * sampler.uniform_sample;
@@ -170,7 +171,7 @@ TEST_CASE("what stops at the goal by itself comes before numbers of samples, how
   }
 }
 
-TEST_CASE("what is recommended keeps the goal as surely as is asked for, and no surer than that") {
+TEST_CASE("the recommended command keeps the goal with the required probability, not more") {
   Probe probe = simple_probe({Sampler::independent, Sampler::sobol});
   probe.timing_doubt = 0.1;
   probe.stated_adaptive.factor = 1.1;
@@ -195,10 +196,10 @@ TEST_CASE("what is recommended keeps the goal as surely as is asked for, and no 
   CHECK(normal_quantile(0.5) == Approx(0));
 }
 
-TEST_CASE("the best of those that keep the goal by themselves is recommended") {
+TEST_CASE("the best of the commands that stop at the goal is recommended") {
   Probe probe = simple_probe({Sampler::independent, Sampler::sobol});
   for (SamplerProbe& sampler : probe.samplers) {
-    sampler.adaptive_sample = 1.1 * sampler.uniform_sample;  // adaptive passes are dearer
+    sampler.adaptive_sample = 1.1 * sampler.uniform_sample;  // adaptive passes cost more
   }
   probe.timing_doubt = 0.02;
   const auto of_time = choices(probe, megapixel(), {0, 200}, {});
@@ -213,7 +214,8 @@ TEST_CASE("the best of those that keep the goal by themselves is recommended") {
   }
 }
 
-TEST_CASE("adaptive passes aim below the error only for more than their own interval keeps") {
+TEST_CASE(
+    "adaptive passes aim below the error only if the required probability exceeds their interval") {
   Probe probe = simple_probe({Sampler::independent});
   probe.stated_adaptive.factor = 1.1;
   const auto target = [&](double confidence) {
@@ -227,7 +229,7 @@ TEST_CASE("adaptive passes aim below the error only for more than their own inte
   CHECK(target(0.999) == Approx(0.01 * std::pow(1.1, -0.5 * (3.0902 / 1.95996 - 1))));
 }
 
-TEST_CASE("a farm takes the tracing as many times sooner as its workers are faster together") {
+TEST_CASE("the tracing time of a farm is divided by the total speed of its workers") {
   const RenderSettings settings = megapixel();
   const FarmModel farm(settings, {1, 0.5, 2.5}, 2);
   CHECK(farm.seconds(400, 100, 1) == Approx(100).epsilon(0.02));
@@ -235,11 +237,11 @@ TEST_CASE("a farm takes the tracing as many times sooner as its workers are fast
   CHECK(farm.seconds(400, 100, 4) >= farm.seconds(400, 100, 1));
   CHECK(FarmModel().seconds(400, 100, 1) == 400);
   const FarmModel crowd(settings, std::vector<double>(1000, 1), 2);
-  CHECK(crowd.seconds(1, 1, 1) > 1.0 / 1000);  // a short pass has no work for so many
+  CHECK(crowd.seconds(1, 1, 1) > 1.0 / 1000);  // a short pass has too little work for these threads
   CHECK(crowd.seconds(1e5, 100, 1) == Approx(100).epsilon(0.05));
 }
 
-TEST_CASE("of a farm only the tracing is shared: a time leaves room for what is done here") {
+TEST_CASE("a farm shares only the tracing, so a time reserves the rest for this machine") {
   const FarmModel farm(megapixel(), {1, 1, 1, 1}, 1);
   const Probe probe = simple_probe({Sampler::independent});
   for (const Choice& choice : choices(probe, megapixel(), {0.1, 0}, {0.5, 0.5}, farm)) {
@@ -260,7 +262,7 @@ std::string refusal(PlanGoal goal) {
   return {};
 }
 
-TEST_CASE("what cannot be reached is refused, with what can be") {
+TEST_CASE("an impossible goal is refused, with a possible one") {
   CHECK(refusal({1e-9, 0}).find("32-bit numbers") != std::string::npos);
   CHECK(refusal({1e-9, 0}).find("ask for 4.6e-08 or more") != std::string::npos);
   // 1 / 2^24^0.6 = 4.7e-5

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""parray plan: a command that runs, an error that comes about true, and what it refuses."""
+"""parray plan: its commands run and reach about the predicted error, and what it refuses."""
 
 import json
 import pathlib
@@ -77,7 +77,7 @@ class Plan(unittest.TestCase):
         errors = [choice["error"]["value"] for choice in choices]
         self.assertLess(max(errors), 0.01)
 
-    def test_what_is_recommended_stops_at_the_goal_and_a_number_of_samples_is_the_alternative(self):
+    def test_the_recommended_command_stops_at_the_goal_and_the_alternative_is_a_number_of_samples(self):
         for goal, option in ((["--error", 0.02], "--target-error"), (["--time", 20], "--time-limit")):
             plan = self.plan(*goal)
             self.assertIn(option, plan["recommended"]["command"])
@@ -107,7 +107,7 @@ class Plan(unittest.TestCase):
             self.assertEqual(words.count(option), 1)
         self.assertEqual({choice["sampler"] for choice in plan["choices"]}, {"sobol"})
 
-    def test_the_recommended_command_keeps_the_goal_as_surely_as_is_asked_for(self):
+    def test_the_recommended_command_keeps_the_goal_with_the_required_probability(self):
         for goal in (["--error", 0.01], ["--time", 20]):
             for confidence in (0.5, 0.95, 0.99):
                 plan = self.plan(*goal, "--confidence", confidence)
@@ -121,7 +121,7 @@ class Plan(unittest.TestCase):
         done = run("plan", SCENE, *SMALL, "--probe-seconds", 0.1, "--error", 0.02)
         self.assertRegex(done.stdout, r"keeps +9[5-9][.0-9]* % probability that the error is at most 0.02\n")
 
-    def test_a_farm_is_planned_for_and_its_command_is_taken_by_submit(self):
+    def test_plan_prints_a_command_for_a_farm_that_submit_accepts(self):
         alone = self.plan("--error", 0.001, "--sampler", "sobol", "--threads", 1, probe=0.3)
         farm = self.plan("--error", 0.001, "--sampler", "sobol", "--threads", 1, "--speeds", "1,2,0.5", probe=0.3)
         self.assertEqual((alone["workers"], farm["workers"]), ([], [1, 2, 0.5]))
@@ -138,7 +138,7 @@ class Plan(unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertTrue(self.image.exists())
 
-    def test_workers_and_confidences_that_cannot_be_are_refused(self):
+    def test_impossible_workers_and_confidences_are_refused(self):
         self.refused(["--speeds", "2 speeds for 3 workers"], "--error", 0.1, "--workers", 3,
                      "--speeds", "1,2")
         for speeds in ("", "1,", "0", "-1", "fast", "1;2"):
@@ -179,7 +179,7 @@ class Plan(unittest.TestCase):
         self.refused(["--time 0.01", "allow more"], "--time", 0.01, "--width", 3000,
                      "--height", 2000)
 
-    def test_goals_that_are_none_or_two_are_refused(self):
+    def test_no_goal_or_two_goals_are_refused(self):
         self.refused(["--error or --time"])
         self.refused(["--error or --time"], "--error", 0.1, "--time", 3)
         self.refused(["--error"], "--error", -1)

@@ -27,7 +27,7 @@ JobStatus job_at(double progress, double seconds_left = 12) {
   return job;
 }
 
-/// What a Progress of one style writes.
+/// Records the output of a Progress of one style.
 class Recorder {
  public:
   explicit Recorder(ProgressStyle style)
@@ -64,7 +64,7 @@ TEST_CASE("numbers have three digits, a prefix and a unit") {
   CHECK(bytes_text(std::uint64_t{3} << 30U) == "3.00 GiB");
 }
 
-TEST_CASE("times are said in the two largest units") {
+TEST_CASE("times are printed in the two largest units") {
   CHECK(duration_text(0.25) == "0.25 s");
   CHECK(duration_text(9.96) == "10 s");
   CHECK(duration_text(59.6) == "1 min 00 s");
@@ -107,10 +107,10 @@ TEST_CASE("a log gets a line every ten seconds and the last") {
         "a.json: 100.0 %  done\n");
 }
 
-TEST_CASE("a bar is redrawn in place over what was longer, and its line is ended") {
+TEST_CASE("a bar is redrawn in place, covers a longer text, and ends its line") {
   Recorder recorder(ProgressStyle::bar);
   recorder.show(seconds(1), job_at(0.1, 100000));
-  recorder.show(seconds(1) + milliseconds(50), job_at(0.2));  // too soon to be drawn
+  recorder.show(seconds(1) + milliseconds(50), job_at(0.2));  // too early to be drawn
   recorder.show(seconds(2), job_at(0.3));
   const std::string text = recorder.end();
   CHECK(std::count(text.begin(), text.end(), '\r') == 2);
@@ -120,7 +120,7 @@ TEST_CASE("a bar is redrawn in place over what was longer, and its line is ended
   CHECK(text.size() - 1 - second >= second);  // covers the first
 }
 
-TEST_CASE("a bar in a terminal that people make narrower goes on in one line") {
+TEST_CASE("a bar in a terminal that becomes narrower remains one line") {
   Recorder recorder(ProgressStyle::bar);
   recorder.show(seconds(1), job_at(0.1));
   recorder.columns = 24;
@@ -135,7 +135,7 @@ TEST_CASE("a bar in a terminal that people make narrower goes on in one line") {
   CHECK(lengths[3] <= 24);  // with the line's end
 }
 
-TEST_CASE("between two steps of progress the speed stays and the time left runs down") {
+TEST_CASE("between two steps of progress the speed remains and the time left decreases") {
   Recorder recorder(ProgressStyle::bar);
   recorder.show(seconds(1), job_at(0.5, 12));
   JobStatus later = job_at(0.5, 20);
@@ -148,7 +148,7 @@ TEST_CASE("between two steps of progress the speed stays and the time left runs 
   CHECK(text.find("1.00 M") == std::string::npos);
 }
 
-TEST_CASE("a job that waits says for what, at any moment, and no time that nobody knows") {
+TEST_CASE("a waiting job always says for what, and prints no unknown time") {
   Recorder recorder(ProgressStyle::bar);
   JobStatus job = job_at(0);
   job.state = "queued";
@@ -174,7 +174,7 @@ TEST_CASE("a job that is paused or being finished says so") {
   }
 }
 
-TEST_CASE("of a job with a target the bar says how far the error is from it") {
+TEST_CASE("the bar of a job with a target prints the error and the target") {
   JobStatus job = job_at(0.5, 12);
   job.target_error = 0.01;
   CHECK(bar_text(job, 80).find("error") == std::string::npos);  // nothing is known yet
@@ -189,7 +189,7 @@ TEST_CASE("of a job with a target the bar says how far the error is from it") {
   CHECK(target_text(job).empty());
 }
 
-TEST_CASE("a report's error is said with its interval, or that it is not known") {
+TEST_CASE("a report's error is printed with its interval, or as not known") {
   const nlohmann::json error = {{"rmse", 0.00944}, {"low", 0.0092}, {"high", 0.00961}};
   CHECK(error_text({{"error", error}}) == "error 0.00944 (0.0092 to 0.00961)");
   const nlohmann::json none = {{"rmse", nullptr}, {"low", nullptr}, {"high", nullptr}};
@@ -200,7 +200,7 @@ TEST_CASE("a report's error is said with its interval, or that it is not known")
   }
 }
 
-TEST_CASE("a program gets lines of JSON, the last one of the end") {
+TEST_CASE("--progress json prints lines of JSON, the last one at the end") {
   Recorder recorder(ProgressStyle::json);
   JobStatus job = job_at(0.25);
   job.error = {0.02, 0.019, 0.021, 0.03, 0.06};
@@ -225,14 +225,14 @@ TEST_CASE("a program gets lines of JSON, the last one of the end") {
   CHECK(!std::getline(lines, line));
 }
 
-TEST_CASE("a style that is asked for counts on any terminal, and quiet counts more") {
+TEST_CASE("a given style applies on any terminal, and --quiet overrides it") {
   CHECK(progress_style(false, "json") == ProgressStyle::json);
   CHECK(progress_style(false, "bar") == ProgressStyle::bar);
   CHECK(progress_style(false, "lines") == ProgressStyle::lines);
   CHECK(progress_style(true, "json") == ProgressStyle::none);
 }
 
-TEST_CASE("quiet is quiet") {
+TEST_CASE("--quiet prints nothing") {
   Recorder recorder(ProgressStyle::none);
   recorder.show(seconds(1), job_at(0.5));
   recorder.show(seconds(100), job_at(0.6));

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""README: its commands run as they stand, and print what it quotes."""
+"""The commands of README run unchanged, and print the quoted output."""
 
 import json
 import os
@@ -54,8 +54,8 @@ class Quick(ReadmeTest):
         self.assertIn(f"got **{rmse}**,<br>{low} to {high} with 95 %", README)
         self.assertEqual(float(kept["parray:target_error"]), 0.01)
 
-    def test_files_that_are_not_shipped_are_said_to_stand_for_the_readers_own(self):
-        own = re.search(r"In what follows (.*?) stand for your own files", README, re.DOTALL).group(1)
+    def test_readme_names_all_files_that_stand_for_the_readers_own(self):
+        own = re.search(r"Below, (.*?) stand for your own files", README, re.DOTALL).group(1)
         for line in re.findall(r"^    (?:\$ |mpirun -n 64 )?(parray.*)$", README, re.MULTILINE):
             words = shlex.split(line, comments=True)
             read = [word for before, word in zip(words, words[1:]) if before not in ("-o", "--error-map")]
@@ -64,7 +64,7 @@ class Quick(ReadmeTest):
                 if is_file and not (SOURCE / word).exists():
                     self.assertIn(f"`{word}`", own, line)
 
-    def test_the_programs_are_put_into_the_path_before_the_first_command_that_uses_them(self):
+    def test_readme_sets_the_path_before_the_first_command_that_uses_it(self):
         setting = '    export PATH="$PWD/build/release/bin:$PATH"'
         self.assertLess(README.index(setting), README.index("    $ parray "))
 

@@ -1,4 +1,4 @@
-// The referee beside jobs in passes and series: its answers come late, and decide what they should.
+// The referee with jobs in passes and series: its answers are late, and still decide correctly.
 #include <doctest/doctest.h>
 
 #include <memory>
@@ -12,9 +12,9 @@
 namespace parray::test {
 namespace {
 
-/// A farm whose referee takes its time.
+/// A farm with a slow referee.
 struct Farm {
-  /// `share`: of the leases, that is checked. `by_referee`: share of the checks.
+  /// `share` of the leases is checked, and `by_referee` is the referee's share of these checks.
   explicit Farm(Time delay, Store* store = nullptr, double share = 1, double by_referee = 1) {
     options.checks.share = share;
     options.checks.referee_share = by_referee;
@@ -45,14 +45,14 @@ void check_right(Service& service, JobId job, const RenderSettings& settings) {
   CHECK(audit_of(service, job).complete());
 }
 
-/// Lies in the first so many leases.
+/// Returns wrong results for the first leases.
 Manner lying_at_first(int leases) {
   return [left = std::make_shared<int>(leases)](Hand& hand, const msg::Grant& grant) {
     (*left)-- > 0 ? hand.send_other_picture(grant) : hand.send_honest(grant);
   };
 }
 
-/// Honest until so many leases were traced.
+/// Returns right results until a number of leases was traced.
 Manner lying_later(int leases) {
   return [left = std::make_shared<int>(leases)](Hand& hand, const msg::Grant& grant) {
     (*left)-- > 0 ? hand.send_honest(grant) : hand.send_other_picture(grant);
@@ -82,7 +82,7 @@ RenderSettings settings_of_frame(std::size_t frame) {
 
 }  // namespace
 
-TEST_CASE("no pass decides the next one while the referee looks at its leases") {
+TEST_CASE("no pass decides the next one while the referee checks its leases") {
   for (const int delay : {0, 40, 900}) {  // milliseconds
     for (const int honest_leases : {0, 5, 12, 20}) {
       CAPTURE(delay);
@@ -98,7 +98,7 @@ TEST_CASE("no pass decides the next one while the referee looks at its leases") 
   }
 }
 
-TEST_CASE("honest workers of a job in passes stay, however slow the referee is") {
+TEST_CASE("correct workers of a job in passes are not judged faulty, however slow the referee is") {
   for (const int delay : {0, 15, 300, 2000}) {
     CAPTURE(delay);
     Farm farm{milliseconds(delay), nullptr, 0.3};
@@ -115,7 +115,7 @@ TEST_CASE("honest workers of a job in passes stay, however slow the referee is")
   }
 }
 
-TEST_CASE("a machine that works alone is caught by the referee in any pass") {
+TEST_CASE("the referee finds a faulty machine that works alone in any pass") {
   for (const int lies_from : {0, 3, 8, 12}) {
     CAPTURE(lies_from);
     CrashStore store(0, 1);
@@ -132,7 +132,7 @@ TEST_CASE("a machine that works alone is caught by the referee in any pass") {
   }
 }
 
-TEST_CASE("a faulty worker is undone in all unfinished frames of a series") {
+TEST_CASE("results of a faulty worker are undone in all unfinished frames of a series") {
   for (const int delay : {0, 40, 900}) {
     CAPTURE(delay);
     Farm farm{milliseconds(delay)};
@@ -153,7 +153,7 @@ TEST_CASE("a faulty worker is undone in all unfinished frames of a series") {
   }
 }
 
-TEST_CASE("a frame that waits for the referee holds up no other frame") {
+TEST_CASE("a frame that waits for the referee blocks no other frame") {
   Farm farm(Time(0), nullptr, 1, 0);
   Service& service = *farm.service;
   farm.referee->ailments.failure = "it was killed by signal 9";

@@ -26,7 +26,7 @@ struct Asked {
     const ScenePayload payload(std::make_shared<const Scene>(scene));
     return {id, payload.identity(), payload, settings, plan.batch(range), std::uint64_t{1} << 30};
   }
-  /// Waits for the next answer; one without a number after a minute.
+  /// Waits for the next answer. Returns an answer without a number after a minute.
   Referee::Answer answer() {
     const SteadyClock clock;
     const Time end = clock.now() + seconds(60);
@@ -57,7 +57,7 @@ struct Asked {
 
 }  // namespace
 
-TEST_CASE("the referee's process traces the same bits as a worker, question after question") {
+TEST_CASE("the referee's process traces the same bits as a worker, for each question") {
   Asked asked;
   for (std::uint64_t id = 1; id <= 3; ++id) {
     const CellRange range{id, id + 2};
@@ -76,7 +76,7 @@ TEST_CASE("the referee's process traces the same bits as a worker, question afte
   CHECK(asked.woken == 3);
 }
 
-TEST_CASE("a question that was given up has no answer, and the next one has") {
+TEST_CASE("a cancelled question gets no answer, and the next one does") {
   Asked asked;
   asked.referee.ask(asked.question(1, {0, 2}));
   asked.referee.forget();
@@ -92,7 +92,7 @@ TEST_CASE("a question that was given up has no answer, and the next one has") {
   CHECK(answer.failure.empty());
 }
 
-TEST_CASE("a referee that is missing, dies, or traces other bits says so") {
+TEST_CASE("a referee that is missing, dies or traces other bits is reported") {
   Asked missing("/nonexistent/parray-referee");
   CHECK(missing.ask(1, {0, 1}).failure.find("does not exist") != std::string::npos);
   Asked dying("/bin/false");

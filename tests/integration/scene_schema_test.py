@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The JSON schema of scenes takes what the reader takes and refuses what it refuses.
+"""The JSON schema of scenes accepts and refuses the same as the reader.
 
 The reader's half of the agreement is tests/unit/cli/input/scene_file/scene_reader_test.cpp, over the same cases.
 """

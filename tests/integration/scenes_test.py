@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""How scenes come to workers, with real processes: once from the coordinator, from worker to worker on
-the machine, whatever dies on the way."""
+"""Scenes reach workers, with real processes: once from the coordinator, then from worker to worker on the machine,
+whatever dies meanwhile."""
 
 import json
 import pathlib
@@ -77,7 +77,7 @@ class Spread(unittest.TestCase):
             self.assertEqual([s[1:] for s in said], [[0, 0]] * 3)
             self.assertEqual(sum(s[0] for s in said), sent)
 
-    def test_a_source_that_is_stopped_is_exchanged_for_another(self):
+    def test_a_stopped_source_is_replaced_by_another(self):
         with Farm("--heartbeat", "0.2") as farm:
             first = self.workers(farm, 1)[0]
             job = farm.submit(self.scene, *SIZE)

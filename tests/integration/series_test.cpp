@@ -27,7 +27,7 @@ msg::Submit frame_of(Service& service, std::uint32_t frame, std::uint32_t frames
   return submit;
 }
 
-/// Submits the frames from `first` on of a series of so many, and returns the series' number.
+/// Submits the frames of a series from `first` on, and returns the series' number.
 JobId submit_series(Service& service, std::uint32_t frames, std::uint32_t first = 0) {
   JobId job = 0;
   for (std::uint32_t frame = first; frame < frames; ++frame) {
@@ -42,7 +42,7 @@ JobId job_of(Service& service, JobId series, std::size_t place) {
 
 json listed(Service& service) { return service.ask<msg::Jobs>(msg::ListJobs{1}).jobs; }
 
-/// A lease for every hand that has none, and their results.
+/// Gives every worker without a lease a lease, and returns their results.
 void round(Service& service, const Hands& hands) {
   service.turn();
   for (const auto& [hand, manner] : hands) {
@@ -87,7 +87,7 @@ TEST_CASE(
   CHECK(service.ask<msg::Job>(msg::ShowJob{1, series, 2}).job.at("frame_list").size() == 1);
 }
 
-TEST_CASE("a series of which frames have not been submitted is not done, and says so") {
+TEST_CASE("a series with frames that have not been submitted is not done, and says so") {
   Service service;
   Hand hand(service, "w");
   const JobId first = service.ask<msg::Submitted>(frame_of(service, 0, 2)).job;
@@ -101,7 +101,7 @@ TEST_CASE("a series of which frames have not been submitted is not done, and say
   CHECK(service.state(series) == "done");
 }
 
-TEST_CASE("a frame that fails leaves the others as they are and is named in the series' reason") {
+TEST_CASE("a failed frame does not affect the others, and the series' reason names it") {
   CoordinatorOptions options = service_options();
   options.max_failures = 1;
   Service service(options);
@@ -123,7 +123,7 @@ TEST_CASE("a frame that fails leaves the others as they are and is named in the 
   CHECK(service.state(series) == "done");
 }
 
-TEST_CASE("what is asked of a series goes to all its frames, those that come later included") {
+TEST_CASE("an action on a series applies to all its frames, also to later ones") {
   Service service;
   const JobId first = service.ask<msg::Submitted>(frame_of(service, 0, 3)).job;
   const JobId series = service.job(first).at("series");
@@ -167,7 +167,7 @@ TEST_CASE("limits count a series as one job, and its pixels a frame at a time") 
   CHECK(listed(service).size() == 2);
 }
 
-TEST_CASE("of ended series the oldest makes room, whole; one that lacks frames does not") {
+TEST_CASE("the oldest ended series makes room as a whole; one with missing frames does not") {
   CoordinatorOptions options = service_options();
   options.limits.jobs = 2;
   Service service(options);
@@ -183,7 +183,7 @@ TEST_CASE("of ended series the oldest makes room, whole; one that lacks frames d
   CHECK(listed(service).size() == 2);
 }
 
-TEST_CASE("after a restart a series goes on where it was, under its number") {
+TEST_CASE("after a restart a series continues under its number") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
   Hand hand(service, "w");
@@ -202,7 +202,7 @@ TEST_CASE("after a restart a series goes on where it was, under its number") {
   CHECK(service.sha256(again) == reference_sha256(small_scene(), many_leases()));
 }
 
-TEST_CASE("nobody idles between frames while there are more") {
+TEST_CASE("no worker is idle between frames while there are more") {
   Service service;
   Hand a(service, "a", 2);
   Hand b(service, "b", 2);

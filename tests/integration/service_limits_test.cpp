@@ -1,4 +1,4 @@
-// What one client, one worker or one disk can do to a coordinator, and what it cannot.
+// The limits of what one client, one worker or one disk can do to a coordinator.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ RenderSettings huge() {
   return settings;
 }
 
-/// A link at whose door messages have piled up.
+/// A link with many queued messages.
 class PiledLink final : public Link {
  public:
   bool send(const PeerId& /*to*/, Envelope /*content*/) override {
@@ -66,7 +66,7 @@ TEST_CASE("1000 waiting jobs of 4096 x 4096 hold no pictures, before and after a
   CHECK(peak_address_space() - before < std::uint64_t{256} << 20);
 }
 
-TEST_CASE("a job beyond the memory that there is is refused at submit, with the figures") {
+TEST_CASE("a job that needs more memory than there is is refused at submit, with the figures") {
   CoordinatorOptions options = service_options();
   options.memory = std::uint64_t{1} << 30;
   Service service(options);
@@ -78,7 +78,7 @@ TEST_CASE("a job beyond the memory that there is is refused at submit, with the 
   CHECK(service.ask<msg::Jobs>(msg::ListJobs{1}).jobs.empty());
 }
 
-TEST_CASE("a target that rounding puts out of reach is refused, whatever client asks for it") {
+TEST_CASE("a target below the rounding error is refused for every client") {
   Service service(service_options());
   RenderSettings settings = many_leases();
   settings.samples_per_pixel = 1 << 20;
@@ -91,7 +91,7 @@ TEST_CASE("a target that rounding puts out of reach is refused, whatever client 
   CHECK(service.submit(small_scene(), settings) > 0);
 }
 
-TEST_CASE("without a store, scenes that wait leave room for every job's picture, or are refused") {
+TEST_CASE("without a store, waiting scenes leave room for every job's picture, or are refused") {
   CoordinatorOptions options = service_options();
   Scene large = small_scene();
   for (int i = 0; i < 20'000; ++i) {  // 0.7 MB as it travels
@@ -166,7 +166,8 @@ TEST_CASE("without a store, finished pictures make room for jobs: the oldest go"
   CHECK(service.state(jobs[0]) == "done");
 }
 
-TEST_CASE("a full disk holds jobs and says why; nothing is lost, and they go on by themselves") {
+TEST_CASE(
+    "on a full disk jobs wait with the reason, nothing is lost, and they continue by themselves") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
   Hand ann(service, "ann");
@@ -217,7 +218,7 @@ TEST_CASE("a picture that finds no room on the disk is finished when there is so
   CHECK(service.sha256(job) == reference_sha256(small_scene(), one_lease));
 }
 
-TEST_CASE("a coordinator that stood still for 30 s loses no worker whose words lie at its door") {
+TEST_CASE("a coordinator that was stopped for 30 s loses no worker whose messages are queued") {
   Service service;
   PiledLink link;
   constexpr int workers = 1000;
@@ -242,7 +243,7 @@ TEST_CASE("a coordinator that stood still for 30 s loses no worker whose words l
   CHECK(service.ask<msg::Workers>(msg::ListWorkers{1}).total == 0);  // now they are silent
 }
 
-TEST_CASE("the more workers there are, the more seldom each speaks, and the later it is lost") {
+TEST_CASE("the more workers there are, the less often each sends, and the later it is lost") {
   CoordinatorOptions options = service_options();
   options.heartbeat_workers = 2;
   options.lease_timeout = 10 * options.heartbeat;
@@ -291,7 +292,7 @@ TEST_CASE("the more workers there are, the more seldom each speaks, and the late
   CHECK(there() == 0);
 }
 
-TEST_CASE("a lease is not taken back while the word that it goes on lies at the door") {
+TEST_CASE("a lease is not taken back while its worker's heartbeat is queued") {
   Service service;
   Hand ann(service, "ann");
   const JobId job = service.submit(small_scene(), many_leases());
@@ -309,7 +310,7 @@ TEST_CASE("a lease is not taken back while the word that it goes on lies at the 
   CHECK(service.job(job).at("progress") > 0);
 }
 
-TEST_CASE("no time that a worker states makes it infinitely fast or leaves others nothing") {
+TEST_CASE("no time that a worker states makes it infinitely fast or leaves others without leases") {
   Service service;
   Hand odd(service, "odd");
   Hand ann(service, "ann");
@@ -356,7 +357,7 @@ TEST_CASE("a list of workers says how many there are in all") {
   CHECK(answer.total == 1500);
 }
 
-TEST_CASE("a worker beyond those that are served is refused, by the option's name") {
+TEST_CASE("a worker beyond the limit is refused with the option's name") {
   CoordinatorOptions options = service_options();
   options.max_workers = 2;
   Service service(options);
@@ -370,7 +371,7 @@ TEST_CASE("a worker beyond those that are served is refused, by the option's nam
   CHECK(service.heard<msg::Refuse>("b").empty());
 }
 
-TEST_CASE("30 000 hellos of ever new processes, or messages without sense, write little log") {
+TEST_CASE("30 000 hellos of new processes, or malformed messages, write only a short log") {
   Service service;
   for (int i = 0; i < 30'000; ++i) {
     service.say("w",
@@ -396,7 +397,7 @@ TEST_CASE("a job says what it waits for") {
   CHECK(service.state(job) == "running");
 }
 
-TEST_CASE("a scene that is none makes no job; one that was damaged on its way counts as lost") {
+TEST_CASE("an invalid scene makes no job; one that was damaged by the network counts as lost") {
   CrashStore store(0, 1);
   for (Store* kept : {static_cast<Store*>(nullptr), static_cast<Store*>(&store)}) {
     Service service(service_options(), kept);
@@ -418,7 +419,7 @@ TEST_CASE("a scene that is none makes no job; one that was damaged on its way co
   }
 }
 
-TEST_CASE("a job whose kept rows are damaged keeps those before, and traces the rest again") {
+TEST_CASE("a job with damaged rows keeps the rows before the damage, and traces the rest again") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
   Hand ann(service, "ann");
@@ -481,7 +482,7 @@ TEST_CASE("a restart keeps the progress of a job that waits for its turn") {
   CHECK(service.job(job).at("progress").get<double>() == doctest::Approx(progress).epsilon(0.01));
 }
 
-TEST_CASE("a coordinator that cannot keep anything for too long sends its workers away") {
+TEST_CASE("a coordinator that cannot commit for too long sends its workers away") {
   CoordinatorOptions options = service_options();
   options.release_after = seconds(15);
   options.silence = seconds(60);

@@ -1,4 +1,4 @@
-// People share a farm: turns, limits, what they may do with jobs and workers.
+// Users share a farm: turns, limits, and their rights on jobs and workers.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// A picture of very many leases, where they are short.
+/// Settings of a picture with very many short leases.
 RenderSettings long_job() {
   RenderSettings settings = many_leases();
   settings.height = 4000;
@@ -51,7 +51,7 @@ std::map<JobId, double> watch(Service& service, Hand& hand, int leases) {
 }  // namespace
 
 TEST_CASE(
-    "two users get half of the farm each, whoever came first and however many jobs they have") {
+    "two users get half of the farm each, independent of the order and number of their jobs") {
   Service service(short_leases());
   Hand hand(service, "w");
   const JobId of_ann = service.submit(small_scene(), long_job(), 50, "ann");
@@ -74,7 +74,7 @@ TEST_CASE("a short job beside a long one of the same user begins with the next l
   service.submit(small_scene(), long_job());
   watch(service, hand, 20);
   const JobId quick = service.submit(small_scene(), many_leases());
-  service.turn();  // its picture is made ready
+  service.turn();  // the coordinator allocates its picture
   watch(service, hand, 1);
   hand.listen();
   CHECK(watch(service, hand, 2).contains(quick));
@@ -171,7 +171,7 @@ TEST_CASE("a job without a turn for 10 minutes gets 5 % of its user's turns, and
   }
 }
 
-TEST_CASE("a cancelled job is queued again and goes on from its rows, in another life too") {
+TEST_CASE("a requeued job continues from its rows, also after a restart") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
   Hand hand(service, "w");
@@ -194,7 +194,7 @@ TEST_CASE("a cancelled job is queued again and goes on from its rows, in another
   CHECK(contains(service.refusal(msg::SteerJob{1, job, msg::JobAction::requeue, 0}), "is done"));
 }
 
-TEST_CASE("a job is queued again without a store, from its beginning, under other epochs") {
+TEST_CASE("without a store, a requeued job starts from its beginning, with other epochs") {
   Service service;
   Hand hand(service, "w");
   const JobId job = service.submit(small_scene(), many_leases());
@@ -218,7 +218,7 @@ TEST_CASE("a job is queued again without a store, from its beginning, under othe
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
 }
 
-TEST_CASE("a job that has ended is forgotten with all that was kept, an unfinished one is not") {
+TEST_CASE("`forget` deletes an ended job with its files, and refuses an unfinished one") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
   Hand hand(service, "w");
@@ -233,7 +233,7 @@ TEST_CASE("a job that has ended is forgotten with all that was kept, an unfinish
   CHECK(store.usage().total == 0);
 }
 
-TEST_CASE("a job tells what has happened to it") {
+TEST_CASE("a job lists its events") {
   CoordinatorOptions options = service_options();
   options.wall_clock = [] { return 1.5e9; };
   CrashStore store(0, 1);
@@ -257,7 +257,7 @@ TEST_CASE("a job tells what has happened to it") {
   CHECK(after == before);
 }
 
-TEST_CASE("of a long history the beginning and the end are kept") {
+TEST_CASE("of a long history, the beginning and the end are stored") {
   JobRecord record;
   for (int i = 0; i < 1000; ++i) {
     record.note(i, std::to_string(i));
@@ -267,7 +267,7 @@ TEST_CASE("of a long history the beginning and the end are kept") {
   CHECK(record.events.back().what == "999");
 }
 
-TEST_CASE("each user has so many unfinished jobs and pixels, and a picture so many pixels") {
+TEST_CASE("unfinished jobs and pixels of each user, and pixels of a picture, are limited") {
   CoordinatorOptions options = service_options();
   options.limits.user_jobs = 2;
   const std::size_t pixels = std::size_t{many_leases().width} * many_leases().height;
@@ -290,7 +290,7 @@ TEST_CASE("each user has so many unfinished jobs and pixels, and a picture so ma
   CHECK(refused(many_leases(), "bob").empty());
 }
 
-TEST_CASE("the disk is shared by users, and ended jobs make room on it, the oldest first") {
+TEST_CASE("users share the disk, and ended jobs make room on it, the oldest first") {
   CoordinatorOptions options = service_options();
   CrashStore store(0, 1);
   std::uint64_t one = 0;
@@ -323,7 +323,7 @@ TEST_CASE("the disk is shared by users, and ended jobs make room on it, the olde
   CHECK(service.state(second) == "done");
 }
 
-TEST_CASE("a job is kept for so long after it has ended") {
+TEST_CASE("a job is stored for a limited time after its end") {
   CoordinatorOptions options = service_options();
   options.limits.keep_seconds = 1000;
   Service service(options);
@@ -336,7 +336,7 @@ TEST_CASE("a job is kept for so long after it has ended") {
   CHECK(contains(service.refusal(msg::ShowJob{1, job}), "no job"));
 }
 
-TEST_CASE("a peer that asks too often is not read for the rest of a second") {
+TEST_CASE("messages of a peer that sends too often are not read for the rest of a second") {
   CoordinatorOptions options = service_options();
   options.limits.requests = 10;
   Service service(options);
@@ -353,7 +353,7 @@ TEST_CASE("a peer that asks too often is not read for the rest of a second") {
   CHECK(service.heard<msg::Jobs>("greedy").size() == 1);
 }
 
-TEST_CASE("a drained worker traces what it has and gets no more, in another life too") {
+TEST_CASE("a drained worker completes its leases and gets no more, also after a restart") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
   Hand ann(service, "ann", 1, "attic");
@@ -396,7 +396,7 @@ TEST_CASE("a drained worker traces what it has and gets no more, in another life
   CHECK(drain("nobody", false).workers.empty());
 }
 
-TEST_CASE("a faulty worker is quarantined in another life too, until it is readmitted") {
+TEST_CASE("the quarantine of a faulty worker survives a restart, until it is readmitted") {
   CoordinatorOptions options = service_options();
   options.checks.share = 1;
   CrashStore store(0, 1);

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""People share a farm of real processes: turns, what they may ask of jobs and workers, what is
-told of a job afterwards."""
+"""Users share a farm of real processes: turns, actions on jobs and workers, the history of a job."""
 
 import json
 import unittest
@@ -78,7 +77,7 @@ class Sharing(unittest.TestCase):
                 self.assertEqual((refused.returncode, refused.stderr.count("\n")), (2, 1))
                 self.assertIn(flag, refused.stderr)
 
-    def test_a_job_is_audited_replayed_and_its_time_told(self):
+    def test_a_job_can_be_audited_and_replayed_and_shows_its_times(self):
         with Farm() as farm:
             for name in ("ann", "bob"):
                 farm.start_worker(name)
@@ -99,7 +98,7 @@ class Sharing(unittest.TestCase):
             self.assertAlmostEqual(weighted[1] / weighted[2], 2, delta=0.4)
             self.assertEqual(farm.client("audit", 99).returncode, 2)
 
-    def test_what_is_to_be_run_in_the_end_is_told_how_it_ended(self):
+    def test_the_command_of_on_end_gets_the_state_of_the_job(self):
         with Farm() as farm:
             farm.start_worker("w1")
             told = farm.directory / "told"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The pictures that the project ships: each is made again, to the bit, from its own recipe."""
+"""The recipe of each shipped picture renders the same bits again."""
 
 import importlib.machinery
 import importlib.util
@@ -36,7 +36,7 @@ class PicturesTest(unittest.TestCase):
 
 
 class Quick(PicturesTest):
-    def test_two_pictures_come_again_from_their_recipes(self):
+    def test_two_recipes_render_their_pictures_again(self):
         self.check_again(QUICK)
         self.assertIn("samples_per_pixel", " ".join(read_text(SCENES / "pictures" / "glass.png")))
         self.assertNotIn("samples_per_pixel", " ".join(read_text(SCENES / "pictures" / "shells.png")))
@@ -48,7 +48,7 @@ class Quick(PicturesTest):
 
 
 class Long(PicturesTest):
-    def test_all_others_come_again_from_their_recipes(self):
+    def test_all_other_recipes_render_their_pictures_again(self):
         self.check_again(sorted(set(renew.PICTURES) - WITHOUT_RECIPE - set(QUICK)))
 
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The batch scripts of deploy/slurm on a real Slurm of two nodes: jobs that are preempted and requeued go on, and the
-picture is that of parray render."""
+"""The batch scripts of deploy/slurm on a real Slurm of two nodes: preempted and requeued jobs continue, and the picture
+is that of parray render."""
 
 import json
 import pathlib
@@ -96,7 +96,7 @@ class Mpi(Jobs):
                          [(name, slurm.CPUS) for name in slurm.NODES])
         self.assertFalse((self.directory / "picture.exr.state").exists())
 
-    def test_srun_launches_ranks_as_mpirun_does_and_one_of_them_speaks(self):
+    def test_srun_launches_ranks_as_mpirun_does_and_one_of_them_prints(self):
         command = ["srun", "--mpi=pmix", *ALL, "parray-mpi", "--quiet", SCENE, *SMALL]
         self.cluster.command(*command, "-o", "picture.exr", "--report", "picture.json")
         report = self.report()
@@ -157,7 +157,7 @@ class Farm(Jobs):
         wait_for(lambda: self.address() != before, "the coordinator at another port")
         wait_for(lambda: f"serving {self.address()}" in log.read_text(), "the worker to follow")
 
-    def test_who_joins_a_farm_that_nobody_opens_says_so_and_leaves(self):
+    def test_a_worker_that_joins_a_farm_without_coordinator_says_so_and_exits(self):
         (self.directory / "farm").mkdir()
         job, log = self.start("join")
         self.cluster.wait(job, "FAILED")

@@ -1,4 +1,4 @@
-"""Coordinators that take over from one another, as real processes."""
+"""Coordinators that take over from each other, as real processes."""
 
 import shutil
 import signal
@@ -208,7 +208,7 @@ class BetweenHosts(unittest.TestCase):
             with Farm("--state", farm.directory / "copy") as restored:
                 self.assertEqual(restored.fetch(job)["image_sha256"], digest)
 
-    def test_a_primary_that_stands_still_is_fenced_when_it_goes_on(self):
+    def test_a_stopped_primary_is_fenced_when_it_continues(self):
         with Twins() as farm:
             farm.wait_until_in_step()
             farm.coordinator.send_signal(signal.SIGSTOP)
@@ -265,11 +265,11 @@ class Refusals(unittest.TestCase):
             self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
             self.assertIn(mentions, result.stderr)
 
-    def test_addresses_that_anybody_could_use_are_refused(self):
+    def test_addresses_that_every_machine_could_use_are_refused(self):
         self.refused("--standby", "tcp://0.0.0.0:7401", mentions="pose as the primary")
         self.refused("--replicate-to", "tcp://192.0.2.1:7401", mentions="read all jobs")
 
-    def test_combinations_without_sense_are_refused(self):
+    def test_contradictory_options_are_refused(self):
         self.refused("--coordinator", "tcp://127.0.0.1:1,tcp://127.0.0.1:2", mentions="must be one address")
         self.refused("--standby", "tcp://127.0.0.1:*", "--replicate-to", "tcp://127.0.0.1:1",
                      mentions="no standby of its own")

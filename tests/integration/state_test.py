@@ -1,4 +1,4 @@
-"""The state of a coordinator that is damaged, checked, repaired, copied, as real processes."""
+"""A coordinator's state is damaged, checked, repaired and copied, with real processes."""
 
 import os
 import pathlib
@@ -122,7 +122,7 @@ class Damage(unittest.TestCase):
         self.assertEqual(coordinator("--check", self.state).returncode, 0)
         self.serve_again(expected)
 
-    def test_a_pipe_in_the_place_of_a_file_makes_nobody_wait(self):
+    def test_a_pipe_in_the_place_of_a_file_delays_nothing(self):
         with Farm("--state", self.state) as farm:
             expected = self.finish_jobs(farm, 2)
             picture = self.state / "jobs" / "2" / "picture"

@@ -1,4 +1,4 @@
-// A standby takes over from a whole coordinator: leases in part, quarantines and mended jobs.
+// A standby takes over from a real coordinator: partial leases, quarantines and repaired jobs.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -26,17 +26,17 @@ CoordinatorOptions checking(double share, double draw) {
 /// Another machine checks every lease.
 CoordinatorOptions checking_all() { return checking(0.5, 0.2); }
 
-/// A primary, and a standby that takes its place.
+/// A primary and a standby that takes over.
 class Twins {
  public:
   explicit Twins(const CoordinatorOptions& options) : service(options, &replicated_) {}
 
-  /// Another standby gets a full copy.
+  /// Starts another standby, which gets a full copy.
   void replace_standby() {
     line_.become(third_);
     copy_ = &third_;
   }
-  /// The primary dies; nothing that it has not committed is left.
+  /// Ends the primary, which loses everything uncommitted.
   void take_over() {
     line_.cut_off = true;
     copy_->crash();
@@ -64,7 +64,7 @@ void check_right(Service& service, JobId job, const RenderSettings& settings) {
 
 }  // namespace
 
-TEST_CASE("a standby has the part of a lease that came back, and grants the rest, once") {
+TEST_CASE("a standby has the returned part of a lease, and grants the rest once") {
   Twins twins(service_options());
   Service& service = twins.service;
   Hand ann(service, "ann");
@@ -81,7 +81,7 @@ TEST_CASE("a standby has the part of a lease that came back, and grants the rest
   REQUIRE(rest.cells.range.begin == part);
 
   twins.take_over();
-  ann.send_part(rest, 1);  // ann has not noticed
+  ann.send_part(rest, 1);  // ann has not noticed the takeover
   service.turn();
   CHECK(service.heard<msg::Identify>(ann.peer()).size() == 1);
   ann.come_back();
@@ -96,8 +96,7 @@ TEST_CASE("a standby has the part of a lease that came back, and grants the rest
   check_right(service, job, many_leases());
 }
 
-TEST_CASE(
-    "whenever a standby takes over, parts count once and what faulty workers did stays undone") {
+TEST_CASE("after any takeover, parts count once and results of faulty workers remain undone") {
   int quarantined = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     CAPTURE(seed);
@@ -133,7 +132,7 @@ TEST_CASE(
   CHECK(quarantined < 60);
 }
 
-TEST_CASE("a standby knows quarantines, of when it was in step and from a full copy") {
+TEST_CASE("a standby knows quarantines, from being in step and from a full copy") {
   for (const bool full_copy : {false, true}) {
     CAPTURE(full_copy);
     Twins twins(checking_all());
@@ -169,7 +168,7 @@ TEST_CASE("a standby knows quarantines, of when it was in step and from a full c
   }
 }
 
-TEST_CASE("a standby mends a job that was cancelled while its faulty worker was found") {
+TEST_CASE("a standby undoes wrong results in a job that was cancelled during the fault finding") {
   const auto draw = std::make_shared<double>(0.9);  // no checks
   CoordinatorOptions options = checking_all();
   options.random = [draw] { return *draw; };
@@ -194,7 +193,7 @@ TEST_CASE("a standby mends a job that was cancelled while its faulty worker was 
 
 namespace {
 
-/// Things that happen to jobs, workers and coordinators, drawn at random.
+/// Random events of jobs, workers and coordinators.
 class Storm {
  public:
   Storm(std::uint64_t seed, Twins& twins) : twins_(twins), dice_(seed) {}
@@ -204,7 +203,7 @@ class Storm {
     const std::string user = dice_.one_in(2) ? "ann" : "bob";
     jobs.emplace_back(twins_.service.submit(small_scene(), settings, priority, user), settings);
   }
-  /// So many rounds, with something that happens in every fifth.
+  /// Runs a number of rounds, with a random event in every fifth.
   void blow(const Hands& hands, std::uint64_t rounds) {
     for (std::uint64_t round = 0; round < rounds; ++round) {
       work(twins_.service, hands, jobs.front().first, 1);
@@ -213,7 +212,7 @@ class Storm {
       }
     }
   }
-  /// Every job goes on until it is done.
+  /// Continues until every job is done.
   void calm(const Hands& hands) {
     for (const auto& [job, settings] : jobs) {
       twins_.service.steer(job, msg::JobAction::resume);
@@ -267,7 +266,7 @@ RenderSettings in_layers() {
 
 }  // namespace
 
-TEST_CASE("in any history a machine's results are undone in all jobs once one lie was found") {
+TEST_CASE("in any history, a machine's results are undone in all jobs after one fault finding") {
   std::uint64_t set_back = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     CAPTURE(seed);
@@ -303,7 +302,7 @@ TEST_CASE("in any history a machine's results are undone in all jobs once one li
     std::vector<JobId> done;
     for (const auto& [job, settings] : storm.jobs) {
       if (service.state(job) == "done") {
-        done.push_back(job);  // with lies, perhaps
+        done.push_back(job);  // its picture may be wrong
       }
     }
     storm.blow(honest_ones, 20);

@@ -61,7 +61,7 @@ std::vector<Row> known_rows() {
   return rows;
 }
 
-TEST_CASE("trade: the front is what nothing else is faster and more accurate than") {
+TEST_CASE("trade: the Pareto front has the settings that are not dominated") {
   std::vector<Row> rows = {row(sampled(Sampler::independent, 16), 1, 4),
                            row(sampled(Sampler::independent, 32), 2, 3),
                            row(sampled(Sampler::independent, 64), 3, 3),   // as accurate, slower
@@ -79,7 +79,7 @@ TEST_CASE("trade: the front is what nothing else is faster and more accurate tha
   CHECK(rows[5].on_front);
 }
 
-TEST_CASE("trade: a power law is found where there is one, with its scatter where there is not") {
+TEST_CASE("trade: a power law is fitted, with its scatter") {
   const auto law = fit_power_law({{1, 8}, {2, 4}, {8, 1}});
   REQUIRE(law.has_value());
   CHECK(law->slope == Approx(-1));
@@ -96,7 +96,7 @@ TEST_CASE("trade: a power law is found where there is one, with its scatter wher
   CHECK_FALSE(fit_power_law({{1, 1}, {2, 0}}).has_value());
 }
 
-TEST_CASE("trade: a curve goes through its points, straight between and beyond in the logarithm") {
+TEST_CASE("trade: a curve goes through its points and is linear in the logarithms elsewhere") {
   const LogCurve curve({{100, 1}, {1, 100}, {10, 10}, {0, 5}, {1000, 1}});
   REQUIRE(curve.known());
   CHECK(curve.at(1) == Approx(100));
@@ -122,7 +122,7 @@ TEST_CASE("trade: quartiles interpolate between ranks") {
   CHECK(quartiles_of({7}).q3 == 7);
 }
 
-TEST_CASE("trade: a row is the mean of its runs, and claims hold as often as they do") {
+TEST_CASE("trade: a row is the mean of its runs, and counts how often stated errors hold") {
   const Variant variant{VariedSetting::spp, base_settings(), 2};
   Run run;
   run.options = options_of(variant.settings);
@@ -148,7 +148,7 @@ TEST_CASE("trade: a row is the mean of its runs, and claims hold as often as the
   CHECK(row_of(variant, runs, {true, 2}).seconds.median == 2);  // 4 of both threads
 }
 
-TEST_CASE("trade: a claim holds from its low to its high, and as far as the reference may be off") {
+TEST_CASE("trade: a stated error holds within its interval plus the error of the reference") {
   Run run;
   run.claimed = 0.1;
   const auto holds = [&](double rmse) {
@@ -200,7 +200,7 @@ TEST_CASE("trade: the cheapest settings for an error, sampler by sampler") {
   CHECK(candidates_for(0.02, {}, base_settings(), {}).empty());
 }
 
-TEST_CASE("trade: another depth is taken if it is faster by more than doubt and hardly biased") {
+TEST_CASE("trade: another depth is chosen if it is clearly faster and has little bias") {
   std::vector<Row> rows = known_rows();
   RenderSettings shallow = sampled(Sampler::independent, 64);
   shallow.max_depth = 5;
@@ -216,7 +216,7 @@ TEST_CASE("trade: another depth is taken if it is faster by more than doubt and 
   CHECK(depth_for(0.02) == 10);
 }
 
-TEST_CASE("trade: a target is rounded so that it promises no more than it was asked for") {
+TEST_CASE("trade: a target is rounded down, so that the error stays within the goal") {
   std::vector<Row> rows;
   for (const double target : {0.1, 0.05, 0.025}) {
     RenderSettings settings = base_settings();
@@ -231,7 +231,8 @@ TEST_CASE("trade: a target is rounded so that it promises no more than it was as
   CHECK(candidates[0].seconds == Approx(1e-3 / (0.0123 * 0.0123)));
 }
 
-TEST_CASE("trade: a target that is searched for has no bound of samples, whatever the scene asks") {
+TEST_CASE(
+    "trade: the search for a target has no limit on samples, whatever the scene's settings are") {
   std::vector<Row> rows;
   for (const double target : {0.1, 0.05, 0.025}) {
     const RenderSettings settings = with_target(base_settings(), Sampler::sobol, target);
@@ -244,7 +245,8 @@ TEST_CASE("trade: a target that is searched for has no bound of samples, whateve
   CHECK(candidates[0].settings.target_error == 0.001);
 }
 
-TEST_CASE("trade: what missed its error is corrected by the square of the miss") {
+TEST_CASE(
+    "trade: samples of a setting that missed its error are corrected by the square of the ratio") {
   Row missed = row(sampled(Sampler::sobol, 100), 1, 0.03);
   const auto better = corrected(missed, 0.02);
   REQUIRE(better.has_value());
@@ -254,7 +256,8 @@ TEST_CASE("trade: what missed its error is corrected by the square of the miss")
   CHECK_FALSE(corrected(row(sampled(Sampler::sobol, 100), 1, 0), 0.02).has_value());
 }
 
-TEST_CASE("trade: the sentence names settings, time, error and what the scene's own take") {
+TEST_CASE(
+    "trade: the sentence names settings, time, error and the time of the scene's own settings") {
   Answer answer;
   answer.error = 0.01;
   answer.asked = true;
@@ -294,7 +297,7 @@ TEST_CASE("trade: the sentence says so where the scene's own settings are the an
 }
 
 TEST_CASE(
-    "trade: the sweep tries every varied, nothing twice, and leaves out what takes too long") {
+    "trade: the sweep tries every varied setting once, and leaves out those that take too long") {
   Pilot pilot;
   pilot.samples_per_second = 1e6;
   pilot.error = 0.1;
@@ -325,7 +328,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "trade: seeds of references, pairs and runs are apart; settings that keep noise share them") {
+    "trade: seeds of references, pairs and runs differ; settings with the same noise share them") {
   std::set<std::uint64_t> seeds;
   for (std::uint32_t i = 0; i < 1000; ++i) {
     seeds.insert(seed_of(sampled(Sampler::sobol, 16), 1, i));
@@ -340,7 +343,7 @@ TEST_CASE(
   CHECK(seed_of(deep, 1, 3) == seed_of(sampled(Sampler::sobol, 16), 1, 3));
 }
 
-TEST_CASE("trade: pictures shrink to a size that the time has room for, and keep their shape") {
+TEST_CASE("trade: pictures shrink to fit the time, and keep their shape") {
   RenderSettings scene = base_settings();
   scene.width = 1200;
   scene.height = 800;
@@ -365,7 +368,7 @@ TEST_CASE("trade: 8 bits round to the nearest code of sRGB and clamp") {
   CHECK(through_8bit(0.0002) == Approx(1 / (255 * 12.92)));     // code 0.66, rounded up
 }
 
-TEST_CASE("trade: a run comes back from its line, and a damaged line does not") {
+TEST_CASE("trade: a run is read back from its line, and a damaged line is not") {
   Run run;
   run.options = "--sampler sobol --spp 16";
   run.seed = 18446744073709551615U;
@@ -381,7 +384,8 @@ TEST_CASE("trade: a run comes back from its line, and a damaged line does not") 
   CHECK_THROWS(run_of_csv(line + "x"));
 }
 
-TEST_CASE("trade: denoised pictures are few, from Sobol samples, of the very renders of raw ones") {
+TEST_CASE(
+    "trade: denoised pictures are few, have Sobol samples, and come from renders of raw ones") {
   Pilot pilot;
   pilot.samples_per_second = 1e6;
   pilot.error = 0.1;
@@ -407,7 +411,7 @@ TEST_CASE("trade: denoised pictures are few, from Sobol samples, of the very ren
   CHECK(slow[0].runs == 2);
 }
 
-TEST_CASE("trade: an answer may be denoised, at the samples that its own errors call for") {
+TEST_CASE("trade: an answer may be denoised, with the samples that its own errors need") {
   // 1 s of filter, whatever the samples; an error of 0.5 / sqrt(samples).
   std::vector<Row> rows;
   for (const std::uint32_t samples : {16U, 64U, 256U}) {
@@ -442,7 +446,7 @@ TEST_CASE("trade: denoised pictures count for pictures' calibration, and not for
   CHECK(found[2].pictures == clean.claims);
 }
 
-TEST_CASE("trade: more workers divide what is traced, and none of what one machine denoises") {
+TEST_CASE("trade: more workers divide the tracing, but not the denoising of one machine") {
   Row raw = row(sampled(Sampler::sobol, 64), 2, 0.1);
   Row clean = row(with_denoise(raw.settings, true), 6, 0.05, VariedSetting::denoise);
   clean.denoise_seconds = 4;
@@ -473,7 +477,7 @@ TEST_CASE("trade: a caption names scene, machine, version and date in one line")
         "ParRay " PARRAY_VERSION ", 2026-11-22");
 }
 
-TEST_CASE("trade: a processor's name without what says nothing") {
+TEST_CASE("trade: a processor's name is shortened") {
   CHECK(short_processor("AMD EPYC 9V74 80-Core Processor") == "AMD EPYC 9V74");
   CHECK(short_processor("Intel(R) Xeon(R) Platinum 8375C CPU @ 2.90GHz") ==
         "Intel Xeon Platinum 8375C");

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""parray tradeoff: what it measures, that it goes on where it was stopped, and what it refuses."""
+"""parray tradeoff: what it measures, that it continues after an interruption, and what it refuses."""
 
 import csv
 import json
@@ -40,7 +40,7 @@ class TradeoffCase(unittest.TestCase):
         self.output = self.directory / "trade"
 
     def trade(self, *options, scene=None):
-        """What is measured is of no interest: in a short time, and without gnuplot, which takes longer."""
+        """Runs a short measurement without gnuplot, for tests that do not use the results."""
         result = run("tradeoff", scene or self.scene, "-o", self.output, "--time-budget", 1, "--quiet", *options,
                      env={"PATH": str(self.directory)})
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -58,7 +58,7 @@ class TradeoffCase(unittest.TestCase):
 
 
 class Measured(TradeoffCase):
-    """One run, long enough for its figures, that all read."""
+    """One longer run, whose results all tests read."""
 
     @classmethod
     def setUpClass(cls):
@@ -159,7 +159,7 @@ class Measured(TradeoffCase):
         with open(self.output / "farms.csv", newline="") as file:
             self.assertEqual(len(list(csv.DictReader(file))), sum(len(farm["points"]) for farm in farms))
 
-    def test_the_answer_holds_when_it_is_tried(self):
+    def test_the_recommended_command_reaches_its_error(self):
         document = self.document()
         answer = document["answer"]
         self.assertEqual((answer["error"], answer["asked"]), (0.02, True))
@@ -173,7 +173,7 @@ class Measured(TradeoffCase):
 
 
 class Targets(TradeoffCase):
-    def test_rows_with_targets_are_what_their_commands_do_whatever_samples_the_scene_asks_for(self):
+    def test_rows_with_targets_equal_their_commands_whatever_samples_the_scene_asks_for(self):
         self.scene.write_text(json.dumps(dict(SCENE, render=dict(SCENE["render"], samples_per_pixel=8))))
         result = self.trade("--error", 0.01)
         document = self.document()
@@ -203,7 +203,7 @@ class Targets(TradeoffCase):
 
 
 class Runs(TradeoffCase):
-    def test_goes_on_after_a_kill_with_what_it_has(self):
+    def test_the_same_command_continues_after_a_kill(self):
         command = [BIN / "parray", "tradeoff", self.scene, "-o", self.output, "--time-budget", 4, "--quiet"]
         process = subprocess.Popen([str(word) for word in command], stdout=subprocess.DEVNULL,
                                    stderr=subprocess.DEVNULL)
@@ -229,7 +229,7 @@ class Runs(TradeoffCase):
         self.trade()  # all is there: nothing is measured again
         self.assertEqual(runs.read_text().splitlines()[:len(lines)], lines)
 
-    def test_an_interrupt_keeps_what_there_is_and_says_so(self):
+    def test_an_interrupt_keeps_the_finished_renders_and_says_so(self):
         command = [BIN / "parray", "tradeoff", self.scene, "-o", self.output, "--time-budget", 60, "--quiet"]
         process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True)

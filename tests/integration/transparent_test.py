@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Transparent pictures at a shell: what is in their files, who can make and check them, who says no."""
+"""Transparent pictures on the command line: their files, and the commands that make, check and refuse them."""
 
 import json
 import unittest
@@ -88,7 +88,7 @@ class Files(TransparentTest):
                     self.assertLess(abs(colour + (1 - alpha) * sky - whole), 1e-6)
         self.assertIn("right", self.said("verify", self.path("b.exr"), self.scene, "--all"))
 
-    def test_a_portrait_has_no_ground(self):
+    def test_an_automatic_scene_has_no_ground(self):
         atoms = self.path("atoms.xyz")
         atoms.write_text("3\n\nO 0 0 0\nH 0.96 0 0\nH -0.24 0.93 0\n")
         result = run("render", atoms, "-q", "-o", self.path("a.png"), "--transparent", "on", "--width", "40",
@@ -156,7 +156,7 @@ class Who(TransparentTest):
             job.finish()
             self.assertEqual(read_exr(job.picture)[0], expected)
 
-    def test_who_writes_no_picture_refuses_in_one_line(self):
+    def test_commands_that_write_no_picture_refuse_in_one_line(self):
         self.refused("submit", self.scene, "--transparent", "on", mentions="add --wait -o IMAGE, or --transparent off")
         self.refused("submit", self.scene, "--transparent", "on", "--wait", mentions="--transparent off")
         self.refused("submit", self.scene, "--transparent", "on", "--frames", "1-2",

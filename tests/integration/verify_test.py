@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Pictures that carry their recipe: parray verify, which traces pixels again, and --like, which makes
-the same bits again."""
+"""Pictures with their recipe: parray verify, which traces pixels again, and --like, which renders the same bits
+again."""
 
 import hashlib
 import json
@@ -19,7 +19,7 @@ ADAPTIVE = ["--target-error", "0.004"]
 
 
 def next_float(value):
-    """One bit away."""
+    """Returns the number with one other bit."""
     return struct.unpack("<f", struct.pack("<I", struct.unpack("<I", struct.pack("<f", value))[0] + 1))[0]
 
 
@@ -29,7 +29,7 @@ def matching_hash(values):
 
 class VerifyTest(CliTest):
     def verified(self, *arguments, status=0):
-        """What --json says."""
+        """Returns the output of --json."""
         result = run("verify", *arguments, "--json")
         self.assertEqual((result.returncode, result.stderr), (status, ""))
         document = json.loads(result.stdout)
@@ -37,7 +37,7 @@ class VerifyTest(CliTest):
         return document
 
     def line(self, *arguments, status=0):
-        """What is said to people."""
+        """Returns the text output."""
         result = run("verify", *arguments)
         self.assertEqual((result.returncode, result.stderr), (status, ""))
         self.assertRegex(result.stdout, r"\A[^\n]+\n\Z")
@@ -70,7 +70,7 @@ class Recipes(VerifyTest):
             self.assertEqual(kept["parray:" + name], str(report[name]))
         self.assertEqual(float(kept["parray:error:rmse"]), report["error"]["rmse"])
 
-    def test_the_samples_of_each_pixel_are_there_where_they_differ(self):
+    def test_the_file_has_the_samples_of_each_pixel_if_they_differ(self):
         report, _ = self.rendered(*ADAPTIVE)
         values, types = read_exr(self.path("a.exr"))
         self.assertEqual(types["samples"], "I")
@@ -95,7 +95,7 @@ class Recipes(VerifyTest):
 
 
 class Verdicts(VerifyTest):
-    def test_without_the_scene_the_hash_is_checked_and_what_is_left_is_said(self):
+    def test_without_the_scene_only_the_hash_is_checked_and_verify_says_so(self):
         for name in ("a.exr", "a.png"):
             self.rendered(name=name)
             self.assertEqual(self.verified(self.path(name))["traced_pixels"], 0)
@@ -141,7 +141,7 @@ class Verdicts(VerifyTest):
         self.assertIn("samples", read_exr(self.path("b.exr"))[1])
         self.verified(self.path("b.exr"), self.scene, "--all")
 
-    def test_the_portrait_of_a_bare_particle_file_is_verified_with_that_file(self):
+    def test_the_picture_of_a_particle_file_is_verified_with_that_file(self):
         atoms = self.path("atoms.xyz")
         atoms.write_text("3\n\nO 0 0 0\nH 0 0.8 0.6\nH 0 0.8 -0.6\n")
         result = run("render", atoms, "-q", "-o", self.path("a.exr"), "--width", "40", "--height",
@@ -232,7 +232,7 @@ class Forgeries(VerifyTest):
                                      "image": {"width": 9, "height": 9}}))
         self.verified(self.path("a.exr"), other, "--all")
 
-    def test_an_adaptive_8_bit_picture_is_to_be_made_again_whole(self):
+    def test_an_adaptive_8_bit_picture_can_only_be_rendered_again(self):
         report, _ = self.rendered(*ADAPTIVE, name="a.png")
         self.verified(self.path("a.png"))
         self.refused_picture(self.path("a.png"), self.scene, mentions="render --like")
@@ -273,7 +273,7 @@ class Statements(VerifyTest):
                 self.assertIn(f"channel {channel} differs in 1 pixel",
                               self.line(self.path("forged.exr"), self.scene, "--all", status=1))
 
-    def test_an_error_that_is_stated_too_low_is_found_by_some_pixels_and_any_other_by_all(self):
+    def test_some_pixels_detect_an_error_stated_too_low_and_all_pixels_any_wrong_error(self):
         report, _ = self.rendered(name="a.png")
         true = report["error"]["rmse"]
         half = ["--seed", "3", "--pixels", PIXELS // 2]
@@ -307,7 +307,7 @@ class Like(VerifyTest):
         self.assertEqual(report["samples"], expected["samples"])
         return report
 
-    def test_the_same_bits_come_again(self):
+    def test_like_renders_the_same_bits_again(self):
         for options in (["--sampler", "independent", "--width", "31", "--seed", "9"],
                         ["--precision", "mixed", "--spp", "11", "--max-depth", "4"], ADAPTIVE,
                         ["--target-half-width", "0.04"], ["--time-limit", "0.3"],
@@ -320,7 +320,7 @@ class Like(VerifyTest):
         # A picture that was made again has a recipe as good.
         self.again(report, name="b.png")
 
-    def test_a_picture_that_has_other_bits_than_its_original_is_kept_and_called_wrong(self):
+    def test_a_picture_with_other_bits_than_its_original_is_kept_and_reported(self):
         report, _ = self.rendered(*ADAPTIVE, name="a.png")
         forge_png(self.path("a.png"), self.path("forged.png"), lambda pixels: None, lambda pixels: {"parray:seed": "77"})
         with Farm() as farm:
@@ -344,13 +344,13 @@ class Like(VerifyTest):
         self.assertRegex(result.stderr, r"\Aparray: [^\n]*traced by other rules \(trace_version 4[^\n]*\n\Z")
         self.assertFalse(self.path("b.png").exists())
 
-    def test_what_is_no_part_of_the_bits_stays_free(self):
+    def test_options_that_do_not_decide_the_bits_are_allowed(self):
         report, _ = self.rendered(*ADAPTIVE)
         again, _ = self.rendered("--like", self.path("a.exr"), "--accelerator", "octree", "--threads",
                                  "1", "--schedule", "static", "--aov", "depth", name="b.exr")
         self.assertEqual(again["image_sha256"], report["image_sha256"])
 
-    def test_a_job_of_a_farm_comes_again_here_and_there(self):
+    def test_like_repeats_a_job_of_a_farm_on_this_machine_and_on_the_farm(self):
         with Farm() as farm:
             farm.start_worker("one")
             report = farm.finish(farm.submit(self.scene, *ADAPTIVE))

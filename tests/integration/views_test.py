@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Views, styles and finishing of pictures at a shell."""
+"""Views, styles and postprocessing on the command line."""
 
 import json
 import time
@@ -66,13 +66,13 @@ class Refusals(ViewsTest):
                 (["--views", "front", "--view", "top"], "--view: not possible for a sheet of views")):
             self.refused("render", self.atoms, "-o", picture, *options, mentions=mentions)
 
-    def test_what_is_for_png_pictures_is_refused_of_exr_files(self):
+    def test_options_for_png_pictures_are_refused_for_exr_files(self):
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--outline", "on",
                      mentions="--outline: postprocessing needs a PNG picture")
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--views", "front,top",
                      mentions="write a PNG file (.png), or an EXR file of each")
 
-    def test_what_a_sheet_of_views_cannot_have_is_refused_before_any_work(self):
+    def test_impossible_options_of_a_sheet_of_views_are_refused_before_any_work(self):
         for option in (["--error-map", self.path("e.png")], ["--preview", self.path("p.png")],
                        ["--display", "127.0.0.1:1"], ["--on-end", "true"], ["--like", self.path("a.png")]):
             self.refused("render", self.atoms, "-o", self.path("a.png"), "--views", "front,top", *option,
@@ -108,7 +108,7 @@ class Portraits(ViewsTest):
                     self.assertEqual(names, {"studio": ["ground", "flag"], "publication": ["flag"],
                                              "flat": [], "night": ["wall", "flag"]}[style])
 
-    def test_a_scene_of_a_style_is_its_portrait(self):
+    def test_a_scene_with_a_style_equals_the_automatic_scene(self):
         for style in STYLES:
             portrait = self.render("a.png", "--style", style, "--view", "front")
             self.converted(self.atoms, "--style", style, "--view", "front", "--width", "40", "--height", "30")
@@ -193,7 +193,7 @@ class Finishing(ViewsTest):
         self.assertFalse(any("denoised" in view for view in sheet["views"]))
         self.assertEqual(said.count("parray: --time-limit 0.3: denoising takes about"), 1)
 
-    def test_a_sheet_whose_least_does_not_fit_into_its_time_is_written_and_said_once(self):
+    def test_a_sheet_that_cannot_fit_into_its_time_is_written_with_one_warning(self):
         sheet, _, said = self.sheet_within("0.01", "--width", "400", "--height", "300")
         self.assertEqual(len(sheet["views"]), 3)
         self.assertRegex(said, r"\Aparray: --time-limit 0\.01: loading and writing alone take about [^\n]*: as "

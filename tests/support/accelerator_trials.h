@@ -11,10 +11,10 @@
 #include "tests/support/ray_queries.h"
 #include "tests/support/rooms.h"
 
-/// Searches of one ray at a time against linear search, bit by bit.
+/// Comparisons of accelerators with linear search, one ray at a time, bit by bit.
 namespace parray::test {
 
-/// Asks the accelerator A and linear search about `rays` rays.
+/// Checks that accelerator A and linear search find the same hits for `rays` rays.
 template <typename A, typename Real>
 void check_equal(const std::string& name, const Spheres<Real>& spheres, Dice& dice, int rays) {
   CAPTURE(name);
@@ -42,12 +42,12 @@ void check_equal(const std::string& name, const Spheres<Real>& spheres, Dice& di
     CAPTURE(kind);
     CHECK(different[kind] == 0);
     if (kind < 4 && spheres.size() > 2) {
-      CHECK(hits[kind] > 0);  // rays that meet nothing prove nothing
+      CHECK(hits[kind] > 0);  // rays that hit nothing prove nothing
     }
   }
 }
 
-/// check_equal() for all of the scenes above.
+/// Calls check_equal() for all of the scenes above.
 template <typename A, typename Real>
 void check_equal_everywhere() {
   Dice dice(1);
@@ -80,7 +80,7 @@ void check_nothing_is_never_hit() {
   CHECK(accelerator.bytes() == 0);
 }
 
-/// Of spheres in one place, a path that is inside of the first few enters the next.
+/// Checks coincident spheres: a path that is inside the first few enters the next one.
 template <typename A, typename Real>
 void check_first_of_equals_wins() {
   const A accelerator(coincident<Real>(1000));

@@ -11,10 +11,10 @@
 
 namespace parray::test {
 
-/// As the collector has it.
+/// The time that the collector waits for a put to arrive.
 constexpr Time arrival_time = seconds(2);
 
-/// A coordinator of made-up samples, and a rank that hands in what the test says.
+/// A collector of made-up samples, and a rank that puts the results that a test gives it.
 struct CollectorRig : WindowRig {
   explicit CollectorRig(const RenderSettings& its_settings, std::uint32_t tile = 0,
                         const std::vector<CellRange>& done = {})
@@ -26,7 +26,8 @@ struct CollectorRig : WindowRig {
   void put(const CellRange& range, std::uint64_t nanoseconds = 7) {
     rank.put(range, made_records(plan(), range, nanoseconds));
   }
-  /// `range`, with one bit of the sums of its last cell flipped after the digest was taken.
+  /// Puts `range` with one wrong bit in the sums of its last cell. The digest is that of the right
+  /// sums.
   void put_corrupt(const CellRange& range) {
     auto records = made_records(plan(), range);
     const auto digest = range_digest(cell_digests(records, layout.record_bytes()));
@@ -34,7 +35,7 @@ struct CollectorRig : WindowRig {
     window.put(layout.record_offset(range.begin), records);
     rank.log(range, digest);
   }
-  /// Issues copies until nothing new comes, and hands each in.
+  /// Issues copies until the collector is done, and puts a result for each.
   void trace_copies(Time& now) {
     for (int i = 0; i < 100'000 && !collector.done(); ++i) {
       window.fetch_add(WindowLayout::copy_requests, 1);
@@ -71,7 +72,7 @@ inline std::vector<CellRange> shuffled_ranges(Dice& dice, std::uint64_t cells) {
 }
 
 inline RenderSettings random_settings(Dice& dice) {
-  if (dice.one_in(4)) {  // rows that are cut into ranges of samples
+  if (dice.one_in(4)) {  // rows that are divided into ranges of samples
     return made_settings(1 + dice.below32(3), 2 + dice.below32(9), 3000 + dice.below32(6000));
   }
   return made_settings(1 + dice.below32(40), 2 + dice.below32(12), 1 + dice.below32(400));

@@ -79,7 +79,7 @@ void Coverage::add(std::size_t scene, const GrowingPicture& picture, const Error
   std::array<double, strata> errors{};
   for (std::size_t i = 0; i < means.size(); ++i) {
     const double off = means[i] - reference.mean[i];
-    // The reference has an error, too: with that of a right interval, it widens the interval so.
+    // Widens the interval by the error of the reference.
     const double widened = std::sqrt(error.half_width[i] * error.half_width[i] +
                                      3.8415 * reference.variance[i] / reference.samples);
     const std::uint8_t at = stratum_of_[scene][i];

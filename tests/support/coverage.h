@@ -9,23 +9,24 @@
 
 namespace parray::test {
 
-/// What a picture would be with endless samples, nearly: by pixel and channel.
+/// Approximates a picture with infinitely many samples. One value per pixel and channel.
 struct Reference {
   std::vector<double> mean;
-  std::vector<double> variance;  ///< of one sample
-  double samples = 0;            ///< a pixel
+  std::vector<double> variance;  ///< variance of one sample
+  double samples = 0;            ///< samples per pixel
 };
 
-/// From independent samples with a seed of its own.
+/// Traces a reference from independent samples with a separate seed.
 Reference trace_reference(const NoisyScene& scene, std::uint32_t samples);
 
-/// The picture's error against the reference, whose own error is taken off.
+/// Returns the picture's RMSE, from the difference to the reference. Subtracts the reference's own
+/// error.
 double true_rmse(const GrowingPicture& picture, const Reference& reference);
 
-/// How often the errors that pictures state hold, over many pictures of some scenes.
+/// Counts how often the errors that pictures state are right, over many pictures of some scenes.
 class Coverage {
  public:
-  /// Pixels and channels of all scenes are sorted into strata, four by mean and five by variance.
+  /// Sorts the pixels and channels of all scenes into strata, four by mean and five by variance.
   explicit Coverage(const std::vector<Reference>& references);
 
   void add(std::size_t scene, const GrowingPicture& picture, const ErrorEstimate& error);
@@ -34,12 +35,12 @@ class Coverage {
     return stratum_of_[scene][value];
   }
   [[nodiscard]] double pooled() const;           ///< share of intervals that hold
-  [[nodiscard]] double least_of_strata() const;  ///< in the stratum where it is least
+  [[nodiscard]] double least_of_strata() const;  ///< the same in the worst stratum
   [[nodiscard]] double pictures() const;         ///< share of [low, high] that hold
   [[nodiscard]] double claimed_to_true() const;  ///< ratio of the root mean squares
   struct Bias {
     double value = 0;      ///< mean error / mean
-    double scatter = 0;    ///< its standard error
+    double scatter = 0;    ///< standard error of `value`
     double allowance = 0;  ///< mean error / mean half-width
   };
   static constexpr std::size_t strata = 20;
@@ -54,7 +55,7 @@ class Coverage {
     double half_width = 0;
     double pictures = 0;
     double error = 0;
-    double squares = 0;  ///< of the error of a picture's mean over the stratum
+    double squares = 0;  ///< sum of squared errors of pictures' means over the stratum
   };
 
   const std::vector<Reference>& references_;

@@ -11,28 +11,29 @@
 
 namespace parray::test {
 
-/// A disk that forgets what was not committed when the coordinator dies, and whose commits may
-/// fail, as on a full disk: nothing is kept then, and nothing of what was put is forgotten.
+/// A store in memory that loses everything uncommitted when the coordinator crashes. Its commits
+/// may fail, as on a full disk. A failed commit stores nothing, and the changes remain for the next
+/// one.
 class CrashStore : public Store {
  public:
-  /// `failing`: probability that a commit throws instead.
+  /// `failing` is the probability that a commit throws StorageFull.
   CrashStore(double failing, std::uint64_t seed) : failing_(failing), random_(seed) {}
 
-  /// The coordinator has died: what is left is what was committed.
+  /// Loses everything uncommitted, as when the coordinator crashes.
   void crash() {
     staged_ = committed_;
     new_mark_.reset();
     new_reached_.clear();
   }
-  /// While it is full, nothing can be committed, nor scenes or pictures put.
+  /// Makes the disk full or not. While it is full, commits and puts of scenes and pictures fail.
   void fill(bool full) { full_ = full; }
-  /// The entries of the job's log that a crash would leave.
+  /// Returns the entries of the job's log that survive a crash.
   [[nodiscard]] const std::vector<std::string>& committed_rows(JobId job) const {
     static const std::vector<std::string> none;
     const auto rows = committed_.rows.find(job);
     return rows == committed_.rows.end() ? none : rows->second;
   }
-  /// The job's rows are gone because its picture is there.
+  /// Returns whether the job has a picture. The store then has dropped the job's rows.
   [[nodiscard]] bool has_picture(JobId job) const { return committed_.pictures.contains(job); }
 
   void put_job(const JobRecord& job) override {
@@ -181,7 +182,7 @@ class CrashStore : public Store {
   bool full_ = false;
   bool changed_ = false;
   std::optional<std::string> new_mark_;
-  std::string new_reached_;  ///< empty: none was put
+  std::string new_reached_;  ///< mark of the last put_reached_mark(); empty: none
   std::mt19937_64 random_;
   Content staged_;
   Content committed_;

@@ -11,14 +11,14 @@
 
 namespace parray::test {
 
-/// What disks, copies and people do to the files of a state: bytes flip, files are cut, bytes in
-/// their middle are missing, files are gone.
+/// Damages the files of a state as disks, copies and people do: changes bytes, cuts files, removes
+/// bytes from their middle, removes files.
 class Damage {
  public:
   Damage(std::filesystem::path directory, std::uint64_t seed)
       : directory_(std::move(directory)), random_(seed) {}
 
-  /// Damages one file, chosen at random. Returns what was done to which.
+  /// Damages one random file. Returns the damage and the file in words.
   std::string strike() {
     std::vector<std::string> names;
     for (const auto& [name, size] : files_below(directory_)) {

@@ -12,7 +12,7 @@
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 
-/// Seeded scenes over the extremes of what a scene file may hold.
+/// Seeded scenes that cover the extremes of the numbers that scene files allow.
 namespace parray::test {
 
 struct ExtremeScene {
@@ -20,8 +20,8 @@ struct ExtremeScene {
   Scene scene;
 };
 
-/// Makes scene number `index` of a seed: one kind after the other, each with ratios drawn by their
-/// logarithms; then turned, scaled and moved as a whole.
+/// Makes scene number `index` of a seed. Kinds of scenes take turns. Ratios of sizes are random on
+/// a logarithmic scale. Then the whole scene is turned, scaled and moved.
 class ExtremeScenes {
  public:
   explicit ExtremeScenes(std::uint64_t seed) : seed_(seed) {}
@@ -79,10 +79,10 @@ class ExtremeScenes {
     void add(const Vec3d& center, double radius, std::uint32_t material) {
       scene_.spheres.push_back({center, radius, material});
     }
-    /// A ground that touches the plane through 0 across the axis.
+    /// Returns a ground that touches the plane through 0 across the axis.
     void add_ground(double radius) { add(-radius * axis_, radius, 1); }
 
-    /// Looks from `from` to `at`; the picture is `height` high there.
+    /// Makes the camera look from `from` to `at`, where the picture is `height` high.
     void look(const Vec3d& from, const Vec3d& at, double height) {
       Camera& camera = scene_.camera;
       camera.look_from = from;
@@ -94,7 +94,7 @@ class ExtremeScenes {
           std::clamp(2 * std::atan(height / 2 / camera.focus_distance) / degree, 1e-6, 170.0);
       camera.tan_half_vfov = std::tan(camera.vfov / 2 * degree);
     }
-    /// A direction from the ground upwards, at least a little.
+    /// Returns a direction that points upwards from the ground, at least a little.
     Vec3d upwards() {
       const Vec3d d = dice_.direction();
       return normalize((dot(d, axis_) < 0 ? -1.0 : 1.0) * d + 0.2 * axis_);
@@ -216,7 +216,7 @@ class ExtremeScenes {
       look(shown + dice_.between(5, 20) * upwards(), shown, dice_.between(2, 6));
     }
 
-    /// Grains of about a pixel that cover half of the picture, seen from ever farther.
+    /// Grains of about a pixel that cover half of the picture, seen from a growing distance.
     void fog() {
       const double r = dice_.between(0.01, 0.03);
       const double grains = 0.5 / (r * r);
@@ -234,7 +234,8 @@ class ExtremeScenes {
       return most;
     }
 
-    /// Scales by 1e-12 to 1e12 and moves by up to 1e9 of the size, as far as files may go.
+    /// Scales by 1e-12 to 1e12 and moves by up to 1e9 of the size, within the limits of scene
+    /// files.
     void place() {
       double smallest = scene_.spheres[0].radius;
       for (const Sphere& sphere : scene_.spheres) {

@@ -9,25 +9,26 @@
 
 #include "tests/support/rooms.h"
 
-/// How the suite of numerical extremes counts and reports.
+/// Trials, seeds and reports of the tests of numerical extremes.
 namespace parray::test {
 
 inline std::uint64_t environment_number(const char* name, std::uint64_t otherwise) {
-  const char* const text = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  const char* const text =
+      std::getenv(name);  // NOLINT(concurrency-mt-unsafe): no thread changes it
   return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
 
-/// Number of trials: `usual`, times PARRAY_EXTREMES_DEEP.
+/// Returns the number of trials: `usual` times PARRAY_EXTREMES_DEEP (default 1).
 inline std::uint64_t trials(std::uint64_t usual) {
   return usual * environment_number("PARRAY_EXTREMES_DEEP", 1);
 }
 
-/// `seed` of this run: PARRAY_EXTREMES_SEED gives other random cases.
+/// Returns `seed` for this run. PARRAY_EXTREMES_SEED selects other random cases.
 inline std::uint64_t seeded(std::uint64_t seed) {
   return seed + 1'000'003 * environment_number("PARRAY_EXTREMES_SEED", 0);
 }
 
-/// Checks that the worst value found is within its tolerance, and writes both to the table that
+/// Checks that the worst value is within its tolerance. Writes both to the table that
 /// PARRAY_EXTREMES_TABLE names (see tests/extremes/table).
 inline void within(int row, const std::string& what, double worst, double tolerance) {
   CAPTURE(what);

@@ -18,8 +18,8 @@
 
 namespace parray::test {
 
-/// The parts of a coordinator without the dispatcher: tests call each part directly. Virtual time;
-/// background tasks run at once.
+/// The parts of a coordinator without the dispatcher, so that tests can call each part directly.
+/// Time is virtual, and background tasks run at once.
 struct FarmRig {
   explicit FarmRig(CoordinatorOptions options = rig_options(), Store* store = nullptr)
       : farm(std::move(options), store,
@@ -44,7 +44,7 @@ struct FarmRig {
     return options;
   }
 
-  /// A worker that this coordinator accepts.
+  /// Adds a worker that this coordinator accepts.
   static msg::Hello hello(const std::string& name) {
     msg::Hello m;
     m.version = protocol_version;
@@ -62,7 +62,7 @@ struct FarmRig {
     return *farm.workers.at(peer);
   }
 
-  /// A queued job without a picture in work.
+  /// Adds a queued job without a picture in memory.
   Job& add_job(JobId id, const std::string& user = {}) {
     Job job;
     job.record.id = id;
@@ -75,7 +75,7 @@ struct FarmRig {
     return added;
   }
 
-  /// Messages of type M in the outbox, which is emptied.
+  /// Returns the messages of type M in the outbox, and empties it.
   template <typename M>
   std::vector<M> sent() {
     std::vector<M> found;
@@ -92,7 +92,7 @@ struct FarmRig {
   LeaseDesk leases;
   DisputeDesk disputes;
   ClientRequests clients;
-  JobThread job_thread;  ///< last, as in Coordinator
+  JobThread job_thread;  ///< the last member, as in Coordinator, so that it ends first
 };
 
 }  // namespace parray::test

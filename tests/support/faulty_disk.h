@@ -20,20 +20,20 @@
 
 namespace parray::test {
 
-/// A disk that fills up, fails to sync, fails to rename, or stops at any step.
+/// A disk that becomes full, fails to sync or to rename, or stops at any step.
 class FaultyDisk final : public Disk {
  public:
   static constexpr std::uint64_t endless = std::numeric_limits<std::uint64_t>::max();
 
-  std::uint64_t room = endless;  ///< bytes that it takes before ENOSPC; the last write is cut short
-  /// Syncs that fail with EIO. As on Linux, what was written since the last sync is lost then, and
-  /// the next sync knows nothing of it.
+  std::uint64_t room = endless;  ///< bytes that fit before ENOSPC; the last write may be partial
+  /// Number of syncs that fail with EIO. As on Linux, everything written since the last sync is
+  /// then lost, and the next sync does not report it.
   int failing_syncs = 0;
-  int error = 0;                   ///< not 0: every write fails with it
-  int failing_renames = 0;         ///< with ENOSPC
-  int file_syncs = 0;              ///< how often a file was synced so far
-  int file_system_syncs = 0;       ///< how often all files together were
-  std::function<void()> before{};  ///< called before every step; what it throws ends the step
+  int error = 0;                   ///< every write fails with this errno; 0: writes succeed
+  int failing_renames = 0;         ///< number of renames that fail with ENOSPC
+  int file_syncs = 0;              ///< number of syncs of single files so far
+  int file_system_syncs = 0;       ///< number of syncs of the file system so far
+  std::function<void()> before{};  ///< called before every step; may throw to end the step
 
   ssize_t write(int file, std::string_view bytes, std::uint64_t offset) override {
     step();
@@ -101,7 +101,7 @@ class FaultyDisk final : public Disk {
     }
   }
 
-  /// Of the bytes, those that replace others and so need no room.
+  /// Returns the number of bytes that replace existing ones and so need no room.
   static std::uint64_t overwritten(int file, std::string_view bytes, std::uint64_t offset) {
     struct stat status {};
     fstat(file, &status);

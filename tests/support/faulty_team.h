@@ -11,8 +11,8 @@
 
 namespace parray::test {
 
-/// Makes the sums of a cell wrong in a way that its samples could have had.
-inline void tell_a_lie(TracedCells& cells, std::size_t record_bytes, std::uint64_t cell = 0) {
+/// Changes the sums of a cell to wrong values that are possible for its samples.
+inline void falsify(TracedCells& cells, std::size_t record_bytes, std::uint64_t cell = 0) {
   std::byte* const at = cells.records.data() + cell * record_bytes + sizeof(CellHeader);
   PixelSums pixel;
   std::memcpy(&pixel, at, sizeof pixel);
@@ -22,19 +22,20 @@ inline void tell_a_lie(TracedCells& cells, std::size_t record_bytes, std::uint64
   std::memcpy(at, &pixel, sizeof pixel);
 }
 
-inline std::shared_ptr<const TracedCells> lie_of(const TracedCells& honest, const CellGrid& grid) {
+inline std::shared_ptr<const TracedCells> falsified(const TracedCells& honest,
+                                                    const CellGrid& grid) {
   auto cells = std::make_shared<TracedCells>(honest);
-  tell_a_lie(*cells, record_bytes(grid.shape().cell_pixels));
+  falsify(*cells, record_bytes(grid.shape().cell_pixels));
   return cells;
 }
 
-/// What is wrong with a worker, each with its probability for a lease.
+/// Faults of a worker, each with its probability per lease.
 struct Ailments {
-  double lies = 0;   ///< one cell has other sums
-  double fails = 0;  ///< it says that it cannot trace it
+  double lies = 0;   ///< one cell of the result has wrong sums
+  double fails = 0;  ///< the worker reports that it cannot trace the lease
 };
 
-/// A simulated team with ailments.
+/// A simulated team with faults.
 class FaultyTeam final : public Team {
  public:
   FaultyTeam(const SimNetwork& network, double samples_per_second, Ailments ailments,
@@ -49,7 +50,7 @@ class FaultyTeam final : public Team {
       finished->cells = nullptr;
       finished->failure = "not enough memory";
     } else if (finished && dice_.unit() < ailments_.lies) {
-      finished->cells = lie_of(*finished->cells, *finished->grid);
+      finished->cells = falsified(*finished->cells, *finished->grid);
     }
     return finished;
   }

@@ -11,17 +11,17 @@
 
 namespace parray::test {
 
-/// What may go wrong between a rank and the window. Chances are of one operation.
+/// Faults between a rank and the window. Probabilities are per operation.
 struct WindowFaults {
-  Time longest_operation{};  ///< others may do what they like meanwhile
-  double dying = 0;          ///< the rank ends, before or after the operation
+  Time longest_operation{};  ///< other threads may run meanwhile
+  double dying = 0;          ///< the rank dies before or after the operation
   double late = 0;           ///< a put arrives after its log entry, perhaps much later
   Time latest{};
   double torn = 0;     ///< a late put arrives in two parts
-  double corrupt = 0;  ///< a put with a flipped bit, or without its end
+  double corrupt = 0;  ///< a put has a wrong bit or lacks its end
 };
 
-/// Puts that are on their way.
+/// Delayed puts.
 class Mail {
  public:
   void send(Time arrival, std::size_t offset, std::vector<std::byte> bytes) {
@@ -45,11 +45,11 @@ class Mail {
   std::vector<Letter> letters_;
 };
 
-/// The faulty twin of a rank's window: operations take virtual time, and some of them fail in ways
-/// in which networks, memory and machines do.
+/// A faulty window of a rank: operations take virtual time, and some fail as networks, memory and
+/// machines do.
 class FaultyWindow final : public Window {
  public:
-  struct Death {};  ///< thrown out of the operation at which the rank dies
+  struct Death {};  ///< thrown by the operation at which the rank dies
   struct Tally {
     std::uint64_t deaths = 0;
     std::uint64_t late = 0;

@@ -11,7 +11,7 @@
 
 namespace parray::test {
 
-/// The best lane kernels of this machine as a SphereSearch of one ray at a time.
+/// The best lane kernels of this machine, as a SphereSearch for one ray at a time.
 template <typename Real>
 class LaneTree {
  public:

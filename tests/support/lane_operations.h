@@ -6,8 +6,9 @@
 #include "common/trace/integrator/isa_kernels.h"
 #include "tests/support/rooms.h"
 
-/// Every operation of lanes, on one set of inputs. The file that calls it is compiled for each
-/// instruction set: plain arrays here, so that no shared function can end up with new instructions.
+/// Every operation of lanes, on one set of inputs. The build compiles the calling file once for
+/// each instruction set. Inputs and results are plain arrays, so that no shared function contains
+/// instructions of a newer processor.
 namespace parray::test {
 
 inline constexpr int most_lanes = 16;
@@ -25,15 +26,15 @@ struct LaneInputs {
   std::uint32_t index[most_lanes];  ///< into `table`
   std::uint32_t place[most_lanes];  ///< into `narrower` and `q`
   std::uint32_t small[most_lanes];  ///< below 2^24
-  std::uint32_t shift[most_lanes];  ///< any bits, often below 64
+  std::uint32_t shift[most_lanes];  ///< arbitrary bits, often a number below 64
   std::uint8_t order[most_lanes];   ///< numbers of lanes
   std::uint32_t set;                ///< bit i: lane i
 };
 
-/// What may differ between a lane's result and the scalar's.
+/// Permitted difference between the results of lanes and of scalars.
 enum class Free : std::uint8_t {
   nothing,
-  nan,   ///< which NaN it is, as IEEE 754 leaves it open
+  nan,   ///< the bits of a NaN, which IEEE 754 does not specify
   zero,  ///< the sign of zero
 };
 
@@ -64,7 +65,7 @@ inline constexpr Operation real_operations[] = {{"+", Free::nan},
                                                 {"first_of"}};
 inline constexpr int real_rows = sizeof real_operations / sizeof real_operations[0];
 
-/// Masks come as bits, in lane 0.
+/// Masks are stored as bits, in lane 0.
 inline constexpr Operation mask_operations[] = {{"<"}, {"<="}, {">"},     {">="},      {"=="},
                                                 {"&"}, {"|"},  {"equal"}, {"any not"}, {"any"}};
 inline constexpr int mask_rows = sizeof mask_operations / sizeof mask_operations[0];
@@ -95,7 +96,7 @@ inline constexpr Operation uint_operations[] = {{"load"},
                                                 {"one_shifted_by"}};
 inline constexpr int uint_rows = sizeof uint_operations / sizeof uint_operations[0];
 
-/// A row for each operation.
+/// One row of results for each operation.
 template <typename T>
 struct LaneResults {
   T real[real_rows][most_lanes];

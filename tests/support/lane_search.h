@@ -14,10 +14,10 @@
 #include "tests/support/ray_queries.h"
 #include "tests/support/rooms.h"
 
-/// The lane kernels' search as tests ask it: spheres by input index, many rays at once.
+/// The search of the lane kernels for tests: spheres by input index, many rays at once.
 namespace parray::test {
 
-/// A precision: what paths are computed in, and what spheres are stored in.
+/// A precision: the type of path computations and the type of stored spheres.
 struct SinglePrecision {
   using Real = float;
   using Store = float;
@@ -31,12 +31,13 @@ struct DoublePrecision {
   using Store = double;
 };
 
-/// What a path meets next.
+/// Finds the next hits of paths.
 template <typename Real>
 class LaneSearch {
  public:
   virtual ~LaneSearch() = default;
-  /// At most SampleBatch::most queries; the paths travel together.
+  /// Returns the hit of each query. Takes at most SampleBatch::most queries; the kernel traces
+  /// their paths together.
   virtual std::vector<Hit<Real>> find(std::span<const Query<Real>> queries) = 0;
   [[nodiscard]] virtual std::uint32_t depth() const = 0;
 };
@@ -61,7 +62,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
         slot_of_.at(tables_.input_index(slot)) = slot;
       }
     }
-    // No answer may depend on what scratch memory holds.
+    // Fills scratch memory, because no result may depend on its content.
     std::memset(&space_->paths, 0xA5, sizeof space_->paths);
     std::memset(&space_->queries, 0xA5, sizeof space_->queries);
     std::memset(space_->stack_t, 0xA5, sizeof space_->stack_t);
@@ -109,10 +110,10 @@ class LaneSearchOf final : public LaneSearch<Real> {
   WideBvh<Store, W> tables_;
   Scene scene_;
   std::unique_ptr<Space> space_;
-  std::vector<std::uint32_t> slot_of_;  ///< by input index
+  std::vector<std::uint32_t> slot_of_;  ///< slot of each sphere, by input index
 };
 
-/// `function(std::integral_constant<int, W>, find)` for the kernels of an instruction set.
+/// Calls `function(std::integral_constant<int, W>, find)` with the kernels of an instruction set.
 template <typename P, typename Function>
 auto with_kernels_of(Isa isa, Function function) {
   using Real = typename P::Real;
@@ -130,8 +131,8 @@ auto with_kernels_of(Isa isa, Function function) {
   throw std::logic_error("kernels of an instruction set that this machine lacks");
 }
 
-/// `isa`: one that this machine runs. `tree` false: linear search. `sides` false: for paths that
-/// are inside of nothing.
+/// Makes a search for an instruction set that this machine supports. Without `tree` it is a linear
+/// search. Without `sides` it is for paths that are inside no sphere.
 template <typename P>
 std::unique_ptr<LaneSearch<typename P::Real>> lane_search(Isa isa,
                                                           const Spheres<typename P::Store>& spheres,

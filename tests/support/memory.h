@@ -9,8 +9,8 @@
 
 namespace parray::test {
 
-/// Most address space that this process has had at once, in bytes: grows with what is allocated,
-/// touched or not.
+/// Returns the largest address space of this process so far, in bytes. It includes allocated memory
+/// that was never touched.
 inline std::uint64_t peak_address_space() {
   std::ifstream status("/proc/self/status");
   std::string key;

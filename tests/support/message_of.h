@@ -6,7 +6,7 @@
 
 namespace parray::test {
 
-/// What `function` says when it throws an Error; "no error" when it does not. Any other exception
+/// Returns the message of the Error that `function` throws, or "no error". Any other exception
 /// passes through and fails the test.
 template <typename Error, typename Function>
 std::string message_of(const Function& function) {

@@ -14,7 +14,7 @@ namespace parray::test {
 using Xs = std::vector<double>;
 using Elements = std::vector<std::uint8_t>;
 
-/// A record ATOM of PDB at (x, 0, 0) with its fields in their columns; `name` from column 13 on.
+/// Returns a record ATOM of PDB at (x, 0, 0), with `name` from column 13 on.
 inline std::string pdb_line(const std::string& name, char location, const std::string& residue,
                             int number, double x, double occupancy = 1,
                             const std::string& element = "") {
@@ -33,7 +33,7 @@ inline Xs xs_of(const Particles& particles) {
   return xs;
 }
 
-/// The count of the note of that key; 0: there is none.
+/// Returns the count of the note with this key; 0 if there is none.
 inline std::uint64_t note(const Particles& particles, std::string_view key) {
   for (const ParticleNote& note : particles.facts.notes) {
     if (note.key == key) return note.count;

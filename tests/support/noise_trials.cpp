@@ -50,7 +50,7 @@ NoisyScene grains() {
   return sized("grains", std::move(scene), 10);
 }
 
-/// Under a ceiling of overlapping balls with small gaps between them, the only way for light.
+/// A room under a ceiling of overlapping balls. Light enters only through small gaps between them.
 NoisyScene gaps() {
   Scene scene;
   scene.camera = camera_at({0, 1.5, 9}, {0, 1.2, 0}, 50);

@@ -10,17 +10,17 @@
 
 namespace parray::test {
 
-/// A scene with noise of its own kind, and the settings to trace it with.
+/// A scene with a special kind of noise, and settings to trace it.
 struct NoisyScene {
   std::string name;
   Scene scene;
   RenderSettings settings;
 };
 
-/// Many materials; a crevice; caustics of glass shells; particles smaller than a pixel; a room
-/// whose only light falls through rare small gaps.
+/// Returns five scenes: many materials; a crevice; caustics of glass shells; particles smaller than
+/// a pixel; a room that gets light only through rare small gaps.
 std::vector<NoisyScene> noisy_scenes(std::uint32_t width, std::uint32_t height);
-/// Shipped scenes, to check on what was found out with the ones above.
+/// Returns shipped scenes, which check findings from the scenes above.
 std::vector<NoisyScene> other_scenes(std::uint32_t width, std::uint32_t height);
 
 /// A picture that grows by passes.
@@ -35,7 +35,7 @@ struct GrowingPicture {
   [[nodiscard]] std::uint64_t samples() const;
   /// Traces each pixel's samples up to `until`.
   void trace(const PathTracer& tracer, const std::vector<std::uint32_t>& until);
-  /// The same with made-up samples: radiance_of(pixel, sample), a Vec3d.
+  /// Does the same with made-up samples: radiance_of(pixel, sample) is a Vec3d.
   template <typename RadianceOf>
   void make_up(const std::vector<std::uint32_t>& until, RadianceOf&& radiance_of) {
     const RadianceScale scale(largest_radiance);
@@ -47,11 +47,12 @@ struct GrowingPicture {
     }
     counts = until;
   }
-  /// By image row, 3 values a pixel.
+  /// Returns the means in image order, 3 values per pixel.
   [[nodiscard]] std::vector<double> means() const;
 };
 
-/// The whole picture as settings ask, pass by pass; grow(until) traces. Returns why it ended.
+/// Completes a picture pass by pass, as the settings ask. grow(until) traces the samples of a pass.
+/// Returns why the picture is complete.
 template <typename Grow>
 StopReason grow_in_passes(const RenderSettings& settings, GrowingPicture& picture, Grow&& grow) {
   NoiseWeights found;

@@ -8,17 +8,17 @@
 
 namespace parray::test {
 
-/// Nested uniform scrambling as the textbook has it: a binary tree whose every node says, by a coin
-/// of its own, whether the next digit is flipped. The tree is kept for ten digits; for points that
-/// differ in those, each node after them is met once only, so that its coin need not be kept.
-/// Source: Owen, "Randomly permuted (t,m,s)-nets and (t,s)-sequences", 1995.
+/// Nested uniform scrambling as in the textbook. Each node of a binary tree has a random coin that
+/// decides whether the next digit is flipped. The tree stores the coins of ten digits. Points that
+/// differ in these digits visit each later node only once, so its coin is not stored. Source: Owen,
+/// "Randomly permuted (t,m,s)-nets and (t,s)-sequences", 1995.
 class OwenTree {
  public:
   explicit OwenTree(std::uint64_t seed) : dice_(seed) {
     for (std::uint64_t& coins : coins_) coins = dice_.bits();
   }
 
-  /// Of 24 binary digits, the first in bit 0. No two calls may share the first ten.
+  /// Scrambles 24 binary digits, the first in bit 0. The first ten digits must differ in all calls.
   std::uint32_t scrambled(std::uint32_t digits) {
     std::uint32_t result = digits ^ (dice_.below32(1U << 24) & ~0U << depth);
     for (int digit = 0; digit < depth; ++digit) {

@@ -11,7 +11,7 @@
 
 namespace parray::test {
 
-/// `bytes` packed by gzip, bzip2, xz or zstd.
+/// Returns `bytes` compressed by gzip, bzip2, xz or zstd.
 inline std::string packed(const std::string& bytes, const std::string& packing = "gzip") {
   struct Free {
     void operator()(archive* opened) const { archive_write_free(opened); }

@@ -15,13 +15,13 @@
 /// Pictures of one scene in two precisions, from the same random numbers.
 namespace parray::test {
 
-/// How a picture differs from that of f64, in units of the Monte Carlo error (one standard error)
-/// of f64's picture with `reference_samples` a pixel. The worst of all parts and channels: blocks
-/// of 8 x 8 pixels, in which noise is 8 times smaller than in a pixel, and the whole picture. What
-/// is small in each part is far smaller than noise in every pixel; a bias that many pixels share
-/// shows in the parts first.
+/// The difference of a picture from that of f64. Its unit is the Monte Carlo error (one standard
+/// error) of f64's picture with `reference_samples` per pixel. It is the worst over all parts and
+/// channels. Parts are blocks of 8 x 8 pixels, which have 8 times less noise than pixels, and the
+/// whole picture. So parts reveal a bias that many pixels share, even if it is far below the noise
+/// of a pixel.
 struct PairedDifference {
-  double least = 0;     ///< surely at least this: 4 standard errors of the difference below it
+  double least = 0;     ///< `found` minus 4 standard errors of the difference
   double found = 0;     ///< |mean difference|
   double standard = 0;  ///< largest standard error of a difference
 };
@@ -32,7 +32,7 @@ class PairedPictures {
   static constexpr std::uint32_t block = 8;
   static constexpr std::uint32_t batch = 8;  ///< samples
 
-  /// Width and height are multiples of 8. `settings` says what else to render with.
+  /// Width and height must be multiples of 8. `settings` has the other settings.
   PairedPictures(const Scene& scene, RenderSettings settings, Precision precision)
       : settings_(settings), scale_(largest_radiance(scene)) {
     settings.precision = precision;
@@ -41,14 +41,14 @@ class PairedPictures {
     tracers_[1] = make_path_tracer(scene, settings);
     exactly_.resize(std::size_t{settings.width} * settings.height);
     parts_.resize(3UL * (block_columns() * (settings.height / block) + 1));
-    // What a picture in single precision cannot show: 8 of its roundings.
+    // Ignores differences of 8 roundings, which a picture in single precision cannot show.
     floor_ = 0x1p-21 * std::max(largest_radiance(scene), 1e-30);
   }
 
   [[nodiscard]] std::uint32_t samples() const { return samples_; }
   [[nodiscard]] std::uint64_t nonfinite() const { return counts_.nonfinite; }
 
-  /// Traces so many samples of each pixel more; a multiple of `batch`.
+  /// Traces this number of further samples of each pixel; a multiple of `batch`.
   void add(std::uint32_t samples) {
     for (const std::uint32_t end = samples_ + samples; samples_ < end; samples_ += batch) {
       std::vector<double> differences(parts_.size());
@@ -79,8 +79,9 @@ class PairedPictures {
     return worst;
   }
 
-  /// Traces until it is clear whether the difference is less than the Monte Carlo error: at least
-  /// 256 samples, whose 32 batches know their own spread, at most reference_samples.
+  /// Traces until it is clear whether the difference is less than the Monte Carlo error. Traces at
+  /// least 256 samples, because their 32 batches are needed to know the standard error, and at most
+  /// reference_samples.
   PairedDifference decide() {
     add(256);
     PairedDifference now = difference();
@@ -93,7 +94,7 @@ class PairedPictures {
 
  private:
   struct Part {
-    double sum = 0;  ///< of the differences of batches
+    double sum = 0;  ///< sum of the differences of batches
     double square = 0;
   };
 
@@ -119,7 +120,7 @@ class PairedPictures {
     }
   }
 
-  /// Standard error of each part of f64's picture with reference_samples a pixel.
+  /// Returns the standard error of each part of f64's picture with reference_samples per pixel.
   [[nodiscard]] std::vector<double> monte_carlo_errors() const {
     std::vector<double> errors(parts_.size());
     const double whole = static_cast<double>(exactly_.size());

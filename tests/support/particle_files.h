@@ -15,13 +15,14 @@
 
 namespace parray::test {
 
-/// Files of particles, written and read in a directory of one test's own.
+/// Writes and reads particle files in a directory of one test.
 class ParticleFiles {
  public:
   [[nodiscard]] std::filesystem::path write(const std::string& name,
                                             const std::string& bytes) const {
     std::filesystem::path path = directory_.path() / name;
-    std::filesystem::remove(path);  // some file systems flush a file that is cut and rewritten
+    std::filesystem::remove(
+        path);  // some file systems flush a file that is truncated and rewritten
     std::ofstream(path, std::ios::binary) << bytes;
     return path;
   }
@@ -30,7 +31,7 @@ class ParticleFiles {
     return read_particles(write(name, bytes));
   }
 
-  /// What reading says, without the directory; "no error" when it says nothing.
+  /// Returns the error message of reading, without the directory, or "no error".
   [[nodiscard]] std::string message(const std::string& name, const std::string& bytes) const {
     const std::filesystem::path path = write(name, bytes);
     std::string message = message_of<InputError>([&] { read_particles(path); });
@@ -45,7 +46,7 @@ class ParticleFiles {
   TemporaryDirectory directory_;
 };
 
-/// The bytes of a value, in the byte order named.
+/// Returns the bytes of a value in the given byte order.
 template <typename T>
 std::string bytes_of(T value, std::endian order = std::endian::little) {
   std::string bytes(sizeof value, '\0');

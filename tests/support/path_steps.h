@@ -12,8 +12,8 @@
 /// One path, step by step, through the tracer's own templates.
 namespace parray::test {
 
-/// The scene on 113 bits: its own spheres, which nothing has rounded but the subtraction of the
-/// origin, in double precision as every kernel has it.
+/// The scene with 113 bits. Its spheres are not rounded, except when the origin is subtracted from
+/// them in double precision, as in every kernel.
 inline TracedPicture<Quad> exact_scene(const Scene& scene, const RenderSettings& settings) {
   TracedPicture<Quad> result = reference_scene<Quad, double>(scene, settings);
   const Vec3d origin = scene_origin(scene);
@@ -24,7 +24,7 @@ inline TracedPicture<Quad> exact_scene(const Scene& scene, const RenderSettings&
   return result;
 }
 
-/// What a path did at one surface.
+/// What happened to a path at one surface.
 struct Step {
   std::uint32_t sphere = no_sphere;
   bool leaving = false;
@@ -33,8 +33,8 @@ struct Step {
   friend bool operator==(const Step&, const Step&) = default;
 };
 
-/// Follows one path for at most scene.max_depth segments. `look(ray, hit, scattering)` sees every
-/// surface that it meets. True: it reached the sky, and `ray` is the ray that did.
+/// Follows one path for at most scene.max_depth segments. Calls `look(ray, hit, scattering)` at
+/// every surface. Returns true if the path reached the sky; `ray` is then its last ray.
 template <typename Real, typename Look>
 bool follow(const TracedPicture<Real>& scene, const Linear<Real>& linear, Ray<Real>& ray,
             InsideStack<Real>& sides, const SampleRandom& random, Look look) {
@@ -60,7 +60,7 @@ bool follow(const TracedPicture<Real>& scene, const Linear<Real>& linear, Ray<Re
   return false;
 }
 
-/// The surfaces that a sample's path meets, in order.
+/// Returns the surfaces that a sample's path meets, in order.
 template <typename Real>
 std::vector<Step> steps_of(const TracedPicture<Real>& scene, const Linear<Real>& linear,
                            std::uint32_t x, std::uint32_t y, const SampleRandom& random) {

@@ -9,8 +9,8 @@
 
 namespace parray::test {
 
-/// PROTOCOL.md in examples: the type and keys of every message, with the values that
-/// sample_messages() gives them, and whether bulk data follow.
+/// PROTOCOL.md in examples: type and keys of every message, with the values of sample_messages(),
+/// and whether a bulk frame follows.
 struct TypeRow {
   std::string type;
   nlohmann::json keys;

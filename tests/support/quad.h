@@ -7,7 +7,8 @@
 
 namespace parray::test {
 
-/// 113 bits: the oracle of the numeric tests, exact for their purposes on single and double inputs.
+/// Arithmetic with 113 bits, the oracle of the numeric tests. For inputs in single and double
+/// precision it is practically exact.
 #if __LDBL_MANT_DIG__ == 113
 using Quad = long double;
 #else
@@ -15,7 +16,8 @@ __extension__ typedef __float128 Quad;  // NOLINT(modernize-use-using): only a t
 #endif
 using QuadVec = Vec3<Quad>;
 
-/// Square root to the last bits: two steps of Newton from the 64-bit one. 0 for x <= 0.
+/// Returns the square root to the last bits, by two Newton steps from the 64-bit root. Returns 0
+/// for x <= 0.
 inline Quad quad_sqrt(Quad x) {
   if (!(x > 0)) {
     return 0;
@@ -39,7 +41,8 @@ QuadVec exact(const Vec3<Real>& v) {
 
 namespace parray::math {
 
-/// The tracer's own templates on 113 bits: the oracle that shares nothing with them but themselves.
+/// The tracer's templates with 113 bits: an oracle that shares only these templates with the
+/// tracer.
 template <>
 struct RealTraits<test::Quad> {
   static constexpr test::Quad unit_roundoff = test::Quad(0x1p-113L);

@@ -10,36 +10,36 @@
 #include "tests/support/rooms.h"
 #include "tests/support/thorny_spheres.h"
 
-/// Rays that accelerators find hard: each comes with where its path stands.
+/// Rays that are difficult for accelerators, each with the sides and the surface of its path.
 namespace parray::test {
 
 template <typename Real>
 struct Query {
   Ray<Real> ray{{0, 0, 0}, {1, 0, 0}};
   InsideStack<Real> sides;
-  Hit<Real> best;  ///< nearest way out of what the path is inside of
+  Hit<Real> best;  ///< nearest exit from the spheres that the path is inside of
 };
 
 enum class QueryKind : std::uint8_t {
   from_afar,
   from_amid,
-  along_axes,       ///< or planes, with zeros of either sign and denormals
+  along_axes,       ///< along axes or planes, with denormals and zeros of both signs
   on_planes,        ///< from the planes of boxes
   grazing,          ///< within a few roundings of touching a sphere
-  grazing_poles,    ///< the same where a sphere touches its bounds
-  along_diagonals,  ///< or across them, from the planes that bound a sphere there
-  on_borders,       ///< from where cubes are halved
-  off_surface,      ///< and not back into it
-  from_inside,      ///< one that they leave somewhere
-  across_inside,    ///< from the inner side of a surface, and inside of others
+  grazing_poles,    ///< the same at the points where a sphere touches its bounds
+  along_diagonals,  ///< along or across diagonals, from the planes that bound a sphere there
+  on_borders,       ///< from the planes that halve cubes
+  off_surface,      ///< from a surface, outwards
+  from_inside,      ///< from inside a sphere
+  across_inside,    ///< from the inner side of a surface, inside other spheres
 };
 constexpr int query_kinds = 11;
 
-/// Asks about spheres that are stored as `Store` and traced as `Real`.
+/// Makes queries about spheres that are stored as `Store` and traced as `Real`.
 template <typename Real, typename Store = Real>
 class Questioner {
  public:
-  /// At least one sphere; both outlive this.
+  /// `spheres` must not be empty. Both arguments must outlive the object.
   Questioner(const Spheres<Real>& spheres, Dice& dice)
       : spheres_(spheres), dice_(dice), lo_(spheres[0].center), hi_(lo_) {
     for (const auto& [c, radius] : spheres) {
@@ -112,7 +112,7 @@ class Questioner {
     }
   }
 
-  /// Puts the path inside a sphere, if it is not already.
+  /// Puts the path inside a sphere unless it is inside already.
   void enter(std::uint32_t index, Query<Real>& query) const {
     if (std::count(query.sides.inside().begin(), query.sides.inside().end(), index) > 0) {
       return;
@@ -136,7 +136,7 @@ class Questioner {
     return {origin, vec_cast<Real>(distance > 0 ? (1 / distance) * way : Vec3d{0, 0, 1})};
   }
 
-  /// A coordinate of a sphere, of its bounds, or of the bounds with a margin for rounding.
+  /// Returns a coordinate of a sphere, of its bounds, or of the bounds with a margin for rounding.
   Real plane(Real center, Real radius, Real size) {
     const Store margin = Store(32) * RealTraits<Store>::unit_roundoff * static_cast<Store>(size);
     const auto extent = static_cast<Store>(radius);
@@ -159,7 +159,7 @@ class Questioner {
   Real near_zero() {
     constexpr auto denormal = static_cast<Real>(std::numeric_limits<Store>::denorm_min());
     constexpr Real least = std::numeric_limits<Real>::denorm_min();
-    // Its reciprocal is finite, and what that is multiplied by is not.
+    // The reciprocal is finite, but its product with a length overflows.
     constexpr auto edge = static_cast<Real>(Store(1.1) / std::numeric_limits<Store>::max());
     const std::array<Real, 9> values{Real(0),     -Real(0),     least, -least, -denormal,
                                      Real(1e-30), Real(-1e-30), edge,  -edge};
@@ -179,15 +179,15 @@ class Questioner {
     }
   }
 
-  /// (+-1, +-1, +-1)
+  /// Returns (+-1, +-1, +-1).
   Vec3d diagonal() {
     const double x = dice_.sign();
     const double y = dice_.sign();
     return {x, y, dice_.sign()};
   }
 
-  /// Where a diagonal leaves a sphere's bounds, with a margin for rounding or without, and moved
-  /// within that plane by whole radii.
+  /// Returns the point where a diagonal leaves a sphere's bounds, with or without a margin for
+  /// rounding, moved within that plane by whole radii.
   Vec3<Real> on_diagonal_planes() {
     const auto& s = any();
     const Vec3<Real> n = vec_cast<Real>(diagonal());
@@ -198,7 +198,7 @@ class Questioner {
     return s.center + out * n + step * Vec3<Real>{n.x, -n.y, Real(0)};
   }
 
-  /// A diagonal, or a direction at right angles to one but for a few roundings.
+  /// Returns a diagonal, or a direction at right angles to one, except for a few roundings.
   Vec3<Real> diagonal_direction() {
     const Vec3d n = diagonal();
     if (dice_.one_in(3)) {
@@ -212,8 +212,7 @@ class Questioner {
     return across;
   }
 
-  /// A corner of the cubes that halving the one around all centres gives, or of the octants of a
-  /// coarser level.
+  /// Returns a corner of a cube that results from repeatedly halving the cube around all centres.
   Vec3<Real> on_borders() {
     const Real side = std::max({hi_.x - lo_.x, hi_.y - lo_.y, hi_.z - lo_.z});
     const auto level = dice_.below(12);
@@ -242,7 +241,7 @@ class Questioner {
     return {origin, vec_cast<Real>(std::sqrt(1 - sine * sine) * axis + sine * dice_.across(axis))};
   }
 
-  /// Where bounds decide between hit and miss.
+  /// Returns a ray that touches a sphere where it touches its bounds.
   Ray<Real> grazing_pole() {
     const auto& sphere = any();
     const auto radius = static_cast<double>(sphere.radius);
@@ -252,8 +251,8 @@ class Questioner {
         axis == 3 ? normalize(diagonal())
                   : Vec3d{axis == 0 ? side : 0, axis == 1 ? side : 0, axis == 2 ? side : 0};
     const Vec3d touched = vec_cast<double>(sphere.center) + radius * pole;
-    // From afar, or from the point nearest to the origin of the coordinates, whose own rounding is
-    // small.
+    // From far away, or from the point nearest to the origin of coordinates, where coordinates have
+    // small roundings.
     const bool from_zero = dice_.one_in(2);
     const Vec3d across = cross(pole, cross(touched, pole));
     const Vec3d level = from_zero && length(across) > 0 ? normalize(across) : dice_.across(pole);
@@ -267,7 +266,7 @@ class Questioner {
 
   const Spheres<Real>& spheres_;
   Dice& dice_;
-  Vec3<Real> lo_;  ///< bounds of the centres
+  Vec3<Real> lo_;  ///< lower corner of the bounds of the centres
   Vec3<Real> hi_;
 };
 

@@ -12,7 +12,7 @@
 #include "common/trace/reference/linear.h"
 #include "tests/support/rooms.h"
 
-/// The scalar reference of the lane kernels: one path after the other, by linear search.
+/// The scalar reference of the lane kernels. It traces one path after the other, by linear search.
 namespace parray::test {
 
 struct ReferenceSums {
@@ -21,11 +21,11 @@ struct ReferenceSums {
   friend bool operator==(const ReferenceSums&, const ReferenceSums&) = default;
 };
 
-/// A scene and a picture of it in one.
+/// A scene with the data of one picture.
 template <typename Real>
 struct TracedPicture : TraceScene<Real>, PathEnds<Real> {};
 
-/// Spheres rounded to `Store`, everything else computed in `Real`.
+/// Rounds spheres to `Store`, and computes everything else in `Real`.
 template <typename Real, typename Store>
 TracedPicture<Real> reference_scene(const Scene& scene, const RenderSettings& settings) {
   const Vec3d origin = scene_origin(scene);
@@ -40,7 +40,7 @@ TracedPicture<Real> reference_scene(const Scene& scene, const RenderSettings& se
   for (const Sphere& sphere : scene.spheres) {
     result.material_of.push_back(sphere.material);
   }
-  // Each path asks every sphere whether it starts in it.
+  // Each path tests all spheres for its start.
   std::vector<std::uint32_t> all(scene.spheres.size());
   std::iota(all.begin(), all.end(), 0U);
   result.start = StartSpheres(std::move(all));
@@ -65,7 +65,8 @@ ReferenceSums reference_sums_in(const Scene& scene, const RenderSettings& settin
   return result;
 }
 
-/// The sums of every sample of a picture, in the settings' precision (not `automatic`).
+/// Returns the sums of all samples of a picture, in the settings' precision, which is not
+/// `automatic`.
 inline ReferenceSums reference_sums(const Scene& scene, const RenderSettings& settings) {
   switch (settings.precision) {
     case Precision::f64:

@@ -2,7 +2,7 @@
 
 #include "common/rooms.h"
 
-/// Tests see the names of all rooms.
+/// Makes the names of all rooms visible in tests.
 namespace parray {
 
 using namespace mpi;

@@ -9,14 +9,14 @@
 
 namespace parray::test {
 
-/// One cell of a picture of 20 x 30 pixels, samples 2 to 9 of row 5.
+/// Returns a batch of one cell of a picture of 20 x 30 pixels: samples 2 to 9 of row 5.
 inline CellBatch sample_batch() {
   const GridShape shape{20, 30, RowOrder::sequential, 4, 20, 8, 2, {{2, 10}, {11, 40}}};
   const auto grid = std::make_shared<const CellGrid>(shape);
   return {grid, {5, 6}, std::vector<SampleRange>(20, {3, 9})};
 }
 
-/// What has been traced of it.
+/// Returns a traced cell of this batch.
 inline TracedCells sample_cells() {
   TracedCells cells;
   cells.range = {5, 6};
@@ -24,12 +24,12 @@ inline TracedCells sample_cells() {
   cells.records.resize(record_bytes(20));
   cells.records[0] = std::byte{200};                     // rays
   cells.records[8] = std::byte{1};                       // not finite
-  cells.records[sizeof(CellHeader) + 2] = std::byte{7};  // of a sum
+  cells.records[sizeof(CellHeader) + 2] = std::byte{7};  // part of a sum
   cells.excluded = {{5, 1, 8, 1}};
   return cells;
 }
 
-/// One message of every type, in the order of the variant, with no value left at its default.
+/// Returns one message of every type, in the order of the variant. No value is its default.
 inline std::vector<Message> sample_messages() {
   const std::string digest(64, 'a');
   RenderSettings settings;

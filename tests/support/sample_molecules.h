@@ -7,7 +7,8 @@
 
 namespace parray::test {
 
-/// A small file of every format of molecules that uses most of what it can say, by name.
+/// Returns, by name, a small file of every format of molecules. Each uses most features of its
+/// format.
 inline std::map<std::string, std::string> valid_molecule_files() {
   return {
       {"b.pdb",

@@ -29,7 +29,7 @@ inline std::string binary_ply() {
   return text + "\2" + bytes_of(0, big) + bytes_of(1, big);
 }
 
-/// A small file of every format that uses most of what it can say, by name.
+/// Returns, by name, a small file of every format. Each uses most features of its format.
 inline std::map<std::string, std::string> valid_particle_files() {
   std::map<std::string, std::string> files{
       {"a.ply",
@@ -63,7 +63,7 @@ inline std::map<std::string, std::string> valid_particle_files() {
   return files;
 }
 
-/// What the header of Particles promises and these do not keep; empty: nothing.
+/// Returns which promise of the header of Particles these particles break; empty: none.
 inline std::string broken_promise(const Particles& particles) {
   const std::size_t count = particles.count();
   const auto fits = [&](const auto& column) { return column.empty() || column.size() == count; };

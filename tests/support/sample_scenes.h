@@ -14,7 +14,8 @@
 
 namespace parray::test {
 
-/// Every material, a lens, a bubble in glass: small, but nothing that a path can meet is missing.
+/// Returns a small scene with everything that a path can meet: all materials, a lens, a bubble in
+/// glass.
 inline Scene small_scene() {
   Scene scene;
   scene.camera.tan_half_vfov = 0.25;
@@ -37,7 +38,7 @@ inline RenderSettings small_settings(const Scene& scene) {
   return resolve_settings(requirements_of(scene), settings).settings;
 }
 
-/// Adds samples `ranges` of all pixels, image order, in one thread.
+/// Adds the samples `ranges` of all pixels, in image order, in one thread.
 inline void trace_into(Framebuffer& framebuffer, const PathTracer& tracer,
                        const std::vector<SampleRange>& ranges) {
   const std::uint32_t width = framebuffer.width();
@@ -51,7 +52,7 @@ inline void trace_into(Framebuffer& framebuffer, const PathTracer& tracer,
   }
 }
 
-/// The picture that one thread makes in one piece, without leases, messages or a team.
+/// Returns the picture that one thread traces at once, without leases, messages or a team.
 inline std::string reference_sha256(const Scene& scene, RenderSettings settings) {
   settings.accelerator = AcceleratorKind::linear;
   Framebuffer framebuffer(settings.width, settings.height);
@@ -61,7 +62,7 @@ inline std::string reference_sha256(const Scene& scene, RenderSettings settings)
   return image_sha256(resolve_image(framebuffer, largest_radiance(scene)));
 }
 
-/// The same of a picture that goes in passes.
+/// Does the same for a picture in passes.
 inline std::string reference_passes_sha256(const Scene& scene, RenderSettings settings) {
   settings.accelerator = AcceleratorKind::linear;
   const auto tracer = make_path_tracer(scene, settings);

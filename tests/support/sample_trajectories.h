@@ -12,18 +12,19 @@
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 
-/// Small files of binary trajectories, written here from their formats' descriptions.
+/// Small binary trajectory files, written according to the descriptions of their formats.
 namespace parray::test {
 
 using Frame = std::vector<Vec3d>;
 
-/// What a DCD file has beside its positions.
+/// Data of a DCD file other than positions.
 struct DcdParts {
   std::endian order = std::endian::little;
-  std::vector<std::array<double, 6>> cells{};  ///< one a frame, or none
-  std::vector<std::int32_t> moving{};  ///< atoms, from 1, of frames after the first; none: all
+  std::vector<std::array<double, 6>> cells{};  ///< one per frame, or empty
+  std::vector<std::int32_t>
+      moving{};  ///< numbers of atoms, from 1, that later frames contain; empty: all
   bool charmm = true;
-  std::int32_t extra_title_lines = 0;  ///< that the record's length does not count
+  std::int32_t extra_title_lines = 0;  ///< lines that the record's length does not count
 };
 
 inline std::string dcd_record(const std::string& bytes, std::endian order) {
@@ -88,7 +89,7 @@ std::string xdr(T value) {
   return bytes_of(value, std::endian::big);
 }
 
-/// At most 9 atoms, which are not packed; in nm.
+/// Makes an XTC file of at most 9 atoms, which the format does not compress; in nm.
 inline std::string plain_xtc_frame(const Frame& frame, float time) {
   const auto count = static_cast<std::int32_t>(frame.size());
   std::string text = xdr(1995) + xdr(count) + xdr(0) + xdr(time);
@@ -100,8 +101,8 @@ inline std::string plain_xtc_frame(const Frame& frame, float time) {
   return text;
 }
 
-/// Five molecules of water, packed with differences; time 1.5, box 2, (0.5, 3), 4 nm. Made by
-/// GROMACS's library.
+/// Returns five molecules of water, compressed as differences; time 1.5, box 2, (0.5, 3), 4 nm.
+/// Made with GROMACS's library.
 inline std::string packed_xtc() {
   return from_hex(
       "000007cb0000000f000000073fc000004000000000000000000000003f0000004040000000000000000000000000"
@@ -110,7 +111,7 @@ inline std::string packed_xtc() {
       "a98734e1d888");
 }
 
-/// Eleven atoms from -20000 to 18000 nm, whose coordinates are packed one by one.
+/// Returns eleven atoms from -20000 to 18000 nm. Their coordinates are compressed one by one.
 inline std::string wide_xtc() {
   return from_hex(
       "000007cb0000000b0000000840200000000000000000000000000000000000000000000000000000000000000000"
@@ -144,7 +145,8 @@ inline std::string netcdf_name(const std::string& name, int version) {
   return size + name + std::string((4 - name.size() % 4) % 4, '\0');
 }
 
-/// A trajectory of AMBER: time, coordinates, cell_lengths (10, 20, 30), cell_angles (90, 90, 60).
+/// Makes an AMBER trajectory: time, coordinates, cell_lengths (10, 20, 30), cell_angles (90, 90,
+/// 60).
 inline std::string amber_netcdf(const std::vector<Frame>& frames, int version = 2) {
   const auto size = [&](std::uint64_t value) {
     return version == 5 ? xdr(value) : xdr(static_cast<std::uint32_t>(value));
@@ -219,7 +221,7 @@ inline std::string prmtop() {
          "%FLAG AMBER_ATOM_TYPE\n%FORMAT(20a4)\nOW  HW  HW  \n";
 }
 
-/// A small file of every format of simulations, by name, but for those without positions.
+/// Returns, by name, a small file of every simulation format that has positions.
 inline std::map<std::string, std::string> valid_simulation_files() {
   const Frame one{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
   const Frame two{{2, 2, 3}, {4, 6, 6}, {7, 8, 8}};

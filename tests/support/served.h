@@ -18,10 +18,10 @@
 
 namespace parray::test {
 
-/// A coordinator over real ZeroMQ, in a thread of its own.
+/// A coordinator over real ZeroMQ, in a separate thread.
 class Server {
  public:
-  /// `keys` as ZmqServer has it.
+  /// `keys` is the same argument as that of ZmqServer.
   explicit Server(CoordinatorOptions options, const std::filesystem::path& keys = {})
       : server_("tcp://127.0.0.1:*", default_max_message_bytes, keys),
         coordinator_(awakening(std::move(options)), nullptr,
@@ -51,7 +51,7 @@ class Server {
   std::thread thread_;
 };
 
-/// One side of a conversation with it, by hand.
+/// A peer of a Server. The test sends and receives its messages.
 class Speaker {
  public:
   explicit Speaker(const Server& server, const std::optional<MemberKey>& key = {})
@@ -60,7 +60,7 @@ class Speaker {
   void say(const Message& message) { link_->send({}, message); }
   void say_raw(Frames frames) { link_->send({}, std::move(frames)); }
 
-  /// The next message of type M, if it comes in time; others are passed over.
+  /// Returns the next message of type M if it arrives in time. Skips other messages.
   template <typename M>
   std::optional<M> hear_within(Time patience) {
     const SteadyClock clock;
@@ -77,7 +77,7 @@ class Speaker {
     }
     return {};
   }
-  /// The same; fails the test after 20 s.
+  /// Does the same. The test fails after 20 s.
   template <typename M>
   M hear() {
     auto heard = hear_within<M>(seconds(20));

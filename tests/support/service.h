@@ -33,7 +33,7 @@ inline CoordinatorOptions service_options() {
   return options;
 }
 
-/// A coordinator in virtual time, whose peers are played by hand: every message is encoded, none is
+/// A coordinator in virtual time. The test plays its peers. Every message is encoded, and none is
 /// lost.
 class Service {
  public:
@@ -42,9 +42,9 @@ class Service {
     restart();
   }
 
-  /// Another coordinator on what the store has; peers are not told.
+  /// Starts another coordinator with the same store, without telling the peers.
   void restart() { restart(store_); }
-  /// The same on what another store has.
+  /// Does the same with another store.
   void restart(Store* store) {
     store_ = store;
     coordinator_.reset();
@@ -67,7 +67,7 @@ class Service {
     }
   }
 
-  /// All messages of type M that a peer has got and not heard yet.
+  /// Removes all messages of type M from a peer's inbox, and returns them.
   template <typename M>
   std::vector<M> heard(const PeerId& peer) {
     std::vector<M> found;
@@ -80,7 +80,7 @@ class Service {
     std::erase_if(inbox, [](const Message& m) { return std::holds_alternative<M>(m); });
     return found;
   }
-  /// The answer to a client's request.
+  /// Returns the answer to a client's request.
   template <typename M>
   M ask(const Message& request) {
     say("client", request);
@@ -98,7 +98,7 @@ class Service {
   nlohmann::json steer(JobId job, msg::JobAction action, std::uint32_t priority = 50) {
     return ask<msg::Job>(msg::SteerJob{1, job, action, priority}).job;
   }
-  /// Why a request is refused; empty: it is not.
+  /// Returns the reason why a request is refused; empty: it is not refused.
   std::string refusal(const Message& request) { return ask<msg::Error>(request).message; }
   msg::Submit submission(const Scene& scene, const RenderSettings& settings,
                          std::uint32_t priority = 50) {
@@ -120,7 +120,7 @@ class Service {
     }
     return {};
   }
-  /// Of a job that is done.
+  /// Fetches the picture of a job that is done.
   msg::ImageData fetch(JobId id) { return ask<msg::ImageData>(msg::Fetch{1, id, false, false}); }
   std::string sha256(JobId id) {
     const auto image = fetch(id);
@@ -131,7 +131,7 @@ class Service {
   [[nodiscard]] Time now() const { return now_; }
   [[nodiscard]] const Coordinator::Tally& tally() const { return coordinator_->tally(); }
   Coordinator& coordinator() { return *coordinator_; }
-  /// What it has logged.
+  /// Returns the coordinator's log.
   [[nodiscard]] std::string log() const { return lines_->str(); }
 
  private:
@@ -146,10 +146,10 @@ class Service {
   int next_token_ = 1;
 };
 
-/// A worker that is played by hand: what it makes of a lease is up to the test.
+/// A worker that the test plays: the test decides what it returns for a lease.
 class Hand {
  public:
-  /// `sender`: how the coordinator sees it; by default a machine of its own.
+  /// `sender` is how the coordinator sees the worker, by default as a separate machine.
   Hand(Service& service, std::string name, std::uint32_t capacity = 1, std::string host = "here",
        Sender sender = {})
       : service_(service),
@@ -159,30 +159,30 @@ class Hand {
         sender_(std::move(sender)) {
     join();
   }
-  /// Whoever is at this address.
+  /// Makes a worker at this address.
   Hand(Service& service, std::string name, const std::string& address)
       : Hand(service, std::move(name), 1, "here", {Role::any, "", 1, address}) {}
 
-  /// As a process that has just been started.
+  /// Joins as a process that has just started.
   void join() {
     ++instance_;
     peer_ = name_ + " " + std::to_string(instance_);
     held.clear();
     say_hello();
   }
-  /// As a process that was cut off for a while.
+  /// Joins as a process that was cut off for a while.
   void come_back() {
     held.clear();
     say_hello();
   }
-  /// As a process that has just been started under another name.
+  /// Joins as a process that has just started under another name.
   void join_as(std::string name) {
     name_ = std::move(name);
     join();
   }
   void say(const Message& message) { service_.say(peer_, message, sender_); }
 
-  /// Takes in what has come: grants, and what is no longer its own.
+  /// Reads the messages that have arrived: grants, revoked leases and verdicts.
   void listen() {
     for (auto& grant : service_.heard<msg::Grant>(peer_)) {
       held[{grant.job, grant.epoch}] = std::move(grant);
@@ -194,7 +194,8 @@ class Hand {
       verdicts.push_back(verdict.verdict);
     }
   }
-  /// It is alive, traces the lease with the lowest epoch, and gets on with it.
+  /// Sends a heartbeat. It says that the worker traces the lease with the lowest epoch and makes
+  /// progress.
   void beat() {
     msg::Heartbeat heartbeat;
     heartbeat.traced = ++beats_;
@@ -203,7 +204,7 @@ class Hand {
     }
     say(heartbeat);
   }
-  /// The first lease that it holds, which it holds no more.
+  /// Removes the first lease that the worker holds, and returns it.
   msg::Grant put_down() {
     msg::Grant grant = held.begin()->second;
     held.erase(held.begin());
@@ -225,22 +226,22 @@ class Hand {
     return result;
   }
   void send_honest(const msg::Grant& grant) { say(result(grant, trace(small_scene(), grant))); }
-  void send_lie(const msg::Grant& grant) {
+  void send_wrong(const msg::Grant& grant) {
     TracedCells cells = trace(small_scene(), grant);
-    tell_a_lie(cells, record_bytes(grant.cells.grid->shape().cell_pixels));
+    falsify(cells, record_bytes(grant.cells.grid->shape().cell_pixels));
     say(result(grant, std::move(cells)));
   }
-  /// Possible samples, but of another picture: a lie that shows.
+  /// Sends possible samples of another picture, which differ visibly.
   void send_other_picture(const msg::Grant& grant) {
     send_part(grant, grant.cells.range.count(), true);
   }
-  /// Sums that no samples can have.
+  /// Sends sums that are impossible for samples.
   void send_forgery(const msg::Grant& grant) {
     TracedCells cells = trace(small_scene(), grant);
     cells.records[sizeof(CellHeader) + 7] = std::byte{0x80};  // 2^63
     say(result(grant, std::move(cells)));
   }
-  /// The lease's first cells alone.
+  /// Sends only the lease's first cells.
   void send_part(const msg::Grant& grant, std::uint64_t cells, bool lie = false) {
     msg::Grant part = grant;
     part.cells = first_cells(grant.cells, cells);
@@ -276,14 +277,14 @@ class Hand {
   std::uint64_t beats_ = 0;
 };
 
-/// What a hand makes of a lease.
+/// What a worker returns for a lease.
 using Manner = std::function<void(Hand& hand, const msg::Grant& grant)>;
 using Hands = std::vector<std::pair<Hand*, Manner>>;
 inline void honest(Hand& hand, const msg::Grant& grant) { hand.send_honest(grant); }
-inline void lying(Hand& hand, const msg::Grant& grant) { hand.send_lie(grant); }
+inline void lying(Hand& hand, const msg::Grant& grant) { hand.send_wrong(grant); }
 inline void lying_loudly(Hand& hand, const msg::Grant& grant) { hand.send_other_picture(grant); }
-/// Returns the first few cells of a lease, as many as chance has it, where the lease allows it.
-/// Lies in one of `lies` leases; 0: never.
+/// Returns the first cells of a lease, a random number of them if the lease allows it. One of
+/// `lies` results is wrong; 0: none.
 inline Manner in_parts(std::uint64_t seed, std::uint64_t lies = 0) {
   return [lies, dice = std::make_shared<Dice>(seed)](Hand& hand, const msg::Grant& grant) {
     const std::uint64_t all = grant.cells.range.count();
@@ -294,8 +295,8 @@ inline Manner in_parts(std::uint64_t seed, std::uint64_t lies = 0) {
 inline void failing(Hand& hand, const msg::Grant& grant) { hand.send_failure(grant); }
 inline void idle(Hand& /*hand*/, const msg::Grant& /*grant*/) {}
 
-/// Lets everybody work, each in a manner of its own, a lease a round of `pace`, until the job has
-/// ended, or for so many rounds. Returns the rounds that it took.
+/// Lets each worker return one lease per round of `pace`, in its own manner, until the job has
+/// ended or `most_rounds` are over. Returns the number of rounds.
 inline int work(Service& service, const Hands& hands, JobId job, int most_rounds = 500,
                 Time pace = milliseconds(10)) {
   for (int round = 0; round < most_rounds; ++round) {
@@ -316,7 +317,7 @@ inline int work(Service& service, const Hands& hands, JobId job, int most_rounds
   return most_rounds;
 }
 
-/// A picture that is cut into many leases.
+/// Returns settings of a picture with many leases.
 inline RenderSettings many_leases() {
   RenderSettings settings = small_settings(small_scene());
   settings.height = 48;
@@ -325,7 +326,7 @@ inline RenderSettings many_leases() {
   return settings;
 }
 
-/// The same in passes, of which each decides where the next one samples.
+/// Returns the same in passes. Each pass decides the samples of the next.
 inline RenderSettings in_passes() {
   RenderSettings settings = many_leases();
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
@@ -334,13 +335,13 @@ inline RenderSettings in_passes() {
   return settings;
 }
 
-/// Hash of the picture that one thread makes of small_scene().
+/// Returns the hash of the picture of small_scene() that one thread traces.
 inline std::string expected_sha256(const RenderSettings& settings) {
   return settings.in_passes() ? reference_passes_sha256(small_scene(), settings)
                               : reference_sha256(small_scene(), settings);
 }
 
-/// What the job's journal proves.
+/// Returns the audit of the job's journal.
 inline Audit audit_of(Service& service, JobId job) {
   const auto data = service.ask<msg::JournalData>(msg::FetchJournal{1, job});
   return audit_journal(read_journal(data.journal.data.view()));

@@ -72,7 +72,7 @@ std::size_t SimFarm::acknowledged_but_lost() const {
       for (const std::string& entry : store_.committed_rows(job)) {
         ByteReader in(entry);
         if (in.get<std::uint32_t>() != 1) {
-          continue;  // not of cells
+          continue;  // not an entry of cells
         }
         const auto pass = in.get<std::uint32_t>();
         in.get<TracerKey>();
@@ -151,7 +151,7 @@ void SimFarm::client_turn() {
         picture_ = *image;
       }
     } catch (const ProtocolError&) {
-      // cut short on its way: asked for again
+      // truncated by the network: the client asks again
     }
   }
   if (request_ && next_request_ <= network.now()) {

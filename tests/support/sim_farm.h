@@ -25,16 +25,16 @@ namespace parray::test {
 /// The real coordinator and real workers on a simulated network, in virtual time, in one thread.
 class SimFarm {
  public:
-  /// `failing_commits`: probability that the disk is full at a commit.
+  /// `failing_commits` is the probability that the disk is full at a commit.
   SimFarm(Faults faults, std::uint64_t seed, double failing_commits = 0,
           CoordinatorOptions options = {});
 
-  /// Adds a worker; returns its place.
+  /// Adds a worker, and returns its number.
   std::size_t add_worker(double samples_per_second, Ailments ailments = {});
-  /// Ends a worker without a word, as kill -9 does.
+  /// Ends a worker without a message, as kill -9 does.
   void kill_worker(std::size_t place) { workers_[place].reset(); }
-  /// A worker neither receives nor sends until `until`, as under SIGSTOP; its team goes on, so that
-  /// its result is there when it continues.
+  /// Stops a worker until `until`, as SIGSTOP does: it receives and sends nothing. Its team
+  /// continues, so its result is ready when the worker continues.
   void stop_worker(std::size_t place, Time until) { workers_[place]->stopped_until = until; }
   [[nodiscard]] bool worker_is_idle(std::size_t place) const {
     return workers_[place]->team.idle();
@@ -42,22 +42,21 @@ class SimFarm {
   [[nodiscard]] std::size_t worker_count() const { return workers_.size(); }
   [[nodiscard]] bool alive(std::size_t place) const { return workers_[place] != nullptr; }
 
-  /// Ends the coordinator without a word, as kill -9 does, and starts another on what its store had
-  /// committed.
+  /// Ends the coordinator without a message, as kill -9 does, and starts another with the committed
+  /// state of the store.
   void crash_coordinator();
   [[nodiscard]] std::uint64_t crashes() const { return crashes_; }
-  /// Leases whose acceptance has been sent to a worker, and that the store no longer has: must be 0
-  /// at any moment.
+  /// Returns the number of acknowledged leases that the store has lost. It must always be 0.
   [[nodiscard]] std::size_t acknowledged_but_lost() const;
   [[nodiscard]] std::size_t acknowledged() const { return acknowledged_.size(); }
-  /// Leases that came back in part.
+  /// Returns the number of leases of which a worker returned a part.
   [[nodiscard]] std::size_t parts() const;
   CrashStore& store() { return store_; }
 
   void submit(const Scene& scene, const RenderSettings& settings);
 
-  /// Runs until the job's picture has been fetched, or until `until`. `event` is called before
-  /// every turn and may do things to the farm. False: out of time.
+  /// Runs until the job's picture has been fetched, or until `until`. Calls `event` before every
+  /// turn, which may change the farm. Returns false if time is over.
   template <typename Event>
   bool run(Time until, Event event) {
     while (!picture_ && network.now() < until) {
@@ -70,13 +69,13 @@ class SimFarm {
     return run(until, [](SimFarm&) {});
   }
 
-  /// What has been fetched.
+  /// Return the fetched report and picture.
   [[nodiscard]] const nlohmann::json& report() const { return picture_->report; }
   [[nodiscard]] std::string picture_sha256() const {
     const auto parts = picture_->picture.picture(picture_->width, picture_->height);
     return image_sha256(parts->image);
   }
-  /// Of its journal, as the store keeps it.
+  /// Returns the audit of the job's journal in the store.
   [[nodiscard]] Audit audit();
   [[nodiscard]] const Coordinator& coordinator() const { return *coordinator_; }
 
@@ -112,10 +111,10 @@ class SimFarm {
   const CoordinatorOptions options_;
   CrashStore store_;
   std::uint64_t crashes_ = 0;
-  /// Pass and cells, as an entry of the log begins.
+  /// Pass and range of cells, the beginning of an entry of the log.
   using Cells = std::tuple<std::uint32_t, std::uint64_t, std::uint64_t>;
   std::map<std::pair<JobId, Epoch>, Cells> granted_;
-  /// What workers have returned of each lease. The holder of a copy may return more.
+  /// The cells of each lease that workers have returned. The holder of a copy may return more.
   std::map<std::pair<JobId, Epoch>, std::set<Cells>> returned_;
   std::set<std::pair<JobId, Epoch>> acknowledged_;
   std::unique_ptr<Coordinator> coordinator_;

@@ -13,24 +13,25 @@
 
 namespace parray::test {
 
-/// What a bad network does to a message, each with its probability.
+/// Faults of a network, each with its probability per message.
 struct Faults {
   double drop = 0;
-  double repeat = 0;                     ///< delivered twice, at different times
-  double truncate = 0;                   ///< a frame is cut short, or the last frame is lost
-  Time longest_delay = milliseconds(1);  ///< uniform from 0: later messages may overtake
+  double repeat = 0;    ///< the message arrives twice, at different times
+  double truncate = 0;  ///< a frame is truncated, or the last frame is lost
+  Time longest_delay =
+      milliseconds(1);  ///< delays are uniform from 0, so messages may overtake each other
 };
 
-/// The machine of worker "w5"; two workers to each.
+/// Returns the machine of a worker such as "w5". Each machine has two workers.
 std::string machine_of(const PeerId& worker);
-/// How other workers name it: by a port of that number.
+/// Returns the address of a worker for other workers: a port of its number.
 PeerId outside_name(const PeerId& worker);
 /// Inverse of outside_name().
 PeerId inside_name(const PeerId& worker);
 
-/// A network in virtual time, and the clock of everything attached to it. One coordinator's end;
-/// any number of peers, of which "w" and a number names a worker that listens to others at a port
-/// of that number. Deterministic for a seed.
+/// A network in virtual time, and the clock of everything attached to it. It has one coordinator
+/// and any number of peers. A peer "w" and a number is a worker, which listens to other workers at
+/// a port of that number. The same seed gives the same events.
 class SimNetwork {
  public:
   SimNetwork(Faults faults, std::uint64_t seed) : faults_(faults), random_(seed) {}
@@ -42,23 +43,25 @@ class SimNetwork {
     std::uint64_t dropped = 0;
     std::uint64_t repeated = 0;
     std::uint64_t truncated = 0;
-    std::uint64_t overtaken = 0;  ///< delivered before an earlier message of the same sender
+    std::uint64_t overtaken =
+        0;  ///< messages that arrived before an earlier message of the same sender
   };
 
   [[nodiscard]] Time now() const { return now_; }
   void advance_to(Time time) { now_ = std::max(now_, time); }
-  /// When the next message arrives anywhere after now; `never` if none is on its way. What has
-  /// arrived already may lie at the door of an end that is stopped.
+  /// Returns the time when the next message arrives anywhere; `never` if none is in flight.
+  /// Messages that have arrived at a stopped peer do not count.
   [[nodiscard]] Time next_arrival() const {
     const auto next = in_flight_.upper_bound(now_);
     return next == in_flight_.end() ? never : next->first;
   }
   [[nodiscard]] const Tally& tally() const { return tally_; }
 
-  /// Sees every message as it is sent, before anything happens to it.
+  /// Called with every message when it is sent, before any fault.
   std::function<void(const Frames&)> spy;
 
-  /// The coordinator's end. Making it again drops what was waiting for the former one.
+  /// Makes the coordinator's end of the network. Drops messages that wait for an earlier
+  /// coordinator.
   std::unique_ptr<Link> coordinator_end();
   std::unique_ptr<Link> peer_end(const PeerId& id);
 

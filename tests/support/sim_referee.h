@@ -14,16 +14,16 @@
 
 namespace parray::test {
 
-/// A referee without a process. It can be slow, dead, silent or dear.
+/// A referee without a process. It can be slow, dead, silent or expensive.
 class SimReferee final : public Referee {
  public:
   struct Ailments {
-    Time delay{};           ///< until it answers
-    std::string failure{};  ///< what it says instead of cells
-    bool silent = false;    ///< it never answers
-    double seconds = 0.01;  ///< of processor time that an answer takes
+    Time delay{};           ///< time until the answer
+    std::string failure{};  ///< failure that it reports instead of cells; empty: none
+    bool silent = false;    ///< the referee never answers
+    double seconds = 0.01;  ///< processor time of an answer
   };
-  /// `now`: the clock of the test.
+  /// `now` is the clock of the test.
   explicit SimReferee(std::function<Time()> now = [] { return Time{}; }) : now_(std::move(now)) {}
 
   void ask(Question question) override {
@@ -59,7 +59,7 @@ class SimReferee final : public Referee {
     ++forgotten;
     answers_.clear();
   }
-  /// When it answers next.
+  /// Returns the time of the next answer; `never` if there is none.
   [[nodiscard]] Time due() const { return answers_.empty() ? never : answers_.front().first; }
 
   Ailments ailments;

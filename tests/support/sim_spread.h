@@ -16,10 +16,10 @@
 
 namespace parray::test {
 
-/// What a worker does to the chunks that it hands on.
+/// How a worker passes on chunks: unchanged, changed, or with a wrong checksum.
 enum class Manner { honest, lying, corrupting };
 
-/// A worker that wants one scene and nothing else.
+/// A worker that only gets and passes on one scene.
 class SpreadWorker final : public Actor {
  public:
   SpreadWorker(std::string scene, Manner manner) : scene_(std::move(scene)), manner_(manner) {}
@@ -73,7 +73,7 @@ class SpreadWorker final : public Actor {
   const Manner manner_;
 };
 
-/// What a coordinator does about scenes, and nothing else.
+/// A coordinator that only serves scenes.
 class SpreadCoordinator final : public Actor {
  public:
   explicit SpreadCoordinator(const Scene& scene, std::uint32_t chunk_bytes = 1024)
@@ -124,19 +124,19 @@ class SpreadCoordinator final : public Actor {
  public:
   const std::string id;
   SceneService service;
-  std::map<PeerId, std::uint64_t> sent;  ///< bytes of chunks
-  std::set<PeerId> asked;                ///< who has
+  std::map<PeerId, std::uint64_t> sent;  ///< bytes of chunks sent to each worker
+  std::set<PeerId> asked;                ///< workers that have asked for a source
 };
 
-/// A scene on its way to workers over a simulated network, in virtual time. Two workers to a
-/// machine.
+/// Spreads a scene to workers over a simulated network, in virtual time. Each machine has two
+/// workers.
 class SimSpread {
  public:
   SimSpread(const Scene& scene, std::size_t workers, Faults faults, std::uint64_t seed,
             const std::map<std::size_t, Manner>& manners = {})
       : network(faults, seed), coordinator(scene), coordinator_link_(network.coordinator_end()) {
     for (std::size_t i = 0; i < workers; ++i) {
-      const std::size_t number = i + 2;  // 2 and 3 are of one machine
+      const std::size_t number = i + 2;  // workers 2 and 3 share a machine
       const PeerId peer = 'w' + std::to_string(number);
       coordinator.add_worker(peer, number);
       const auto manner = manners.find(i);
@@ -146,12 +146,12 @@ class SimSpread {
     }
   }
 
-  /// As kill -9 does it.
+  /// Ends a worker as kill -9 does, and tells the coordinator that it is lost.
   void kill(std::size_t place) {
     coordinator.service.forget_worker(place + 2);
     workers_[place].reset();
   }
-  /// It says nothing any more, and nobody has noticed.
+  /// Ends a worker without telling the coordinator.
   void stop(std::size_t place) { workers_[place].reset(); }
   [[nodiscard]] const SpreadWorker* worker(std::size_t place) const {
     return workers_[place] ? &workers_[place]->worker : nullptr;
@@ -165,8 +165,8 @@ class SimSpread {
     return true;
   }
 
-  /// Until every worker that is left has the scene. `event` is called before every turn. False: it
-  /// took longer than until `until`.
+  /// Runs until every remaining worker has the scene. Calls `event` before every turn. Returns
+  /// false if this takes longer than until `until`.
   template <typename Event>
   bool run(Time until, Event event) {
     while (!all_opened() && network.now() < until) {

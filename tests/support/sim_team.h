@@ -11,9 +11,9 @@
 
 namespace parray::test {
 
-/// A team whose work takes virtual time: the samples are really traced, at once, and handed out
-/// when a machine of `samples_per_second` would have them. Leases that take too long come back in
-/// part.
+/// A team that works in virtual time. It traces the samples at once, and returns them when a
+/// machine with `samples_per_second` would have traced them. It returns a part of a lease that
+/// takes too long.
 class SimTeam final : public Team {
  public:
   SimTeam(const SimNetwork& network, double samples_per_second)
@@ -60,7 +60,7 @@ class SimTeam final : public Team {
     return traced_ + static_cast<std::uint64_t>(part);
   }
   [[nodiscard]] bool preparing() const override { return false; }
-  /// When the lease at hand is finished; `never` without one.
+  /// Returns the time when the current lease is finished; `never` without a lease.
   [[nodiscard]] Time due() const { return finished_ ? due_ : never; }
 
  private:

@@ -19,7 +19,7 @@ using enum SchedulePolicy;
 using Answer = LeaseSource::Answer;
 using Word = WindowLayout::Word;
 
-/// The window of a job and the leases of its ranks, all of as many threads.
+/// The window of a job and the lease sources of its ranks, which have the same number of threads.
 struct SourceRig : WindowRig {
   SourceRig(const RenderSettings& its_settings, std::uint32_t ranks, SchedulePolicy policy,
             std::uint32_t threads = 1, std::uint32_t tile = 0,
@@ -34,7 +34,7 @@ struct SourceRig : WindowRig {
     own.rank = number;
     return {job, pass, layout, window, own, ledgers};
   }
-  /// With several ledgers, each in memory of its own.
+  /// Makes several ledgers, each in separate memory.
   void split(std::uint32_t ledger_ranks) {
     ledgers.emplace(LedgerWindows{Ledgers(layout.ranks(), ledger_ranks), {}});
     for (std::uint32_t ledger = 0; ledger < ledgers->ledgers.count(); ++ledger) {
@@ -57,7 +57,7 @@ struct SourceRig : WindowRig {
 
 inline RenderSettings medium() { return made_settings(60, 40, 700); }
 
-/// True if the ranges are the plan's cells, each once.
+/// Returns whether the ranges contain each of the plan's cells exactly once.
 inline bool is_partition(std::vector<CellRange> ranges, std::uint64_t cells) {
   std::sort(ranges.begin(), ranges.end(),
             [](const CellRange& a, const CellRange& b) { return a.begin < b.begin; });
@@ -71,7 +71,7 @@ inline bool is_partition(std::vector<CellRange> ranges, std::uint64_t cells) {
   return end == cells;
 }
 
-/// Takes until there is nothing left, telling `speed` after the first lease.
+/// Takes all leases. Reports `speed` after the first one.
 inline std::vector<CellRange> take_all(WindowSource& source, double speed) {
   std::vector<CellRange> parts;
   for (auto part = source.take_part(0, false); part.answer == Answer::lease;
@@ -81,7 +81,8 @@ inline std::vector<CellRange> take_all(WindowSource& source, double speed) {
   return parts;
 }
 
-/// The rank's next lease, of so many cells: parts without a gap, of which the first alone is fresh.
+/// Takes the rank's next lease, which has `cells` cells. Its parts follow each other without a gap,
+/// and only the first is fresh.
 inline CellRange take_lease(WindowSource& source, std::uint64_t cells, double speed = 0) {
   CellRange lease;
   for (bool fresh = true; lease.count() < cells; fresh = false) {
@@ -94,7 +95,7 @@ inline CellRange take_lease(WindowSource& source, std::uint64_t cells, double sp
   return lease;
 }
 
-/// How many cells the rank's next weighted lease has.
+/// Takes the rank's next weighted lease, and returns its number of cells.
 inline double weighted_cells(SourceRig& rig, WindowSource& source, double speed) {
   const std::uint64_t before = rig.window.load(Word::position);
   const CellRange first = source.take_part(speed, false).cells;
@@ -107,7 +108,7 @@ inline double weighted_cells(SourceRig& rig, WindowSource& source, double speed)
   return static_cast<double>(count);
 }
 
-/// Where bytes have been put, in that order.
+/// A window that records the places of all puts, in their order.
 class OrderWindow final : public Window {
  public:
   explicit OrderWindow(Window& window) : window_(window) {}

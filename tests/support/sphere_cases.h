@@ -7,7 +7,7 @@
 #include "tests/support/rooms.h"
 #include "tests/support/sphere_oracle.h"
 
-/// Single rays against single spheres, and how far the answers lie from the exact ones.
+/// Single rays and spheres, and the errors of the tracer's answers.
 namespace parray::test {
 
 template <typename Real>
@@ -16,8 +16,8 @@ struct SphereCase {
   Ray<Real> ray;
 };
 
-/// A ray that starts `distance` radii from the centre, in a random direction from it, and passes at
-/// `impact` radii; one in 16 flies away instead. |direction| = `speed`.
+/// Makes a ray that starts `distance` radii from the centre, in a random direction from it, and
+/// passes the centre at `impact` radii. One in 16 rays points away instead. |direction| = `speed`.
 template <typename Real>
 SphereCase<Real> aimed_case(Dice& dice, const SphereShape<Real>& sphere, double impact,
                             double distance, double speed) {
@@ -32,8 +32,8 @@ SphereCase<Real> aimed_case(Dice& dice, const SphereShape<Real>& sphere, double 
   return {sphere, {origin, vec_cast<Real>((sign * speed) * aim)}};
 }
 
-/// A sphere of any size within `decades` of 1 on either side, its centre up to a million radii from
-/// 0.
+/// Makes a sphere with a radius from 10^-decades to 10^decades and its centre up to a million radii
+/// from 0.
 template <typename Real>
 SphereShape<Real> any_sphere(Dice& dice, double decades) {
   const double r = dice.ten_to(-decades, decades);
@@ -41,7 +41,7 @@ SphereShape<Real> any_sphere(Dice& dice, double decades) {
   return {vec_cast<Real>(offset * dice.direction()), static_cast<Real>(r)};
 }
 
-/// Both, with a distance that is log-uniform in [nearest, farthest] radii.
+/// Makes a sphere and a ray, with a log-uniform distance in [nearest, farthest] radii.
 template <typename Real>
 SphereCase<Real> sphere_case(Dice& dice, double decades, double impact, double nearest,
                              double farthest) {
@@ -58,8 +58,8 @@ struct WorstEntry {
   double forward = 0;
   double normal = 0;
   double unit = 0;
-  double band = 0;   ///< tangency of a line that was judged wrongly
-  double speck = 0;  ///< the same where the sphere's radius is less than 4 ulp(S)
+  double band = 0;   ///< largest distance from tangency of a line with a wrong answer
+  double speck = 0;  ///< the same for spheres with a radius below 4 ulp(S)
   int hits = 0;
   int misses = 0;
 

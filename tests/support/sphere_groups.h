@@ -8,7 +8,7 @@
 #include "common/scene/scene.h"
 #include "tests/support/rooms.h"
 
-/// Groups of spheres of all kinds, and how cameras see them.
+/// Groups of spheres of all kinds, and their place in a camera's picture.
 namespace parray::test {
 
 struct Group {
@@ -16,23 +16,23 @@ struct Group {
   std::vector<Sphere> spheres;
 };
 
-/// Centres uniform in a box around `center`, radii up to `radius`.
+/// Makes spheres with uniform centres in a box around `center` and radii up to `radius`.
 std::vector<Sphere> cloud(std::size_t count, const Vec3d& center, const Vec3d& size, double radius,
                           std::uint64_t seed);
-/// Of one sphere and of many, in line, plane and space, near and far, large and small; the last is
-/// a lattice.
+/// Returns groups of one sphere and of many, in a line, a plane and space, near and far, large and
+/// small. The last is a lattice.
 std::vector<Group> sphere_groups();
 std::vector<Sphere> scaled(std::vector<Sphere> spheres, double factor);
 
-/// The view's axes, as common/trace/integrator/camera_rays.h has them, and how far the film
-/// reaches: at distance 1, or everywhere if the camera is orthographic.
+/// The axes of the view, as in common/trace/integrator/camera_rays.h, and half the size of the
+/// film: at distance 1 or, for an orthographic camera, at every distance.
 struct Film {
   Film(const Camera& camera, double aspect);
 
-  /// How far, in radii, a sphere stays inside the picture's edge at the side whose normal in the
-  /// picture is (x, y): >= 1 is all inside, <= -1 all outside.
+  /// Returns how far, in radii, a sphere's centre is inside the edge of the picture that has the
+  /// normal (x, y). From 1 on the sphere is completely inside, from -1 down completely outside.
   [[nodiscard]] double inside(const Sphere& sphere, double x, double y) const;
-  /// Where the ray through a point of the picture begins, and where it goes; x and y from -1 to 1.
+  /// Return origin and direction of the ray through a point of the picture; x and y from -1 to 1.
   [[nodiscard]] Vec3d origin(double x, double y) const;
   [[nodiscard]] Vec3d ray(double x, double y) const;
   [[nodiscard]] bool hits(double x, double y, const Sphere& sphere) const;

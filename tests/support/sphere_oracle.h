@@ -6,8 +6,8 @@
 
 namespace parray::test {
 
-/// A ray and a sphere with exact answers for the very numbers that they hold. All errors are in
-/// radii and in ulp(S), S = max(1, distance / radius).
+/// A ray and a sphere with exact answers for their stored numbers. The unit of all errors is a
+/// radius times ulp(S), S = max(1, distance / radius).
 template <typename Real>
 struct Exact {
   Exact(const Ray<Real>& ray, const SphereShape<Real>& sphere)
@@ -27,12 +27,12 @@ struct Exact {
   }
 
   [[nodiscard]] bool enters() const { return distance > radius && foot > 0 && impact <= 1; }
-  /// How far from the surface the point at `t` lies.
+  /// Returns the distance of the point at `t` from the surface.
   [[nodiscard]] double backward_error(Real t) const {
     const QuadVec point = static_cast<Quad>(t) * direction - from_origin;
     return static_cast<double>(quad_abs(quad_length(point) - radius) / radius / ulp);
   }
-  /// How far from the exact crossing at `root` it lies, times sqrt(1 - b^2).
+  /// Returns its distance from the exact crossing at `root`, times sqrt(1 - b^2).
   [[nodiscard]] double forward_error(Real t, Quad root) const {
     const Quad error = quad_abs(static_cast<Quad>(t) - root) * quad_sqrt(square) / radius;
     return static_cast<double>(error / ulp * steepness);
@@ -41,7 +41,7 @@ struct Exact {
     const QuadVec true_normal = (1 / radius) * (root * direction - from_origin);
     return static_cast<double>(quad_length(exact(normal) - true_normal) / ulp * steepness);
   }
-  /// Distance of the line from tangency.
+  /// Returns the distance of the line from tangency.
   [[nodiscard]] double tangency() const { return static_cast<double>(quad_abs(impact - 1) / ulp); }
 
   Quad radius;

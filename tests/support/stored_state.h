@@ -13,7 +13,7 @@
 
 namespace parray::test {
 
-/// A digest that is told apart by its first digit.
+/// Returns a digest with this first digit, all others 0.
 inline std::string digest(char digit) {
   std::string text(64, '0');
   text[0] = digit;
@@ -48,7 +48,7 @@ inline std::vector<std::string> rows_of(Store& store, JobId job) {
   return rows;
 }
 
-/// Everything that a store can be asked for, of the scenes a to f.
+/// The complete content of a store, with scenes a to f.
 struct StoredState {
   std::map<JobId, std::string> records;
   std::map<JobId, std::vector<std::string>> rows;
@@ -88,13 +88,13 @@ inline void write_bytes(const std::filesystem::path& path, const std::string& by
   std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
 }
 
-/// The directory as it stands, as a killed process would leave it.
+/// Copies the directory in its present state, as a killed process would leave it.
 inline void copy_state(const std::filesystem::path& from, const std::filesystem::path& onto) {
   std::filesystem::remove_all(onto);
   std::filesystem::copy(from, onto, std::filesystem::copy_options::recursive);
 }
 
-/// Names and sizes of the plain files below the directory, from there on.
+/// Returns relative names and sizes of all plain files below the directory.
 inline std::map<std::string, std::uint64_t> files_below(const std::filesystem::path& directory) {
   std::map<std::string, std::uint64_t> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(directory)) {
@@ -105,7 +105,7 @@ inline std::map<std::string, std::uint64_t> files_below(const std::filesystem::p
   return files;
 }
 
-/// Of files_below(), those that hold scenes, rows and pictures and were not set aside.
+/// Returns the files of files_below() that contain scenes, rows and pictures. Leaves out `lost`.
 inline std::vector<std::string> bulk_files(const std::filesystem::path& directory) {
   const std::set<std::string> records = {"reserve", "commits", "notes.json", "notes.next"};
   std::vector<std::string> names;

@@ -13,13 +13,14 @@
 
 namespace parray::test {
 
-/// Where files need no disk, for tests that sync a lot; else the usual place for temporary files.
+/// Returns a place for files in memory, for tests that sync often. Returns the usual place for
+/// temporary files if there is none.
 inline std::filesystem::path in_memory() {
   const std::filesystem::path memory = "/dev/shm";
   return access(memory.c_str(), W_OK) == 0 ? memory : std::filesystem::temp_directory_path();
 }
 
-/// A directory of one test's own, removed with it.
+/// A directory for one test. The destructor removes it.
 class TemporaryDirectory {
  public:
   explicit TemporaryDirectory(
@@ -38,7 +39,7 @@ class TemporaryDirectory {
   TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  /// Entries in it.
+  /// Returns the number of entries in the directory.
   [[nodiscard]] std::size_t files() const {
     return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path_),
                                                   std::filesystem::directory_iterator()));

@@ -11,21 +11,22 @@
 #include "common/scene/scene.h"
 #include "tests/support/rooms.h"
 
-/// Pictures as means of blocks with their errors, and a plain tracer that shares no code with ours.
+/// Pictures as means of blocks with their errors, and a simple tracer that shares no code with
+/// ParRay's tracer.
 namespace parray::test {
 
 inline constexpr std::uint32_t picture_width = 48;
 inline constexpr std::uint32_t picture_height = 32;
 inline constexpr std::uint32_t block = 8;
 
-/// Mean and squared standard error of each channel of each block.
+/// Mean and squared standard error of one channel of one block.
 struct Estimate {
   double mean = 0;
   double error_squared = 0;
 };
 using Picture = std::vector<Estimate>;
 
-/// Adds up samples pixel by pixel, then blocks.
+/// Adds up the samples of each pixel, then the pixels of each block.
 class Accumulator {
  public:
   void add(std::uint32_t x, std::uint32_t y, const std::array<double, 3>& mean,
@@ -43,12 +44,12 @@ class Accumulator {
   Picture blocks_ = Picture(3UL * (picture_width / block) * (picture_height / block));
 };
 
-/// Largest difference of two estimates in standard errors of it.
+/// Returns the largest difference of two pictures, in standard errors of the difference.
 inline double worst_deviation(const Picture& a, const Picture& b) {
   double worst = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
     const double error = std::sqrt(a[i].error_squared + b[i].error_squared);
-    // Rounding to single precision, where a block has no variance at all (sky).
+    // The rounding to single precision, for blocks without variance (sky).
     worst = std::max(worst, std::abs(a[i].mean - b[i].mean) / (error + 1e-6));
   }
   return worst;
@@ -57,8 +58,7 @@ inline double worst_deviation(const Picture& a, const Picture& b) {
 /// Quadratic formula, t_min, library random numbers and trigonometry, all in double precision.
 class TextbookTracer {
  public:
-  /// `t_min` as the One Weekend book has it: crossings nearer than that count as the surface
-  /// itself.
+  /// `t_min` is that of the book "Ray Tracing in One Weekend": the tracer ignores nearer crossings.
   TextbookTracer(const Scene& scene, std::uint32_t max_depth, double t_min = 1e-7)
       : scene_(scene), max_depth_(max_depth), t_min_(t_min), random_(20240229) {}
 

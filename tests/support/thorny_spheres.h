@@ -8,7 +8,7 @@
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 
-/// Spheres that accelerators find hard.
+/// Spheres that are difficult for accelerators.
 namespace parray::test {
 
 template <typename Real>
@@ -40,7 +40,7 @@ Spheres<Real> clustered(Dice& dice) {
   return spheres;
 }
 
-/// A ground of radius 1000 and small spheres that stand on it.
+/// Makes a ground of radius 1000 and small spheres that stand on it.
 template <typename Real>
 Spheres<Real> one_weekend(Dice& dice) {
   Spheres<Real> spheres{shape<Real>({0, -1000, 0}, 1000)};
@@ -52,7 +52,8 @@ Spheres<Real> one_weekend(Dice& dice) {
   return spheres;
 }
 
-/// Radii down to 1/64 of the spacing of single-precision numbers at their centres.
+/// Makes spheres with radii down to 1/64 of the spacing of single-precision numbers at their
+/// centres.
 template <typename Real>
 Spheres<Real> tiny_far(Dice& dice) {
   Spheres<Real> spheres;
@@ -84,7 +85,7 @@ Spheres<Real> collinear(Dice& dice) {
   return spheres;
 }
 
-/// Touching spheres on whole numbers, each there twice: ties wherever a ray runs along the grid.
+/// Makes touching spheres on whole numbers, each twice. Rays along the grid hit ties.
 template <typename Real>
 Spheres<Real> doubled_grid(Dice& dice) {
   Spheres<Real> spheres;
@@ -100,7 +101,7 @@ Spheres<Real> doubled_grid(Dice& dice) {
   return spheres;
 }
 
-/// Far from the origin of the coordinates but level with it, so that a ray may start near 0.
+/// Makes spheres far from the origin of coordinates at its height, so that a ray may start near 0.
 template <typename Real>
 Spheres<Real> ring(Dice& dice) {
   Spheres<Real> spheres;
@@ -127,8 +128,9 @@ Spheres<Real> coincident(std::size_t count) {
   return Spheres<Real>(count, shape<Real>({1, 2, 3}, 0.7));
 }
 
-/// Small spheres on whole numbers, and giants around some of them that touch them at a pole: rays
-/// along the axes meet both at one distance. Giants stand before, among and after the others.
+/// Makes small spheres on whole numbers, and giants around some of them that touch them at a pole.
+/// Rays along the axes hit both at the same distance. Giants come before, among and after the
+/// others.
 template <typename Real>
 Spheres<Real> touching_giants(Dice& dice, std::size_t giants) {
   Spheres<Real> spheres;
@@ -147,8 +149,8 @@ Spheres<Real> touching_giants(Dice& dice, std::size_t giants) {
   return spheres;
 }
 
-/// Places each twenty times as far out as the one before it, 200 spheres in each: every cut peels
-/// off one place only.
+/// Makes groups of 200 spheres, each group twenty times as far away as the previous one. Every cut
+/// of a tree separates only one group.
 template <typename Real>
 Spheres<Real> ever_farther() {
   Spheres<Real> spheres;
@@ -162,7 +164,7 @@ Spheres<Real> ever_farther() {
   return spheres;
 }
 
-/// The same spheres in another precision.
+/// Returns the same spheres in another precision.
 template <typename To, typename From>
 Spheres<To> as(const Spheres<From>& spheres) {
   Spheres<To> result;

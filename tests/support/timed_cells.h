@@ -9,10 +9,10 @@
 
 namespace parray::test {
 
-/// Seconds that one cell of a batch takes in virtual time.
+/// Returns the seconds that one cell of a batch takes in virtual time.
 using CellCost = std::function<double(const CellBatch& batch, std::uint64_t cell)>;
 
-/// Samples of one cell of the batch.
+/// Returns the number of samples of one cell of the batch.
 inline std::uint64_t samples_of(const CellBatch& batch, std::uint64_t cell) {
   std::uint64_t samples = 0;
   for (const SampleRange& range : batch.ranges_of(cell)) {
@@ -21,7 +21,7 @@ inline std::uint64_t samples_of(const CellBatch& batch, std::uint64_t cell) {
   return samples;
 }
 
-/// The batch's first `cells` cells.
+/// Returns the batch's first `cells` cells.
 inline CellBatch first_cells(const CellBatch& batch, std::uint64_t cells) {
   CellBatch part{batch.grid, {batch.range.begin, batch.range.begin + cells}, batch.samples};
   if (!part.samples.empty()) {
@@ -30,13 +30,14 @@ inline CellBatch first_cells(const CellBatch& batch, std::uint64_t cells) {
   return part;
 }
 
-/// What a worker returns of a lease, and the seconds that it took.
+/// The part of a lease that a worker returns, and the seconds of tracing.
 struct TimedCells {
   CellBatch cells;
   double seconds = 0;
 };
 
-/// The cells that trace_cells() of one thread would return after `longest` seconds; 0: all.
+/// Returns the cells that trace_cells() with one thread would return after `longest` seconds; 0:
+/// all.
 inline TimedCells cells_within(const CellBatch& batch, double longest, const CellCost& cost) {
   const std::uint64_t piece = batch.grid->shape().piece_cells;
   double seconds = 0;

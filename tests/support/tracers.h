@@ -13,10 +13,10 @@
 #include "tests/support/reference_tracer.h"
 #include "tests/support/rooms.h"
 
-/// Everything that can make a scene's sums.
+/// All tracers that can compute the sums of a scene.
 namespace parray::test {
 
-/// Row by row by one tracer after the other.
+/// Traces the rows of a picture. The tracers take turns.
 inline ReferenceSums sums_of(std::span<const PathTracer* const> tracers,
                              const RenderSettings& settings) {
   ReferenceSums result{std::vector<PixelSums>(std::size_t{settings.width} * settings.height), {}};
@@ -37,8 +37,8 @@ struct Tracer {
   std::function<ReferenceSums(const Scene&, const RenderSettings&)> sums;
 };
 
-/// The scalar definition, one path after the other; and the kernels of every instruction set of
-/// this machine, by linear search and through the tree.
+/// Returns the scalar tracer, which defines pictures, and the kernels of every instruction set of
+/// this machine, with linear search and with the tree.
 inline std::vector<Tracer> tracers() {
   std::vector<Tracer> result{{"scalar paths", reference_sums}};
   for (const Isa isa : instruction_sets()) {
@@ -54,7 +54,7 @@ inline std::vector<Tracer> tracers() {
   return result;
 }
 
-/// The kernels of this machine's instruction sets, by turns.
+/// Traces with the kernels of all instruction sets of this machine, which take turns.
 inline ReferenceSums lane_sums(const Scene& scene, RenderSettings settings) {
   std::vector<std::unique_ptr<PathTracer>> kernels;
   std::vector<const PathTracer*> turns;
@@ -65,7 +65,7 @@ inline ReferenceSums lane_sums(const Scene& scene, RenderSettings settings) {
   return sums_of(turns, settings);
 }
 
-/// Mean radiance of each channel of each pixel.
+/// Returns the mean radiance of each channel of each pixel.
 inline std::vector<double> means_of(const ReferenceSums& sums, const Scene& scene,
                                     const RenderSettings& settings) {
   const RadianceScale scale(largest_radiance(scene));
@@ -79,7 +79,7 @@ inline std::vector<double> means_of(const ReferenceSums& sums, const Scene& scen
   return means;
 }
 
-/// Mean of the differences of two pictures, or of their absolute values.
+/// Returns the mean of the differences of two pictures, or of their absolute values.
 inline double mean_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {

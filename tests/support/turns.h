@@ -13,11 +13,12 @@
 
 namespace parray::test {
 
-/// Threads in virtual time: one runs at a time, until it sleeps; then time goes on to whoever wakes
-/// first. The same every time, and any two may be interleaved wherever one of them sleeps.
+/// Threads in virtual time. One thread runs until it sleeps. Then time advances to the thread that
+/// wakes first. Every run has the same order. Any two threads may be interleaved
+/// wherever one of them sleeps.
 class Turns final : public Clock {
  public:
-  /// Virtual time has run out: thrown by sleep() in every thread.
+  /// Thrown by sleep() in every thread when virtual time is over.
   struct Over : std::runtime_error {
     Over() : std::runtime_error("virtual time is over") {}
   };
@@ -26,7 +27,7 @@ class Turns final : public Clock {
 
   [[nodiscard]] Time now() const override { return now_; }
 
-  /// Runs all of them, and returns when they have.
+  /// Runs all tasks in one thread each, and returns when all have ended.
   void run(const std::vector<std::function<void(std::size_t)>>& tasks) {
     wakes_.assign(tasks.size(), Time(0));
     woken_.resize(tasks.size());
@@ -52,7 +53,7 @@ class Turns final : public Clock {
     }
   }
 
-  /// Of the thread `self`, whose turn it is.
+  /// Lets the current thread `self` sleep. Throws Over when virtual time is over.
   void sleep(std::size_t self, Time time) {
     std::unique_lock lock(mutex_);
     wakes_[self] = now_ + time;
@@ -81,9 +82,10 @@ class Turns final : public Clock {
   }
 
   const Time end_;
-  Time now_{};  // written by whoever has the turn, under mutex_
+  Time now_{};  // written by the running thread, under mutex_
   std::mutex mutex_;
-  std::deque<std::condition_variable> woken_;  ///< one each: only whose turn it is wakes up
+  std::deque<std::condition_variable>
+      woken_;  ///< one for each thread, so that only the next thread wakes up
   std::size_t turn_ = SIZE_MAX;
   std::vector<Time> wakes_;
 };

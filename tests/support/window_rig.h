@@ -16,8 +16,8 @@
 #include "tests/support/sample_scenes.h"
 #include "worker/window_source.h"
 
-/// A job over a window without a tracer: its samples are made-up numbers, which depend on row,
-/// column and sample alone, so that what must come out can be added up without a plan.
+/// A job over a window without a tracer. Its samples are made-up numbers that depend only on row,
+/// column and sample. So a test can compute the expected sums without a plan.
 namespace parray::test {
 
 inline RenderSettings made_settings(std::uint32_t width, std::uint32_t height, std::uint32_t spp) {
@@ -43,7 +43,7 @@ inline std::uint64_t scrambled(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// What has been made up of some pixels. One sample in 1024 counts as not finite.
+/// The made-up samples of some pixels. One sample in 1024 is not finite.
 struct Made {
   TraceCounts counts;
   std::vector<ExcludedSamples> excluded{};
@@ -69,7 +69,7 @@ struct Made {
   }
 };
 
-/// The cells of a batch; `nanoseconds` of each is the one thing that may differ between copies.
+/// Makes the cells of a batch. Only their `nanoseconds` may differ between copies.
 inline TracedCells made_cells(const CellBatch& batch, std::uint64_t nanoseconds = 7) {
   const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
   TracedCells cells;
@@ -99,7 +99,7 @@ inline std::vector<std::byte> made_records(const WorkPlan& plan, const CellRange
   return made_cells(plan.batch(range), nanoseconds).records;
 }
 
-/// Adds samples of all pixels, image order, as no plan would.
+/// Adds samples of all pixels in image order, without a plan.
 inline void make_into(Framebuffer& framebuffer, const std::vector<SampleRange>& ranges) {
   Made made;
   for (std::size_t pixel = 0; pixel < ranges.size(); ++pixel) {
@@ -115,7 +115,7 @@ inline void make_into(Framebuffer& framebuffer, const std::vector<SampleRange>& 
   }
 }
 
-/// All samples of a picture that does not go in passes.
+/// Makes all samples of a picture without passes.
 inline Framebuffer made_framebuffer(const RenderSettings& settings) {
   Framebuffer framebuffer(settings.width, settings.height);
   make_into(framebuffer,
@@ -134,7 +134,7 @@ inline bool same_sums(const Framebuffer& a, const Framebuffer& b) {
                     b.excluded().end(), alike);
 }
 
-/// Of each pixel none, most often a few and seldom very many samples more than it has.
+/// Returns random ranges of further samples: for each pixel none, a few or, rarely, very many.
 inline std::vector<SampleRange> ragged_ranges(Dice& dice, const std::vector<std::uint32_t>& before,
                                               std::uint32_t most) {
   std::vector<SampleRange> ranges;
@@ -146,7 +146,7 @@ inline std::vector<SampleRange> ragged_ranges(Dice& dice, const std::vector<std:
   return ranges;
 }
 
-/// Memory for a window, of zeros, aligned to words.
+/// Memory for a window, filled with zeros and aligned to words.
 class WindowMemory {
  public:
   explicit WindowMemory(std::size_t bytes) : words_((bytes + 7) / 8), bytes_(bytes) {}
@@ -159,7 +159,7 @@ class WindowMemory {
   std::size_t bytes_;
 };
 
-/// A window whose owner has `memory` and performs every request at once.
+/// Returns a window by requests. Its owner has `memory` and performs every request at once.
 inline RequestWindow request_window(std::span<std::byte> memory) {
   return RequestWindow([memory](const WindowRequest& request, std::span<const std::byte> bytes) {
     return perform(request, memory,
@@ -167,10 +167,10 @@ inline RequestWindow request_window(std::span<std::byte> memory) {
   });
 }
 
-/// Traced cells in an earlier mpirun.
+/// Returns the tracer of cells that were traced in an earlier mpirun.
 inline TracerKey earlier_tracer() { return tracer_key("an earlier mpirun", ""); }
 
-/// "host0", "host1" ...: every rank has a machine of its own.
+/// Returns "host0", "host1" ...: every rank has its own machine.
 inline std::vector<std::string> hosts_apart(std::uint32_t ranks) {
   std::vector<std::string> hosts;
   for (std::uint32_t rank = 0; rank < ranks; ++rank) {
@@ -179,9 +179,9 @@ inline std::vector<std::string> hosts_apart(std::uint32_t ranks) {
   return hosts;
 }
 
-/// A pass of a picture over a window in this process, and rank 0's side of it.
+/// A pass of a picture over a window in this process, with rank 0's part.
 struct WindowRig {
-  /// `done`: cells that an earlier life has finished.
+  /// `done` lists cells that an earlier run has finished.
   explicit WindowRig(const RenderSettings& its_settings, std::uint32_t ranks = 3,
                      std::uint32_t tile = 0, const std::vector<CellRange>& done = {},
                      const std::vector<std::string>& hosts = {})
@@ -211,7 +211,7 @@ struct WindowRig {
     return {job, pass, layout, window, options};
   }
   WindowSource source_of(std::uint32_t rank) { return source({.rank = rank}); }
-  /// For another life.
+  /// Stores cells in the log for a later run.
   void keep(TracerKey tracer, const TracedCells& cells) {
     log.push_back(
         picture.cells_entry(tracer, cells.range, pack_cells(cells, *picture.plan()->grid())));
@@ -230,7 +230,7 @@ struct WindowRig {
   std::vector<CellRange> retracted;
   std::vector<std::string> log;  ///< entries of the job's log
   std::uint64_t restarts = 0;
-  std::uint64_t traced_in_rank_0 = 0;  ///< cells, to decide what is right
+  std::uint64_t traced_in_rank_0 = 0;  ///< cells that rank 0 traced to decide disputes
   bool rank_0_lies = false;
   RankJudge judge;
   WindowCollector collector;
@@ -260,7 +260,7 @@ class ManualClock final : public Clock {
   Time now_{};
 };
 
-/// A team whose made-up samples take the time that a machine of `samples_per_second` would need.
+/// A team of made-up samples, which takes the time of a machine with `samples_per_second`.
 class MadeTeam final : public Team {
  public:
   MadeTeam(const Clock& clock, double samples_per_second)
@@ -299,7 +299,7 @@ class MadeTeam final : public Team {
   [[nodiscard]] std::uint64_t traced() const override { return traced_; }
   [[nodiscard]] bool preparing() const override { return false; }
 
-  /// When the lease at hand is done; `never` without one.
+  /// Returns the time when the current lease is done; `never` without a lease.
   [[nodiscard]] Time due() const {
     if (!lease_) {
       return never;
@@ -310,7 +310,7 @@ class MadeTeam final : public Team {
   [[nodiscard]] std::uint64_t started() const { return started_; }
   [[nodiscard]] const std::optional<LeaseWork>& lease() const { return lease_; }
 
-  std::string failure;  ///< of the leases that are taken from now on; empty: none
+  std::string failure;  ///< failure of all leases that end from now on; empty: none
 
  private:
   const Clock& clock_;

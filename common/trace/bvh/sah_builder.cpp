@@ -229,8 +229,8 @@ class Builder {
     }
   }
 
-  /// Moves a cut where that saves a block: the spheres next to it that one side has beyond whole
-  /// blocks go to the other side, whose last block has room for them.
+  /// Moves a cut if that saves a block. The spheres that one side has in excess of whole blocks,
+  /// those nearest to the cut, move to the other side if its last block has room for them.
   void fill_blocks(std::size_t axis, Range& left, Range& right) {
     const std::uint32_t left_more = left.count() % leaf_size_;
     const std::uint32_t right_more = right.count() % leaf_size_;
@@ -250,7 +250,7 @@ class Builder {
     right = measured(middle, right.end);
   }
 
-  /// A range with the bounds of its spheres.
+  /// Returns a range with the bounds of its spheres.
   [[nodiscard]] Range measured(std::uint32_t begin, std::uint32_t end) const {
     Range range{begin, end};
     for (std::uint32_t i = begin; i < end; ++i) {
@@ -267,8 +267,8 @@ class Builder {
     return count;
   }
 
-  /// Moves the spheres that go left before the others, either side in the order that it has, and
-  /// notes the bounds of both sides' centres.
+  /// Moves the spheres of the left side to the front of a range. Both sides keep their order.
+  /// Stores the bounds of both sides' centres in `left` and `right`.
   void partition(const Range& range, const Binning& binning, const Plane& plane, Parts& parts,
                  Range& left, Range& right) {
     if (parts.empty()) {
@@ -305,8 +305,9 @@ class Builder {
     std::copy(from, from + count, to);
   }
 
-  /// Moves the spheres that go left to the front of a range, the others to where it begins in
-  /// scratch_, and notes the bounds of both sides' centres. No branches: sides cannot be predicted.
+  /// Moves the spheres of the left side to the front of a range, and copies the others to the same
+  /// place in scratch_. Computes the bounds of both sides' centres. Uses no branches, because sides
+  /// are unpredictable.
   void deal(const Range& range, const Binning& binning, const Plane& plane, WideBounds<Store>& left,
             WideBounds<Store>& right) {
     const auto limit = static_cast<Store>(plane.bin);
@@ -341,8 +342,8 @@ class Builder {
     right = measured(middle, range.end);
   }
 
-  /// Parts of a range that is split by all threads, because it is more than one's share of all
-  /// spheres; none of others.
+  /// Returns the parts of a range that all threads split together. Returns none if the range is at
+  /// most one thread's share of all spheres.
   [[nodiscard]] Parts parts_of(const Range& range) const {
     const std::size_t share = spheres_.size() / static_cast<std::size_t>(std::max(threads_, 1));
     if (range.count() <= std::max<std::size_t>(task_size, share)) {
@@ -368,7 +369,7 @@ class Builder {
 #pragma omp taskwait
   }
 
-  /// The range of all spheres.
+  /// Returns the range of all spheres.
   [[nodiscard]] Range measured_side_by_side() const {
     Range all{0, static_cast<std::uint32_t>(spheres_.size())};
     Parts parts = parts_of(all);

@@ -7,8 +7,8 @@
 namespace parray::trace {
 namespace {
 
-/// Tiles of a picture at most, and entries of all tiles for each sphere: more would cost memory,
-/// fewer the time to ask a tile's spheres.
+/// Largest number of tiles of a picture, and of entries in all tiles per sphere. More would cost
+/// memory. With fewer, a tile has more spheres to test.
 constexpr std::uint64_t most_tiles = 1U << 16;
 constexpr std::uint64_t entries_a_sphere = 8;
 /// The `bits` of a single tile that covers any picture.
@@ -18,7 +18,7 @@ std::uint32_t tiles_along(std::uint32_t pixels, std::uint32_t bits) {
   return ((pixels - 1) >> bits) + 1;
 }
 
-/// The tiles that overlap a box.
+/// Returns the tiles that overlap a box.
 PixelBox tiles_of(const PixelBox& box, std::uint32_t bits) {
   return {box.left >> bits, box.right >> bits, box.top >> bits, box.bottom >> bits};
 }

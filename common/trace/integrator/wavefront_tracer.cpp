@@ -89,13 +89,13 @@ class WavefrontAccelerator final : public Accelerator {
         std::move(self), *this, moved(camera, origin()), picture, general);
   }
 
-  /// Slots.
+  /// Returns the slots of spheres that can contain the start of a camera ray.
   [[nodiscard]] StartSpheres start_spheres(const RayStarts& starts) const {
     return {starts, spheres_.slot_count(),
             [this](std::uint32_t slot) { return sphere_at<Store>(spheres_.blocks(), slot); }};
   }
 
-  /// `references` holds the MaterialRef of each sphere of the input.
+  /// Stores the materials by slot. `references` holds the MaterialRef of each sphere of the input.
   void note_materials(const AlignedArray<std::uint32_t>& references, int threads) {
 #pragma omp parallel for num_threads(threads) if (threads > 1) schedule(static)
     for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
@@ -111,7 +111,7 @@ class WavefrontAccelerator final : public Accelerator {
 
   WideBvh<Store, W> spheres_;
   std::vector<MaterialParameters<Real>> surfaces_;
-  /// By slot; empty if the tags of the slots have enough bits.
+  /// MaterialRef of each slot; empty if the tags of the slots have enough bits.
   std::vector<std::uint32_t> material_of_;
   KernelFeatures features_;
   Kernels<Real, Store, W> kernels_;
@@ -252,7 +252,7 @@ std::shared_ptr<const Accelerator> make_wavefront_accelerator(const Scene& scene
     PARRAY_FOR_EACH_ISA(PARRAY_ACCELERATOR_OF)
 #undef PARRAY_ACCELERATOR_OF
     default:
-      throw std::logic_error("kernels of an instruction set that this machine lacks");
+      throw std::logic_error("this machine lacks the instruction set of the kernels");
   }
 }
 

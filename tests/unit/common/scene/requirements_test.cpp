@@ -218,15 +218,15 @@ TEST_CASE("the reasons name the numbers in plain words") {
   };
   CHECK(reasons(of_spread(0x1p17)).precision_reason ==
         "computing in single precision would move surfaces by up to 5.96e-08, 1/128 of the "
-        "smallest radius (unseen: up to 1/256); storing in it moves them by 0");
+        "smallest radius (invisible up to 1/256); storing in it moves them by 0");
   CHECK(reasons(of_spread(8)).precision_reason ==
         "computing in single precision moves surfaces by up to 5.96e-08, less than a millionth of "
-        "the smallest radius (unseen: up to 1/256)");
+        "the smallest radius (invisible up to 1/256)");
   Scene narrow = with_spheres({diffuse()}, {{{0, 0, -2}, 1.1, 0}});
   narrow.camera.tan_half_vfov = 1e-9;
   CHECK(reasons(narrow).precision_reason ==
         "storing in single precision would move surfaces by up to 2.38e-08, 13.2 times the "
-        "picture's height at the nearest surface (unseen: up to 1/8192)");
+        "picture's height at the nearest surface (invisible up to 1/8192)");
   CHECK(reasons(empty_scene()).precision_reason == "no spheres");
   CHECK(reasons(of_spread(0x1p17)).accelerator_reason.find("2 spheres") != std::string::npos);
 }

@@ -109,13 +109,13 @@ TEST_CASE("a setting out of its range is named") {
   CHECK(with([](auto& s) { s.max_depth = 0; }) ==
         "max_depth: 0 is out of range: use a whole number from 1 to 1048576");
   CHECK(with([](auto& s) { s.precision = static_cast<Precision>(9); }) ==
-        "precision: value 9 has no meaning: known: auto, f32, f64, mixed");
+        "precision: value 9 is unknown: known: auto, f32, f64, mixed");
   CHECK(with([](auto& s) { s.isa = static_cast<Isa>(5); }) ==
-        "isa: value 5 has no meaning: known: auto, scalar, avx2, avx512, neon");
+        "isa: value 5 is unknown: known: auto, scalar, avx2, avx512, neon");
   CHECK(with([](auto& s) { s.sampler = static_cast<Sampler>(2); }) ==
-        "sampler: value 2 has no meaning: known: independent, sobol");
+        "sampler: value 2 is unknown: known: independent, sobol");
   CHECK(with([](auto& s) { s.row_order = static_cast<RowOrder>(3); }) ==
-        "row order: value 3 has no meaning: known: auto, sequential, interleaved");
+        "row order: value 3 is unknown: known: auto, sequential, interleaved");
 }
 
 }  // namespace parray

@@ -49,7 +49,7 @@ struct Life {
   void take(TracerKey tracer, const CellRange& range) {
     TracedCells cells = made_cells(picture.plan()->batch(range));
     if (tracer == faulty) {
-      test::tell_a_lie(cells, record_bytes(picture.plan()->grid()->shape().cell_pixels));
+      test::falsify(cells, record_bytes(picture.plan()->grid()->shape().cell_pixels));
     }
     picture.take(tracer, cells);
     log.push_back(JobPicture::cells_entry(picture.passes().pass(), tracer, range,

@@ -45,7 +45,7 @@ struct Rig : test::WindowRig {
   /// The first cell of the range has wrong sums.
   void lie(std::uint32_t rank, const CellRange& range) {
     TracedCells cells_of_range = made_cells(plan().batch(range));
-    test::tell_a_lie(cells_of_range, layout.record_bytes());
+    test::falsify(cells_of_range, layout.record_bytes());
     sources[rank].put(range, cells_of_range.records);
     collect(now);
   }
@@ -111,8 +111,8 @@ TEST_CASE("if both ranks are wrong, both are faulty") {
   Rig rig;
   rig.lie(1, {0, 5});
   TracedCells other = made_cells(rig.plan().batch({0, 5}));
-  test::tell_a_lie(other, rig.layout.record_bytes());
-  test::tell_a_lie(other, rig.layout.record_bytes());
+  test::falsify(other, rig.layout.record_bytes());
+  test::falsify(other, rig.layout.record_bytes());
   rig.sources[2].put({0, 5}, other.records);
   rig.collect();
   REQUIRE(rig.judge.verdicts().size() == 2);
@@ -230,7 +230,7 @@ TEST_CASE("ranks of a host are one machine, except on rank 0's host") {
 TEST_CASE("wrong bits of an earlier mpirun are retracted, and no present rank is faulty") {
   Rig rig;
   TracedCells wrong = made_cells(rig.plan().batch({0, 5}));
-  test::tell_a_lie(wrong, rig.layout.record_bytes());
+  test::falsify(wrong, rig.layout.record_bytes());
   rig.keep(test::earlier_tracer(), wrong);
   rig.picture.take(test::earlier_tracer(), wrong);
   rig.put(1, {0, 2});
@@ -292,7 +292,7 @@ TEST_CASE("without Hooks::trace the first bits stay, and differences are counted
   rig.sources[1].put({0, 5}, test::made_records(rig.plan(), {0, 5}));
   collector.collect(Time(0), 100);
   TracedCells wrong = made_cells(rig.plan().batch({2, 4}));
-  test::tell_a_lie(wrong, rig.layout.record_bytes(), 1);
+  test::falsify(wrong, rig.layout.record_bytes(), 1);
   rig.sources[2].put({2, 4}, wrong.records);
   collector.collect(Time(0), 100);
   CHECK(rig.totals.mismatches == 1);

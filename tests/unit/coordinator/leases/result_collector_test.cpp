@@ -44,7 +44,7 @@ struct Rig {
   /// The first cell is wrong.
   ResultCollector::Taken take_lie(const CellRange& range) {
     TracedCells cells = made_cells(plan->batch(range));
-    test::tell_a_lie(cells, record_bytes(plan->grid()->shape().cell_pixels));
+    test::falsify(cells, record_bytes(plan->grid()->shape().cell_pixels));
     return collector.take(faulty, cells);
   }
   std::vector<std::uint64_t> honest(const CellRange& range) const {
