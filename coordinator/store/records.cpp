@@ -5,7 +5,7 @@
 namespace parray::store {
 namespace {
 
-std::string take(std::map<std::string, std::string>& notes, std::string_view name) {
+std::string extract(std::map<std::string, std::string>& notes, std::string_view name) {
   const auto found = notes.find(std::string(name));
   if (found == notes.end()) {
     return {};
@@ -15,8 +15,8 @@ std::string take(std::map<std::string, std::string>& notes, std::string_view nam
   return text;
 }
 
-std::uint64_t take_number(std::map<std::string, std::string>& notes, std::string_view name) {
-  const std::string text = take(notes, name);
+std::uint64_t extract_number(std::map<std::string, std::string>& notes, std::string_view name) {
+  const std::string text = extract(notes, name);
   return text.empty() ? 0 : std::strtoull(text.c_str(), nullptr, 10);
 }
 
@@ -46,10 +46,10 @@ Records read_records(Database& database) {
   while (notes.step()) {
     records.notes[std::string(notes.bytes(0))] = notes.bytes(1);
   }
-  records.mark = take(records.notes, own_note::mark);
-  records.reached = take(records.notes, own_note::reached);
-  records.batch = take_number(records.notes, own_note::batch);
-  records.notes_batch = take_number(records.notes, own_note::notes_batch);
+  records.mark = extract(records.notes, store_note::mark);
+  records.reached = extract(records.notes, store_note::reached);
+  records.batch = extract_number(records.notes, store_note::batch);
+  records.notes_batch = extract_number(records.notes, store_note::notes_batch);
   return records;
 }
 
@@ -69,18 +69,18 @@ void write_records(Database& database, const Records& records) {
     write_note(database, name, text);
   }
   if (!records.mark.empty()) {
-    write_note(database, own_note::mark, records.mark);
+    write_note(database, store_note::mark, records.mark);
   }
   if (!records.reached.empty()) {
-    write_note(database, own_note::reached, records.reached);
+    write_note(database, store_note::reached, records.reached);
   }
-  write_note(database, own_note::batch, std::to_string(records.batch));
-  write_note(database, own_note::notes_batch, std::to_string(records.notes_batch));
+  write_note(database, store_note::batch, std::to_string(records.batch));
+  write_note(database, store_note::notes_batch, std::to_string(records.notes_batch));
 }
 
-void erase_own_notes(std::map<std::string, std::string>& notes) {
+void erase_store_notes(std::map<std::string, std::string>& notes) {
   for (const std::string_view name :
-       {own_note::mark, own_note::reached, own_note::batch, own_note::notes_batch}) {
+       {store_note::mark, store_note::reached, store_note::batch, store_note::notes_batch}) {
     notes.erase(std::string(name));
   }
 }
