@@ -387,7 +387,7 @@ TEST_CASE("the passes of settings are a list of unsigned integers") {
   for (const json& odd : {json(5), json{{"a", 5}}, json("5"), json::array({-5}),
                           json::array({1e300}), json::array({1.5})}) {
     CAPTURE(odd.dump());
-    CHECK(problem(odd).find("'passes' is no list of unsigned integers") != std::string::npos);
+    CHECK(problem(odd).find("'passes' is not a list of unsigned integers") != std::string::npos);
   }
 }
 
