@@ -68,12 +68,10 @@ constexpr const char* http_group = "HTTP";
 
 void declare_http(CommandLine& line, Arguments& a) {
   const Option http =
-      line.option(
-              "--http", a.http.address,
-              "Also serve HTTP at HOST:PORT (usually 7480; 0: a free port): a page for browsers, "
-              "and "
-              "jobs, pictures and events under /api/v1 (see /api/v1/openapi.json). With --keys, "
-              "requests need a token (parray keygen DIR --token NAME)")
+      line.option("--http", a.http.address,
+                  "Also serve HTTP at HOST:PORT (usually 7480; 0: a free port): jobs, pictures and "
+                  "events under /api/v1 (see /api/v1/openapi.json), and a page for browsers. With "
+                  "--keys, requests need a token (parray keygen DIR --token NAME)")
           .type_name("HOST:PORT")
           .group(http_group);
   line.option("--http-host", a.http.hosts,
@@ -88,27 +86,27 @@ void declare_http(CommandLine& line, Arguments& a) {
       .one_value_each()
       .group(http_group)
       .needs(http);
-  line.number("--http-streams", a.http.streams, 0, 10000, "Maximum number of event streams")
+  line.number("--http-streams", a.http.streams, 0, 10000, "Most event streams at once")
       .group(http_group)
       .needs(http)
       .show_default();
-  line.number("--http-connections", a.http.connections, 1, 100000,
-              "Maximum number of HTTP connections")
+  line.number("--http-connections", a.http.connections, 1, 100000, "Most HTTP connections at once")
       .group(http_group)
       .needs(http)
       .show_default();
-  line.number("--http-connections-per-address", a.http.address_connections, 1, 100000,
-              "Maximum number of HTTP connections of one address, also of a proxy. New connections "
-              "replace those without a request yet; /healthz and /readyz are always answered")
+  line.number(
+          "--http-connections-per-address", a.http.address_connections, 1, 100000,
+          "Most HTTP connections of one address at once, also of a proxy. New connections replace "
+          "those without a request yet; /healthz and /readyz are always answered")
       .group(http_group)
       .needs(http)
       .show_default();
   line.number("--http-body", a.http_body_mib, 0.001, 1e6,
-              "Maximum size of an uploaded scene with its files in MiB")
+              "Largest uploaded scene with its files in MiB")
       .group(http_group)
       .needs(http)
       .show_default();
-  line.number("--http-parts", a.http.uploads.parts, 1, 100000, "Maximum number of parts in a form")
+  line.number("--http-parts", a.http.uploads.parts, 1, 100000, "Most parts of a form")
       .group(http_group)
       .needs(http)
       .show_default();
@@ -127,27 +125,24 @@ void declare_http(CommandLine& line, Arguments& a) {
 void declare_limits(CommandLine& line, Arguments& a) {
   Limits& limits = a.options.limits;
   line.number("--max-jobs", limits.jobs, 1, 1000000,
-              "Maximum number of jobs; a new job replaces the oldest that has ended")
+              "Most jobs; a new job replaces the oldest that has ended")
       .show_default()
       .group(limits_group);
-  line.number("--max-user-jobs", limits.user_jobs, 1, 1000000,
-              "Maximum number of unfinished jobs of one user")
+  line.number("--max-user-jobs", limits.user_jobs, 1, 1000000, "Most unfinished jobs of one user")
       .show_default()
       .group(limits_group);
-  line.number("--max-pixels", limits.pixels, 1, std::size_t{1} << 32,
-              "Maximum number of pixels of a picture")
+  line.number("--max-pixels", limits.pixels, 1, std::size_t{1} << 32, "Most pixels of a picture")
       .show_default()
       .group(limits_group);
   line.number("--max-user-pixels", limits.user_pixels, 1, std::size_t{1} << 40,
-              "Maximum number of pixels of all unfinished jobs of one user")
+              "Most pixels of all unfinished jobs of one user")
       .show_default()
       .group(limits_group);
   line.number("--max-disk", a.disk_gib, 0.001, 1e6,
-              "Disk space in GiB below --state; jobs that have ended make room, the oldest first")
+              "Most GiB below --state; jobs that have ended make room, the oldest first")
       .show_default()
       .group(limits_group);
-  line.number("--max-user-disk", a.user_disk_gib, 0.001, 1e6,
-              "Disk space in GiB of one user's jobs")
+  line.number("--max-user-disk", a.user_disk_gib, 0.001, 1e6, "Most GiB of one user below --state")
       .show_default()
       .group(limits_group);
   line.number("--keep-days", a.keep_days, 0.0001, 1e5, "Days until an ended job is deleted")
@@ -158,7 +153,7 @@ void declare_limits(CommandLine& line, Arguments& a) {
       .show_default()
       .group(limits_group);
   line.number("--max-requests", limits.requests, 1, 1000000,
-              "Maximum number of messages per second of one client; more are dropped")
+              "Most messages per second of one client; more are dropped")
       .show_default()
       .group(limits_group);
 }
@@ -199,8 +194,8 @@ void declare_state(CommandLine& line, Arguments& a) {
       .group(state_group);
   line.number(
           "--takeover-after", a.takeover_after, 1.0, 86400.0,
-          "Seconds of silence after which a standby takes over, and after which a primary sends "
-          "its workers to the standby; use the same value for both")
+          "Seconds of silence after which a standby takes over, or a primary sends its workers to "
+          "the standby; use the same value for both")
       .needs(state)
       .show_default()
       .group(state_group);
@@ -215,15 +210,15 @@ void declare_tools(CommandLine& line, Arguments& a) {
       .group(tools_group);
   line.option(
           "--repair", a.repair,
-          "Repair the state below DIR: rebuild a lost or damaged database from the other files, "
-          "and print repairs and losses. Replaced files move to DIR/lost")
+          "Repair the state below DIR: rebuild a lost or damaged database from other files, and "
+          "print repairs and losses. Replaced files move to DIR/lost")
       .type_name("DIR")
       .completes(Completes::directories)
       .group(tools_group);
   line.option(
           "--backup", a.backup,
-          "Copy the state below DIR to the new directory TARGET, even while a coordinator serves "
-          "the state. To restore the copy, serve it with --state")
+          "Copy the state below DIR to the new directory TARGET. A coordinator may be serving the "
+          "state. To restore the copy, serve it with --state")
       .type_name("DIR TARGET")
       .completes(Completes::directories)
       .group(tools_group);
@@ -248,36 +243,31 @@ void declare_options(CommandLine& line, Arguments& a) {
   declare_tools(line, a);
   declare_http(line, a);
   declare_limits(line, a);
-  line.number("--max-workers", a.options.max_workers, 1, 1000000, "Maximum number of workers")
+  line.number("--max-workers", a.options.max_workers, 1, 1000000, "Most workers at once")
       .show_default()
       .group(limits_group);
   line.number("--memory", a.memory_gib, 0.001, 1e6,
-              "Memory in GiB for unfinished pictures and, without --state, scenes and finished "
-              "pictures; "
-              "further jobs wait. With --http, downloads and uploads get an eighth of it (default: "
-              "half "
-              "of the available memory)")
+              "GiB of memory for unfinished pictures and, without --state, scenes and finished "
+              "pictures; further jobs wait. With --http, downloads and uploads get an eighth of it "
+              "(default: half of the available memory)")
       .group(limits_group);
-  line.number(
-          "--max-failures", a.max_failures, 1, 1000,
-          "Number of different machines that must fail at the same part of a job before it fails")
+  line.number("--max-failures", a.max_failures, 1, 1000,
+              "A job fails when so many different machines have failed at the same part of it")
       .show_default()
       .group(workers_group);
-  line.number(
-          "--spot-checks", a.spot_checks, 0.0, 1.0,
-          "Share of the leases, 0 to 1, that another machine or the referee traces, too, to "
-          "compare the bits. At least 0.1 of a machine's first 100 leases, unless the share is 0 "
-          "(default: 0.01, but 0 for workers of the same user on this machine)")
+  line.number("--spot-checks", a.spot_checks, 0.0, 1.0,
+              "Share of the leases, 0 to 1, that another machine or the referee traces, too, to "
+              "compare the bits; at least 0.1 of a machine's first 100 leases, unless it is 0 "
+              "(default: 0.01, but 0 for workers of the same user on this machine)")
       .group(workers_group);
   line.number("--max-message-bytes", a.max_message_bytes, std::size_t{1} << 20,
               std::size_t{1} << 40,
               "Maximum size of a message in bytes; larger scenes and pictures are refused")
       .show_default()
       .group(limits_group);
-  line.number(
-          "--heartbeat", a.heartbeat, 0.05, 60.0,
-          "Seconds between the heartbeats of a worker, n times that beyond n thousand workers; a "
-          "worker is lost after five times as long without one")
+  line.number("--heartbeat", a.heartbeat, 0.05, 60.0,
+              "Seconds between a worker's heartbeats, n times that beyond n thousand workers; a "
+              "worker is lost after five times as long without one")
       .show_default()
       .group(workers_group);
   line.number("--lease-timeout", a.lease_timeout, 0.1, 3600.0,
@@ -361,8 +351,7 @@ std::unique_ptr<http::HttpService> make_http_service(Arguments& a, InprocHub& hu
   service->start();
   log->info("HTTP is served at http://{}", service->address());
   if (a.keys.empty() && !is_loopback("tcp://" + a.http.address)) {
-    log->warn("--insecure: anyone who reaches {} can send jobs and stop all jobs",
-              service->address());
+    log->warn("--insecure: anyone who reaches {} can send and stop jobs", service->address());
   }
   return service;
 }
@@ -397,8 +386,7 @@ void serve_jobs(Arguments& a, StateOwner& state, const std::shared_ptr<spdlog::l
   a.options.job_thread.wake = [&server] { server.link().wake(); };
   a.options.job_thread.threads = usable_cpus();
   if (state.replicates()) {
-    log->info("this primary acknowledges only what the standby at {} has stored, too",
-              a.state.replicate_to);
+    log->info("acknowledging only what the standby at {} has stored", a.state.replicate_to);
     a.options.job_thread.idle_commits = seconds(1);
     a.options.release_after = a.state.takeover_after;
   }

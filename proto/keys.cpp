@@ -231,9 +231,8 @@ void make_farm_keys(const fs::path& directory) {
 
 void add_member_key(const fs::path& directory, Role role, const std::string& name, double share) {
   if (!is_name(name) || name == "coordinator") {
-    throw InputError(
-        "'" + name +
-        "' cannot be the name of a key: use 1 to 64 letters, digits, '.', '_' and '-'");
+    throw InputError("'" + name +
+                     "' cannot name a key: use 1 to 64 letters, digits, '.', '_' and '-'");
   }
   const KeyPair coordinator = read_coordinator_key(directory);
   std::vector<Member> members = read_members(allowed_file(directory));
@@ -264,11 +263,10 @@ void refuse_if_others_can_write(const fs::path& path) {
   if (!writable || (statvfs(path.c_str(), &mounted) == 0 && (mounted.f_flag & ST_RDONLY) != 0)) {
     return;
   }
-  throw InputError(
-      path.string() +
-      " determines who may connect, and others on this machine can write it: check its "
-      "content, then chmod go-w " +
-      path.string());
+  throw InputError(path.string() +
+                   " says who may connect, and others on this machine can write it: check its "
+                   "content, then chmod go-w " +
+                   path.string());
 }
 
 KeyPair read_coordinator_key(const fs::path& directory) {

@@ -56,8 +56,7 @@ MpiWindow::MpiWindow(MPI_Comm comm, std::size_t bytes, std::size_t zeroed) : com
   for (int target = 0; target < ranks; ++target) {
     targets_.emplace_back(window_, target, target == rank ? memory_ : std::span<std::byte>());
   }
-  check_mpi(MPI_Barrier(comm),
-            "a barrier after the allocation");  // no rank writes before the memory is 0
+  check_mpi(MPI_Barrier(comm), "waiting for all ranks");  // no rank writes before memory is 0
   check_mpi(MPI_Win_lock_all(MPI_MODE_NOCHECK, window_), "opening an MPI window");
 }
 

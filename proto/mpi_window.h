@@ -38,8 +38,7 @@ class MpiTarget final : public Window {
 /// it only in the thread that initialised MPI.
 class MpiWindow {
  public:
-  /// `bytes` is the size of this rank's memory, at least a word. Sets the first `zeroed` bytes to
-  /// 0.
+  /// `bytes` is the size of this rank's memory, at least a word. Zeroes the first `zeroed` bytes.
   MpiWindow(MPI_Comm comm, std::size_t bytes, std::size_t zeroed);
   ~MpiWindow();
   MpiWindow(const MpiWindow&) = delete;
@@ -49,7 +48,7 @@ class MpiWindow {
   /// Returns the memory of this rank.
   [[nodiscard]] std::span<std::byte> memory() const { return memory_; }
 
-  /// Processes the operations of other ranks on this rank's memory if MPI has no thread for that,
+  /// Performs the operations of other ranks on this rank's memory if MPI has no thread for that,
   /// and makes their effects visible in memory().
   void progress();
 

@@ -16,8 +16,7 @@ std::uint64_t* word_at(std::span<std::byte> memory, std::size_t word) {
   return reinterpret_cast<std::uint64_t*>(memory.data()) + word;
 }
 
-/// Number of copies that a window can hold: many times the possible number of ranks, but still
-/// small.
+/// Number of copies that a window can hold: many times the possible number of ranks.
 constexpr std::uint64_t copy_slots = 1U << 16;
 
 }  // namespace

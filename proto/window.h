@@ -134,9 +134,8 @@ class WindowLayout {
   }
   [[nodiscard]] std::size_t copy_word(std::uint64_t copy) const { return first_copy_ + copy; }
   [[nodiscard]] std::uint64_t most_copies() const { return most_copies_; }
-  /// Returns the first word of a log entry. An entry has three words: the range, its
-  /// entry_digest(), and the rank plus 1. A rank fills the entries of a block in order; block r is
-  /// the first of rank r.
+  /// Returns the first of an entry's three words: range, entry_digest(), and rank plus 1. A rank
+  /// fills the entries of a block in order; block r is the first of rank r.
   [[nodiscard]] std::size_t log_word(std::uint64_t entry) const {
     return first_log_ + entry_words * entry;
   }
@@ -166,8 +165,7 @@ class WindowLayout {
   std::size_t bytes_;
 };
 
-/// Packs a range of at most most_cells_in_word cells, with indices below 2^40, into a word. 0: no
-/// range.
+/// Packs a range of up to most_cells_in_word cells with indices below 2^40. The word 0: no range.
 std::uint64_t to_word(const CellRange& range);
 CellRange range_from_word(std::uint64_t word);
 inline constexpr std::uint64_t most_cells_in_word = (1U << 24) - 1;

@@ -54,10 +54,9 @@ void declare_options(CommandLine& line, Arguments& a) {
               "Stop after so many seconds without work, connected or not; 0: never")
       .show_default()
       .group("Farm");
-  line.option(
-          "--sharing", a.sharing,
-          "on: exchange scenes with other workers, through a free port; off: get scenes from the "
-          "coordinator only")
+  line.option("--sharing", a.sharing,
+              "on: exchange scenes with other workers, through a free port; off: get scenes only "
+              "from the coordinator")
       .one_of({"on", "off"})
       .show_default()
       .group("Farm");
@@ -87,8 +86,7 @@ class ConnectionLog {
   ConnectionLog(const Worker& worker, spdlog::logger& log, bool keys, double idle_exit)
       : worker_(worker), log_(log), keys_(keys), idle_exit_(idle_exit) {}
 
-  /// Logs changes since the last call. Returns whether the worker must stop.
-  bool stop(const std::string& address) {
+  bool log_and_check_stop(const std::string& address) {
     log_scene();
     constexpr Time patience = seconds(10);
     if (!connected_ && !logged_ && clock_.now() - start_ > patience) {
@@ -165,7 +163,8 @@ int work(const Arguments& a) {
   log->info("ParRay {} worker '{}', {} threads, for {}", PARRAY_VERSION, options.name, a.threads,
             a.coordinator);
   ConnectionLog connection_log(worker, *log, key.has_value(), a.idle_exit);
-  run_actor(worker, link, clock, [&](Time) { return connection_log.stop(a.coordinator); });
+  run_actor(worker, link, clock,
+            [&](Time) { return connection_log.log_and_check_stop(a.coordinator); });
   if (!worker.refused().empty()) {
     throw RunError("the coordinator at " + a.coordinator +
                    " refuses this worker: " + worker.refused());

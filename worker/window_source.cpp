@@ -19,8 +19,7 @@ constexpr double part_seconds = 0.5;
 /// Samples of a part as long as the speed is unknown.
 constexpr double first_part_samples = 1e6;
 
-/// Number of other groups' ledgers that a rank tries. If all ranks tried all of them, they would
-/// queue.
+/// Number of other groups' ledgers that a rank tries, so that not all ranks queue at all ledgers.
 constexpr std::uint32_t most_foreign_ledgers = 3;
 
 constexpr Time heartbeat_interval = milliseconds(250);

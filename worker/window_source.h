@@ -15,8 +15,7 @@
 #include "proto/window.h"
 #include "worker/lease_source.h"
 
-/// Leases of the ranks of one mpirun. Each rank takes its leases itself: see PROTOCOL.md, "The
-/// window".
+/// Leases of the ranks of one mpirun, which each rank takes itself: PROTOCOL.md, "The window".
 namespace parray::worker {
 
 /// The job of a rank. It is the same in all passes.
@@ -57,8 +56,7 @@ struct LedgerWindows {
 /// only it writes.
 class WindowSource final : public LeaseSource {
  public:
-  /// The references must outlive the object. `window` is that of rank 0. It is also the only ledger
-  /// if `ledgers` is empty.
+  /// The references must outlive the object. `window` is rank 0's, and the ledger by default.
   WindowSource(RankJob& job, const RankPass& pass, const WindowLayout& layout, Window& window,
                const WindowOptions& options, std::optional<LedgerWindows> ledgers = {});
 

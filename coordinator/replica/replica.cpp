@@ -90,8 +90,7 @@ ReplicaReply Replica::begin_session(const ReplicaRequest& request) {
 }
 
 /// Refuses a primary that has lost commits. The standby may be one batch ahead, because a primary
-/// can be killed before it commits a batch that it sent. More batches prove that the primary was
-/// set back.
+/// can be killed before it commits a batch that it sent. More batches prove a loss.
 std::optional<ReplicaReply> Replica::refuse_set_back(const ReplicaRequest& request) {
   const std::optional<Position> position =
       replication_ && !applying_ ? position_of(store_, *replication_) : std::nullopt;
@@ -100,9 +99,8 @@ std::optional<ReplicaReply> Replica::refuse_set_back(const ReplicaRequest& reque
   }
   std::uint64_t reached =
       request.position.generation == position->generation ? request.position.sequence : 0;
-  for (const EarlierGeneration& earlier : decode_generations(request.bytes)) {
-    reached =
-        earlier.generation == position->generation ? std::max(reached, earlier.sequence) : reached;
+  for (const EarlierGeneration& past : decode_generations(request.bytes)) {
+    reached = past.generation == position->generation ? std::max(reached, past.sequence) : reached;
   }
   if (reached >= replication_->copy_begin && reached < replication_->copy_end) {
     reached = replication_->copy_end;
@@ -113,7 +111,7 @@ std::optional<ReplicaReply> Replica::refuse_set_back(const ReplicaRequest& reque
   return ReplicaReply{
       0, 0, ReplicaReplyKind::refused, 0,
       "the primary has been set back: " + std::to_string(position->sequence - reached) +
-          " batches would be lost: serve from the standby's state, or start the standby with "
+          " batches would be lost: serve the standby's state, or start the standby with "
           "--overwrite"};
 }
 
@@ -137,6 +135,8 @@ ReplicaReply Replica::begin_copy(const ReplicaRequest& request) {
   awaits_copy_ = false;
   return {};
 }
+
+ReplicaReply Replica::received() const { return {0, 0, ReplicaReplyKind::received, batch_.size()}; }
 
 bool Replica::is_next(const ReplicaRequest& request) const {
   return !awaits_copy_ && request.position.sequence == position_.sequence + 1;

@@ -12,23 +12,19 @@
 namespace parray::replica {
 
 /// The standby's side of the replica link: answers requests and applies them to its own store.
-/// Lost, repeated and reordered messages do no harm: a piece counts at its offset only, and a batch
-/// counts once.
-///
-/// Does no I/O except through the store, and reads no clock. Not thread-safe.
+/// Lost, repeated and reordered messages do no harm. Does no I/O except through the store, and
+/// reads no clock. Not thread-safe.
 class Replica {
  public:
-  /// `store` must outlive this object. `overwrite`: a primary whose state was set back may replace
-  /// batches that only this store has. Throws InputError if the store has jobs that were never
-  /// replicated.
+  /// `store` must outlive this object. `overwrite` accepts a primary that was set back, see
+  /// --overwrite. Throws InputError if the store has jobs that were never replicated.
   explicit Replica(Store& store, bool overwrite = false);
 
   /// Returns the reply; empty: the message was damaged, send nothing. A StorageFull of the store
   /// becomes a reply. Throws the other errors of the store.
   std::string answer(std::string_view message);
 
-  /// Whether the store has been at its primary's position since this process started, and has
-  /// received every batch since.
+  /// Whether the store has all of its primary's batches, compared since this process started.
   [[nodiscard]] bool in_step() const { return in_step_; }
   /// Whether the store has taken over earlier. It then accepts no primary.
   [[nodiscard]] bool has_taken_over() const {
@@ -46,9 +42,7 @@ class Replica {
   ReplicaReply send_picture_piece(const ReplicaRequest& request);
   void apply();
   [[nodiscard]] bool is_next(const ReplicaRequest& request) const;
-  [[nodiscard]] ReplicaReply received() const {
-    return {0, 0, ReplicaReplyKind::received, batch_.size()};
-  }
+  [[nodiscard]] ReplicaReply received() const;
 
   Store& store_;
   const bool overwrite_;
@@ -64,8 +58,7 @@ class Replica {
   std::string picture_;      ///< file with that picture
 };
 
-/// Returns the reply of a coordinator that has taken over to its old primary. Empty: the message
-/// was damaged, send nothing.
+/// Returns the reply `fenced` to a request of an old primary; empty: the message was damaged.
 std::string fenced_answer(std::string_view message, std::uint64_t generation);
 
 }  // namespace parray::replica

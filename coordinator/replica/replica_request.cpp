@@ -9,7 +9,6 @@ namespace {
 constexpr std::uint32_t request_mark = 0x01415250;  // "PRA", version 1
 constexpr std::uint32_t reply_mark = 0x01425250;    // "PRB"
 
-/// Returns the written bytes with their checksum at the end.
 std::string with_checksum(ByteWriter writer) {
   std::string message = writer.take();
   ByteWriter end;

@@ -10,7 +10,6 @@ namespace parray::replica {
 /// Time between two sends of a request, and between two pings.
 static constexpr Time repeat_interval = seconds(1);
 
-/// Returns the time that the bytes need at 10 MB/s.
 static Time transfer_time(std::size_t bytes) {
   constexpr std::size_t bytes_per_microsecond = 10;
   return std::chrono::microseconds(bytes / bytes_per_microsecond);
@@ -77,8 +76,7 @@ void ReplicaThread::run() {
   changed_.notify_all();
 }
 
-/// Receives replies, repeats the request and pings. The caller holds the lock; the link never
-/// blocks.
+/// Receives replies, repeats the request and pings. The caller holds the lock.
 void ReplicaThread::exchange_messages(Time now) {
   while (const auto delivery = link_->receive()) {
     const Frames frames = delivery->content.frames();

@@ -119,8 +119,7 @@ void ReplicatedStore::commit() {
   if (session_ == 0 || connection_.session_lost()) {
     begin_session();
   }
-  // The standby may have `batch_` if the reply was lost. So repeat it unchanged; later changes
-  // follow.
+  // The standby may have `batch_` already if the reply was lost. So repeat it unchanged.
   while (!batch_.empty() || pending_.size() > 0) {
     commit_sent_batch();
     if (batch_.empty()) {

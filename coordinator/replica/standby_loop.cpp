@@ -30,13 +30,13 @@ void standby_loop(Replica& replica, Link& link, Time patience, spdlog::logger& l
   const SteadyClock clock;
   Time silent{};
   Time last = clock.now();
-  bool logged_in_step = false;
+  bool in_step = false;
   while (silent < patience) {
     const bool answered =
         answer_all(link, [&](std::string_view message) { return replica.answer(message); });
-    if (replica.in_step() != std::exchange(logged_in_step, replica.in_step())) {
-      logged_in_step ? log.info("in step with the primary")
-                     : log.warn("no longer in step with the primary");
+    if (replica.in_step() != std::exchange(in_step, replica.in_step())) {
+      in_step ? log.info("in step with the primary")
+              : log.warn("no longer in step with the primary");
     }
     const Time now = clock.now();
     silent =

@@ -85,8 +85,7 @@ void StateOwner::take_over(const StateOptions& options, spdlog::logger& log,
   }
   const std::uint64_t generation = serve_alone(*disk_);
   log.warn("{}: serving as generation {}",
-           replica.has_taken_over() ? "this standby took over earlier" : "the primary is silent",
-           generation);
+           replica.has_taken_over() ? "took over earlier" : "the primary is silent", generation);
   fence_ = std::make_unique<Fence>(std::move(server), generation);
 }
 

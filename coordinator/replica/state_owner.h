@@ -34,8 +34,7 @@ class StateOwner {
   StateOwner(const StateOptions& options, spdlog::logger& log, const std::function<void()>& stop);
 
   Store* store();  ///< null: state in memory only
-  /// Whether this coordinator is a primary with a standby.
-  [[nodiscard]] bool replicates() const { return replicated_ != nullptr; }
+  [[nodiscard]] bool replicates() const { return replicated_ != nullptr; }  ///< has a standby
   /// Whether the standby has taken over. The state then accepts no commit any more.
   [[nodiscard]] bool fenced() const { return connection_ != nullptr && connection_->fenced(); }
   /// Records in the state that the standby has taken over, and closes the state.

@@ -63,8 +63,7 @@ void Database::fail() const {
   const std::string place = "--state " + directory_.string() + ": ";
   const std::string why = sqlite3_errmsg(db_);
   if ((code & 0xff) == SQLITE_BUSY) {
-    throw StateInUse(place +
-                     "another coordinator uses this state: stop it, or use another directory");
+    throw StateInUse(place + "another coordinator uses it: stop that, or use another directory");
   }
   if ((code & 0xff) == SQLITE_CANTOPEN || (code & 0xff) == SQLITE_READONLY) {
     throw InputError(place + why + ": use a writable directory");

@@ -192,13 +192,11 @@ std::map<std::string, std::string> DiskStore::notes() {
   while (rows.step()) {
     notes.try_emplace(std::string(rows.bytes(0)), rows.bytes(1));
   }
-  erase_store_notes(notes);
+  erase_own_notes(notes);
   return notes;
 }
 
-std::string DiskStore::mark() {
-  return new_mark_ ? *new_mark_ : note(std::string(store_note::mark));
-}
+std::string DiskStore::mark() { return new_mark_ ? *new_mark_ : note(std::string(own_note::mark)); }
 
 std::vector<JobRecord> DiskStore::jobs() {
   std::map<JobId, std::string> texts;

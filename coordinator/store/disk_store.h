@@ -68,7 +68,7 @@ class DiskStore final : public Store {
   std::string note(const std::string& name) override;
   std::map<std::string, std::string> notes() override;
   std::string mark() override;
-  std::string reached_mark() override { return note(std::string(store_note::reached)); }
+  std::string reached_mark() override { return note(std::string(own_note::reached)); }
   std::vector<JobRecord> jobs() override;
   std::optional<std::string> scene(const std::string& digest) override;
   void each_rows(JobId job, const RowsVisitor& visit) override;
@@ -102,8 +102,7 @@ class DiskStore final : public Store {
   // disk_store_opening.cpp
   void open();
   Records read_database(const FoundFiles& found);
-  void finish_interrupted_commit(const Upkeep& upkeep, const FoundFiles& found,
-                                 const Records& records);
+  void apply_upkeep(const Upkeep& upkeep, const FoundFiles& found, const Records& records);
   void load(const Records& records);
   void check_files();
 
@@ -113,15 +112,15 @@ class DiskStore final : public Store {
   std::set<JobId> write_logs(std::exception_ptr& failure);
   [[nodiscard]] std::vector<std::string> unused_scenes(const std::set<JobId>& held_back) const;
   [[nodiscard]] bool frees_room(const std::vector<std::string>& unused) const;
-  void write_commit(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
+  void write(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
   void write_copies(const std::set<JobId>& held_back);
   void rewrite_scenes();
   void write_copy(JobId job, const Change& change);
   std::string record_of(JobId job, const Change& change);
-  void write_database(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
+  void write_records(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
   void write_mark(bool everything);
   void write_change(JobId job, const Change& change);
-  void finish_commit(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
+  void finish(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
   void finish_change(JobId job, const Change& change);
   void put_in_place(const std::filesystem::path& next, const std::filesystem::path& current);
   [[nodiscard]] const JobEntry* find(JobId job) const;
@@ -136,18 +135,17 @@ class DiskStore final : public Store {
 
   // The changes since the last commit.
   std::map<JobId, Change> changes_;
-  std::map<std::string, std::string>
-      new_scenes_;  ///< bytes of small ones; empty: already on the disk
+  std::map<std::string, std::string> new_scenes_;  ///< bytes; empty if they are on the disk
   std::map<std::string, std::string> new_notes_;
   std::optional<std::string> new_mark_;
   std::optional<std::string> new_reached_mark_;
   bool sync_failed_ = false;     ///< earlier writes may be lost
   bool scenes_dropped_ = false;  ///< there may be scenes that no job uses
 
-  std::uint64_t batch_ = 0;               ///< number of commits
-  bool counts_commits_ = false;           ///< the file `commits` exists
-  bool write_ahead_log_is_empty_ = true;  ///< nothing was committed since tidy()
-  std::uint64_t lost_bytes_ = 0;          ///< size of the files below lost/
+  std::uint64_t batch_ = 0;            ///< number of commits
+  bool counts_commits_ = false;        ///< the file `commits` exists
+  bool database_log_is_empty_ = true;  ///< nothing was committed since tidy()
+  std::uint64_t lost_bytes_ = 0;       ///< size of the files below lost/
   std::vector<std::string> reports_;
 };
 

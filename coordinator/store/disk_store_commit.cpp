@@ -19,15 +19,15 @@ void DiskStore::commit() {
   const std::set<JobId> held_back = write_logs(failure);
   const std::vector<std::string> unused = unused_scenes(held_back);
   try {
-    write_commit(held_back, unused);
+    write(held_back, unused);
   } catch (const StorageFull&) {
     // A commit that frees room must succeed on a full disk. So it may use the reserve.
     if (!frees_room(unused) || !files_.release_reserve()) {
       throw;
     }
-    write_commit(held_back, unused);
+    write(held_back, unused);
   }
-  finish_commit(held_back, unused);
+  finish(held_back, unused);
   files_.keep_reserve();
   if (failure) {
     std::rethrow_exception(failure);
@@ -42,8 +42,7 @@ void DiskStore::check_database_is_in_place() const {
   }
 }
 
-void DiskStore::write_commit(const std::set<JobId>& held_back,
-                             const std::vector<std::string>& unused) {
+void DiskStore::write(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
   if (!counts_commits_) {
     files_.overwrite(files_.commits(), commit_count_to_text(batch_));
   }
@@ -56,7 +55,7 @@ void DiskStore::write_commit(const std::set<JobId>& held_back,
   sync_failed_ = false;
   counts_commits_ = true;
   try {
-    write_database(held_back, unused);
+    write_records(held_back, unused);
   } catch (const InputError& error) {  // the database is no longer writable
     throw StorageFull(error.what());
   }
@@ -156,8 +155,8 @@ std::vector<std::string> DiskStore::unused_scenes(const std::set<JobId>& held_ba
   return unused;
 }
 
-void DiskStore::write_database(const std::set<JobId>& held_back,
-                               const std::vector<std::string>& unused) {
+void DiskStore::write_records(const std::set<JobId>& held_back,
+                              const std::vector<std::string>& unused) {
   Transaction transaction(*database_);
   for (const auto& [digest, bytes] : new_scenes_) {
     write_scene(*database_, digest, scenes_.at(digest));
@@ -169,7 +168,7 @@ void DiskStore::write_database(const std::set<JobId>& held_back,
     write_note(*database_, name, text);
   }
   if (!new_notes_.empty()) {
-    write_note(*database_, store_note::notes_batch, std::to_string(batch_ + 1));
+    write_note(*database_, own_note::notes_batch, std::to_string(batch_ + 1));
   }
   for (const auto& [id, change] : changes_) {
     if (!held_back.contains(id)) {
@@ -177,18 +176,18 @@ void DiskStore::write_database(const std::set<JobId>& held_back,
     }
   }
   write_mark(held_back.empty());
-  write_note(*database_, store_note::batch, std::to_string(batch_ + 1));
+  write_note(*database_, own_note::batch, std::to_string(batch_ + 1));
   transaction.commit();
 }
 
 void DiskStore::write_mark(bool everything) {
   if (everything && new_mark_ && !new_mark_->empty()) {
-    write_note(*database_, store_note::mark, *new_mark_);
-    write_note(*database_, store_note::reached, *new_mark_);
+    write_note(*database_, own_note::mark, *new_mark_);
+    write_note(*database_, own_note::reached, *new_mark_);
   } else {
-    execute(*database_, "DELETE FROM notes WHERE name = ?", store_note::mark);
+    execute(*database_, "DELETE FROM notes WHERE name = ?", own_note::mark);
     if (everything && new_reached_mark_) {
-      write_note(*database_, store_note::reached, *new_reached_mark_);
+      write_note(*database_, own_note::reached, *new_reached_mark_);
     }
   }
 }
@@ -216,10 +215,9 @@ void DiskStore::write_change(JobId job, const Change& change) {
 }
 
 /// Forgets the committed changes and removes files that the database no longer names.
-void DiskStore::finish_commit(const std::set<JobId>& held_back,
-                              const std::vector<std::string>& unused) {
+void DiskStore::finish(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
   ++batch_;
-  write_ahead_log_is_empty_ = false;
+  database_log_is_empty_ = false;
   files_.overwrite_later(files_.commits(), commit_count_to_text(batch_));
   if (!new_notes_.empty()) {
     put_in_place(files_.notes_next(), files_.notes_json());

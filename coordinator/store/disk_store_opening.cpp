@@ -77,9 +77,9 @@ void DiskStore::open() {
   load(records);
   reports_ = move_misplaced_to_lost(files_, misplaced, uptime());
   reports_.insert(reports_.end(), comparison.minor.begin(), comparison.minor.end());
-  finish_interrupted_commit(comparison.upkeep, found, records);
+  apply_upkeep(comparison.upkeep, found, records);
   check_files();
-  write_ahead_log_is_empty_ = false;
+  database_log_is_empty_ = false;
   tidy(std::numeric_limits<double>::infinity());
 }
 
@@ -106,8 +106,8 @@ void DiskStore::load(const Records& records) {
 }
 
 /// Finishes a commit that a crash interrupted, and rewrites damaged copies.
-void DiskStore::finish_interrupted_commit(const Upkeep& upkeep, const FoundFiles& found,
-                                          const Records& records) {
+void DiskStore::apply_upkeep(const Upkeep& upkeep, const FoundFiles& found,
+                             const Records& records) {
   for (const JobId id : upkeep.finish) {
     put_in_place(files_.job_next(id), files_.job_json(id));
   }
@@ -183,13 +183,13 @@ void DiskStore::check_files() {
 }
 
 void DiskStore::tidy(double keep_lost) {
-  if (!std::exchange(write_ahead_log_is_empty_, true)) {
+  if (!std::exchange(database_log_is_empty_, true)) {
     try {
       database_->run("PRAGMA wal_checkpoint(TRUNCATE)");
     } catch (const StorageFull&) {
-      write_ahead_log_is_empty_ = false;
+      database_log_is_empty_ = false;
     } catch (const InputError&) {  // the database is not writable now
-      write_ahead_log_is_empty_ = false;
+      database_log_is_empty_ = false;
     }
   }
   if (lost_bytes_ > 0) {

@@ -11,8 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Reads a copy. Returns nothing if the file is missing or damaged, and sets `problem` if it
-/// exists.
+/// Reads a copy. Returns nothing if the file is missing or, with `problem` set, damaged.
 template <typename Read>
 auto read_copy(const fs::path& file, const Read& read, std::string& problem)
     -> std::optional<decltype(read(std::string_view()))> {
@@ -33,8 +32,7 @@ auto read_copy(const fs::path& file, const Read& read, std::string& problem)
   }
 }
 
-/// Returns whether two records are equal as JSON, because versions may write the same record in
-/// different ways.
+/// Returns whether two records are equal as JSON: versions may write them in different ways.
 bool same_record(const std::string& a, const std::string& b) {
   if (a == b) {
     return true;
@@ -113,8 +111,7 @@ class JobComparison {
                                                : " is damaged: " + found_.problem));
       result_.upkeep.rewrite.push_back(id_);
     } else if (json_->batch > row_->batch) {
-      severe("the database's record of job " + std::to_string(id_) + " is older than " + file() +
-             "'s");
+      severe("the database's record of job " + std::to_string(id_) + " is older than " + file());
     } else if (!same_record(json_->record, *row_->record) || json_->picture != row_->picture ||
                !rows_follow()) {
       severe("the database's record of job " + std::to_string(id_) + " differs from " + file());

@@ -49,8 +49,7 @@ inline constexpr std::string_view unfinished_copy =
 FoundFiles find_files(const StateFiles& files);
 /// Reads the small files of one job.
 FoundJob find_job(const StateFiles& files, JobId id);
-/// Reads the small files that belong to no job.
-FoundFiles find_notes(const StateFiles& files);
+FoundFiles find_notes(const StateFiles& files);  ///< all except those of jobs
 
 /// The changes of small files that opening the state has to make.
 struct Upkeep {
@@ -73,8 +72,7 @@ struct Comparison {
   Upkeep upkeep{};
 };
 
-/// Compares the records of the database with the small files. File names in the lines are relative
-/// to the state's directory.
+/// Compares database and small files. File names in the lines are relative to the state.
 Comparison compare(const Records& records, const FoundFiles& found);
 
 /// Returns whether scene and `unfinished` of the row agree with its record.

@@ -29,13 +29,11 @@ std::string checksum_text(std::string_view bytes) {
   return text;
 }
 
-/// Returns the file text for this content.
 std::string with_checksum(const std::string& content) {
   return std::string(before_checksum) + checksum_text(content) + std::string(before_content) +
          content + std::string(after_content);
 }
 
-/// Checks the checksum and returns the content of a file text.
 std::string_view checked_content(std::string_view text) {
   constexpr std::size_t head = before_checksum.size() + digits + before_content.size();
   if (text.size() < head + after_content.size() || !text.starts_with(before_checksum) ||

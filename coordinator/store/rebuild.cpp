@@ -17,7 +17,6 @@ namespace fs = std::filesystem;
 
 std::string job_name(JobId id) { return "job " + std::to_string(id); }
 
-/// Rebuilds one state.
 class Rebuilder {
  public:
   Rebuilder(StateFiles& files, const Survey& survey, double now)
@@ -116,8 +115,7 @@ class Rebuilder {
   }
 
   /// Returns the newest valid copy; null: none, or the job was dropped. A damaged database cannot
-  /// prove that a commit was completed. Then job.next counts, and a job that was perhaps dropped
-  /// stays.
+  /// prove that a commit was completed. Then job.next and job.dropped count, too.
   [[nodiscard]] const JobFile* best_copy(const JobRow* row, const FoundJob& job) {
     const JobFile* best = job.json ? &*job.json : nullptr;
     if (job.next) {
@@ -250,8 +248,7 @@ class Rebuilder {
     files_.write(file, std::span(&whole, 1));
   }
 
-  /// Writes the database under another name first, so that the former one stays until it is
-  /// complete.
+  /// Writes the database under another name first, so that the former one stays until then.
   void write_database() {
     const fs::path made = files_.database().string() + ".new";
     for (const char* suffix : {"", "-journal"}) {

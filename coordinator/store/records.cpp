@@ -46,10 +46,10 @@ Records read_records(Database& database) {
   while (notes.step()) {
     records.notes[std::string(notes.bytes(0))] = notes.bytes(1);
   }
-  records.mark = extract(records.notes, store_note::mark);
-  records.reached = extract(records.notes, store_note::reached);
-  records.batch = extract_number(records.notes, store_note::batch);
-  records.notes_batch = extract_number(records.notes, store_note::notes_batch);
+  records.mark = extract(records.notes, own_note::mark);
+  records.reached = extract(records.notes, own_note::reached);
+  records.batch = extract_number(records.notes, own_note::batch);
+  records.notes_batch = extract_number(records.notes, own_note::notes_batch);
   return records;
 }
 
@@ -69,18 +69,18 @@ void write_records(Database& database, const Records& records) {
     write_note(database, name, text);
   }
   if (!records.mark.empty()) {
-    write_note(database, store_note::mark, records.mark);
+    write_note(database, own_note::mark, records.mark);
   }
   if (!records.reached.empty()) {
-    write_note(database, store_note::reached, records.reached);
+    write_note(database, own_note::reached, records.reached);
   }
-  write_note(database, store_note::batch, std::to_string(records.batch));
-  write_note(database, store_note::notes_batch, std::to_string(records.notes_batch));
+  write_note(database, own_note::batch, std::to_string(records.batch));
+  write_note(database, own_note::notes_batch, std::to_string(records.notes_batch));
 }
 
-void erase_store_notes(std::map<std::string, std::string>& notes) {
+void erase_own_notes(std::map<std::string, std::string>& notes) {
   for (const std::string_view name :
-       {store_note::mark, store_note::reached, store_note::batch, store_note::notes_batch}) {
+       {own_note::mark, own_note::reached, own_note::batch, own_note::notes_batch}) {
     notes.erase(std::string(name));
   }
 }

@@ -38,14 +38,14 @@ Records read_records(Database& database);
 void write_records(Database& database, const Records& records);
 
 /// Names of notes that only the store uses.
-namespace store_note {
+namespace own_note {
 inline constexpr std::string_view mark = "mark";
 inline constexpr std::string_view reached = "reached";
 inline constexpr std::string_view batch = "commits";
 inline constexpr std::string_view notes_batch = "notes commit";
-}  // namespace store_note
+}  // namespace own_note
 /// Removes the store's own notes.
-void erase_store_notes(std::map<std::string, std::string>& notes);
+void erase_own_notes(std::map<std::string, std::string>& notes);
 
 // Each of these writes one row of a table; a missing value removes the row.
 void write_note(Database& database, std::string_view name, const std::string& text);

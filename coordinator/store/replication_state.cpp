@@ -130,9 +130,8 @@ std::uint64_t serve_alone(Store& store) {
   }
   if (!is_whole(store, *replication)) {
     throw InputError(
-        "--state: the directory holds an incomplete copy: start this coordinator with --standby, "
-        "so "
-        "that its primary completes the copy");
+        "--state: holds an incomplete copy: start this coordinator with --standby, so that its "
+        "primary completes the copy");
   }
   begin_generation(store, *replication, ReplicaRole::single);
   store.commit();

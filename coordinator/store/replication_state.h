@@ -32,15 +32,13 @@ struct EarlierGeneration {
   std::uint64_t sequence = 0;
 };
 
-/// History, generation and role of a store, kept as a note. A store without it was never
-/// replicated.
+/// History, generation and role of a store: a note that stores get when they are first replicated.
 struct ReplicationState {
   std::uint64_t history = 0;
   std::uint64_t generation = 0;
   ReplicaRole role = ReplicaRole::single;
-  /// Only for a standby: the batches after `copy_begin`, up to `copy_end`, made its full copy. They
-  /// contain the primary's state at `copy_begin` and at most one batch more. `copy_end` is 0 until
-  /// the copy is complete.
+  /// Only for a standby: the batches after `copy_begin`, up to `copy_end`, made its full copy, the
+  /// state of the primary at `copy_begin` plus at most one batch. `copy_end` is 0 during the copy.
   std::uint64_t copy_begin = 0;
   std::uint64_t copy_end = 0;
   std::vector<EarlierGeneration> earlier{};  ///< the latest 32, in ascending order
@@ -61,14 +59,11 @@ std::vector<EarlierGeneration> decode_generations(std::string_view bytes);
 std::optional<ReplicationState> replication_state_of(Store& store);
 /// Reads the text of the note; nothing: the text is empty. Throws RunError if it is damaged.
 std::optional<ReplicationState> replication_state_from_text(const std::string& text);
-/// Writes the note. Does not commit.
 void put_replication_state(Store& store, const ReplicationState& replication);
 
 /// Returns the position that describes exactly the content of the store, from its mark. Nothing:
-/// the mark is missing (after a commit that no standby received, for example) or of another
-/// generation.
+/// the mark is missing (a standby lacks the latest commit, for example) or of another generation.
 std::optional<Position> position_of(Store& store, const ReplicationState& replication);
-/// Puts the position as the mark of the next commit.
 void put_position(Store& store, const Position& position);
 /// Puts the latest position whose changes the store contains completely. The store may have more.
 void put_reached_position(Store& store, const Position& position);

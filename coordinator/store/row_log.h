@@ -15,8 +15,7 @@
 ///     data
 namespace parray::store {
 
-/// Entries that are not in the file yet. Entries are moved in, not copied, because they may be
-/// large.
+/// Entries that are not in the file yet. They may be large, so that append() moves them.
 class PendingRows {
  public:
   void append(std::string entry);
@@ -49,8 +48,7 @@ bool ends_an_entry(const std::filesystem::path& file, std::uint64_t bytes);
 /// fewer. Reads headers only.
 std::uint64_t bytes_of_entries(const std::filesystem::path& file, std::uint64_t entries);
 
-/// Returns the size in bytes of the complete, undamaged entries at the beginning of the file; 0 if
-/// the file cannot be read.
+/// Returns the bytes of the undamaged entries at the beginning of the file; 0 if it is unreadable.
 std::uint64_t sound_bytes(const std::filesystem::path& file);
 
 }  // namespace parray::store

@@ -12,8 +12,7 @@ namespace parray::store {
 
 int check_command(const std::string& directory);  ///< returns 1 if the state is damaged
 int repair_command(const std::string& directory, double now);  ///< returns 0
-/// Returns 1 if damaged files are missing in the copy. `places`: the state's directory and the
-/// target.
+/// Returns 1 if the copy lacks damaged files. `places`: the state's directory and the target.
 int backup_command(const std::vector<std::string>& places, double now);
 
 }  // namespace parray::store

@@ -33,8 +33,7 @@ class StateInUse : public InputError {
   using InputError::InputError;
 };
 
-/// The interface to stored jobs, scenes, results and pictures. Tests replace it to simulate
-/// failures.
+/// Stores jobs, scenes, results and pictures. Tests replace the store to simulate failures.
 ///
 /// A change is stored only after commit() has returned; the coordinator acknowledges nothing
 /// earlier. Members that read see new data at once, and no longer see dropped data after the commit
@@ -86,8 +85,7 @@ class Store {
   virtual std::string note(const std::string& name) = 0;  ///< empty: no such note
   virtual std::map<std::string, std::string> notes() = 0;
   virtual std::string mark() = 0;  ///< empty: none
-  /// Returns the latest committed mark or reached mark. The store still has all content that it
-  /// describes, and possibly more.
+  /// Returns the latest committed mark or reached mark. The store has all that it describes.
   virtual std::string reached_mark() = 0;
   virtual std::vector<JobRecord> jobs() = 0;  ///< by ascending id
   virtual std::optional<std::string> scene(const std::string& digest) = 0;
@@ -99,8 +97,7 @@ class Store {
   /// Replaces the job's picture by the standby's copy. Returns false if there is no such copy.
   virtual bool restore_picture(JobId /*job*/) { return false; }
   virtual std::uint64_t picture_bytes(JobId job) = 0;  ///< size of the picture; 0: no picture
-  /// Returns whether committed files of scenes, results or pictures are missing or cut. Does not
-  /// read their content.
+  /// Returns whether committed files are missing or too short. Does not read their content.
   virtual bool lacks_files() { return false; }
 
   /// Removes files that moved to lost/ more than `keep_lost` seconds of uptime ago, and empties the

@@ -24,9 +24,7 @@ class ScratchDirectory {
  public:
   ScratchDirectory() : path_((fs::temp_directory_path() / "parray-check-XXXXXX").string()) {
     if (mkdtemp(path_.data()) == nullptr) {
-      throw RunError(
-          "creating a temporary directory for a copy of the database failed: set TMPDIR to a "
-          "writable directory");
+      throw RunError("copying the database failed: set TMPDIR to a writable directory");
     }
   }
   ~ScratchDirectory() {

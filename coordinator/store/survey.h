@@ -19,8 +19,7 @@ struct DatabaseContent {
   Records records{};          ///< empty unless the database is readable and of the present version
 };
 
-/// Reads a temporary copy of the database, so that the original does not change. Throws RunError if
-/// there is no room for the copy.
+/// Reads a temporary copy of the database. Throws RunError if there is no room for the copy.
 DatabaseContent read_database_copy(const StateFiles& files);
 
 /// A damaged file of a job.

@@ -109,7 +109,7 @@ class Keys(unittest.TestCase):
     def test_bad_keys_are_refused_in_one_line(self):
         key = self.keys / "admin.key"
         self.refused(run("keygen", self.keys), "already exists")
-        self.refused(run("keygen", self.keys, "--name", "../x"), "cannot be the name of a key")
+        self.refused(run("keygen", self.keys, "--name", "../x"), "cannot name a key")
         self.refused(run("keygen", self.keys, "--name", "admin"), "already")
         self.refused(run("keygen", self.keys, "--role", "client"), "--name")
         self.refused(run("keygen", self.keys, "--remove", "nobody"), "nobody")
