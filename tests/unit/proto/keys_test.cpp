@@ -48,7 +48,7 @@ TEST_CASE("the keys of a farm fit each other, and other users cannot read their 
     CHECK(name_of(sender->role) == name);
     CHECK(sender->name == name);
     CHECK(text_of(farm.keys / "allowed").find(member.own.secret) == std::string::npos);
-    // Of a directory, the one that is asked for.
+    // In a directory, the function finds the file of the requested name.
     CHECK(read_member_key(farm.keys, name).own.open == member.own.open);
   }
   for (const char* name : {"coordinator.key", "worker.key", "admin.key"}) {
@@ -116,7 +116,7 @@ TEST_CASE("changes of the list take effect within a second") {
   REQUIRE(sender);
   CHECK(sender->role == Role::client);
   CHECK(sender->name == "ann.b-2_C");
-  // A name may come again, with another key.
+  // A removed name may return with another key.
   remove_member_key(farm.keys, "ann.b-2_C");
   CHECK_FALSE(fs::exists(farm.keys / "ann.b-2_C.key"));
   add_member_key(farm.keys, Role::admin, "ann.b-2_C");

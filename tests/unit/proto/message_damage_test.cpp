@@ -25,7 +25,7 @@ using nlohmann::json;
 using test::Dice;
 using test::sample_messages;
 
-/// The message, or nothing if it is malformed; any other exception ends the test.
+/// Returns the message, or nothing if it is malformed. Other exceptions end the test.
 std::optional<Message> decoded(const Frames& frames) {
   try {
     return decode(frames);
@@ -42,7 +42,7 @@ std::string pack(const json& map) {
   return bytes;
 }
 
-/// Numbers and texts that a field is not made for.
+/// Numbers and texts that are invalid for most fields.
 json odd_value(Dice& dice, int depth = 0) {
   switch (dice.below(depth < 3 ? 12 : 9)) {
     case 0:
@@ -101,7 +101,7 @@ void damage(Dice& dice, std::string& bytes) {
 
 void set(Frame& frame, std::string bytes) { frame = std::move(bytes); }
 
-/// Bulk data with the checksum that fits them.
+/// Returns bulk data with a correct checksum.
 void set_bulk(Frames& frames, std::string data) {
   json map = json::from_msgpack(frames[0].view());
   map["bulk_xxh3"] = Bulk::of(data).checksum;
@@ -115,7 +115,7 @@ void damage(Dice& dice, Frame& frame) {
   frame = std::move(bytes);
 }
 
-/// Whether whoever opens the bulk data of a message notices that they were changed.
+/// Returns whether opening the bulk data of a message detects a change.
 bool bulk_noticed(const Message& message) {
   try {
     if (const auto* chunk = std::get_if<msg::Chunk>(&message)) {
@@ -235,7 +235,7 @@ TEST_CASE("a control frame nested 100 000 deep is refused without recursion") {
     CHECK(refused({bytes}));
     CHECK(refused({bytes + '\xc0'}));
   }
-  // As a value of an otherwise good message: the deepest that is allowed, and one more.
+  // A value of an otherwise valid message with the largest allowed depth, and one more.
   for (const int depth : {7, 8}) {
     std::string bytes =
         "\x83\xa1v\x06\xa4type\xa5pulse\xa4"
@@ -340,7 +340,7 @@ TEST_CASE("a grant's sample ranges must fit its rectangle") {
     return encode(grant);
   };
   CHECK_FALSE(refused(with_ranges(40, {12, 12})));
-  CHECK_FALSE(refused(with_ranges(40, {0, 0})));  // nothing, wherever
+  CHECK_FALSE(refused(with_ranges(40, {0, 0})));  // no samples
   CHECK(refused(with_ranges(39, {12, 18})));
   CHECK(refused(with_ranges(41, {12, 18})));
   CHECK(refused(with_ranges(40, {10, 18})));
@@ -415,7 +415,7 @@ TEST_CASE("20 000 random mutations give a message or a protocol error, nothing e
       if (auto* result = std::get_if<msg::Result>(&*message)) {
         result->grid = test::sample_batch().grid;
       }
-      if (sound) {  // what is let in can be sent on
+      if (sound) {  // an accepted message can be encoded again
         CHECK_UNARY(decoded(encode(*message)).has_value());
       }
     }

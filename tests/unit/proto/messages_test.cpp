@@ -28,7 +28,7 @@ using test::TypeRow;
 
 json map_of(const Frames& frames) { return json::from_msgpack(frames[0].view()); }
 
-/// A message's frames with its control map changed.
+/// Returns a message's frames after a change of its control map.
 Frames with(Frames frames, const std::function<void(json&)>& change) {
   json map = map_of(frames);
   change(map);
@@ -38,7 +38,7 @@ Frames with(Frames frames, const std::function<void(json&)>& change) {
   return frames;
 }
 
-/// A result does not bring the grid of its cells along.
+/// Encodes a decoded message again. A decoded result lacks the grid of its cells.
 Frames encoded_again(Message message) {
   if (auto* result = std::get_if<msg::Result>(&message)) {
     result->grid = test::sample_batch().grid;
@@ -46,7 +46,7 @@ Frames encoded_again(Message message) {
   return encode(message);
 }
 
-/// "" if the frames are a message, else what the error says.
+/// Returns "" if the frames are a valid message, otherwise the text of the error.
 std::string problem_of(const Frames& frames) {
   try {
     decode(frames);
@@ -106,7 +106,7 @@ TEST_CASE("every message is equal after encoding and decoding") {
   }
 }
 
-/// Keys that came later: who does not know them leaves them out.
+/// Optional keys, which older programs do not send.
 static bool may_be_missing(const std::string& type, const std::string& key) {
   return (type == "list_jobs" || type == "list_workers") && key != "request";
 }

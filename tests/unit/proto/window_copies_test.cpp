@@ -62,7 +62,7 @@ TEST_CASE("corrupt copies of merged cells change neither picture nor store") {
 
 TEST_CASE("claimed blocks of the log that stay empty stop nothing") {
   Rig rig(fixed_settings());
-  rig.window.fetch_add(Word::log_head, 1);  // a rank that died in between
+  rig.window.fetch_add(Word::log_head, 1);  // a rank died in between
   rig.put({0, rig.cells / 2});
   rig.window.fetch_add(Word::log_head, 3);
   CHECK(rig.collect());
@@ -87,7 +87,7 @@ TEST_CASE("a lost entry hides later ones only until ranks have no work left") {
   rig.collector.issue_copies(seconds(1));
   rig.collect(seconds(1));
   CHECK(rig.picture.collector().missing() == std::vector{range_from_word(range)});
-  rig.window.store(lost, range);  // it was only late
+  rig.window.store(lost, range);  // the entry was only late
   rig.collect(seconds(2));
   CHECK(rig.totals.copies == 0);
   rig.check_picture();
@@ -172,10 +172,10 @@ TEST_CASE("waiting ranks get copies of all unfinished cells, repeatedly if neces
   rig.put({2, rig.cells});
   rig.collect();
   rig.collector.issue_copies(seconds(1));
-  CHECK(copies() == 0);  // nobody waits
+  CHECK(copies() == 0);  // no rank waits
   rig.window.store(Word::copy_requests, 1);
   rig.collector.issue_copies(seconds(2));
-  CHECK(copies() == 0);  // perhaps everybody ends now
+  CHECK(copies() == 0);  // all ranks may end now
   rig.collector.issue_copies(seconds(2) + milliseconds(5));
   REQUIRE(copies() == 1);
   CHECK(copy(0) == CellRange{0, 1});

@@ -20,7 +20,7 @@ using Answer = LeaseSource::Answer;
 constexpr Time microsecond = std::chrono::microseconds(1);
 constexpr double speed = 1e7;  // samples a second
 
-/// Gives what the test has prepared, and notes what it is asked.
+/// A source that returns the answers of the test and records the requests.
 class ScriptedSource final : public LeaseSource {
  public:
   ScriptedSource(ManualClock& clock, std::shared_ptr<const WorkPlan> plan)
@@ -87,9 +87,9 @@ class ScriptedSource final : public LeaseSource {
   std::uint64_t epoch_ = 0;
 };
 
-/// A runner whose team has `speed`; cells of 2000 samples, 0.2 ms.
+/// A runner with a team of speed `speed`. A cell has 2000 samples and takes 0.2 ms.
 struct Rig {
-  /// Calls the runner whenever it wants to be, or the team is done, until `end`.
+  /// Calls the runner at its deadlines and whenever the team is done, until `end`.
   void run(Time end) {
     while (clock.now() < end) {
       const Time due = runner.tick(clock.now());
@@ -139,7 +139,7 @@ TEST_CASE("a runner takes the next lease shortly before its team runs out of wor
   rig.leases(30);
   rig.run(30 * time_of(100) + milliseconds(2));
   REQUIRE(rig.source.asked.size() >= 30);
-  // The first has no speed to go by; it is over when the second is asked for.
+  // Without a speed, the runner takes the second lease only after the first has ended.
   for (std::size_t i = 2; i < 30; ++i) {
     CAPTURE(i);
     const Time gap = rig.source.asked[i].when - rig.source.asked[i - 1].when;
@@ -203,7 +203,7 @@ TEST_CASE("the team continues while a result travels") {
   rig.source.complete_time = milliseconds(10);
   rig.leases(10);
   rig.run(time_of(100) * 6);
-  // 10 ms of every 20 ms go into handing in, and the team has hardly waited.
+  // Handing in takes 10 ms of every 20 ms, but the team hardly waits.
   CHECK(rig.source.done.size() >= 5);
   CHECK(rig.runner.tally().putting >= 5 * rig.source.complete_time);
 }
@@ -229,7 +229,7 @@ TEST_CASE("after the answer wait, a busy runner asks again when its team is done
   const auto& asked = rig.source.asked;
   REQUIRE(asked.size() >= 5);
   CHECK_FALSE(asked[2].idle);  // just before the second is done
-  CHECK_FALSE(asked[3].idle);  // the result has to be handed in before copies are asked for
+  CHECK_FALSE(asked[3].idle);  // the runner hands in the result before it asks for copies
   CHECK(asked[4].idle);
   CHECK(asked[4].when >= 2 * time_of(100));
   CHECK(asked[4].when < 2 * time_of(100) + milliseconds(1));
@@ -239,7 +239,7 @@ TEST_CASE(
     "after the answer none, a runner sleeps until a message arrives, and asks at every turn") {
   Rig rig;
   rig.source.otherwise = Answer::none;
-  CHECK(rig.runner.tick(Time(0)) == seconds(1));  // what the source wants
+  CHECK(rig.runner.tick(Time(0)) == seconds(1));  // the deadline of the source
   CHECK(rig.runner.tick(milliseconds(3)) == milliseconds(1003));
   CHECK(rig.source.asked.size() == 2);
   rig.source.lease(7, 9);

@@ -48,7 +48,7 @@ CellBatch whole(const RenderSettings& settings, std::uint32_t tile = 0) {
   return plan->batch({0, plan->cells()});
 }
 
-/// Traces with nobody watching; without times.
+/// Traces cells without a team and checks the number of samples.
 TracedCells traced(const PathTracer& tracer, const CellBatch& batch, int threads) {
   std::atomic<std::uint64_t> count = 0;
   TracedCells cells = trace_cells(tracer, batch, threads, count, false);
@@ -65,7 +65,7 @@ std::vector<std::byte> without_times(const TracedCells& cells) {
   return records;
 }
 
-/// The records that a tracer makes without a team, sample by sample.
+/// Returns the records that a tracer makes without a team, sample by sample.
 std::vector<std::byte> plain_records(const RenderSettings& settings, const CellBatch& batch) {
   const FloatMode ieee;
   const auto tracer = make_path_tracer(*shared_scene(), settings);
@@ -90,7 +90,7 @@ std::vector<std::byte> plain_records(const RenderSettings& settings, const CellB
   return records;
 }
 
-/// Waits until `condition` holds; false after a minute.
+/// Waits until `condition` is true. Returns false after a minute.
 template <typename Condition>
 bool eventually(Condition condition) {
   for (int i = 0; i < 60'000; ++i) {
@@ -106,7 +106,7 @@ LeaseWork assignment(std::uint64_t epoch, const RenderSettings& settings) {
   return {7, 3, epoch, whole(settings), settings, "the small scene", shared_scene()};
 }
 
-/// What the team makes of a lease.
+/// Returns the team's result of a lease.
 LeaseResult finished_by(ThreadTeam& team, LeaseWork lease) {
   team.start(std::move(lease));
   std::optional<LeaseResult> finished;
@@ -117,7 +117,7 @@ LeaseResult finished_by(ThreadTeam& team, LeaseWork lease) {
   return std::move(*finished);
 }
 
-/// A tracer that throws at one pixel, in whichever thread comes to it.
+/// A tracer that throws at one pixel, in the thread that traces it.
 class ThrowingTracer final : public PathTracer {
  public:
   explicit ThrowingTracer(std::function<void()> fail)
@@ -141,7 +141,7 @@ class ThrowingTracer final : public PathTracer {
   std::function<void()> fail_;
 };
 
-/// Puts the thread into a mode that a careless library might leave behind.
+/// Puts the thread into a floating-point mode that a careless library might leave.
 class OtherMode {
  public:
   OtherMode() { std::fesetround(FE_UPWARD); }
@@ -216,7 +216,7 @@ TEST_CASE("the floating-point mode of the calling thread does not change a sampl
     for (const int threads : {1, 2}) {
       CHECK(without_times(traced(*tracer, whole(settings), threads)) == expected);
     }
-    CHECK(OtherMode::in_force());  // it is given back as it was
+    CHECK(OtherMode::in_force());  // tracing has restored the mode
   }
   SUBCASE("of whoever makes a team, which builds too") {
     ThreadTeam team(2);
@@ -323,7 +323,7 @@ TEST_CASE("a team changes scenes and settings, and builds accelerators only if n
   for (const RenderSettings& settings : {sized(8, 4, 2), sized(4, 8, 2)}) {
     for (const bool is_dark : {false, true, false, false}) {
       LeaseWork next = assignment(1, settings);
-      next.settings.samples_per_pixel += is_dark ? 0 : 5;  // no picture's bits
+      next.settings.samples_per_pixel += is_dark ? 0 : 5;  // does not change the bits of a sample
       if (is_dark) {
         next.scene = dark_scene;
         next.scene_id = "dark";
@@ -368,13 +368,14 @@ TEST_CASE("only a lease that cannot be traced fails, and the team continues") {
   std::string reason;
   SUBCASE("an exception") {
     fail = [] { throw std::runtime_error("a broken\nsphere"); };
-    reason = "a broken\\x0asphere";  // one line, fit for a terminal
+    reason = "a broken\\x0asphere";  // one printable line
   }
   SUBCASE("too little memory") {
     fail = [] { throw std::bad_alloc(); };
     reason = "not enough memory";
   }
-  for (const char* scene : {"poison", "slow poison"}) {  // in building, in one thread of tracing
+  for (const char* scene :
+       {"poison", "slow poison"}) {  // fails while building, fails in a tracing thread
     CHECK(finished_by(team, assignment(1, settings)).cells);
     LeaseWork bad = assignment(2, settings);
     bad.scene_id = scene;
@@ -390,10 +391,10 @@ TEST_CASE("only a lease that cannot be traced fails, and the team continues") {
     REQUIRE(good.cells);
     CHECK(without_times(*good.cells) == expected);
   }
-  CHECK(built == 7);  // after a failure nothing of the tracer is used again
+  CHECK(built == 7);  // a failed tracer is never used again
 }
 
-// Sanitizers end a program that asks for more than there can be.
+// Sanitizers end a program that requests more memory than possible.
 TEST_CASE("only a lease larger than any memory fails" * doctest::skip(PARRAY_SANITIZED)) {
   ThreadTeam team(1);
   LeaseWork large = assignment(1, sized(20, 13, 6));
@@ -483,7 +484,7 @@ TEST_CASE("teams over a window make the picture of one thread, for all policies 
           CHECK_FALSE(rig.job.scene);
         }
       }
-      // What was taken and dropped comes back as copies, for a third rank.
+      // A third rank gets the dropped leases as copies.
       WindowSource third = rig.source({policy, 2, 1, 2, {}});
       for (Time now{}; !rig.collector.done() && now < seconds(60); now += milliseconds(60)) {
         rig.collect(now);

@@ -89,7 +89,7 @@ TEST_CASE("a rank takes from its group's ledger first, and then from those of lo
   CHECK(first.begin == part.begin);
   std::vector<CellRange> all = take_all(rank, 1e6);
   all.push_back(first);
-  CHECK(is_partition(all, rig.plan().cells()));  // nobody else ever came
+  CHECK(is_partition(all, rig.plan().cells()));  // no other rank took any
 }
 
 TEST_CASE("a ledger with fewer cells than ranks hands out each cell once") {
@@ -159,7 +159,7 @@ TEST_CASE("a weighted lease is half of a rank's share of the remaining cells, by
   CHECK(weighted_cells(rig, fast, 3e6) == std::ceil(left * 0.75 / 2));
   left = static_cast<double>(rig.left());
   CHECK(weighted_cells(rig, slow, 1e6) == std::ceil(left * 0.25 / 2));
-  // The sum follows a speed that falls, and one that rises.
+  // The sum follows falling and rising speeds.
   left = static_cast<double>(rig.left());
   CHECK(weighted_cells(rig, fast, 1e6) == std::ceil(left * 0.5 / 2));
   left = static_cast<double>(rig.left());
