@@ -86,18 +86,18 @@ void declare_http(CommandLine& line, Arguments& a) {
       .one_value_each()
       .group(http_group)
       .needs(http);
-  line.number("--http-streams", a.http.streams, 0, 10000, "Most event streams at once")
+  line.number("--http-streams", a.http.streams, 0, 10000, "Maximum number of event streams")
       .group(http_group)
       .needs(http)
       .show_default();
-  line.number("--http-connections", a.http.connections, 1, 100000, "Most HTTP connections at once")
+  line.number("--http-connections", a.http.connections, 1, 100000, "Maximum HTTP connections")
       .group(http_group)
       .needs(http)
       .show_default();
-  line.number(
-          "--http-connections-per-address", a.http.address_connections, 1, 100000,
-          "Most HTTP connections of one address at once, also of a proxy. New connections replace "
-          "those without a request yet; /healthz and /readyz are always answered")
+  line.number("--http-connections-per-address", a.http.address_connections, 1, 100000,
+              "Maximum number of HTTP connections of one address, also of a proxy. New connections "
+              "replace "
+              "those without a request yet; /healthz and /readyz are always answered")
       .group(http_group)
       .needs(http)
       .show_default();
@@ -106,7 +106,7 @@ void declare_http(CommandLine& line, Arguments& a) {
       .group(http_group)
       .needs(http)
       .show_default();
-  line.number("--http-parts", a.http.uploads.parts, 1, 100000, "Most parts of a form")
+  line.number("--http-parts", a.http.uploads.parts, 1, 100000, "Maximum number of parts of a form")
       .group(http_group)
       .needs(http)
       .show_default();
@@ -125,24 +125,26 @@ void declare_http(CommandLine& line, Arguments& a) {
 void declare_limits(CommandLine& line, Arguments& a) {
   Limits& limits = a.options.limits;
   line.number("--max-jobs", limits.jobs, 1, 1000000,
-              "Most jobs; a new job replaces the oldest that has ended")
+              "Maximum number of jobs; a new job replaces the oldest that has ended")
       .show_default()
       .group(limits_group);
-  line.number("--max-user-jobs", limits.user_jobs, 1, 1000000, "Most unfinished jobs of one user")
+  line.number("--max-user-jobs", limits.user_jobs, 1, 1000000,
+              "Maximum number of unfinished jobs of one user")
       .show_default()
       .group(limits_group);
-  line.number("--max-pixels", limits.pixels, 1, std::size_t{1} << 32, "Most pixels of a picture")
+  line.number("--max-pixels", limits.pixels, 1, std::size_t{1} << 32, "Maximum pixels of a picture")
       .show_default()
       .group(limits_group);
   line.number("--max-user-pixels", limits.user_pixels, 1, std::size_t{1} << 40,
-              "Most pixels of all unfinished jobs of one user")
+              "Maximum number of pixels of all unfinished jobs of one user")
       .show_default()
       .group(limits_group);
   line.number("--max-disk", a.disk_gib, 0.001, 1e6,
-              "Most GiB below --state; jobs that have ended make room, the oldest first")
+              "Maximum GiB below --state; jobs that have ended make room, the oldest first")
       .show_default()
       .group(limits_group);
-  line.number("--max-user-disk", a.user_disk_gib, 0.001, 1e6, "Most GiB of one user below --state")
+  line.number("--max-user-disk", a.user_disk_gib, 0.001, 1e6,
+              "Maximum GiB of one user below --state")
       .show_default()
       .group(limits_group);
   line.number("--keep-days", a.keep_days, 0.0001, 1e5, "Days until an ended job is deleted")
@@ -153,7 +155,7 @@ void declare_limits(CommandLine& line, Arguments& a) {
       .show_default()
       .group(limits_group);
   line.number("--max-requests", limits.requests, 1, 1000000,
-              "Most messages per second of one client; more are dropped")
+              "Maximum number of messages per second of one client; more are dropped")
       .show_default()
       .group(limits_group);
 }
@@ -243,7 +245,7 @@ void declare_options(CommandLine& line, Arguments& a) {
   declare_tools(line, a);
   declare_http(line, a);
   declare_limits(line, a);
-  line.number("--max-workers", a.options.max_workers, 1, 1000000, "Most workers at once")
+  line.number("--max-workers", a.options.max_workers, 1, 1000000, "Maximum number of workers")
       .show_default()
       .group(limits_group);
   line.number("--memory", a.memory_gib, 0.001, 1e6,
@@ -262,7 +264,7 @@ void declare_options(CommandLine& line, Arguments& a) {
       .group(workers_group);
   line.number("--max-message-bytes", a.max_message_bytes, std::size_t{1} << 20,
               std::size_t{1} << 40,
-              "Maximum size of a message in bytes; larger scenes and pictures are refused")
+              "Maximum number of bytes of a message; larger scenes and pictures are refused")
       .show_default()
       .group(limits_group);
   line.number("--heartbeat", a.heartbeat, 0.05, 60.0,
