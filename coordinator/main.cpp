@@ -94,10 +94,10 @@ void declare_http(CommandLine& line, Arguments& a) {
       .group(http_group)
       .needs(http)
       .show_default();
-  line.number("--http-connections-per-address", a.http.address_connections, 1, 100000,
-              "Maximum number of HTTP connections of one address, also of a proxy. New connections "
-              "replace "
-              "those without a request yet; /healthz and /readyz are always answered")
+  line.number(
+          "--http-connections-per-address", a.http.address_connections, 1, 100000,
+          "Maximum number of HTTP connections of one address, also of a proxy. New ones replace "
+          "those without a request yet; /healthz and /readyz are always answered")
       .group(http_group)
       .needs(http)
       .show_default();

@@ -44,8 +44,7 @@ inline constexpr std::string_view reached = "reached";
 inline constexpr std::string_view batch = "commits";
 inline constexpr std::string_view notes_batch = "notes commit";
 }  // namespace own_note
-/// Removes the store's own notes.
-void erase_own_notes(std::map<std::string, std::string>& notes);
+void erase_own_notes(std::map<std::string, std::string>& notes);  ///< removes those notes
 
 // Each of these writes one row of a table; a missing value removes the row.
 void write_note(Database& database, std::string_view name, const std::string& text);
