@@ -47,9 +47,8 @@ inline constexpr std::string_view unfinished_copy =
 /// Reads all small files. Changes nothing. A coordinator may be writing at the same time: `next` is
 /// read before `json` and the number of commits last, so that no acknowledged commit is missed.
 FoundFiles find_files(const StateFiles& files);
-/// Reads the small files of one job.
-FoundJob find_job(const StateFiles& files, JobId id);
-FoundFiles find_notes(const StateFiles& files);  ///< all except those of jobs
+FoundJob find_job(const StateFiles& files, JobId id);  ///< reads only those of one job
+FoundFiles find_notes(const StateFiles& files);        ///< reads only those of no job
 
 /// The changes of small files that opening the state has to make.
 struct Upkeep {

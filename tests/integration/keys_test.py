@@ -128,7 +128,7 @@ class Keys(unittest.TestCase):
                                 text=True, timeout=20)
         self.refused(result, "parray keygen", "--keys", "--insecure")
         with Farm("--insecure", bind="tcp://0.0.0.0:*") as farm:
-            wait_for(lambda: "--insecure: anybody" in farm.coordinator_log(), "the warning")
+            wait_for(lambda: "--insecure: anyone" in farm.coordinator_log(), "the warning")
 
 
 if __name__ == "__main__":
