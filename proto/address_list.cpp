@@ -13,7 +13,7 @@ AddressList::AddressList(const std::string& text) {
     if (address.empty() ||
         std::find(addresses_.begin(), addresses_.end(), address) != addresses_.end()) {
       throw InputError("cannot connect to '" + text +
-                       "': an address is empty or there twice; a list looks like "
+                       "': an address is empty or occurs twice: write a list like "
                        "tcp://127.0.0.1:7400,tcp://127.0.0.2:7400");
     }
     addresses_.push_back(std::move(address));

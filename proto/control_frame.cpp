@@ -320,7 +320,7 @@ std::size_t ControlReader::index_of(const char* key,
   text(key, name, max_name);
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) {
-    malformed(key, "is none of its words");
+    malformed(key, "is an unknown word");
   }
   return static_cast<std::size_t>(found - names.begin());
 }

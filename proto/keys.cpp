@@ -40,17 +40,17 @@ bool is_name(const std::string& text) {
 }
 
 [[noreturn]] void fail_writing(const fs::path& file) {
-  throw RunError("writing " + file.string() + ": " + std::generic_category().message(errno));
+  throw RunError("writing " + file.string() + " failed: " + std::generic_category().message(errno));
 }
 
-/// Writes a new file, or replaces one where that is allowed.
+/// Writes a file. With `fresh`, throws InputError if the file exists; otherwise replaces it.
 void write_key_file(const fs::path& file, const std::string& text, mode_t mode, bool fresh) {
   const fs::path made = fresh ? file : fs::path(file.string() + ".new");
   const int out =
       open(made.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (fresh ? O_EXCL : O_TRUNC), mode);
   if (out < 0) {
     if (errno == EEXIST) {
-      throw InputError(file.string() + " is there already: choose another place or name");
+      throw InputError(file.string() + " already exists: use another directory or name");
     }
     fail_writing(file);
   }
@@ -100,8 +100,7 @@ std::string key_in(const std::map<std::string, std::string>& values, const char*
   const auto found = values.find(name);
   if (found == values.end() || !is_key(found->second)) {
     throw InputError(file.string() + " has no " + name +
-                     " key of 40 characters: make it again with "
-                     "parray keygen");
+                     " key of 40 characters: make a new key with parray keygen");
   }
   return found->second;
 }
@@ -109,7 +108,7 @@ std::string key_in(const std::map<std::string, std::string>& values, const char*
 std::string member_text(const std::string& coordinator, const KeyPair& pair, Role role,
                         const std::string& name) {
   return "# ParRay: key of " + std::string(name_of(role)) + " '" + name +
-         "'. Whoever has it is let in.\ncoordinator " + coordinator + "\npublic " + pair.open +
+         "'. Its owner may connect.\ncoordinator " + coordinator + "\npublic " + pair.open +
          "\nsecret " + pair.secret + "\n";
 }
 
@@ -212,7 +211,7 @@ void make_farm_keys(const fs::path& directory) {
   const bool made = fs::create_directories(directory, error);
   if (error) {
     throw InputError(directory.string() + ": " + error.message() +
-                     ": name a directory that can be made");
+                     ": name a directory that parray can create");
   }
   // Independent of the umask.
   constexpr auto of_others = fs::perms::group_write | fs::perms::others_write;
@@ -221,7 +220,7 @@ void make_farm_keys(const fs::path& directory) {
   const KeyPair pair = make_key_pair();
   write_key_file(
       directory / "coordinator.key",
-      "# ParRay: the coordinator's own key. Whoever has it can pose as this farm.\npublic " +
+      "# ParRay: the coordinator's own key. Anyone who has it can pose as this farm.\npublic " +
           pair.open + "\nsecret " + pair.secret + "\n",
       0600, true);
   write_members(allowed_file(directory),
@@ -233,14 +232,14 @@ void make_farm_keys(const fs::path& directory) {
 void add_member_key(const fs::path& directory, Role role, const std::string& name, double share) {
   if (!is_name(name) || name == "coordinator") {
     throw InputError("'" + name +
-                     "' is no name for a key: 1 to 64 letters, digits, '.', '_' and '-'");
+                     "' cannot name a key: use 1 to 64 letters, digits, '.', '_' and '-'");
   }
   const KeyPair coordinator = read_coordinator_key(directory);
   std::vector<Member> members = read_members(allowed_file(directory));
   if (std::any_of(members.begin(), members.end(),
                   [&](const Member& m) { return m.name == name; })) {
-    throw InputError("there is a key of that name, '" + name +
-                     "', already: remove it first, or take another");
+    throw InputError("a key named '" + name +
+                     "' already exists: remove it first, or use another name");
   }
   members.push_back(make_member(directory, coordinator.open, role, name));
   members.back().share = share;
@@ -250,8 +249,7 @@ void add_member_key(const fs::path& directory, Role role, const std::string& nam
 void remove_member_key(const fs::path& directory, const std::string& name) {
   std::vector<Member> members = read_members(allowed_file(directory));
   if (std::erase_if(members, [&](const Member& m) { return m.name == name; }) == 0) {
-    throw InputError("no key of that name, '" + name + "', is in " +
-                     allowed_file(directory).string());
+    throw InputError("no key named '" + name + "' is in " + allowed_file(directory).string());
   }
   write_members(allowed_file(directory), members, false);
   std::error_code ignored;  // a copy elsewhere would remain anyway
@@ -266,8 +264,8 @@ void refuse_if_others_can_write(const fs::path& path) {
     return;
   }
   throw InputError(path.string() +
-                   " decides who is let in, and others on this machine can write it: see what "
-                   "stands there, then chmod go-w " +
+                   " says who may connect, and others on this machine can write it: check its "
+                   "content, then chmod go-w " +
                    path.string());
 }
 

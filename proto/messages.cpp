@@ -13,7 +13,7 @@
 namespace parray::proto {
 namespace {
 
-// One description of each message's fields, for both directions: `f` is a ControlWriter or a
+// Each message's fields are described once for both directions: `f` is a ControlWriter or a
 // ControlReader. PROTOCOL.md is the reference for keys and ranges.
 
 template <typename F>
@@ -286,30 +286,30 @@ void set_bulk(msg::Submit& m, Bulk bulk) { m.scene = ScenePayload(std::move(bulk
 void set_bulk(msg::JournalData& m, Bulk bulk) { m.journal = std::move(bulk); }
 void set_bulk(msg::ImageData& m, Bulk bulk) {
   if (bulk.data.size() != picture_size(m.width, m.height, detail_of(m))) {
-    throw ProtocolError("image data do not fit the image");
+    throw ProtocolError("the data do not fit the size of the picture");
   }
   m.picture = PicturePayload(std::move(bulk));
 }
 
-/// What several fields of a message have to agree on.
+/// Checks the relations between fields of a message.
 template <typename M>
 void check(const M& /*m*/) {}
 void check(const msg::Grant& m) {
   const GridShape& shape = m.cells.grid->shape();
-  // In passes, samples_per_pixel bounds the mean alone.
+  // In passes, samples_per_pixel bounds only the mean over all pixels.
   const std::uint32_t most =
       m.settings.in_passes() ? limits::max_samples_per_pixel : m.settings.samples_per_pixel;
   const bool beyond = std::any_of(shape.stages.begin(), shape.stages.end(),
                                   [most](const Stage& stage) { return stage.end > most; });
   if (shape.width != m.settings.width || shape.height != m.settings.height || beyond) {
-    throw ProtocolError("'cells' are not the picture's");
+    throw ProtocolError("'cells' do not fit the picture");
   }
 }
 
 void check(const msg::SceneSource& m) {
   constexpr std::uint32_t most_chunks = 1U << 20;
   if (m.cut.count() > most_chunks) {
-    throw ProtocolError("'chunk_bytes' make too many chunks");
+    throw ProtocolError("'chunk_bytes' is too small: the scene has too many chunks");
   }
 }
 
@@ -352,7 +352,7 @@ PictureDetail msg::detail_of(const ImageData& message) {
 
 Frames encode(const Message& message) {
   return std::visit(
-      [&](auto copy) {  // by value: a description binds to mutable fields; payloads are shared
+      [&](auto copy) {  // by value, because fields() takes a mutable message; payloads are shared
         ControlWriter writer(type_names[message.index()]);
         fields(writer, copy);
         if constexpr (has_bulk<decltype(copy)>) {
@@ -389,7 +389,7 @@ Message decode(const Frames& frames) {
   }
 }
 
-// NOLINTNEXTLINE(performance-unnecessary-value-param): other links keep it
+// NOLINTNEXTLINE(performance-unnecessary-value-param): other links store the message
 Envelope Link::seal(Message message) const { return encode(message); }
 
 Message Envelope::open() const {

@@ -17,13 +17,13 @@
 #include "proto/job_head.h"
 #include "proto/payloads.h"
 
-/// The messages of PROTOCOL.md, as structs. Ranges, answers and meaning stand there.
+/// The messages of PROTOCOL.md, as structs. PROTOCOL.md describes ranges, answers and meaning.
 namespace parray::proto {
 
 inline constexpr std::uint32_t protocol_version = 6;
 
-/// Raised with every change to the bits of a picture: to those of a sample, or to how many samples
-/// a pixel gets. scenes/pictures/renew makes the shipped pictures anew then.
+/// Increase it with every change to the bits of a picture, and to the number of samples of a pixel.
+/// Then renew the shipped pictures with scenes/pictures/renew.
 inline constexpr std::uint32_t trace_version = 5;
 
 namespace msg {
@@ -36,8 +36,8 @@ struct Hello {
   std::uint32_t capacity = 2;
   std::uint32_t trace = trace_version;
   std::string fingerprint;
-  std::string host{};            ///< its machine's name; workers of one share what has come there
-  std::uint32_t share_port = 0;  ///< where it hands on chunks of scenes; 0: it does not
+  std::string host{};            ///< name of the machine, whose workers share scenes
+  std::uint32_t share_port = 0;  ///< port for requests of scene chunks; 0: none
   std::string share_key{};       ///< CURVE key of that port
 };
 struct Welcome {
@@ -61,21 +61,21 @@ struct Grant {
   CellBatch cells;
   std::string scene;
   RenderSettings settings;
-  /// Seconds after which the worker is to hand in what it has traced of the lease; 0: all of it.
+  /// Seconds of tracing after which the worker returns the cells traced so far; 0: no limit.
   double longest = 0;
 };
-/// `failed` of a worker that wants nobody but the coordinator as its source.
+/// Value of `failed` if the worker accepts only the coordinator as its source.
 inline constexpr std::uint32_t every_source = 1000;
 struct NeedScene {
   std::string scene;
-  std::uint32_t failed = 0;  ///< sources that have been of no use
+  std::uint32_t failed = 0;  ///< number of sources that failed
 };
 struct SceneSource {
   std::string scene;
   ChunkCut cut;
   std::string address{};  ///< empty: the coordinator
   std::string key{};
-  /// In one process the scene itself. Does not travel.
+  /// The scene itself, only within one process.
   std::shared_ptr<const Scene> here{};
 };
 struct NeedChunk {
@@ -103,9 +103,9 @@ struct Result {
   std::uint64_t accelerator_bytes = 0;
   std::string isa;
   CellsPayload cells;
-  /// How many cells, from the lease's first on; 0: all.
+  /// Number of cells, from the lease's first on; 0: all.
   std::uint64_t count = 0;
-  /// Of the batch: what `cells` are packed by. Does not travel.
+  /// Grid of the cells, for packing them. Not part of the encoded message.
   std::shared_ptr<const CellGrid> grid{};
 };
 struct Failed {
@@ -131,19 +131,19 @@ struct Submit : JobHead {
   std::uint64_t request = 0;
   std::string token;
   ScenePayload scene;
-  std::string user;  ///< counts only where there are no keys to tell
+  std::string user;  ///< ignored if keys identify the user
 };
 struct Submitted {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
 };
-/// Entries of a list that one answer may have.
+/// Maximum number of entries in a list.
 inline constexpr std::uint32_t most_listed = 1000;
 struct ListJobs {
   std::uint64_t request = 0;
-  std::uint64_t before = 0;           ///< only jobs of lower numbers; 0: all
-  std::uint32_t limit = most_listed;  ///< the newest of them
-  std::string states{};               ///< names with commas between; empty: any
+  std::uint64_t before = 0;           ///< lists only jobs with lower numbers; 0: all
+  std::uint32_t limit = most_listed;  ///< lists only so many of the newest jobs
+  std::string states{};               ///< names separated by commas; empty: any
 };
 struct Jobs {
   std::uint64_t request = 0;
@@ -152,7 +152,7 @@ struct Jobs {
 struct ShowJob {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
-  std::uint32_t from_frame = 0;  ///< of a series: the first frame that is listed
+  std::uint32_t from_frame = 0;  ///< first frame listed of a series
 };
 struct Job {
   std::uint64_t request = 0;
@@ -163,14 +163,14 @@ struct SteerJob {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
   JobAction action = JobAction::pause;
-  std::uint32_t priority = 50;  ///< of `prioritise`
+  std::uint32_t priority = 50;  ///< only for `prioritise`
 };
 struct Fetch {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
-  bool partial = false;     ///< what there is of a job that is not done, too
-  bool statistics = false;  ///< sample counts and half-widths, too
-  bool replicates = false;  ///< these and the halves of the samples
+  bool partial = false;     ///< accepts the picture of an unfinished job
+  bool statistics = false;  ///< asks for sample counts and half-widths, too
+  bool replicates = false;  ///< asks for statistics and the two halves of the samples, too
 };
 struct ImageData {
   std::uint64_t request = 0;
@@ -181,7 +181,7 @@ struct ImageData {
   bool replicates = false;
   PicturePayload picture;
 };
-/// What of the picture is in it.
+/// Returns which detail of the picture the message contains.
 PictureDetail detail_of(const ImageData& message);
 struct FetchJournal {
   std::uint64_t request = 0;
@@ -190,8 +190,8 @@ struct FetchJournal {
 struct JournalData {
   std::uint64_t request = 0;
   nlohmann::json job;
-  nlohmann::json report;  ///< of a job that is done
-  Bulk journal;           ///< coordinator/jobs/journal.h
+  nlohmann::json report;  ///< only of a done job
+  Bulk journal;           ///< see coordinator/jobs/journal.h
 };
 struct ListWorkers {
   std::uint64_t request = 0;
@@ -202,13 +202,13 @@ enum class WorkerAction : std::uint8_t { drain, readmit };
 struct SteerWorkers {
   std::uint64_t request = 0;
   WorkerAction action = WorkerAction::drain;
-  bool host = false;  ///< `name` is that of a host: all workers there
+  bool host = false;  ///< `name` is a host and stands for all its workers
   std::string name;
 };
 struct Workers {
   std::uint64_t request = 0;
   nlohmann::json workers;
-  std::uint64_t total = 0;  ///< of workers; more than are listed, perhaps
+  std::uint64_t total = 0;  ///< number of all workers, of which the list may be a part
 };
 struct ShowFarm {
   std::uint64_t request = 0;
@@ -221,7 +221,7 @@ struct Error {
   std::uint64_t request = 0;
   std::uint32_t status = 1;
   std::string message;
-  bool later = false;  ///< there is no room now; the same request may succeed later
+  bool later = false;  ///< no room now: the same request may succeed later
 };
 
 }  // namespace msg
@@ -235,8 +235,8 @@ using Message =
                  msg::ImageData, msg::FetchJournal, msg::JournalData, msg::ListWorkers,
                  msg::SteerWorkers, msg::Workers, msg::ShowFarm, msg::Farm, msg::Error>;
 
-/// The message is malformed. `request` is set if it could still be read, so that a client can be
-/// told.
+/// The message is malformed. `request` is set if it was readable, so that the client gets an
+/// `error`.
 class ProtocolError : public std::runtime_error {
  public:
   explicit ProtocolError(const std::string& what, std::optional<std::uint64_t> request = {})
@@ -247,14 +247,14 @@ class ProtocolError : public std::runtime_error {
   std::optional<std::uint64_t> request_;
 };
 
-/// Frames of a message. Never fails for values within the ranges of PROTOCOL.md.
+/// Encodes a message. Never fails for values within the ranges of PROTOCOL.md.
 Frames encode(const Message& message);
 
-/// Inverse of encode(). Every bound and range is checked before it is relied on. Throws
-/// ProtocolError, and nothing else, for any bytes.
+/// Decodes a message and checks every bound and range. Throws ProtocolError, and no other
+/// exception, for malformed frames.
 Message decode(const Frames& frames);
 
-/// As they travel, in the order of the enumerations.
+/// The words of the encoded messages, in the order of the enumerations.
 inline constexpr std::array<std::string_view, 4> verdict_names = {"accepted", "duplicate", "stale",
                                                                   "mismatch"};
 inline constexpr std::array<std::string_view, 6> job_action_names = {

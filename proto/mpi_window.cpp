@@ -12,12 +12,12 @@
 namespace parray::proto {
 namespace {
 
-/// Counts are int in MPI 3: longer transfers go in parts.
+/// Largest transfer in bytes: MPI 3 counts with int, so longer transfers are cut into parts.
 constexpr std::size_t most_bytes = std::size_t{1} << 30;
 
 enum Tag : int { request_tag = 1, bytes_tag, reply_tag };
 
-/// Calls `part(offset, count)` for every part of so many bytes.
+/// Calls `part(offset, count)` for every part of a transfer.
 template <typename Part>
 void in_parts(std::size_t bytes, Part part) {
   for (std::size_t done = 0; done < bytes; done += most_bytes) {
@@ -56,7 +56,7 @@ MpiWindow::MpiWindow(MPI_Comm comm, std::size_t bytes, std::size_t zeroed) : com
   for (int target = 0; target < ranks; ++target) {
     targets_.emplace_back(window_, target, target == rank ? memory_ : std::span<std::byte>());
   }
-  check_mpi(MPI_Barrier(comm), "starting together");  // nobody writes before it is zero
+  check_mpi(MPI_Barrier(comm), "waiting for all ranks");  // no rank writes before memory is 0
   check_mpi(MPI_Win_lock_all(MPI_MODE_NOCHECK, window_), "opening an MPI window");
 }
 
@@ -98,7 +98,7 @@ void MpiTarget::put(std::size_t offset, std::span<const std::byte> bytes) {
   in_parts(bytes.size(), [&](std::size_t done, int count) {
     check_mpi(MPI_Put(bytes.data() + done, count, MPI_BYTE, rank_, displacement(offset + done),
                       count, MPI_BYTE, window_),
-              "putting rows into a rank's window");
+              "putting results into a rank's window");
   });
   check_mpi(MPI_Win_flush(rank_, window_), "completing a put into a rank's window");
 }
@@ -146,12 +146,12 @@ RequestWindow::Ask ask_first_rank(MPI_Comm comm) {
 }
 
 void answer_requests(MPI_Comm comm, std::span<std::byte> memory) {
-  // The first look may only let a message in that the second finds.
+  // The first probe may only make progress on a message that the second one finds.
   for (int misses = 0; misses < 2;) {
     int arrived = 0;
     MPI_Status status;
     check_mpi(MPI_Iprobe(MPI_ANY_SOURCE, request_tag, comm, &arrived, &status),
-              "looking for requests");
+              "probing for requests");
     if (arrived == 0) {
       ++misses;
       continue;
@@ -173,7 +173,7 @@ void answer_requests(MPI_Comm comm, std::span<std::byte> memory) {
 }
 
 void MpiWindow::progress() {
-  // The first look lets things in, the second acts on them: half the latency of one a turn.
+  // The first probe receives operations, the second performs them. This halves the latency.
   for (int look = 0; look < 2; ++look) {
     int arrived = 0;
     MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, comm_, &arrived, MPI_STATUS_IGNORE);

@@ -11,11 +11,10 @@
 
 namespace parray::proto {
 
-/// The memory of one rank in an MPI window: every operation is complete there on return
-/// (MPI_Win_flush).
+/// The memory of one rank in an MPI window. Every operation is complete on return (MPI_Win_flush).
 class MpiTarget final : public Window {
  public:
-  /// `own`: the memory, if it is this rank's.
+  /// `own` is the memory if `rank` is this rank, otherwise empty.
   MpiTarget(MPI_Win window, int rank, std::span<std::byte> own)
       : window_(window), rank_(rank), own_(own) {}
 
@@ -32,32 +31,32 @@ class MpiTarget final : public Window {
   std::span<std::byte> own_;
 };
 
-/// Memory of every rank over MPI: one MPI_Win_allocate, open to everybody for its whole life
-/// (MPI_Win_lock_all).
+/// The memory of all ranks in one MPI window (MPI_Win_allocate), open to all ranks until it is
+/// destroyed (MPI_Win_lock_all).
 ///
-/// Construction and destruction are collective. Throws RunError when MPI offers no such window. One
-/// thread, the one that MPI was initialised in.
+/// Construction and destruction are collective. Throws RunError if MPI offers no such window. Use
+/// it only in the thread that initialised MPI.
 class MpiWindow {
  public:
-  /// `bytes`: of this rank, at least a word; the first `zeroed` of them are 0 at first.
+  /// `bytes` is the size of this rank's memory, at least a word. Zeroes the first `zeroed` bytes.
   MpiWindow(MPI_Comm comm, std::size_t bytes, std::size_t zeroed);
   ~MpiWindow();
   MpiWindow(const MpiWindow&) = delete;
   MpiWindow& operator=(const MpiWindow&) = delete;
 
   Window& of(std::uint32_t rank) { return targets_[rank]; }
-  /// This rank's own.
+  /// Returns the memory of this rank.
   [[nodiscard]] std::span<std::byte> memory() const { return memory_; }
 
-  /// Lets the operations of others on this rank's memory come in where MPI has no thread for that,
-  /// and makes what has come in visible in memory().
+  /// Performs the operations of other ranks on this rank's memory if MPI has no thread for that,
+  /// and makes their effects visible in memory().
   void progress();
 
-  /// While nobody uses the window: the first `zeroed` bytes of this rank are 0 again.
+  /// Sets the first `zeroed` bytes of this rank to 0. No rank may use the window meanwhile.
   void clear(std::size_t zeroed);
 
-  /// Collective. True if every operation, tried by every rank on words [0, ranks] of rank 0 and on
-  /// another rank's first, gives what it should; the words are 0 again afterwards.
+  /// Tests every operation: each rank tries words [0, ranks] of rank 0 and word 0 of another rank.
+  /// Returns whether all results are correct. The words are 0 again afterwards. Collective.
   bool works();
 
  private:
@@ -69,12 +68,12 @@ class MpiWindow {
   std::vector<MpiTarget> targets_;
 };
 
-/// Sends requests to rank 0 by two-sided messages: see RequestWindow.
+/// Returns a function that sends requests to rank 0 by two-sided messages: see RequestWindow.
 RequestWindow::Ask ask_first_rank(MPI_Comm comm);
-/// In rank 0: performs on `memory` every request that has arrived, and replies.
+/// Performs every request that has arrived at rank 0 on `memory`, and replies. Only for rank 0.
 void answer_requests(MPI_Comm comm, std::span<std::byte> memory);
 
-/// Throws RunError "doing WHAT: MPI's words" unless `code` is MPI_SUCCESS.
+/// Throws RunError with the text `what` and MPI's message unless `code` is MPI_SUCCESS.
 void check_mpi(int code, const char* what);
 
 }  // namespace parray::proto

@@ -34,7 +34,7 @@ json map_of(const RenderSettings& settings, const Wanted& wanted) {
 std::string word(const json& map, const char* key) {
   const auto found = map.find(key);
   if (found == map.end() || !found->is_string()) {
-    throw ProtocolError(std::string("settings: '") + key + "' is missing or no string");
+    throw ProtocolError(std::string("settings: '") + key + "' is missing or not a string");
   }
   return found->get<std::string>();
 }
@@ -44,7 +44,7 @@ T limit(const json& map, const char* key) {
   try {
     return map.value(key, T{});
   } catch (const json::exception&) {
-    throw ProtocolError("settings: a limit is of the wrong type");
+    throw ProtocolError("settings: a limit has the wrong type");
   }
 }
 
@@ -70,7 +70,7 @@ void read(const json& map, const Setting& setting, const Rule& rule, T& value) {
 std::uint64_t natural_in(const json& map, const char* key, std::uint64_t most) {
   const auto found = map.find(key);
   if (found == map.end() || !found->is_number_unsigned()) {
-    throw ProtocolError(std::string("'") + key + "' is missing or no unsigned integer");
+    throw ProtocolError(std::string("'") + key + "' is missing or not an unsigned integer");
   }
   const auto value = found->get<std::uint64_t>();
   if (value > most) {
@@ -83,7 +83,7 @@ std::vector<std::uint64_t> naturals_in(const json& map, const char* key) {
   const json list = map.value(key, json::array());
   const auto is_natural = [](const json& value) { return value.is_number_unsigned(); };
   if (!list.is_array() || !std::all_of(list.begin(), list.end(), is_natural)) {
-    throw ProtocolError(std::string("'") + key + "' is no list of unsigned integers");
+    throw ProtocolError(std::string("'") + key + "' is not a list of unsigned integers");
   }
   return list.get<std::vector<std::uint64_t>>();
 }
@@ -119,7 +119,7 @@ RenderSettings settings_from_json(const json& map) {
     throw ProtocolError(error.what());
   }
   if (automatic) {
-    throw ProtocolError("settings leave something automatic");
+    throw ProtocolError("a setting is still automatic");
   }
   return settings;
 }

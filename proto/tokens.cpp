@@ -83,7 +83,7 @@ std::string make_token(const fs::path& directory, const std::string& name) {
   const auto owner = allowed.find_name(Time(0), name);
   if (!owner || owner->role == Role::worker) {
     throw InputError("'" + name + "' is no client or administrator of this farm: parray keygen " +
-                     directory.string() + " --role client --name " + name + " makes one");
+                     directory.string() + " --role client --name " + name + " adds a client");
   }
   Tokens tokens = read_tokens(directory);
   std::erase_if(tokens, [&](const auto& entry) { return entry.first == name; });

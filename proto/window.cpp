@@ -16,7 +16,7 @@ std::uint64_t* word_at(std::span<std::byte> memory, std::size_t word) {
   return reinterpret_cast<std::uint64_t*>(memory.data()) + word;
 }
 
-/// Only idle ranks get copies: many times as many as there can be ranks, and still small.
+/// Number of copies that a window can hold: many times the possible number of ranks.
 constexpr std::uint64_t copy_slots = 1U << 16;
 
 }  // namespace
@@ -68,7 +68,7 @@ std::uint64_t perform(const WindowRequest& request, std::span<std::byte> memory,
         return 0;
     }
   }
-  throw RunError("impossible request to a window");
+  throw RunError("a rank sent a request that reaches outside the window");
 }
 
 Ledgers::Ledgers(std::uint32_t ranks, std::uint32_t each)
@@ -82,7 +82,7 @@ std::uint32_t Ledgers::keeper(std::uint32_t ledger) const {
 std::uint32_t Ledgers::home(std::uint32_t rank) const {
   auto ledger = static_cast<std::uint32_t>(std::uint64_t{rank} * count_ / ranks_);
   while (ledger + 1 < count_ && keeper(ledger) < rank) {
-    ++ledger;  // where the division has rounded down
+    ++ledger;  // corrects the rounding of the division
   }
   return ledger;
 }

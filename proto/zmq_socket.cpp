@@ -118,7 +118,7 @@ void ZmqSocket::connect_to(const std::string& address) {
     socket_.connect(address);
   } catch (const zmq::error_t& error) {
     throw InputError("cannot connect to '" + address + "': " + error.what() +
-                     "; an address looks like tcp://127.0.0.1:7400");
+                     ": write an address like tcp://127.0.0.1:7400");
   }
 }
 
@@ -208,7 +208,7 @@ bool ZmqSocket::receive_part(zmq::message_t& part) {
 
 WakeUp::WakeUp() : fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
   if (fd_ < 0) {
-    throw RunError("creating an eventfd failed: out of file descriptors?");
+    throw RunError("creating an eventfd failed: raise the limit of file descriptors (ulimit -n)");
   }
 }
 
@@ -219,7 +219,7 @@ void WakeUp::raise() const noexcept {
     return;
   }
   const std::uint64_t one = 1;
-  // A full counter is raised anyway.
+  // If the counter is full, it is already raised.
   [[maybe_unused]] const auto written = write(fd_, &one, sizeof one);
 }
 

@@ -34,38 +34,38 @@ struct Arguments {
 
 void declare_options(CommandLine& line, Arguments& a) {
   line.option("--coordinator,--connect", a.coordinator,
-              "The coordinator's address, and its standbys', with commas between")
+              "Address of the coordinator, followed by those of its standbys, separated by commas")
       .type_name("ADDRESS")
       .environment("PARRAY_COORDINATOR")
       .show_default()
       .group("Farm");
-  line.option("--keys", a.keys, "Key of this worker, of a coordinator that wants one: worker.key")
+  line.option("--keys", a.keys, "Key of this worker (worker.key), if the coordinator needs one")
       .type_name("FILE")
       .completes(Completes::files)
       .environment("PARRAY_KEYS")
       .group("Farm");
   line.number("--threads", a.threads, 1, 4096,
-              "Threads to trace with (default: every processor that may be used)")
+              "Number of threads (default: all available processors)")
       .group("Speed");
   line.option("--name", a.name, "Name shown by parray workers (default: host name and process)")
       .type_name("NAME")
       .group("Farm");
   line.number("--idle-exit", a.idle_exit, 0.0, 1e9,
-              "End after so many seconds without work, connected or not; 0: never")
+              "Stop after so many seconds without work, connected or not; 0: never")
       .show_default()
       .group("Farm");
   line.option("--sharing", a.sharing,
-              "on: hand scenes on to other workers, by a free port, and take them from there; off: "
-              "from the coordinator alone")
+              "on: exchange scenes with other workers, through a free port; off: get scenes only "
+              "from the coordinator")
       .one_of({"on", "off"})
       .show_default()
       .group("Farm");
-  a.log.add_to(line, "What is told on stderr: this, and worse");
-  line.example("parray-worker", "with all processors, for the coordinator of this machine");
+  a.log.add_to(line, "Lowest level of messages on stderr");
+  line.example("parray-worker", "works for the coordinator of this machine with all processors");
   line.example("parray-worker --coordinator tcp://farm:7400 --keys worker.key",
-               "for another machine's");
+               "works for the coordinator of another machine");
   line.example("parray-worker --threads 8 --idle-exit 300",
-               "leaves after five minutes without work");
+               "stops after five minutes without work");
 }
 
 std::string host_name() {
@@ -74,31 +74,31 @@ std::string host_name() {
   return host.data();
 }
 
-std::string fresh_instance() {
+std::string new_instance() {
   std::random_device device;
   return std::to_string(device()) + std::to_string(device());
 }
 
-/// Logs connections that begin and end, by watching the worker's state.
-class Reporter {
+/// Logs the begin and end of connections and the scenes received. Decides when the worker stops.
+class ConnectionLog {
  public:
   /// `idle_exit` is the number of seconds without work after which the worker stops; 0: never.
-  Reporter(const Worker& worker, spdlog::logger& log, bool keys, double idle_exit)
+  ConnectionLog(const Worker& worker, spdlog::logger& log, bool keys, double idle_exit)
       : worker_(worker), log_(log), keys_(keys), idle_exit_(idle_exit) {}
 
-  bool stop(const std::string& address) {
-    tell_scene();
-    constexpr Time long_since = seconds(10);
-    if (!connected_ && !told_ && clock_.now() - began_ > long_since) {
-      told_ = true;
-      log_.warn("no word from {} yet: is it running{}?", address,
-                keys_ ? ", and does it know this key" : ", or does it want a key (--keys)");
+  bool log_and_check_stop(const std::string& address) {
+    log_scene();
+    constexpr Time patience = seconds(10);
+    if (!connected_ && !logged_ && clock_.now() - start_ > patience) {
+      logged_ = true;
+      log_.warn("no answer from {} yet: check that it is running{}", address,
+                keys_ ? " and knows this key" : " and whether it needs a key (--keys)");
     }
     if (worker_.connected() != connected_) {
-      told_ = true;
+      logged_ = true;
       connected_ = worker_.connected();
       connected_ ? log_.info("serving {}", address)
-                 : log_.warn("no word from {}: trying again", address);
+                 : log_.warn("no answer from {}: connecting again", address);
     }
     return interrupt_noted() || !worker_.refused().empty() || idle_for_too_long();
   }
@@ -107,19 +107,19 @@ class Reporter {
   bool idle_for_too_long() {
     const Time now = clock_.now();
     if (!worker_.idle()) {
-      at_work_ = now;
+      last_work_ = now;
     }
-    if (idle_exit_ == 0 || to_seconds(now - at_work_) < idle_exit_) {
+    if (idle_exit_ == 0 || to_seconds(now - last_work_) < idle_exit_) {
       return false;
     }
-    log_.info("no work for {} s: leaving, as --idle-exit says", idle_exit_);
+    log_.info("no work for {} s: stopping because of --idle-exit", idle_exit_);
     return true;
   }
 
-  void tell_scene() {
+  void log_scene() {
     const SceneExchange::Tally& tally = worker_.scene_bytes();
-    if (tally.scenes > told_scenes_) {
-      told_scenes_ = tally.scenes;
+    if (tally.scenes > logged_scenes_) {
+      logged_scenes_ = tally.scenes;
       log_.info(
           "a scene has come in {:.3f} s; all scenes so far: {} bytes from the coordinator, {} from "
           "workers",
@@ -133,11 +133,11 @@ class Reporter {
   const bool keys_;
   const double idle_exit_;
   const SteadyClock clock_;
-  const Time began_ = clock_.now();
-  Time at_work_ = began_;  ///< last time with work
+  const Time start_ = clock_.now();
+  Time last_work_ = start_;  ///< last time with work
   bool connected_ = false;
-  bool told_ = false;
-  std::uint64_t told_scenes_ = 0;
+  bool logged_ = false;
+  std::uint64_t logged_scenes_ = 0;
 };
 
 int work(const Arguments& a) {
@@ -155,22 +155,23 @@ int work(const Arguments& a) {
   options.share_port = link.port();
   options.share_key = link.key();
   options.wake = wake;
-  options.instance = fresh_instance();
+  options.instance = new_instance();
   options.threads = static_cast<std::uint32_t>(a.threads);
   options.fingerprint = trace_fingerprint();
   Worker worker(options, team);
   const SteadyClock clock;
   log->info("ParRay {} worker '{}', {} threads, for {}", PARRAY_VERSION, options.name, a.threads,
             a.coordinator);
-  Reporter reporter(worker, *log, key.has_value(), a.idle_exit);
-  run_actor(worker, link, clock, [&](Time) { return reporter.stop(a.coordinator); });
+  ConnectionLog connection_log(worker, *log, key.has_value(), a.idle_exit);
+  run_actor(worker, link, clock,
+            [&](Time) { return connection_log.log_and_check_stop(a.coordinator); });
   if (!worker.refused().empty()) {
     throw RunError("the coordinator at " + a.coordinator +
                    " refuses this worker: " + worker.refused());
   }
   worker.leave("worker stopped");
-  for (Delivery& goodbye : worker.take_outbox()) {
-    link.send(goodbye.peer, std::move(goodbye.content));
+  for (Delivery& bye : worker.take_outbox()) {
+    link.send(bye.peer, std::move(bye.content));
   }
   const SceneExchange::Tally& scenes = worker.scene_bytes();
   log->info("stopped; bytes of scenes: {} from the coordinator, {} from workers, {} handed on",
@@ -182,7 +183,7 @@ int work(const Arguments& a) {
 
 int main(int argc, char** argv) {
   const Program program = {"parray-worker",
-                           "Trace what a coordinator leases, with all processors of this machine",
+                           "Trace leases of a coordinator with all processors of this machine",
                            PARRAY_VERSION};
   Arguments arguments;
   return run_main(program, argc, argv, [&](CommandLine& line) {

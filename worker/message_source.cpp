@@ -60,10 +60,10 @@ void MessageSource::complete(Time now, LeaseResult finished) {
                           finished.cells->range.count(),
                           std::move(finished.grid)};
   }
-  keep_until_heard(now, lease, std::move(message));
+  keep_until_acknowledged(now, lease, std::move(message));
 }
 
-void MessageSource::keep_until_heard(Time now, const LeaseKey& lease, Message message) {
+void MessageSource::keep_until_acknowledged(Time now, const LeaseKey& lease, Message message) {
   // The message is encoded once, even if it is sent several times. Within one process it is never
   // encoded.
   Envelope envelope = options_.in_process ? Envelope(std::move(message)) : encode(message);
@@ -80,10 +80,10 @@ Time MessageSource::tick(Time now, const TeamState& team) {
   if (connected_ && last_heard_ + silence_ <= now) {
     reconnect(now);
   }
-  if (next_beat_ <= now) {
-    beat(now, team);
+  if (next_heartbeat_ <= now) {
+    send_heartbeat(now, team);
   }
-  const Time due = std::min(next_beat_, fetch_scenes(now));
+  const Time due = std::min(next_heartbeat_, fetch_scenes(now));
   return connected_ ? std::min(due, repeat_unacknowledged(now)) : due;
 }
 
@@ -111,7 +111,7 @@ Time MessageSource::fetch_scenes(Time now) {
 void MessageSource::fail_waiting(Time now, const std::string& scene, const std::string& reason) {
   for (const msg::Grant& grant : waiting_) {
     if (grant.scene == scene) {
-      keep_until_heard(now, key_of(grant), msg::Failed{grant.job, grant.epoch, reason});
+      keep_until_acknowledged(now, key_of(grant), msg::Failed{grant.job, grant.epoch, reason});
     }
   }
   std::erase_if(waiting_, [&](const msg::Grant& grant) { return grant.scene == scene; });
@@ -152,10 +152,10 @@ void MessageSource::leave(const std::string& reason) {
 
 void MessageSource::reconnect(Time now) {
   connected_ = false;
-  next_beat_ = now;
+  next_heartbeat_ = now;
 }
 
-void MessageSource::forgotten(Time now) {
+void MessageSource::on_forgotten(Time now) {
   waiting_.clear();
   reconnect(now);
 }
@@ -165,7 +165,7 @@ void MessageSource::on(Time now, msg::Welcome& m) {
   silence_ = milliseconds(m.silence_ms);
   if (!connected_) {
     connected_ = true;
-    next_beat_ = now;
+    next_heartbeat_ = now;
   }
 }
 
@@ -177,15 +177,15 @@ void MessageSource::on(Time /*now*/, msg::Refuse& m) {
 
 void MessageSource::on(Time /*now*/, msg::HeartbeatAck& /*m*/) {}
 
-void MessageSource::on(Time now, msg::Identify& /*m*/) { forgotten(now); }
+void MessageSource::on(Time now, msg::Identify& /*m*/) { on_forgotten(now); }
 
-void MessageSource::on(Time now, msg::Bye& /*m*/) { forgotten(now); }
+void MessageSource::on(Time now, msg::Bye& /*m*/) { on_forgotten(now); }
 
 void MessageSource::on(Time now, msg::Grant& m) {
   // Ignores leases beyond the worker's capacity: their deadlines will pass.
   if (connected_ && !holds(key_of(m)) && waiting_.size() < options_.capacity) {
     waiting_.push_back(std::move(m));
-    next_beat_ = now;  // report at once that the lease has arrived
+    next_heartbeat_ = now;  // report at once that the lease has arrived
   }
 }
 
@@ -208,8 +208,8 @@ bool MessageSource::holds(const LeaseKey& lease) const {
                      [&](const msg::Grant& grant) { return key_of(grant) == lease; });
 }
 
-void MessageSource::beat(Time now, const TeamState& team) {
-  next_beat_ = now + heartbeat_;
+void MessageSource::send_heartbeat(Time now, const TeamState& team) {
+  next_heartbeat_ = now + heartbeat_;
   if (!connected_) {
     send(msg::Hello{protocol_version, options_.name, options_.instance, options_.threads,
                     options_.capacity, trace_version, options_.fingerprint, options_.host,

@@ -89,12 +89,12 @@ class MessageSource final : public LeaseSource {
 
   void send(Message message) { outbox_.push_back({{}, std::move(message)}); }
   void reconnect(Time now);
-  void forgotten(Time now);
+  void on_forgotten(Time now);
   [[nodiscard]] bool knows(const std::string& scene) const;
   Time fetch_scenes(Time now);
   void fail_waiting(Time now, const std::string& scene, const std::string& reason);
-  void keep_until_heard(Time now, const LeaseKey& lease, Message message);
-  void beat(Time now, const TeamState& team);
+  void keep_until_acknowledged(Time now, const LeaseKey& lease, Message message);
+  void send_heartbeat(Time now, const TeamState& team);
   Time repeat_unacknowledged(Time now);
   [[nodiscard]] bool holds(const LeaseKey& lease) const;
 
@@ -104,7 +104,7 @@ class MessageSource final : public LeaseSource {
   Time heartbeat_ = seconds(1);
   Time silence_ = seconds(5);
   Time last_heard_ = Time::min();
-  Time next_beat_ = Time::min();
+  Time next_heartbeat_ = Time::min();
   std::deque<msg::Grant> waiting_;   ///< leases not taken
   std::optional<LeaseKey> tracing_;  ///< the lease that was taken
   std::map<LeaseKey, Unacknowledged> unacknowledged_;

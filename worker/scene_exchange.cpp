@@ -19,13 +19,13 @@ constexpr Time ask_again = seconds(1);
 /// A worker that is silent for this long is given up as a source.
 constexpr Time patience = seconds(3);
 /// A worker that answers but sends no chunk for this long is given up, too.
-constexpr Time longest_standstill = seconds(30);
+constexpr Time longest_stall = seconds(30);
 /// Time before a chunk is requested again: this long if the source is silent, ten times as long if
 /// other chunks arrive.
-constexpr Time first_quiet = seconds(1);
-constexpr Time longest_quiet = seconds(30);
+constexpr Time first_resend_interval = seconds(1);
+constexpr Time longest_resend_interval = seconds(30);
 /// Unused chunks are dropped after this time: the scene itself is in memory.
-constexpr Time kept_for = seconds(60);
+constexpr Time longest_unused = seconds(60);
 
 }  // namespace
 
@@ -81,7 +81,7 @@ void SceneExchange::drop(std::string scene) {  // NOLINT(performance-unnecessary
 
 void SceneExchange::drop_unused(Time now) {
   std::erase_if(holdings_, [&](const Holding& h) {
-    return h.used + kept_for <= now && !(fetch_ && fetch_->scene == h.content.id);
+    return h.used + longest_unused <= now && !(fetch_ && fetch_->scene == h.content.id);
   });
 }
 
@@ -111,7 +111,7 @@ void SceneExchange::on(Time now, const PeerId& from, msg::SceneSource& m) {
   fetch_->source = m.address.empty() ? PeerId() : peer_at(m.address, m.key);
   fetch_->heard = now;
   fetch_->progressed = now;
-  fetch_->quiet = first_quiet;
+  fetch_->resend_after = first_resend_interval;
   fetch_->in_flight.clear();
   pull(now);
 }
@@ -130,11 +130,11 @@ void SceneExchange::on(Time now, const PeerId& from, msg::Chunk& m) {
     return;  // treated as lost
   }
   ScenePiece& piece = holding->content.pieces[m.chunk];
-  if (piece.here() || came == 0 || (m.packed ? came >= size : came != size)) {
+  if (piece.arrived() || came == 0 || (m.packed ? came >= size : came != size)) {
     return;
   }
   piece = {m.packed, std::move(m.content)};
-  ++holding->have;
+  ++holding->received;
   holding->used = now;
   (from.empty() ? tally_.from_coordinator : tally_.from_workers) += came;
   fetch_->progressed = now;
@@ -142,7 +142,7 @@ void SceneExchange::on(Time now, const PeerId& from, msg::Chunk& m) {
   pull(now);
   for (const Waiting& waiting : waiting_) {
     if (waiting.chunk == m.chunk && waiting.scene == m.scene) {
-      hand_on(now, waiting.peer, *holding, m.chunk);
+      pass_on(now, waiting.peer, *holding, m.chunk);
     }
   }
   std::erase_if(waiting_,
@@ -171,8 +171,8 @@ void SceneExchange::on(Time now, const PeerId& from, msg::NoScene& m) {
 void SceneExchange::on(Time now, const PeerId& from, msg::NeedChunk& m) {
   Holding* const holding = holding_of(m.scene);
   if (holding != nullptr && m.chunk < holding->content.pieces.size() &&
-      holding->content.pieces[m.chunk].here()) {
-    hand_on(now, from, *holding, m.chunk);
+      holding->content.pieces[m.chunk].arrived()) {
+    pass_on(now, from, *holding, m.chunk);
     return;
   }
   if (!fetch_ || fetch_->scene != m.scene || waiting_.size() >= most_waiting) {
@@ -191,7 +191,7 @@ void SceneExchange::on(Time now, const PeerId& from, msg::NeedChunk& m) {
   send(from, msg::ChunkLater{m.scene, m.chunk});
 }
 
-void SceneExchange::hand_on(Time now, const PeerId& to, Holding& holding, std::uint32_t chunk) {
+void SceneExchange::pass_on(Time now, const PeerId& to, Holding& holding, std::uint32_t chunk) {
   const ScenePiece& piece = holding.content.pieces[chunk];
   holding.used = now;
   tally_.handed_on += piece.content.data.size();
@@ -201,15 +201,15 @@ void SceneExchange::hand_on(Time now, const PeerId& to, Holding& holding, std::u
 Time SceneExchange::tick(Time now) {
   note_opened(now);
   drop_unused(now);
-  send_away();
+  answer_waiting_workers();
   if (!fetch_) {
-    return holdings_.empty() ? never : now + kept_for;
+    return holdings_.empty() ? never : now + longest_unused;
   }
   open_if_complete(now);
   if (!fetch_ || fetch_->opening) {
     return now + ask_again;
   }
-  judge_source(now);
+  check_source(now);
   if (!fetch_->source) {
     fetch_->began = std::min(fetch_->began, now);
     if (fetch_->ask_at <= now) {
@@ -219,11 +219,11 @@ Time SceneExchange::tick(Time now) {
     return fetch_->ask_at;
   }
   repeat(now);
-  return now + first_quiet / 2;
+  return now + first_resend_interval / 2;
 }
 
 /// Answers the workers that wait for a scene that is no longer fetched.
-void SceneExchange::send_away() {
+void SceneExchange::answer_waiting_workers() {
   std::erase_if(waiting_, [&](const Waiting& w) {
     const bool comes = fetch_ && fetch_->scene == w.scene;
     if (!comes) {
@@ -234,11 +234,11 @@ void SceneExchange::send_away() {
 }
 
 /// Gives up a silent or stalled source. The coordinator is never given up; it is asked again.
-void SceneExchange::judge_source(Time now) {
+void SceneExchange::check_source(Time now) {
   if (!fetch_->source || fetch_->source->empty()) {
     return;
   }
-  if (fetch_->heard + patience <= now || fetch_->progressed + longest_standstill <= now) {
+  if (fetch_->heard + patience <= now || fetch_->progressed + longest_stall <= now) {
     give_source_up(now);
   }
 }
@@ -253,17 +253,18 @@ void SceneExchange::give_source_up(Time now) {
 /// Requests chunks again that seem lost. A coordinator with many requests is slow, so each
 /// repetition doubles the time until the next.
 void SceneExchange::repeat(Time now) {
-  const bool quiet = fetch_->heard + fetch_->quiet <= now;
+  const bool quiet = fetch_->heard + fetch_->resend_after <= now;
   bool repeated = false;
   for (auto& [chunk, asked] : fetch_->in_flight) {
-    if (asked + 10 * fetch_->quiet <= now || (quiet && asked + fetch_->quiet <= now)) {
+    if (asked + 10 * fetch_->resend_after <= now ||
+        (quiet && asked + fetch_->resend_after <= now)) {
       send(*fetch_->source, msg::NeedChunk{fetch_->scene, chunk});
       asked = now;
       repeated = true;
     }
   }
   if (repeated && fetch_->source->empty()) {
-    fetch_->quiet = std::min(2 * fetch_->quiet, longest_quiet);
+    fetch_->resend_after = std::min(2 * fetch_->resend_after, longest_resend_interval);
   }
   pull(now);
 }
@@ -277,7 +278,7 @@ void SceneExchange::pull(Time now) {
   }
   const std::vector<ScenePiece>& pieces = holding->content.pieces;
   for (std::uint32_t i = 0; i < pieces.size() && fetch_->in_flight.size() < most_in_flight; ++i) {
-    if (!pieces[i].here() && fetch_->in_flight.emplace(i, now).second) {
+    if (!pieces[i].arrived() && fetch_->in_flight.emplace(i, now).second) {
       send(*fetch_->source, msg::NeedChunk{fetch_->scene, i});
     }
   }

@@ -58,10 +58,10 @@ class SceneExchange {
   /// The chunks of a scene.
   struct Holding {
     ScenePieces content;
-    std::uint32_t have = 0;
+    std::uint32_t received = 0;
     Time used{};
 
-    [[nodiscard]] bool complete() const { return have > 0 && have == content.cut.count(); }
+    [[nodiscard]] bool complete() const { return received > 0 && received == content.cut.count(); }
   };
   /// The fetch of the wanted scene.
   struct Fetch {
@@ -72,7 +72,7 @@ class SceneExchange {
     Time ask_at = Time::min();     ///< time to ask the coordinator again
     Time heard{};                  ///< time of the last message from the source
     Time progressed{};             ///< time of the last chunk
-    Time quiet{};                  ///< silence after which chunks in flight are requested again
+    Time resend_after{};           ///< silence after which chunks in flight are requested again
     std::map<std::uint32_t, Time> in_flight{};  ///< chunks and the times of their requests
     bool opening = false;
   };
@@ -89,10 +89,10 @@ class SceneExchange {
   void drop(std::string scene);
   void drop_unused(Time now);
   void send(const PeerId& to, Message message) { outbox_.push_back({to, std::move(message)}); }
-  void hand_on(Time now, const PeerId& to, Holding& holding, std::uint32_t chunk);
-  void send_away();
+  void pass_on(Time now, const PeerId& to, Holding& holding, std::uint32_t chunk);
+  void answer_waiting_workers();
   void give_source_up(Time now);
-  void judge_source(Time now);
+  void check_source(Time now);
   void repeat(Time now);
   void pull(Time now);
   void open_if_complete(Time now);

@@ -18,7 +18,7 @@ struct ScenePiece {
   bool packed = false;
   Bulk content{};  ///< empty: not received yet
 
-  [[nodiscard]] bool here() const { return content.data.size() > 0; }
+  [[nodiscard]] bool arrived() const { return content.data.size() > 0; }
 };
 
 /// All chunks of a scene, as received.

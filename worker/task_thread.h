@@ -14,7 +14,7 @@
 namespace parray::worker {
 
 /// A background thread that does one task at a time for the owner of this object, so that the owner
-/// stays free for its link. The task's function may lead its own OpenMP team.
+/// stays free for its link. The task's function may run its own OpenMP team.
 template <typename Task, typename Result>
 class TaskThread {
  public:
@@ -23,7 +23,7 @@ class TaskThread {
 
   /// The background thread calls `on_finished` when it has become idle or has a result.
   TaskThread(Work work, std::function<void()> on_finished)
-      : work_(std::move(work)), on_finished_(std::move(on_finished)), thread_([this] { lead(); }) {}
+      : work_(std::move(work)), on_finished_(std::move(on_finished)), thread_([this] { run(); }) {}
 
   ~TaskThread() {
     {
@@ -77,7 +77,7 @@ class TaskThread {
   }
 
  private:
-  void lead() {
+  void run() {
     const FloatMode ieee;  // building a kernel also rounds numbers
     std::unique_lock lock(mutex_);
     for (;;) {

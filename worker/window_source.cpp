@@ -12,17 +12,17 @@ namespace {
 
 using Word = WindowLayout::Word;
 
-/// Of one result: what one put carries, and what a rank keeps in memory.
+/// Largest result in bytes. It bounds the size of a put and the memory of a rank.
 constexpr std::size_t most_part_bytes = std::size_t{1} << 25;
-/// Seconds of one part: how often a long lease shows progress.
+/// Length of a part in seconds. It determines how often a long lease shows progress.
 constexpr double part_seconds = 0.5;
-/// Samples of a part while the speed is unknown.
+/// Samples of a part as long as the speed is unknown.
 constexpr double first_part_samples = 1e6;
 
-/// Ledgers of other groups that a rank tries: if all tried all at the end, they would queue there.
-constexpr std::uint32_t most_visits = 3;
+/// Number of other groups' ledgers that a rank tries, so that not all ranks queue at all ledgers.
+constexpr std::uint32_t most_foreign_ledgers = 3;
 
-constexpr Time beat_interval = milliseconds(250);
+constexpr Time heartbeat_interval = milliseconds(250);
 
 }  // namespace
 
@@ -42,17 +42,17 @@ void WindowSource::complete(Time /*now*/, LeaseResult finished) {
   if (!finished.cells) {
     throw RunError("tracing: " + finished.failure);
   }
-  job_.scene.reset();  // the team has what it needs
+  job_.scene.reset();  // the team holds what it needs
   put(finished.cells->range, finished.cells->records);
 }
 
 Time WindowSource::tick(Time now, const TeamState& team) {
-  if (now >= next_beat_) {
-    next_beat_ = now + beat_interval;
+  if (now >= next_heartbeat_) {
+    next_heartbeat_ = now + heartbeat_interval;
     publish(WindowLayout::beat, team.traced | (team.tracing ? beat_flags::tracing : 0) |
                                     (team.preparing ? beat_flags::building : 0));
   }
-  return next_beat_;
+  return next_heartbeat_;
 }
 
 void WindowSource::report(const WorkTally& tally) {
@@ -82,7 +82,7 @@ WindowSource::WindowSource(RankJob& job, const RankPass& pass, const WindowLayou
       home_(ledgers_.ledgers.home(options.rank)) {
   if (options_.policy != SchedulePolicy::weighted) {
     const std::uint32_t each = std::max(options_.all_threads / layout.ranks(), 1U);
-    starts_ = sizer_.starts(layout.ranks(), each);  // alike on every rank
+    starts_ = sizer_.starts(layout.ranks(), each);  // equal on every rank
   }
 }
 
@@ -108,7 +108,7 @@ WindowSource::Part WindowSource::take_part(double samples_per_second, bool idle)
   return idle ? take_copy() : Part{Answer::wait, {}};
 }
 
-/// At gaps, and into parts of equal length that one result can hold.
+/// Cuts a lease at gaps, and into parts of equal length that fit into one result.
 void WindowSource::cut(const CellRange& places, double samples_per_second) {
   const double samples =
       samples_per_second > 0 ? samples_per_second * part_seconds : first_part_samples;
@@ -134,7 +134,7 @@ std::optional<CellRange> WindowSource::take_step() {
 }
 
 std::optional<CellRange> WindowSource::take_weighted(double samples_per_second) {
-  const std::uint32_t most = std::min(ledgers_.ledgers.count(), 1 + most_visits);
+  const std::uint32_t most = std::min(ledgers_.ledgers.count(), 1 + most_foreign_ledgers);
   for (; empty_ledgers_ < most; ++empty_ledgers_) {
     if (const auto places = take_from(ledger_after(empty_ledgers_), samples_per_second)) {
       return places;
@@ -143,7 +143,7 @@ std::optional<CellRange> WindowSource::take_weighted(double samples_per_second) 
   return {};
 }
 
-/// Ranks of a group help different ones.
+/// Returns the ledger to try after `empty` empty ones. Ranks of a group try different ledgers.
 std::uint32_t WindowSource::ledger_after(std::uint32_t empty) const {
   const std::uint32_t count = ledgers_.ledgers.count();
   if (empty == 0) {
@@ -152,8 +152,8 @@ std::uint32_t WindowSource::ledger_after(std::uint32_t empty) const {
   return (home_ + 1 + (options_.rank + empty) % (count - 1)) % count;
 }
 
-/// What is left is read first, so that a chunk can be half of this rank's share of it; others may
-/// take some in between, which only makes the chunk larger than it would have been.
+/// Reads the number of remaining cells first, because a chunk is half of this rank's share of them.
+/// If other ranks take cells in between, the chunk is a little too large, which does no harm.
 std::optional<CellRange> WindowSource::take_from(std::uint32_t ledger, double samples_per_second) {
   Window& window = *ledgers_.windows[ledger];
   const CellRange part = ledgers_.ledgers.part(ledger, missing_.count());
@@ -175,11 +175,11 @@ std::optional<CellRange> WindowSource::take_from(std::uint32_t ledger, double sa
   return CellRange{part.begin + taken, part.begin + std::min(taken + cells, part.count())};
 }
 
-/// Of the ranks of a ledger, of which this one puts its own speed into the sum.
+/// Returns the sum of the speeds of a ledger's ranks, after this rank has updated its own part.
 SpeedSum WindowSource::speed_of(std::uint32_t ledger, double samples_per_second) {
   Window& window = *ledgers_.windows[ledger];
   if (samples_per_second <= 0 && published_.threads == 0) {
-    return {};  // when this rank is not measured yet, hardly any is
+    return {};  // as long as this rank has no speed, few others have one
   }
   if (ledger != home_) {
     return SpeedSum::from_word(window.load(Word::speed));
@@ -188,7 +188,7 @@ SpeedSum WindowSource::speed_of(std::uint32_t ledger, double samples_per_second)
   if (samples_per_second > 0) {
     own = {options_.threads, static_cast<std::uint64_t>(std::ceil(samples_per_second / 1e3))};
   }
-  // Modulo 2^64 the difference of two words is right even when its lower part is negative.
+  // The difference of two words is correct modulo 2^64, even if its lower part is negative.
   const std::uint64_t delta = own.word() - published_.word();
   published_ = own;
   return SpeedSum::from_word(window.fetch_add(Word::speed, delta) + delta);
@@ -220,12 +220,12 @@ void WindowSource::log(const CellRange& cells, std::uint64_t digest) {
                                     ? options_.rank
                                     : layout_.ranks() + window_.fetch_add(Word::log_head, 1);
     if (block >= layout_.log_blocks()) {
-      return;  // only after thousands of copies of copies: nobody waits for this one alone
+      return;  // only after thousands of copies of copies, so other ranks trace the cells, too
     }
     next_entry_ = block * WindowLayout::block_entries;
     entries_left_ = WindowLayout::block_entries;
   }
-  // In one go: whoever reads half of it finds that the digest is another's.
+  // One put writes the whole entry. A reader of a half-written entry finds a wrong digest.
   const std::array entry = {to_word(cells), entry_digest(digest, options_.rank),
                             std::uint64_t{options_.rank} + 1};
   window_.put(layout_.log_word(next_entry_) * sizeof digest, std::as_bytes(std::span(entry)));

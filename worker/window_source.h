@@ -15,70 +15,71 @@
 #include "proto/window.h"
 #include "worker/lease_source.h"
 
-/// Leases of the ranks of one mpirun, without anybody's help: see PROTOCOL.md, "The window".
+/// Leases of the ranks of one mpirun, which each rank takes itself: PROTOCOL.md, "The window".
 namespace parray::worker {
 
-/// What a rank traces for, through all passes.
+/// The job of a rank. It is the same in all passes.
 struct RankJob {
   RenderSettings settings;  ///< resolved
   std::string scene_id;
-  std::shared_ptr<const Scene> scene;  ///< let go when the first result is there
+  std::shared_ptr<const Scene> scene;  ///< released with the first result
 };
 
-/// A pass, as every rank that takes part knows it.
+/// A pass. It is the same on every rank.
 struct RankPass {
   std::uint32_t number = 0;
   std::shared_ptr<const WorkPlan> plan;
-  CellList missing;  ///< cells to trace: not those that an earlier life of the job has kept
+  CellList missing;  ///< cells to trace: all except those stored by an earlier run of the job
 };
 
-/// How a rank sizes its leases; the same on every rank, but for `rank` and `threads`.
+/// The options for sizing leases. All but `rank` and `threads` are the same on every rank.
 struct WindowOptions {
   SchedulePolicy policy = SchedulePolicy::weighted;
   std::uint32_t rank = 0;
   std::uint32_t threads = 1;
-  std::uint32_t all_threads = 1;  ///< of all ranks
-  /// A lease takes no message, so that short ones at the end cost little.
+  std::uint32_t all_threads = 1;  ///< sum over all ranks
+  /// Short leases at the end cost little, because a lease needs no message.
   LeaseLength length{.shortest = 0.0005};
 };
 
-/// The ledgers as a rank reaches them, by number, and how its group is made.
+/// The division of the ranks into groups, and the window of each ledger.
 struct LedgerWindows {
   Ledgers ledgers;
   std::vector<Window*> windows;
 };
 
-/// Leases over a window: the rank takes a step number, or a run of cells, by an atomic addition and
-/// computes its chunk. Weighted leases come from the ledger of its group, and when that is empty
-/// from those of others. Long leases come in parts, so that results come in steadily and buffers
-/// stay small. When nothing is left it draws a ticket and waits for a copy of cells that others
-/// have not finished. A rank makes one for each window: its results are logged where only it
-/// writes.
+/// Takes leases over a window: the rank takes a step number, or a run of cells, by an atomic
+/// addition and computes its chunk. Weighted leases come from the ledger of the rank's group. If
+/// that is empty, they come from other ledgers. Long leases come in parts, so that results arrive
+/// steadily and buffers stay small. If no work is left, the rank draws a ticket and waits for a
+/// copy of unfinished cells. A rank makes one object for each window, and logs its results where
+/// only it writes.
 class WindowSource final : public LeaseSource {
  public:
-  /// References outlive the object. `window` is rank 0's, and the one ledger if none are given.
+  /// The references must outlive the object. `window` is rank 0's, and the ledger by default.
   WindowSource(RankJob& job, const RankPass& pass, const WindowLayout& layout, Window& window,
                const WindowOptions& options, std::optional<LedgerWindows> ledgers = {});
 
   Taken take(Time now, double samples_per_second, bool idle) override;
-  /// Throws RunError for a lease that failed: ranks do not outlive a failure.
+  /// Throws RunError if the lease failed, because a failure ends the whole mpirun.
   void complete(Time now, LeaseResult finished) override;
   Time tick(Time now, const TeamState& team) override;
   void report(const WorkTally& tally) override;
 
+  /// A part of a lease. Its records fit into one result.
   struct Part {
     Answer answer = Answer::none;
     CellRange cells;
     bool fresh = true;
   };
-  /// As take() has it. A part has no more cells than one result may have.
+  /// Takes a part with the arguments of take().
   Part take_part(double samples_per_second, bool idle);
   /// Hands in the records of a part.
   void put(const CellRange& cells, std::span<const std::byte> records);
-  /// Writes a word of this rank's own. With a beat it also reads whether rank 0 has told this rank
-  /// to stop.
+  /// Writes one of this rank's words. After a heartbeat it also reads whether rank 0 stops this
+  /// rank.
   void publish(WindowLayout::RankWord word, std::uint64_t value);
-  /// Writes the log entry of `cells`, whose records are in the window: the second half of put().
+  /// Writes the log entry of `cells` after their records: the second half of put().
   void log(const CellRange& cells, std::uint64_t digest);
 
  private:
@@ -93,24 +94,24 @@ class WindowSource final : public LeaseSource {
   RankJob& job_;
   const RankPass& pass_;
   std::uint64_t parts_taken_ = 0;
-  Time next_beat_{};
+  Time next_heartbeat_{};
   const WorkPlan& plan_;
   const CellList& missing_;
   const WindowLayout& layout_;
   Window& window_;
   const WindowOptions options_;
   const ChunkSizer sizer_;
-  std::vector<std::uint64_t> starts_;  ///< of the chunks; empty if weighted
-  std::deque<CellRange> parts_;        ///< of the lease, not taken yet
+  std::vector<std::uint64_t> starts_;  ///< first cells of the chunks; empty if weighted
+  std::deque<CellRange> parts_;        ///< remaining parts of the lease
   const LedgerWindows ledgers_;
-  const std::uint32_t home_;         ///< this rank's ledger
-  std::uint32_t empty_ledgers_ = 0;  ///< of those that it has looked at
-  SpeedSum published_;               ///< this rank's part of its ledger's sum
-  std::uint64_t next_entry_ = 0;     ///< of the log
-  std::uint64_t entries_left_ = 0;   ///< of its block
+  const std::uint32_t home_;         ///< the ledger of this rank's group
+  std::uint32_t empty_ledgers_ = 0;  ///< number of ledgers found empty
+  SpeedSum published_;               ///< this rank's part of the ledger's sum of speeds
+  std::uint64_t next_entry_ = 0;     ///< next entry of the log
+  std::uint64_t entries_left_ = 0;   ///< free entries in the current block
   bool first_block_ = true;
   bool exhausted_ = false;
-  bool stopped_ = false;  ///< rank 0 wants no more
+  bool stopped_ = false;  ///< rank 0 has stopped this rank
   std::optional<std::uint64_t> ticket_;
 };
 

@@ -7,14 +7,14 @@
 #include "common/base/bytes.h"
 #include "coordinator/store/store.h"
 
-/// What was put into a store and dropped from it, as bytes: changes one after the other, each
+/// The binary form of changes to a store. A batch is a sequence of changes, each
 ///
-///     1 byte   what: the ChangeKind
-///     8 bytes  job, or 0
-///     4 bytes  length of a name (a scene's digest, a note's name), and the name
+///     1 byte   ChangeKind
+///     8 bytes  number of the job, or 0
+///     4 bytes  length of the name, and the name: digest of a scene or name of a note
 ///     8 bytes  length of the data, and the data
 ///
-/// all numbers little-endian.
+/// All numbers are little-endian.
 namespace parray::replica {
 
 enum class ChangeKind : std::uint8_t {
@@ -26,10 +26,10 @@ enum class ChangeKind : std::uint8_t {
   drop_work,
   drop_job,
   note,
-  keep_rows,  ///< data: the number of entries, as 8 bytes
+  keep_rows,  ///< data: the number of entries (8 bytes)
 };
 
-/// Changes that are yet to be sent, in order.
+/// Collects changes in the order of the calls. Each member encodes the Store call of its name.
 class Changes {
  public:
   void put_job(const JobRecord& job);
@@ -42,19 +42,19 @@ class Changes {
   void drop_job(JobId job);
   void put_note(const std::string& name, std::string_view text);
 
-  [[nodiscard]] std::size_t size() const { return size_; }
-  std::string take();
+  [[nodiscard]] std::size_t size() const { return size_; }  ///< bytes of all changes
+  std::string take();  ///< returns all changes as one batch and forgets them
 
  private:
   void add(ChangeKind kind, JobId job, std::string_view name,
            std::span<const std::string_view> pieces);
 
   std::string bytes_;
-  std::size_t size_ = 0;  ///< of bytes_; GCC 12 warns of a move whose size it can tell
+  std::size_t size_ = 0;  ///< bytes_.size(), which GCC 12 warns about after a move
 };
 
-/// Does to the store what the first of the changes says; returns the bytes that it takes. Throws
-/// DecodeError when that is no change, and what the store throws: it has not been done then.
+/// Applies the first change to the store and returns its size in bytes. Throws DecodeError if the
+/// bytes contain no valid change, and what the store throws. The store is unchanged then.
 std::size_t apply_first(std::string_view changes, Store& store);
 
 }  // namespace parray::replica

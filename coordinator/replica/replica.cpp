@@ -11,112 +11,113 @@ Replica::Replica(Store& store, bool overwrite)
     : store_(store), overwrite_(overwrite), replication_(replication_state_of(store)) {
   if (!replication_ && !store.jobs().empty()) {
     throw InputError(
-        "--standby: --state holds jobs of its own, which a copy would replace: name an empty "
-        "directory");
+        "--standby: --state already has jobs, which the copy would delete: use an empty directory");
   }
 }
 
 std::string Replica::answer(std::string_view message) {
-  ReplicaRequest ask;
+  ReplicaRequest request;
   try {
-    ask = decode_request(message);
+    request = decode_request(message);
   } catch (const DecodeError&) {
-    return {};  // as if it were lost: it comes again
+    return {};  // the primary repeats it
   }
   ReplicaReply answer;
   try {
-    answer = reply(ask);
+    answer = reply(request);
   } catch (const StorageFull& full) {
     answer = {0, 0, ReplicaReplyKind::full, 0, full.what()};
   }
-  answer.session = ask.session;
-  answer.number = ask.number;
+  answer.session = request.session;
+  answer.number = request.number;
   return encode(answer);
 }
 
-ReplicaReply Replica::reply(const ReplicaRequest& ask) {
-  if (const std::optional<ReplicaReply> no = refusal(ask)) {
+ReplicaReply Replica::reply(const ReplicaRequest& request) {
+  if (const std::optional<ReplicaReply> no = refusal(request)) {
     return *no;
   }
-  if (ask.kind == ReplicaRequestKind::hello) {
-    return begin_session(ask);
+  if (request.kind == ReplicaRequestKind::begin_session) {
+    return begin_session(request);
   }
-  if (ask.session != session_) {
-    return {0, 0, ReplicaReplyKind::who};
+  if (request.session != session_) {
+    return {0, 0, ReplicaReplyKind::unknown_session};
   }
-  switch (ask.kind) {
+  switch (request.kind) {
     case ReplicaRequestKind::copy:
-      return begin_copy(ask);
+      return begin_copy(request);
     case ReplicaRequestKind::piece:
-      return take_piece(ask);
+      return receive_piece(request);
     case ReplicaRequestKind::commit:
-      return take_batch(ask);
+      return commit_batch(request);
     case ReplicaRequestKind::picture:
-      return picture_piece(ask);
+      return send_picture_piece(request);
     default:
       return {};
   }
 }
 
-std::optional<ReplicaReply> Replica::refusal(const ReplicaRequest& ask) const {
+std::optional<ReplicaReply> Replica::refusal(const ReplicaRequest& request) const {
   if (!replication_) {
     return std::nullopt;
   }
-  if (ask.position.history != replication_->history) {
+  if (request.position.history != replication_->history) {
     return ReplicaReply{0, 0, ReplicaReplyKind::refused, 0,
-                        "it holds the state of another farm: give it an empty directory"};
+                        "it has the state of another farm: start it with an empty directory"};
   }
-  if (serves() || ask.position.generation < replication_->generation) {
+  if (has_taken_over() || request.position.generation < replication_->generation) {
     return ReplicaReply{0, 0, ReplicaReplyKind::fenced, replication_->generation};
   }
   return std::nullopt;
 }
 
-ReplicaReply Replica::begin_session(const ReplicaRequest& ask) {
-  if (ask.session == session_) {  // it was repeated
+ReplicaReply Replica::begin_session(const ReplicaRequest& request) {
+  if (request.session == session_) {  // a repeated request
     return {0, 0, awaits_copy_ ? ReplicaReplyKind::behind : ReplicaReplyKind::in_step};
   }
-  if (const std::optional<ReplicaReply> no = refuse_set_back(ask)) {
+  if (const std::optional<ReplicaReply> no = refuse_set_back(request)) {
     return *no;
   }
-  session_ = ask.session;
+  session_ = request.session;
   batch_.clear();
   applied_ = 0;
   const bool same = replication_ && !applying_ &&
-                    position_of(store_, *replication_) == ask.position && !store_.lacks_files();
+                    position_of(store_, *replication_) == request.position && !store_.lacks_files();
   awaits_copy_ = !same;
   in_step_ = same;
-  position_ = ask.position;
+  position_ = request.position;
   return {0, 0, same ? ReplicaReplyKind::in_step : ReplicaReplyKind::behind};
 }
 
-/// One batch may be here alone: its primary was killed before it committed the batch. More than one
-/// means that the primary has lost what it had.
-std::optional<ReplicaReply> Replica::refuse_set_back(const ReplicaRequest& ask) {
-  const std::optional<Position> here =
+/// Refuses a primary that has lost commits. The standby may be one batch ahead, because a primary
+/// can be killed before it commits a batch that it sent. More batches prove a loss.
+std::optional<ReplicaReply> Replica::refuse_set_back(const ReplicaRequest& request) {
+  const std::optional<Position> position =
       replication_ && !applying_ ? position_of(store_, *replication_) : std::nullopt;
-  if (!here || overwrite_) {
+  if (!position || overwrite_) {
     return std::nullopt;
   }
-  std::uint64_t there = ask.position.generation == here->generation ? ask.position.sequence : 0;
-  for (const LeftGeneration& left : decode_left(ask.bytes)) {
-    there = left.generation == here->generation ? std::max(there, left.sequence) : there;
+  std::uint64_t reached =
+      request.position.generation == position->generation ? request.position.sequence : 0;
+  for (const EarlierGeneration& past : decode_generations(request.bytes)) {
+    reached = past.generation == position->generation ? std::max(reached, past.sequence) : reached;
   }
-  if (there >= replication_->copy_begin && there < replication_->copy_end) {
-    there = replication_->copy_end;
+  if (reached >= replication_->copy_begin && reached < replication_->copy_end) {
+    reached = replication_->copy_end;
   }
-  if (here->sequence <= there + 1) {
+  if (position->sequence <= reached + 1) {
     return std::nullopt;
   }
   return ReplicaReply{
       0, 0, ReplicaReplyKind::refused, 0,
-      "the primary has been set back: " + std::to_string(here->sequence - there) +
-          " batches would be lost: serve from the standby, or start it with --overwrite"};
+      "the primary has been set back: " + std::to_string(position->sequence - reached) +
+          " batches would be lost: serve the standby's state, or start the standby with "
+          "--overwrite"};
 }
 
-ReplicaReply Replica::begin_copy(const ReplicaRequest& ask) {
+ReplicaReply Replica::begin_copy(const ReplicaRequest& request) {
   if (!awaits_copy_) {
-    return {};  // it was repeated
+    return {};  // a repeated request
   }
   applying_ = true;
   for (const JobRecord& job : store_.jobs()) {
@@ -125,8 +126,8 @@ ReplicaReply Replica::begin_copy(const ReplicaRequest& ask) {
   for (const auto& [name, text] : store_.notes()) {
     store_.put_note(name, "");
   }
-  replication_ = {ask.position.history, ask.position.generation, ReplicaRole::standby,
-                  ask.position.sequence, 0};
+  replication_ = {request.position.history, request.position.generation, ReplicaRole::standby,
+                  request.position.sequence, 0};
   put_replication_state(store_, *replication_);
   store_.put_mark("");
   store_.commit();
@@ -135,33 +136,35 @@ ReplicaReply Replica::begin_copy(const ReplicaRequest& ask) {
   return {};
 }
 
-bool Replica::is_next(const ReplicaRequest& ask) const {
-  return !awaits_copy_ && ask.position.sequence == position_.sequence + 1;
+ReplicaReply Replica::received() const { return {0, 0, ReplicaReplyKind::received, batch_.size()}; }
+
+bool Replica::is_next(const ReplicaRequest& request) const {
+  return !awaits_copy_ && request.position.sequence == position_.sequence + 1;
 }
 
-ReplicaReply Replica::take_piece(const ReplicaRequest& ask) {
-  if (is_next(ask) && !applying_ && ask.offset == batch_.size()) {
-    batch_ += ask.bytes;
+ReplicaReply Replica::receive_piece(const ReplicaRequest& request) {
+  if (is_next(request) && !applying_ && request.offset == batch_.size()) {
+    batch_ += request.bytes;
   }
-  return have();
+  return received();
 }
 
-ReplicaReply Replica::take_batch(const ReplicaRequest& ask) {
-  if (ask.position.sequence == position_.sequence) {
+ReplicaReply Replica::commit_batch(const ReplicaRequest& request) {
+  if (request.position.sequence == position_.sequence) {
     return {0, 0, ReplicaReplyKind::committed};
   }
-  if (!is_next(ask) || ask.offset != batch_.size()) {
-    return have();
+  if (!is_next(request) || request.offset != batch_.size()) {
+    return received();
   }
-  if (checksum_of(batch_) != ask.checksum) {
+  if (checksum_of(batch_) != request.checksum) {
     batch_.clear();
-    return have();
+    return received();
   }
   apply();
-  if (ask.whole) {
-    put_position(store_, ask.position);
+  if (request.whole) {
+    put_position(store_, request.position);
     if (!in_step_ && replication_ && replication_->copy_end == 0) {
-      replication_->copy_end = ask.position.sequence;
+      replication_->copy_end = request.position.sequence;
       put_replication_state(store_, *replication_);
     }
   }
@@ -169,12 +172,12 @@ ReplicaReply Replica::take_batch(const ReplicaRequest& ask) {
   applying_ = false;
   applied_ = 0;
   batch_.clear();
-  position_ = ask.position;
-  in_step_ = ask.whole;
+  position_ = request.position;
+  in_step_ = request.whole;
   return {0, 0, ReplicaReplyKind::committed};
 }
 
-/// Goes on where a full disk has stopped it.
+/// Applies the batch. After StorageFull, the next call continues with the change that failed.
 void Replica::apply() {
   applying_ = true;
   try {
@@ -182,36 +185,37 @@ void Replica::apply() {
       applied_ += apply_first(std::string_view(batch_).substr(applied_), store_);
     }
   } catch (const DecodeError& error) {
-    throw RunError(std::string("a batch of the primary's cannot be read: ") + error.what());
+    throw RunError(std::string("the primary sent a batch that cannot be read: ") + error.what());
   }
 }
 
-/// The file is read once, for its first piece, and held until its last one.
-ReplicaReply Replica::picture_piece(const ReplicaRequest& ask) {
-  if (lent_job_ != ask.bytes || lent_.empty()) {
-    lent_job_ = ask.bytes;
+/// Reads the file for the first piece and keeps it in memory until the last one.
+ReplicaReply Replica::send_picture_piece(const ReplicaRequest& request) {
+  if (picture_job_ != request.bytes || picture_.empty()) {
+    picture_job_ = request.bytes;
     try {
-      lent_ = store_.picture(std::stoull(lent_job_)).value_or("");
-    } catch (const std::exception&) {  // damaged here, too
-      lent_.clear();
+      picture_ = store_.picture(std::stoull(picture_job_)).value_or("");
+    } catch (const std::exception&) {  // this copy is damaged, too
+      picture_.clear();
     }
   }
-  if (ask.offset >= lent_.size()) {
-    lent_.clear();
-    return {0, 0, ReplicaReplyKind::nothing};
+  if (request.offset >= picture_.size()) {
+    picture_.clear();
+    return {0, 0, ReplicaReplyKind::no_picture};
   }
-  ReplicaReply answer{0, 0, ReplicaReplyKind::picture, lent_.size(),
-                      lent_.substr(ask.offset, piece_bytes)};
-  if (ask.offset + answer.text.size() == lent_.size()) {
-    lent_ = {};
+  ReplicaReply answer{0, 0, ReplicaReplyKind::picture, picture_.size(),
+                      picture_.substr(request.offset, piece_bytes)};
+  if (request.offset + answer.text.size() == picture_.size()) {
+    picture_ = {};
   }
   return answer;
 }
 
 std::string fenced_answer(std::string_view message, std::uint64_t generation) {
   try {
-    const ReplicaRequest ask = decode_request(message);
-    return encode(ReplicaReply{ask.session, ask.number, ReplicaReplyKind::fenced, generation});
+    const ReplicaRequest request = decode_request(message);
+    return encode(
+        ReplicaReply{request.session, request.number, ReplicaReplyKind::fenced, generation});
   } catch (const DecodeError&) {
     return {};
   }

@@ -11,39 +11,38 @@
 
 namespace parray::replica {
 
-/// The standby's side of the replica link: what it is asked, done to its own store. Lost, repeated
-/// and reordered messages change nothing: a piece counts at its offset only, a batch once.
-///
-/// No I/O but the store's, no clock. One thread.
+/// The standby's side of the replica link: answers requests and applies them to its own store.
+/// Lost, repeated and reordered messages do no harm. Does no I/O except through the store, and
+/// reads no clock. Not thread-safe.
 class Replica {
  public:
-  /// `store` outlives this. `overwrite`: a primary that was set back may replace batches that only
-  /// this store has. Throws InputError when it holds jobs that were never replicated.
+  /// `store` must outlive this object. `overwrite` accepts a primary that was set back, see
+  /// --overwrite. Throws InputError if the store has jobs that were never replicated.
   explicit Replica(Store& store, bool overwrite = false);
 
-  /// What to answer; empty: nothing, the message was damaged. Throws RunError when the store does,
-  /// but for StorageFull, which is an answer.
+  /// Returns the reply; empty: the message was damaged, send nothing. A StorageFull of the store
+  /// becomes a reply. Throws the other errors of the store.
   std::string answer(std::string_view message);
 
-  /// The store has been exactly where its primary was, in this life, and has had all since.
+  /// Whether the store has all of its primary's batches, compared since this process started.
   [[nodiscard]] bool in_step() const { return in_step_; }
-  /// It has taken over in an earlier life: no primary may fill it.
-  [[nodiscard]] bool serves() const {
-    return replication_ && replication_->part == ReplicaRole::alone;
+  /// Whether the store has taken over earlier. It then accepts no primary.
+  [[nodiscard]] bool has_taken_over() const {
+    return replication_ && replication_->role == ReplicaRole::single;
   }
 
  private:
-  ReplicaReply reply(const ReplicaRequest& ask);
-  std::optional<ReplicaReply> refusal(const ReplicaRequest& ask) const;
-  ReplicaReply begin_session(const ReplicaRequest& ask);
-  std::optional<ReplicaReply> refuse_set_back(const ReplicaRequest& ask);
-  ReplicaReply begin_copy(const ReplicaRequest& ask);
-  ReplicaReply take_piece(const ReplicaRequest& ask);
-  ReplicaReply take_batch(const ReplicaRequest& ask);
-  ReplicaReply picture_piece(const ReplicaRequest& ask);
+  ReplicaReply reply(const ReplicaRequest& request);
+  std::optional<ReplicaReply> refusal(const ReplicaRequest& request) const;
+  ReplicaReply begin_session(const ReplicaRequest& request);
+  std::optional<ReplicaReply> refuse_set_back(const ReplicaRequest& request);
+  ReplicaReply begin_copy(const ReplicaRequest& request);
+  ReplicaReply receive_piece(const ReplicaRequest& request);
+  ReplicaReply commit_batch(const ReplicaRequest& request);
+  ReplicaReply send_picture_piece(const ReplicaRequest& request);
   void apply();
-  [[nodiscard]] bool is_next(const ReplicaRequest& ask) const;
-  [[nodiscard]] ReplicaReply have() const { return {0, 0, ReplicaReplyKind::have, batch_.size()}; }
+  [[nodiscard]] bool is_next(const ReplicaRequest& request) const;
+  [[nodiscard]] ReplicaReply received() const;
 
   Store& store_;
   const bool overwrite_;
@@ -51,15 +50,15 @@ class Replica {
   std::uint64_t session_ = 0;
   bool awaits_copy_ = false;
   bool in_step_ = false;
-  Position position_{};      ///< of this session; of a copy that is not whole in memory only
-  std::string batch_;        ///< as far as it is here
-  std::size_t applied_ = 0;  ///< bytes of it that the store has, uncommitted
-  bool applying_ = false;    ///< the store has some of what is not committed
-  std::string lent_job_;     ///< whose picture the primary is fetching
-  std::string lent_;         ///< that picture
+  Position position_{};      ///< position in this session; the store has none during a full copy
+  std::string batch_;        ///< received bytes of the current batch
+  std::size_t applied_ = 0;  ///< bytes of `batch_` that were applied and not committed
+  bool applying_ = false;    ///< the store has uncommitted changes
+  std::string picture_job_;  ///< number of the job whose picture the primary is fetching
+  std::string picture_;      ///< file with that picture
 };
 
-/// What a coordinator that has taken over answers its old primary; empty: nothing.
+/// Returns the reply `fenced` to a request of an old primary; empty: the message was damaged.
 std::string fenced_answer(std::string_view message, std::uint64_t generation);
 
 }  // namespace parray::replica

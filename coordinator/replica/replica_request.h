@@ -8,63 +8,62 @@
 #include "common/base/bytes.h"
 #include "coordinator/store/replication_state.h"
 
-/// What a primary asks of its standby, and the answers: see PROTOCOL.md, "The replica link". Each
-/// is one frame that ends with the XXH3-64 of what is before.
+/// Requests of a primary to its standby, and the replies: see PROTOCOL.md, "The replica link". Each
+/// message is one frame. It ends with the XXH3-64 of all bytes before.
 namespace parray::replica {
 
 enum class ReplicaRequestKind : std::uint8_t {
-  ping = 1,  ///< the primary lives
-  hello,     ///< a session begins: is the standby where the primary is?
-  copy,      ///< forget everything: a full copy follows
-  piece,     ///< bytes of the next batch, from an offset on
-  commit,    ///< the batch is whole: keep it
-  picture,   ///< send the picture of a job, from an offset on
+  ping = 1,       ///< the primary is alive
+  begin_session,  ///< `hello`: asks whether the standby is at the primary's position
+  copy,           ///< tells the standby to delete everything, because a full copy follows
+  piece,          ///< carries bytes of the next batch, starting at an offset
+  commit,         ///< tells the standby to commit the complete batch
+  picture,        ///< asks for the picture of a job, starting at an offset
 };
 
 struct ReplicaRequest {
-  std::uint64_t session = 0;  ///< random; whoever is of another one is not heard
-  std::uint64_t number = 0;   ///< which the answer repeats
+  std::uint64_t session = 0;  ///< random; the standby ignores other sessions than the current one
+  std::uint64_t number = 0;   ///< the reply repeats it; 0: a ping
   ReplicaRequestKind kind = ReplicaRequestKind::ping;
-  Position position{};         ///< of piece and commit: that the batch leads to
-  std::uint64_t offset = 0;    ///< of a piece or picture; of commit: the batch's size
-  std::uint64_t checksum = 0;  ///< of commit: the batch's XXH3-64
-  bool whole = false;          ///< of commit: with it the standby is where the primary is
-  std::string_view bytes{};    ///< of a piece; of picture: the job's number, in digits
+  Position position{};         ///< piece, commit: position after the batch; else the primary's
+  std::uint64_t offset = 0;    ///< piece, picture: first byte; commit: size of the batch in bytes
+  std::uint64_t checksum = 0;  ///< commit: XXH3-64 of the batch
+  bool whole = false;          ///< commit: the standby is in step after this batch
+  std::string_view bytes{};    ///< piece: the data; picture: number of the job in digits
 };
 
 enum class ReplicaReplyKind : std::uint8_t {
-  well = 1,   ///< done
-  who,        ///< of no session that is known: say hello
-  in_step,    ///< of hello: at the same position
-  behind,     ///< of hello: at another one
-  have,       ///< so many bytes of the next batch are here
-  committed,  ///< the batch is kept
-  full,       ///< it cannot be kept now; the text says why
-  fenced,     ///< a later generation serves
-  refused,    ///< what is kept here is another farm's; the text says so
-  picture,    ///< the text holds bytes of the picture, from the offset that was asked for
-  nothing,    ///< this side has no undamaged picture of that job
+  done = 1,         ///< `well`
+  unknown_session,  ///< `who`: the primary must begin a new session
+  in_step,          ///< the standby is at the primary's position
+  behind,           ///< the standby is at another position and needs a full copy
+  received,         ///< `have`: `value` bytes of the next batch have arrived
+  committed,        ///< the standby has committed the batch
+  full,             ///< the standby cannot commit the batch now; the text gives the reason
+  fenced,           ///< a later generation, `value`, serves
+  refused,          ///< the standby does not accept this primary; the text gives the reason
+  picture,          ///< the text holds bytes of the picture from the requested offset on
+  no_picture,       ///< `nothing`: the standby has no undamaged picture of the job
 };
 
 struct ReplicaReply {
-  std::uint64_t session = 0;
-  std::uint64_t number = 0;
-  ReplicaReplyKind kind = ReplicaReplyKind::well;
-  std::uint64_t value =
-      0;  ///< of have: bytes; of fenced: the generation; of picture: all its bytes
+  std::uint64_t session = 0;  ///< of the request
+  std::uint64_t number = 0;   ///< of the request
+  ReplicaReplyKind kind = ReplicaReplyKind::done;
+  std::uint64_t value = 0;  ///< received: bytes; fenced: generation; picture: size of the picture
   std::string text{};
 };
 
-std::string encode(const ReplicaRequest& ask);
+std::string encode(const ReplicaRequest& request);
 std::string encode(const ReplicaReply& answer);
-/// `bytes` is a view of `message`. Throws DecodeError when it is none or was damaged.
+/// Decodes a request, whose `bytes` view into `message`. Throws DecodeError for a damaged message.
 ReplicaRequest decode_request(std::string_view message);
 ReplicaReply decode_reply(std::string_view message);  ///< throws DecodeError
 
-/// How much of a batch or a picture one message carries, in bytes.
+/// Number of bytes of a batch or picture that one message carries at most.
 inline constexpr std::size_t piece_bytes = std::size_t{4} << 20;
 
-/// XXH3-64.
+/// Returns the XXH3-64 of the bytes.
 std::uint64_t checksum_of(std::string_view bytes);
 
 }  // namespace parray::replica

@@ -7,16 +7,16 @@
 
 namespace parray::replica {
 
-/// How often what is asked is repeated, and how often the primary says that it lives.
-static constexpr Time beat = seconds(1);
+/// Time between two sends of a request, and between two pings.
+static constexpr Time repeat_interval = seconds(1);
 
-static Time time_of(std::size_t bytes) {
+static Time transfer_time(std::size_t bytes) {
   constexpr std::size_t bytes_per_microsecond = 10;
   return std::chrono::microseconds(bytes / bytes_per_microsecond);
 }
 
 ReplicaThread::ReplicaThread(std::unique_ptr<Link> link, std::string address)
-    : link_(std::move(link)), address_(std::move(address)), thread_([this] { lead(); }) {}
+    : link_(std::move(link)), address_(std::move(address)), thread_([this] { run(); }) {}
 
 ReplicaThread::~ReplicaThread() {
   {
@@ -27,18 +27,18 @@ ReplicaThread::~ReplicaThread() {
   thread_.join();
 }
 
-std::optional<ReplicaReply> ReplicaThread::ask(ReplicaRequest ask) {
+std::optional<ReplicaReply> ReplicaThread::call(ReplicaRequest request) {
   std::unique_lock lock(mutex_);
-  ask.number = ++number_;
-  ping_ = {ask.session, 0, ReplicaRequestKind::ping, ask.position};
+  request.number = ++number_;
+  ping_ = {request.session, 0, ReplicaRequestKind::ping, request.position};
   session_lost_ = false;
   answer_.reset();
-  waiting_ = encode(ask);
+  request_ = encode(request);
   send_at_ = Time(0);
-  const Time patience = (silent_ ? milliseconds(300) : seconds(3)) + time_of(waiting_.size());
+  const Time patience = (silent_ ? milliseconds(300) : seconds(3)) + transfer_time(request_.size());
   link_->wake();
   silent_ = !changed_.wait_for(lock, patience, [this] { return answer_ || failure_; });
-  waiting_.clear();
+  request_.clear();
   if (failure_) {
     std::rethrow_exception(failure_);
   }
@@ -55,7 +55,7 @@ bool ReplicaThread::fenced() const {
   return fenced_;
 }
 
-void ReplicaThread::lead() {
+void ReplicaThread::run() {
   const SteadyClock clock;
   try {
     for (;;) {
@@ -64,10 +64,10 @@ void ReplicaThread::lead() {
         if (quit_) {
           return;
         }
-        work(clock.now());
+        exchange_messages(clock.now());
       }
-      constexpr Time nap = milliseconds(100);
-      link_->wait(nap);
+      constexpr Time wait_time = milliseconds(100);
+      link_->wait(wait_time);
     }
   } catch (...) {
     const std::scoped_lock lock(mutex_);
@@ -76,36 +76,36 @@ void ReplicaThread::lead() {
   changed_.notify_all();
 }
 
-/// With the lock. The link never blocks.
-void ReplicaThread::work(Time now) {
+/// Receives replies, repeats the request and pings. The caller holds the lock.
+void ReplicaThread::exchange_messages(Time now) {
   while (const auto delivery = link_->receive()) {
     const Frames frames = delivery->content.frames();
     try {
-      take(decode_reply(frames.size() == 1 ? frames[0].view() : std::string_view()));
+      accept_reply(decode_reply(frames.size() == 1 ? frames[0].view() : std::string_view()));
     } catch (const DecodeError&) {
-      continue;  // as if it were lost: it comes again
+      continue;  // the request is repeated
     }
   }
-  if (!waiting_.empty() && send_at_ <= now) {
-    link_->send({}, Frames{Frame(waiting_)});
-    send_at_ = now + beat + time_of(waiting_.size());
+  if (!request_.empty() && send_at_ <= now) {
+    link_->send({}, Frames{Frame(request_)});
+    send_at_ = now + repeat_interval + transfer_time(request_.size());
   }
   if (ping_.session != 0 && (ping_at_ == never || ping_at_ <= now)) {
     link_->send({}, Frames{Frame(encode(ping_))});
-    ping_at_ = now + beat;
+    ping_at_ = now + repeat_interval;
   }
 }
 
-void ReplicaThread::take(const ReplicaReply& answer) {
+void ReplicaThread::accept_reply(const ReplicaReply& answer) {
   if (answer.session != ping_.session) {
     return;
   }
   silent_ = false;
   fenced_ = fenced_ || answer.kind == ReplicaReplyKind::fenced;
   if (answer.number == 0) {
-    session_lost_ = session_lost_ || answer.kind == ReplicaReplyKind::who;
-  } else if (answer.number == number_ && !waiting_.empty()) {
-    waiting_.clear();
+    session_lost_ = session_lost_ || answer.kind == ReplicaReplyKind::unknown_session;
+  } else if (answer.number == number_ && !request_.empty()) {
+    request_.clear();
     answer_ = answer;
     changed_.notify_all();
   }

@@ -13,46 +13,46 @@
 
 namespace parray::replica {
 
-/// The primary's end of the replica link over any Link, in a thread of its own: it repeats what is
-/// asked until there is an answer, and tells the standby every second that the primary lives,
-/// whatever its other threads are at.
-class ReplicaThread final : public ReplicaLine {
+/// The primary's end of the replica link over any Link, with its own thread. It repeats each
+/// request until a reply arrives. It pings the standby every second, even while other threads are
+/// busy.
+class ReplicaThread final : public ReplicaConnection {
  public:
   ReplicaThread(std::unique_ptr<Link> link, std::string address);
   ~ReplicaThread() override;
   ReplicaThread(const ReplicaThread&) = delete;
   ReplicaThread& operator=(const ReplicaThread&) = delete;
 
-  /// Waits 3 s, and the time of its bytes at 10 MB/s; as long as the standby has been silent since,
-  /// 0.3 s, so that who asks can do other things meanwhile.
-  std::optional<ReplicaReply> ask(ReplicaRequest ask) override;
+  /// Waits 3 s plus 1 s per 10 MB. If the standby did not answer the previous call either, waits
+  /// 0.3 s plus that time, so that the caller can do other work.
+  std::optional<ReplicaReply> call(ReplicaRequest request) override;
   [[nodiscard]] bool session_lost() const override;
   [[nodiscard]] const std::string& address() const override { return address_; }
-  /// A later generation serves: the standby has said so. Any thread.
+  /// Whether the standby has replied that a later generation serves. Thread-safe.
   [[nodiscard]] bool fenced() const;
 
  private:
-  void lead();
-  void work(Time now);
-  void take(const ReplicaReply& answer);
+  void run();
+  void exchange_messages(Time now);
+  void accept_reply(const ReplicaReply& answer);
 
   const std::unique_ptr<Link> link_;
   const std::string address_;
 
-  mutable std::mutex mutex_;  // guards the members down to quit_
+  mutable std::mutex mutex_;  // guards the members from here to quit_
   std::condition_variable changed_;
-  std::string waiting_;  ///< what is asked; empty: nothing
+  std::string request_;  ///< request without a reply; empty: none
   Time send_at_{};
   std::optional<ReplicaReply> answer_;
   std::uint64_t number_ = 0;
-  ReplicaRequest ping_;  ///< of the session that was asked in last
+  ReplicaRequest ping_;  ///< its session is that of the latest call
   bool session_lost_ = false;
   bool silent_ = false;
   bool fenced_ = false;
   std::exception_ptr failure_;
   bool quit_ = false;
 
-  Time ping_at_ = never;  ///< the thread's own
+  Time ping_at_ = never;  ///< used by the thread only
   std::thread thread_;
 };
 

@@ -5,78 +5,78 @@
 
 namespace parray::replica {
 
-/// How much of a copy is committed at a time, in bytes.
+/// Size of the batches of a full copy, in bytes.
 static constexpr std::size_t copy_bytes = std::size_t{32} << 20;
 
-ReplicatedStore::ReplicatedStore(Store& inner, ReplicaLine& line,
+ReplicatedStore::ReplicatedStore(Store& inner, ReplicaConnection& connection,
                                  std::function<std::uint64_t()> random)
-    : inner_(inner), line_(line), random_(std::move(random)) {
-  find_replication_state();
+    : inner_(inner), connection_(connection), random_(std::move(random)) {
+  begin_or_resume_generation();
 }
 
-/// Goes on where the last life has left off, if that is known; else as a new generation, of which
-/// no standby has anything yet.
-void ReplicatedStore::find_replication_state() {
-  replication_ =
-      replication_state_of(inner_).value_or(ReplicationState{random_() | 1, 0, ReplicaRole::alone});
+/// Resumes at the position of the previous process if the store has it. Otherwise begins a new
+/// generation, of which no standby has a batch yet.
+void ReplicatedStore::begin_or_resume_generation() {
+  replication_ = replication_state_of(inner_).value_or(
+      ReplicationState{random_() | 1, 0, ReplicaRole::single});
   const std::optional<Position> kept = position_of(inner_, replication_);
   if (!is_whole(inner_, replication_)) {
     throw InputError(
-        "--replicate-to: --state holds a copy that is not whole: start it with --standby, and its "
-        "primary fills it up");
+        "--replicate-to: --state holds an incomplete copy: start this coordinator with --standby, "
+        "so that its primary completes the copy");
   }
-  if (replication_.part == ReplicaRole::primary && kept) {
-    position_ = marked_ = *kept;
+  if (replication_.role == ReplicaRole::primary && kept) {
+    position_ = marked_position_ = *kept;
     return;
   }
   begin_generation(inner_, replication_, ReplicaRole::primary);
   position_ = {replication_.history, replication_.generation, 0};
   put_position(inner_, position_);
-  marked_ = position_;
-  inner_.commit();  // before any standby hears of it
+  marked_position_ = position_;
+  inner_.commit();  // before any standby receives the generation
 }
 
 void ReplicatedStore::put_job(const JobRecord& job) {
   inner_.put_job(job);
-  fresh_.put_job(job);
+  pending_.put_job(job);
 }
 void ReplicatedStore::put_scene(const std::string& digest, std::string_view bytes) {
   inner_.put_scene(digest, bytes);
-  fresh_.put_scene(digest, bytes);
+  pending_.put_scene(digest, bytes);
 }
 void ReplicatedStore::append_rows(JobId job, std::string entry) {
-  fresh_.append_rows(job, entry);
+  pending_.append_rows(job, entry);
   inner_.append_rows(job, std::move(entry));
 }
 void ReplicatedStore::drop_rows(JobId job) {
   inner_.drop_rows(job);
-  fresh_.drop_rows(job);
+  pending_.drop_rows(job);
 }
 void ReplicatedStore::keep_rows(JobId job, std::uint64_t entries) {
   inner_.keep_rows(job, entries);
-  fresh_.keep_rows(job, entries);
+  pending_.keep_rows(job, entries);
 }
 void ReplicatedStore::put_picture(JobId job, std::span<const std::string_view> pieces) {
   inner_.put_picture(job, pieces);
-  fresh_.put_picture(job, pieces);
+  pending_.put_picture(job, pieces);
 }
 void ReplicatedStore::drop_work(JobId job) {
   inner_.drop_work(job);
-  fresh_.drop_work(job);
+  pending_.drop_work(job);
 }
 void ReplicatedStore::drop_job(JobId job) {
   inner_.drop_job(job);
-  fresh_.drop_job(job);
+  pending_.drop_job(job);
 }
 void ReplicatedStore::put_note(const std::string& name, const std::string& text) {
   inner_.put_note(name, text);
-  fresh_.put_note(name, text);
+  pending_.put_note(name, text);
 }
 
-/// Asks within the present session only: a new one could give the standby a copy of this store, and
-/// so take the picture from it.
+/// Uses the current session only. A new session could send the standby a full copy, which would
+/// delete the standby's picture.
 bool ReplicatedStore::restore_picture(JobId job) {
-  if (session_ == 0 || line_.session_lost()) {
+  if (session_ == 0 || connection_.session_lost()) {
     return false;
   }
   try {
@@ -86,14 +86,14 @@ bool ReplicatedStore::restore_picture(JobId job) {
       return false;
     }
     inner_.put_picture(job, std::span(&piece, 1));
-    marked_ = {};  // the next commit keeps what the standby has: it puts the mark again
+    marked_position_ = {};  // the standby's content stays: the next commit puts the same mark again
     return true;
-  } catch (const StorageFull&) {  // no answer, or no room here
+  } catch (const StorageFull&) {  // the standby did not answer, or `inner_` has no room
     return false;
   }
 }
 
-/// Empty: the standby has no undamaged picture of that job.
+/// Returns the standby's picture of the job; empty: it has no undamaged one.
 std::string ReplicatedStore::fetch_picture(JobId job) {
   const std::string name = std::to_string(job);
   std::string whole;
@@ -103,7 +103,7 @@ std::string ReplicatedStore::fetch_picture(JobId job) {
     next.position = position_;
     next.offset = whole.size();
     next.bytes = name;
-    const ReplicaReply answer = ask(next);
+    const ReplicaReply answer = call(next);
     if (answer.kind != ReplicaReplyKind::picture || answer.text.empty()) {
       return {};
     }
@@ -115,63 +115,63 @@ std::string ReplicatedStore::fetch_picture(JobId job) {
 }
 
 void ReplicatedStore::commit() {
-  catch_up();
-  if (session_ == 0 || line_.session_lost()) {
+  commit_sent_batch();
+  if (session_ == 0 || connection_.session_lost()) {
     begin_session();
   }
-  // The standby may have a batch whose answer was lost: it is sent as it was, what came later next.
-  while (!batch_.empty() || fresh_.size() > 0) {
-    catch_up();
+  // The standby may have `batch_` already if the reply was lost. So repeat it unchanged.
+  while (!batch_.empty() || pending_.size() > 0) {
+    commit_sent_batch();
     if (batch_.empty()) {
-      batch_ = fresh_.take();
+      batch_ = pending_.take();
     }
     send_batch(batch_, true);
     batch_.clear();
-    behind_ = true;
+    standby_is_ahead_ = true;
   }
-  if (position_ != marked_) {
+  if (position_ != marked_position_) {
     put_position(inner_, position_);
-    marked_ = position_;
+    marked_position_ = position_;
   }
   inner_.commit();
-  behind_ = false;
+  standby_is_ahead_ = false;
 }
 
-/// Commits at home what the standby has, before it gets more: so it is never more than one batch
-/// ahead.
-void ReplicatedStore::catch_up() {
-  if (!behind_) {
+/// Commits the batch that the standby has committed, before the standby gets the next one. So the
+/// standby is never more than one batch ahead.
+void ReplicatedStore::commit_sent_batch() {
+  if (!standby_is_ahead_) {
     return;
   }
-  put_reached_position(inner_, position_);  // with what came later, which the standby lacks
+  put_reached_position(inner_, position_);  // the commit includes later changes
   inner_.commit();
-  behind_ = false;
+  standby_is_ahead_ = false;
 }
 
 void ReplicatedStore::begin_session() {
   session_ = 0;
-  ReplicaRequest hello;
-  hello.session = random_() | 1;
-  hello.kind = ReplicaRequestKind::hello;
-  hello.position = position_;
-  const std::string left = encode_left(replication_, position_);
-  hello.bytes = left;
-  const bool in_step = ask(hello).kind == ReplicaReplyKind::in_step;
+  ReplicaRequest request;
+  request.session = random_() | 1;
+  request.kind = ReplicaRequestKind::begin_session;
+  request.position = position_;
+  const std::string generations = encode_generations(replication_, position_);
+  request.bytes = generations;
+  const bool in_step = call(request).kind == ReplicaReplyKind::in_step;
   if (in_step) {
-    session_ = hello.session;
+    session_ = request.session;
   } else {
-    copy_everything(hello.session);
-    behind_ = true;
+    copy_everything(request.session);
+    standby_is_ahead_ = true;
   }
 }
 
-/// What was put and is not committed yet is in the copy, too.
+/// Sends a full copy. It includes uncommitted changes.
 void ReplicatedStore::copy_everything(std::uint64_t session) {
   ReplicaRequest begin;
   begin.session = session;
   begin.kind = ReplicaRequestKind::copy;
   begin.position = position_;
-  ask(begin);
+  call(begin);
   session_ = session;
   try {
     Changes changes;
@@ -184,15 +184,15 @@ void ReplicatedStore::copy_everything(std::uint64_t session) {
       copy_job(job, changes);
     }
     send_batch(changes.take(), true);
-    batch_.clear();  // not before: until now another standby may come back and want it
-    fresh_.take();
+    batch_.clear();  // only now: before, the former standby could have come back to get this batch
+    pending_.take();
   } catch (...) {
-    session_ = 0;  // it is begun anew
+    session_ = 0;  // the next commit begins a new session
     throw;
   }
 }
 
-/// What of a job cannot be read here is no loss of the copy's.
+/// Sends all that can be read of a job. Damaged files of the primary do not stop the copy.
 void ReplicatedStore::copy_job(const JobRecord& job, Changes& changes) {
   const auto unless_damaged = [](const auto& copy) {
     try {
@@ -233,7 +233,7 @@ void ReplicatedStore::send_if_large(Changes& changes) {
 }
 
 void ReplicatedStore::send_batch(std::string_view batch, bool whole) {
-  constexpr int most_repeats = 3;  // of a batch that was damaged on its way
+  constexpr int most_repeats = 3;  // of a batch that arrived damaged
   ReplicaRequest next;
   next.position = position_;
   ++next.position.sequence;
@@ -244,7 +244,7 @@ void ReplicatedStore::send_batch(std::string_view batch, bool whole) {
     next.offset = complete ? batch.size() : next.offset;
     next.checksum = complete ? checksum_of(batch) : 0;
     next.bytes = complete ? std::string_view() : batch.substr(next.offset, piece_bytes);
-    const ReplicaReply answer = ask(next);
+    const ReplicaReply answer = call(next);
     if (answer.kind == ReplicaReplyKind::committed) {
       position_ = next.position;
       return;
@@ -253,35 +253,36 @@ void ReplicatedStore::send_batch(std::string_view batch, bool whole) {
     next.offset = answer.value;
   }
   session_ = 0;
-  fail("takes no batch");
+  throw_unavailable("received a batch damaged three times");
 }
 
-ReplicaReply ReplicatedStore::ask(ReplicaRequest ask) {
-  ask.session = ask.session == 0 ? session_ : ask.session;
-  const std::optional<ReplicaReply> answer = line_.ask(ask);
+ReplicaReply ReplicatedStore::call(ReplicaRequest request) {
+  request.session = request.session == 0 ? session_ : request.session;
+  const std::optional<ReplicaReply> answer = connection_.call(request);
   if (!answer) {
-    fail("does not answer");
+    throw_unavailable("does not answer");
   }
   switch (answer->kind) {
-    case ReplicaReplyKind::who:
+    case ReplicaReplyKind::unknown_session:
       session_ = 0;
-      fail("has started again");
+      throw_unavailable("has restarted");
     case ReplicaReplyKind::full:
-      fail("cannot keep what it was sent (" + answer->text + ")");
+      throw_unavailable("cannot commit a batch (" + answer->text + ")");
     case ReplicaReplyKind::fenced:
-      throw RunError("fenced: the standby at " + line_.address() + " serves as generation " +
-                     std::to_string(answer->value) + ", this one was generation " +
+      throw RunError("fenced: the standby at " + connection_.address() + " serves as generation " +
+                     std::to_string(answer->value) + ", this primary was generation " +
                      std::to_string(position_.generation));
     case ReplicaReplyKind::refused:
-      throw RunError("the standby at " + line_.address() + " refuses to be one: " + answer->text);
+      throw RunError("the standby at " + connection_.address() +
+                     " refuses this primary: " + answer->text);
     default:
       return *answer;
   }
 }
 
-void ReplicatedStore::fail(const std::string& what) const {
-  throw StorageFull("the standby at " + line_.address() + " " + what +
-                    ": nothing is acknowledged until it does");
+void ReplicatedStore::throw_unavailable(const std::string& what) const {
+  throw StorageFull("the standby at " + connection_.address() + " " + what +
+                    ": the primary acknowledges nothing until the standby has committed it");
 }
 
 }  // namespace parray::replica

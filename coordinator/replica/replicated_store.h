@@ -16,33 +16,33 @@
 
 namespace parray::replica {
 
-/// The primary's end of the replica link: the seam behind which tests lose what is asked.
-class ReplicaLine {
+/// The primary's end of the replica link. Tests replace it to lose requests and replies.
+class ReplicaConnection {
  public:
-  virtual ~ReplicaLine() = default;
+  virtual ~ReplicaConnection() = default;
 
-  /// Asks until there is an answer, for some seconds; nothing: there is none. Its number is the
-  /// line's to choose.
-  virtual std::optional<ReplicaReply> ask(ReplicaRequest ask) = 0;
-  /// The standby does not know the session that was asked in last.
+  /// Repeats the request until a reply arrives, for some seconds. Returns nothing without a reply.
+  /// Sets the number of the request itself.
+  virtual std::optional<ReplicaReply> call(ReplicaRequest request) = 0;
+  /// Whether the standby does not know the session of the latest call.
   [[nodiscard]] virtual bool session_lost() const = 0;
-  /// Of the standby, for messages.
+  /// Returns the address of the standby, for messages.
   [[nodiscard]] virtual const std::string& address() const = 0;
 };
 
-/// A store that a standby has a copy of: a commit sends what was put to it first, and returns when
-/// both have committed. A standby that is not exactly where this store is gets a full copy, in
-/// pieces.
+/// A store whose content a standby has, too. commit() sends the changes to the standby first and
+/// returns when both have committed. A standby at another position gets a full copy, in pieces.
 ///
-/// While the standby does not answer, or has no room, commit() throws StorageFull and forgets
-/// nothing; call it again. It throws RunError once the standby serves itself, or holds another
-/// farm's state: nothing can be committed here any more. Call commit() every now and then even when
-/// nothing was put: a standby that comes back is filled up then.
+/// commit() throws StorageFull while the standby does not answer or has no room. It keeps all
+/// changes: call it again. It throws RunError once the standby serves itself or has the state of
+/// another farm: this store can commit nothing any more. Call commit() regularly, even without
+/// changes, because it gives a returning standby its full copy.
 class ReplicatedStore final : public Store {
  public:
-  /// `inner` and `line` outlive this. `random`: numbers that do not come again. Throws InputError
-  /// when `inner` is a copy that is not whole, and what its commit() throws.
-  ReplicatedStore(Store& inner, ReplicaLine& line, std::function<std::uint64_t()> random);
+  /// `inner` and `connection` must outlive this object. `random` must never return a number twice.
+  /// Throws InputError if `inner` is an incomplete copy, and what its commit() throws.
+  ReplicatedStore(Store& inner, ReplicaConnection& connection,
+                  std::function<std::uint64_t()> random);
 
   void put_job(const JobRecord& job) override;
   void put_scene(const std::string& digest, std::string_view bytes) override;
@@ -73,27 +73,27 @@ class ReplicatedStore final : public Store {
   bool restore_picture(JobId job) override;
 
  private:
-  void find_replication_state();
-  void catch_up();
+  void begin_or_resume_generation();
+  void commit_sent_batch();
   void begin_session();
   void copy_everything(std::uint64_t session);
   void copy_job(const JobRecord& job, Changes& changes);
   void send_if_large(Changes& changes);
   void send_batch(std::string_view batch, bool whole);
   std::string fetch_picture(JobId job);
-  ReplicaReply ask(ReplicaRequest ask);
-  [[noreturn]] void fail(const std::string& what) const;
+  ReplicaReply call(ReplicaRequest request);
+  [[noreturn]] void throw_unavailable(const std::string& what) const;
 
   Store& inner_;
-  ReplicaLine& line_;
+  ReplicaConnection& connection_;
   std::function<std::uint64_t()> random_;
   ReplicationState replication_{};
-  bool behind_ = false;        ///< the standby has committed a batch that `inner_` has not
-  Position position_{};        ///< that the standby has committed
-  Position marked_{};          ///< the last that was put to the inner store
-  std::uint64_t session_ = 0;  ///< 0: there is none
-  Changes fresh_;              ///< put since the batch under way
-  std::string batch_;          ///< under way; the standby may have it
+  bool standby_is_ahead_ = false;  ///< the standby has committed a batch that `inner_` has not
+  Position position_{};            ///< the latest that the standby has committed
+  Position marked_position_{};     ///< the latest that was put into `inner_`
+  std::uint64_t session_ = 0;      ///< 0: none
+  Changes pending_;                ///< changes after `batch_`
+  std::string batch_;              ///< the batch being sent; the standby may have it
 };
 
 }  // namespace parray::replica

@@ -6,21 +6,21 @@
 namespace parray::replica {
 namespace {
 
-constexpr Time look_interval = milliseconds(50);
+constexpr Time wait_time = milliseconds(50);
 
-/// Answers what has arrived, as `answer` says; true: there was something.
+/// Answers all received messages with the text that `answer` returns. Returns whether it sent any.
 template <typename Answering>
 bool answer_all(Link& link, const Answering& answer) {
-  bool heard = false;
+  bool answered = false;
   while (const auto delivery = link.receive()) {
     const Frames frames = delivery->content.frames();
     std::string text = frames.size() == 1 ? answer(frames[0].view()) : std::string();
     if (!text.empty()) {
-      heard = true;
+      answered = true;
       link.send(delivery->peer, Frames{Frame(std::move(text))});
     }
   }
-  return heard;
+  return answered;
 }
 
 }  // namespace
@@ -30,35 +30,36 @@ void standby_loop(Replica& replica, Link& link, Time patience, spdlog::logger& l
   const SteadyClock clock;
   Time silent{};
   Time last = clock.now();
-  bool told = false;
+  bool in_step = false;
   while (silent < patience) {
-    const bool heard =
+    const bool answered =
         answer_all(link, [&](std::string_view message) { return replica.answer(message); });
-    if (replica.in_step() != std::exchange(told, replica.in_step())) {
-      told ? log.info("in step with the primary") : log.warn("no longer in step with the primary");
+    if (replica.in_step() != std::exchange(in_step, replica.in_step())) {
+      in_step ? log.info("in step with the primary")
+              : log.warn("no longer in step with the primary");
     }
     const Time now = clock.now();
     silent =
-        heard || !replica.in_step() ? Time(0) : silent + std::min(now - last, 2 * look_interval);
+        answered || !replica.in_step() ? Time(0) : silent + std::min(now - last, 2 * wait_time);
     last = now;
     stop();
-    link.wait(look_interval);
+    link.wait(wait_time);
   }
 }
 
 Fence::Fence(std::unique_ptr<ZmqServer> server, std::uint64_t generation)
-    : server_(std::move(server)), generation_(generation), thread_([this] { lead(); }) {}
+    : server_(std::move(server)), generation_(generation), thread_([this] { run(); }) {}
 
 Fence::~Fence() {
   quit_ = true;
   thread_.join();
 }
 
-void Fence::lead() {
+void Fence::run() {
   while (!quit_) {
     answer_all(server_->link(),
                [this](std::string_view message) { return fenced_answer(message, generation_); });
-    server_->link().wait(look_interval);
+    server_->link().wait(wait_time);
   }
 }
 

@@ -13,13 +13,13 @@
 
 namespace parray::replica {
 
-/// Answers the primary until that has been silent for `patience` while the store was in step with
-/// it. Time in which this process did not run is no silence. `stop` is asked at least every 50 ms;
-/// what it throws ends the wait.
+/// Answers the primary. Returns when the primary has been silent for `patience` while the store was
+/// in step with it. Time in which this process did not run does not count. Calls `stop` at least
+/// every 50 ms; an exception of `stop` ends the wait.
 void standby_loop(Replica& replica, Link& link, Time patience, spdlog::logger& log,
                   const std::function<void()>& stop);
 
-/// Tells an old primary, for as long as it exists, that a later generation serves.
+/// Answers every request of an old primary with `fenced`, in a thread of its own.
 class Fence {
  public:
   Fence(std::unique_ptr<ZmqServer> server, std::uint64_t generation);
@@ -28,7 +28,7 @@ class Fence {
   Fence& operator=(const Fence&) = delete;
 
  private:
-  void lead();
+  void run();
 
   const std::unique_ptr<ZmqServer> server_;
   const std::uint64_t generation_;

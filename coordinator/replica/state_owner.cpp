@@ -30,7 +30,7 @@ std::unique_ptr<Store> wait_for_store(const std::string& directory, spdlog::logg
       return open_store(directory, log);
     } catch (const StateInUse&) {
       if (!std::exchange(told, true)) {
-        log.info("another coordinator uses {}: waiting for its end", directory);
+        log.info("another coordinator uses --state {}: waiting for its end", directory);
       }
     }
     std::this_thread::sleep_for(nap);
@@ -66,9 +66,9 @@ StateOwner::StateOwner(const StateOptions& options, spdlog::logger& log,
 
 void StateOwner::remember_fence() {
   replicated_.reset();
-  line_.reset();
+  connection_.reset();
   disk_.reset();
-  DiskStore store(directory_);  // without what was put and not acknowledged
+  DiskStore store(directory_);  // without uncommitted changes
   note_fence(store);
 }
 
@@ -79,13 +79,13 @@ void StateOwner::take_over(const StateOptions& options, spdlog::logger& log,
   auto server = std::make_unique<ZmqServer>(options.standby, most_message_bytes, options.keys,
                                             Admits::itself);
   Replica replica(*disk_, options.overwrite);
-  if (!replica.serves()) {
+  if (!replica.has_taken_over()) {
     log.info("standing by for a primary at {}", server->endpoint());
     standby_loop(replica, server->link(), options.takeover_after, log, stop);
   }
   const std::uint64_t generation = serve_alone(*disk_);
   log.warn("{}: serving as generation {}",
-           replica.serves() ? "has taken over before" : "the primary is silent", generation);
+           replica.has_taken_over() ? "took over earlier" : "the primary is silent", generation);
   fence_ = std::make_unique<Fence>(std::move(server), generation);
 }
 
@@ -95,9 +95,9 @@ void StateOwner::replicate(const StateOptions& options) {
     const KeyPair own = read_coordinator_key(options.keys);
     key = MemberKey{own.open, own};
   }
-  line_ = std::make_unique<ReplicaThread>(
+  connection_ = std::make_unique<ReplicaThread>(
       zmq_connect(options.replicate_to, most_message_bytes, Time(0), key), options.replicate_to);
-  replicated_ = std::make_unique<ReplicatedStore>(*disk_, *line_, random_number);
+  replicated_ = std::make_unique<ReplicatedStore>(*disk_, *connection_, random_number);
 }
 
 }  // namespace parray::replica

@@ -13,31 +13,31 @@
 
 namespace parray::replica {
 
-/// How a coordinator keeps its state, as its command line says.
+/// The options of a coordinator's command line about its state.
 struct StateOptions {
-  std::string state;          ///< directory; empty: nothing is kept, and the rest is empty, too
-  bool wait = false;          ///< for another coordinator that uses it
-  std::string standby;        ///< address to listen at for a primary; empty: none is waited for
-  Time takeover_after{};      ///< of silence
-  std::string replicate_to;   ///< address of a standby; empty: there is none
-  bool overwrite = false;     ///< as a standby: a primary that was set back may replace batches
-  bool serve_fenced = false;  ///< as a primary: although a standby has taken over
-  std::string keys;           ///< see ZmqServer
+  std::string state;          ///< directory; empty: state in memory only, all others are empty, too
+  bool wait = false;          ///< waits for the end of another coordinator that uses the directory
+  std::string standby;        ///< address at which this standby listens; empty: not a standby
+  Time takeover_after{};      ///< silence of the primary before a standby takes over
+  std::string replicate_to;   ///< address of the standby of this primary; empty: none
+  bool overwrite = false;     ///< the standby accepts a primary that was set back
+  bool serve_fenced = false;  ///< the primary serves although a standby has taken over
+  std::string keys;           ///< directory of the keys, see ZmqServer
 };
 
-/// The state of a coordinator that is to serve now: its own, or one that it has taken over.
+/// Opens the state of a coordinator and owns it while the coordinator serves.
 class StateOwner {
  public:
-  /// Returns when it is this process's turn to serve. `stop` is asked at least every 100 ms while
-  /// it waits; what it throws ends the wait. Throws what DiskStore, Replica, ReplicatedStore and
-  /// the link throw.
+  /// Opens the state and returns when this process may serve: a standby waits for its takeover.
+  /// Calls `stop` at least every 100 ms meanwhile; an exception of `stop` ends the wait. Throws
+  /// what DiskStore, Replica, ReplicatedStore and the link throw.
   StateOwner(const StateOptions& options, spdlog::logger& log, const std::function<void()>& stop);
 
-  Store* store();  ///< null: nothing is kept
-  [[nodiscard]] bool replicates() const { return replicated_ != nullptr; }
-  /// Another one serves: nothing can be kept here any more.
-  [[nodiscard]] bool fenced() const { return line_ != nullptr && line_->fenced(); }
-  /// Writes that down in the state, which nothing else uses any more, and closes the state.
+  Store* store();  ///< null: state in memory only
+  [[nodiscard]] bool replicates() const { return replicated_ != nullptr; }  ///< has a standby
+  /// Whether the standby has taken over. The state then accepts no commit any more.
+  [[nodiscard]] bool fenced() const { return connection_ != nullptr && connection_->fenced(); }
+  /// Records in the state that the standby has taken over, and closes the state.
   void remember_fence();
 
  private:
@@ -47,7 +47,7 @@ class StateOwner {
 
   std::string directory_;  ///< of the state
   std::unique_ptr<Store> disk_;
-  std::unique_ptr<ReplicaThread> line_;
+  std::unique_ptr<ReplicaThread> connection_;
   std::unique_ptr<ReplicatedStore> replicated_;
   std::unique_ptr<Fence> fence_;
 };

@@ -1,5 +1,5 @@
-// The files of a state, copied while a coordinator may be writing them. Each is written once, but
-// for rows files, which grow, and for the small files, which are replaced whole.
+// Copies the files of a state while a coordinator may be writing them. Rows files grow, and small
+// files are replaced as a whole. All other files are written once.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int most_copies = 20;  // of one job that changes meanwhile
+constexpr int most_copies = 20;  // attempts for a job that changes meanwhile
 
 class Copier {
  public:
@@ -34,20 +34,20 @@ class Copier {
  private:
   void copy_job(JobId id) {
     for (int tries = 1;; ++tries) {
-      std::string trouble;
-      const std::optional<JobFile> job = committed(id, trouble);
-      if (!job) {  // it is being made or dropped
-        if (!trouble.empty()) {
-          lines_.push_back("left out: jobs/" + std::to_string(id) + "/job.json: " + trouble);
+      std::string problem;
+      const std::optional<JobFile> job = committed(id, problem);
+      if (!job) {  // a commit is adding or dropping the job
+        if (!problem.empty()) {
+          lines_.push_back("left out: jobs/" + std::to_string(id) + "/job.json: " + problem);
         }
         return;
       }
       const std::optional<std::string> missing = copy_files(id, *job);
-      const std::optional<JobFile> after = committed(id, trouble);
+      const std::optional<JobFile> after = committed(id, problem);
       if (after && after->batch != job->batch && tries < most_copies) {
         continue;
       }
-      if (!after && trouble.empty()) {  // dropped meanwhile
+      if (!after && problem.empty()) {  // the job was dropped meanwhile
         std::error_code ignored;
         fs::remove_all(onto_.job(id), ignored);
         return;
@@ -60,12 +60,12 @@ class Copier {
     }
   }
 
-  /// What of a job is committed. Reads in an order that misses nothing: see find_files().
-  [[nodiscard]] std::optional<JobFile> committed(JobId id, std::string& trouble) const {
+  /// Returns the committed copy of a job; nothing: none. Reads in the order of find_files().
+  [[nodiscard]] std::optional<JobFile> committed(JobId id, std::string& problem) const {
     const FoundJob job = find_job(from_, id);
     const auto text = text_of_file(from_.commits());
     const std::uint64_t commits = text ? commit_count_from_text(*text).value_or(0) : 0;
-    trouble = job.trouble;
+    problem = job.problem;
     if (job.next && job.next->batch <= commits &&
         (!job.json || job.next->batch > job.json->batch)) {
       return job.next;
@@ -73,7 +73,7 @@ class Copier {
     return job.json ? job.json : job.dropped;
   }
 
-  /// Returns the name of a file that is not there.
+  /// Copies the files of a job. Returns the name of a missing file, if any.
   std::optional<std::string> copy_files(JobId id, const JobFile& job) {
     std::optional<std::string> missing;
     const auto copy = [&](const fs::path& from, const fs::path& onto) {
@@ -100,8 +100,8 @@ class Copier {
     return missing;
   }
 
-  /// False: the source cannot be read. Throws RunError when the target cannot be written,
-  /// StorageFull when it is full.
+  /// Returns false if the source cannot be read. Throws RunError if the target cannot be written,
+  /// StorageFull if it is full.
   static bool copy_file(const fs::path& from, const fs::path& onto) {
     std::error_code error;
     if (!fs::is_regular_file(from, error)) {
@@ -123,7 +123,7 @@ class Copier {
     return true;
   }
 
-  /// After a failed copy: the C++ library does not say why it failed.
+  /// Returns whether a copy failed for lack of room, which the C++ library does not report.
   static bool lacks_room(const fs::path& directory, const fs::path& file) {
     std::error_code unknown;
     const std::uintmax_t room = fs::space(directory, unknown).available;
@@ -141,7 +141,7 @@ class Copier {
     onto_.write(file, std::span(&whole, 1));
   }
 
-  /// What was copied is on the disk when it returns.
+  /// Returns when all copied data is on the disk.
   void sync_all() const {
     const int directory = open(onto_.directory().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     const bool synced = directory >= 0 && syncfs(directory) == 0;
@@ -172,7 +172,7 @@ std::vector<std::string> copy_state(const StateFiles& from, StateFiles& onto) {
   const FoundFiles found = find_notes(from);
   if (!found.has_commits && !from.jobs_with_directory().empty()) {
     throw InputError(from.directory().string() +
-                     ": the file commits is missing: --check tells what is wrong");
+                     ": the file commits is missing: use --check to list the damage");
   }
   return Copier(from, onto).run();
 }

@@ -8,7 +8,7 @@
 namespace parray::store {
 namespace {
 
-/// Whether an extended result code says that the disk did not take what was written.
+/// Returns whether an extended result code means that the disk did not accept a write.
 bool is_full(int code) {
   switch (code) {
     case SQLITE_IOERR_WRITE:
@@ -63,13 +63,13 @@ void Database::fail() const {
   const std::string place = "--state " + directory_.string() + ": ";
   const std::string why = sqlite3_errmsg(db_);
   if ((code & 0xff) == SQLITE_BUSY) {
-    throw StateInUse(place + "another coordinator uses it: stop it, or name another directory");
+    throw StateInUse(place + "another coordinator uses it: stop that, or use another directory");
   }
   if ((code & 0xff) == SQLITE_CANTOPEN || (code & 0xff) == SQLITE_READONLY) {
-    throw InputError(place + why + ": name a directory that can be written");
+    throw InputError(place + why + ": use a writable directory");
   }
   if (is_full(code)) {
-    throw StorageFull(place + "nothing more can be kept (" + why + "): make room there");
+    throw StorageFull(place + "the disk accepts no more data (" + why + "): make room there");
   }
   if ((code & 0xff) == SQLITE_CORRUPT || (code & 0xff) == SQLITE_NOTADB) {
     throw DatabaseDamaged("parray.sqlite: " + why);
@@ -122,7 +122,7 @@ Transaction::Transaction(Database& database) : database_(database) {
 }
 
 Transaction::~Transaction() {
-  // Some failures have rolled it back already.
+  // SQLite has already rolled back after some failures.
   if (sqlite3_get_autocommit(database_.db_) == 0) {
     sqlite3_exec(database_.db_, "ROLLBACK", nullptr, nullptr, nullptr);
   }

@@ -12,31 +12,31 @@ struct sqlite3_stmt;
 
 namespace parray::store {
 
-/// The database's file is damaged. `what()` says how, without the directory.
+/// The database's file is damaged. `what()` describes the damage without the directory.
 class DatabaseDamaged : public RunError {
  public:
   using RunError::RunError;
 };
 
-/// A connection to one SQLite file. One thread.
+/// A connection to one SQLite file. Not thread-safe.
 ///
 /// Errors are exceptions. StateInUse: another process uses the file. InputError: the file cannot be
 /// opened. StorageFull: there is no room to write. DatabaseDamaged: the content is damaged.
 /// RunError: anything else. Messages name the directory of the file, except DatabaseDamaged's.
 class Database {
  public:
-  /// Opens the file, which is made if need be.
+  /// Opens the file. Creates it if it does not exist.
   explicit Database(const std::filesystem::path& file);
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  void run(const std::string& sql);       ///< one or more statements without results
-  std::uint64_t number(const char* sql);  ///< first column of the first row; 0: there is no row
+  void run(const std::string& sql);       ///< runs one or more statements without results
+  std::uint64_t number(const char* sql);  ///< returns column 0 of the first row, 0 without rows
 
-  /// Whether closing leaves the write-ahead log as it is, instead of taking it into the file.
+  /// Sets whether closing keeps the write-ahead log instead of moving its content into the file.
   void keep_log_on_close(bool keep);
-  /// The file was removed, or another one was put in its place: what is committed would be lost.
+  /// Returns whether the file was removed or replaced. Commits would be lost then.
   [[nodiscard]] bool moved() const;
 
  private:
@@ -49,22 +49,22 @@ class Database {
   sqlite3* db_ = nullptr;
 };
 
-/// One prepared statement with its values; finalised with its scope.
+/// One prepared statement with its values. The destructor finalises it.
 class Statement {
  public:
-  /// `sql` has a `?` for each value, which are bound in this order. Text is not copied: it must
-  /// outlive the last step().
+  /// `sql` has a `?` for each value, in the order of the bind() calls. Bound text is not copied and
+  /// must outlive the last step().
   Statement(Database& database, const char* sql);
   ~Statement();
   Statement(const Statement&) = delete;
   Statement& operator=(const Statement&) = delete;
 
-  Statement& bind(std::uint64_t value);  ///< all 64 bits are kept; SQL sees a signed number
+  Statement& bind(std::uint64_t value);  ///< keeps all 64 bits; SQL sees a signed number
   Statement& bind(std::string_view text);
 
-  bool step();  ///< true while there is a row
+  bool step();  ///< advances to the next row; false: there is none
   std::uint64_t number(int column);
-  std::string_view bytes(int column);  ///< until the next step()
+  std::string_view bytes(int column);  ///< valid until the next step()
 
  private:
   void check(int result) const;
@@ -82,7 +82,7 @@ void execute(Database& database, const char* sql, const Values&... values) {
   statement.step();
 }
 
-/// Everything between construction and commit(), or nothing of it.
+/// Makes the database keep all statements between construction and commit(), or none of them.
 class Transaction {
  public:
   explicit Transaction(Database& database);
@@ -90,7 +90,7 @@ class Transaction {
   Transaction(const Transaction&) = delete;
   Transaction& operator=(const Transaction&) = delete;
 
-  void commit();  ///< on disk when it returns
+  void commit();  ///< returns when the changes are on the disk
 
  private:
   Database& database_;

@@ -9,8 +9,8 @@
 
 namespace parray::store {
 
-/// The system calls that put bulk data on the disk: the seam behind which tests fill it and pull
-/// its plug. Each returns -1 and sets errno on failure. No state, any thread.
+/// The system calls that write bulk data to the disk. Tests replace them to simulate full disks and
+/// power failures. Each returns -1 and sets errno on failure. Stateless and thread-safe.
 class Disk {
  public:
   Disk() = default;
@@ -18,16 +18,16 @@ class Disk {
   Disk(const Disk&) = delete;
   Disk& operator=(const Disk&) = delete;
 
-  /// pwrite: the number of bytes written, which may be fewer than there are.
+  /// Calls pwrite. Returns the number of bytes written, which may be fewer than given.
   virtual ssize_t write(int file, std::string_view bytes, std::uint64_t offset);
-  virtual int sync(int file);                 ///< fdatasync
-  virtual int sync_directory(int directory);  ///< fsync
-  /// syncfs: all that was written to the file system of this directory.
+  virtual int sync(int file);                 ///< calls fdatasync
+  virtual int sync_directory(int directory);  ///< calls fsync
+  /// Calls syncfs for the file system of this directory.
   virtual int sync_file_system(int directory);
-  virtual int rename(const char* from, const char* onto);  ///< rename
+  virtual int rename(const char* from, const char* onto);  ///< calls rename
 };
 
-/// The machine's own.
+/// Returns the Disk that makes the real system calls.
 Disk& system_disk();
 
 }  // namespace parray::store

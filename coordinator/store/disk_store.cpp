@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The lowest number whose file is not there; `path_of` gives its path.
+/// Returns the lowest number whose file, path_of(number), does not exist.
 template <typename PathOf>
 std::uint64_t free_number(const PathOf& path_of) {
   std::uint64_t number = 0;
@@ -45,7 +45,7 @@ void DiskStore::put_scene(const std::string& digest, std::string_view bytes) {
   if (scenes_.contains(digest)) {
     return;
   }
-  constexpr std::size_t large = 1 << 20;  // takes longer to write than to sync
+  constexpr std::size_t large = 1 << 20;  // bytes that take longer to write than to sync
   if (bytes.size() >= large) {
     scenes_[digest] = files_.write(path, std::span(&bytes, 1));
     new_scenes_[digest] = "";
@@ -68,7 +68,7 @@ void DiskStore::append_rows(JobId job, std::string entry) {
     log->number = free_number([&](std::uint64_t n) { return files_.rows(job, n); });
     changes_[job].copy = true;
   }
-  log->fresh.append(std::move(entry));
+  log->pending.append(std::move(entry));
   changes_[job].log = true;
 }
 
@@ -80,9 +80,9 @@ void DiskStore::drop_log(JobId job, JobEntry& entry) {
   entry.log.reset();
   Change& change = changes_[job];
   change.log = change.copy = true;
-  // A file that was never written leaves its number to the next.
+  // If the file was never written, the next file gets the same number.
   if (std::error_code ignored; fs::exists(rows, ignored)) {
-    change.doomed.push_back(rows);
+    change.files_to_remove.push_back(rows);
   }
 }
 
@@ -99,7 +99,7 @@ void DiskStore::keep_rows(JobId job, std::uint64_t entries) {
   }
   RowLog& log = *found->second.log;
   log.committed = std::min(log.committed, bytes_of_entries(files_.rows(job, log.number), entries));
-  log.fresh = {};
+  log.pending = {};
   Change& change = changes_[job];
   change.log = change.copy = true;
 }
@@ -108,13 +108,13 @@ void DiskStore::drop_picture(JobId job, JobEntry& entry) {
   if (entry.picture) {
     Change& change = changes_[job];
     change.picture = change.copy = true;
-    change.doomed.push_back(files_.picture(job, entry.picture->number));
+    change.files_to_remove.push_back(files_.picture(job, entry.picture->number));
     entry.picture.reset();
   }
 }
 
 void DiskStore::put_picture(JobId job, std::span<const std::string_view> pieces) {
-  // A commit removes the file that this one replaces, even if it is gone already: another number.
+  // The commit removes the replaced file, even if it is missing now. So never use its number.
   const JobEntry* entry_before = find(job);
   const KeptPicture* replaced =
       entry_before != nullptr && entry_before->picture ? &*entry_before->picture : nullptr;
@@ -230,7 +230,7 @@ std::optional<std::string> DiskStore::scene(const std::string& digest) {
 void DiskStore::each_rows(JobId job, const RowsVisitor& visit) {
   if (const JobEntry* entry = find(job); entry != nullptr && entry->log) {
     each_entry_in(files_.rows(job, entry->log->number), entry->log->committed, visit);
-    entry->log->fresh.each(visit);
+    entry->log->pending.each(visit);
   }
 }
 

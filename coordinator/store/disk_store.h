@@ -18,33 +18,33 @@
 
 namespace parray::store {
 
-/// A job's log of finished rows.
+/// A job's log of results.
 struct RowLog {
-  std::uint64_t number = 0;     ///< of its file
-  std::uint64_t committed = 0;  ///< bytes of its file
-  FreshRows fresh{};            ///< entries that are to follow them
+  std::uint64_t number = 0;     ///< of its file, see StateFiles
+  std::uint64_t committed = 0;  ///< committed bytes of its file
+  PendingRows pending{};        ///< entries that the next commit appends
 };
 
-/// Keeps everything below one directory: records in DIR/parray.sqlite (SQLite, write-ahead log,
-/// synced at every commit), bulk data in the plain files of state_files.h, each byte written once.
-/// Beside each record stands a copy (job_file.h), from which a lost database can be built again.
+/// A store in one directory. Records are in DIR/parray.sqlite (SQLite, write-ahead log, synced at
+/// every commit). Bulk data is in the plain files of state_files.h, each byte written once. A copy
+/// of each record is a file, too (job_file.h), from which --repair rebuilds a lost database.
 ///
-/// What commit() has returned for survives the death of the process and of the machine at any
-/// moment. A commit makes the bulk data durable first and names it in the database last; a file
-/// goes only after the commit that forgets it. So whatever a crash leaves, the database names only
-/// what is there. Opening moves files that it does not name to lost/ and deletes none of them.
+/// Once commit() has returned, its changes survive a crash of the process or machine at any moment.
+/// A commit makes the bulk data durable first and then names it in the database. It removes files
+/// only after the database no longer names them. So after any crash all files that the database
+/// names exist. Opening moves other files to lost/ and deletes none of them.
 ///
-/// On a full disk a commit holds back the jobs whose rows found no room, keeps the rest, and so
-/// frees what was dropped, before it throws.
+/// If the disk has no room for the results of some jobs, a commit holds back those jobs, commits
+/// all others, removes dropped files, and then throws.
 ///
-/// Rows are checked when they are read, so that the damaged file of one job is no other's trouble.
+/// Results are checked when they are read. So a damaged file affects only its own job.
 class DiskStore final : public Store {
  public:
-  /// Makes the directory if need be. Reads no bulk data. `disk` outlives
-  /// this.
+  /// Opens the directory, which it creates if necessary. Reads no bulk data. `disk` must outlive
+  /// this object.
   ///
-  /// Throws StateInUse when another coordinator uses it, InputError when the directory cannot be
-  /// used, is of another version or lacks even the room to open; StateDamaged (schema.h) when the
+  /// Throws StateInUse if another coordinator uses the directory; InputError if the directory
+  /// cannot be used, has another version or no room for opening; StateDamaged (schema.h) if the
   /// database is damaged or has lost commits.
   explicit DiskStore(const std::filesystem::path& directory, Disk& disk = system_disk());
   ~DiskStore() override;
@@ -77,7 +77,7 @@ class DiskStore final : public Store {
   bool lacks_files() override;
 
   void tidy(double keep_lost) override;
-  /// What opening has found and mended, a line each.
+  /// Returns one line for each damage that opening has found and repaired.
   [[nodiscard]] const std::vector<std::string>& reports() const { return reports_; }
 
  private:
@@ -88,40 +88,40 @@ class DiskStore final : public Store {
     std::optional<RowLog> log{};
     std::optional<KeptPicture> picture{};
   };
-  /// What the database does not know yet of a job.
+  /// The changes of a job since the last commit.
   struct Change {
     bool record = false;
-    std::string text{};  ///< of the record; empty: the job is dropped
+    std::string text{};  ///< new record; empty: the job is dropped
     bool log = false;
     bool picture = false;
-    bool copy = false;                            ///< job.json has to be written again
-    std::vector<std::filesystem::path> doomed{};  ///< files to remove once it is committed
+    bool copy = false;                                     ///< job.json must be rewritten
+    std::vector<std::filesystem::path> files_to_remove{};  ///< after the commit
     [[nodiscard]] bool drops() const { return record && text.empty(); }
   };
 
   // disk_store_opening.cpp
   void open();
   Records read_database(const FoundFiles& found);
-  void keep_up(const Upkeep& upkeep, const FoundFiles& found, const Records& records);
+  void apply_upkeep(const Upkeep& upkeep, const FoundFiles& found, const Records& records);
   void load(const Records& records);
-  void take_stock();
+  void check_files();
 
   void drop_log(JobId job, JobEntry& entry);
   void drop_picture(JobId job, JobEntry& entry);
-  void check_place() const;
+  void check_database_is_in_place() const;
   std::set<JobId> write_logs(std::exception_ptr& failure);
   [[nodiscard]] std::vector<std::string> unused_scenes(const std::set<JobId>& held_back) const;
   [[nodiscard]] bool frees_room(const std::vector<std::string>& unused) const;
-  void keep(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
+  void write(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
   void write_copies(const std::set<JobId>& held_back);
   void rewrite_scenes();
   void write_copy(JobId job, const Change& change);
   std::string record_of(JobId job, const Change& change);
-  void record(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
-  void record_mark(bool everything);
-  void record_change(JobId job, const Change& change);
-  void settle(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
-  void settle_change(JobId job, const Change& change);
+  void write_records(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
+  void write_mark(bool everything);
+  void write_change(JobId job, const Change& change);
+  void finish(const std::set<JobId>& held_back, const std::vector<std::string>& unused);
+  void finish_change(JobId job, const Change& change);
   void put_in_place(const std::filesystem::path& next, const std::filesystem::path& current);
   [[nodiscard]] const JobEntry* find(JobId job) const;
   [[nodiscard]] std::uint64_t uptime();
@@ -129,23 +129,23 @@ class DiskStore final : public Store {
   StateFiles files_;
   std::unique_ptr<Database> database_;
 
-  // What there is, with everything that was put and dropped since the last commit.
+  // The content, including all changes since the last commit.
   std::map<JobId, JobEntry> jobs_;
   std::map<std::string, WholeFile> scenes_;
 
-  // What of it the database does not know yet.
+  // The changes since the last commit.
   std::map<JobId, Change> changes_;
-  std::map<std::string, std::string> new_scenes_;  ///< bytes that the next commit syncs, or none
+  std::map<std::string, std::string> new_scenes_;  ///< bytes; empty if they are on the disk
   std::map<std::string, std::string> new_notes_;
   std::optional<std::string> new_mark_;
   std::optional<std::string> new_reached_mark_;
-  bool sync_failed_ = false;     ///< what was written before it may be lost
-  bool scenes_dropped_ = false;  ///< there may be scenes that nobody uses
+  bool sync_failed_ = false;     ///< earlier writes may be lost
+  bool scenes_dropped_ = false;  ///< there may be scenes that no job uses
 
-  std::uint64_t batch_ = 0;       ///< commits so far
-  bool counts_commits_ = false;   ///< the file `commits` is there
-  bool log_is_fresh_ = true;      ///< nothing was committed since tidy()
-  std::uint64_t lost_bytes_ = 0;  ///< below lost/
+  std::uint64_t batch_ = 0;            ///< number of commits
+  bool counts_commits_ = false;        ///< the file `commits` exists
+  bool database_log_is_empty_ = true;  ///< nothing was committed since tidy()
+  std::uint64_t lost_bytes_ = 0;       ///< size of the files below lost/
   std::vector<std::string> reports_;
 };
 

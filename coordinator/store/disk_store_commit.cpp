@@ -1,4 +1,4 @@
-// How a DiskStore makes durable what was put and dropped since the last commit.
+// The commit of a DiskStore.
 #include <algorithm>
 #include <utility>
 
@@ -14,35 +14,35 @@ void DiskStore::commit() {
       !new_mark_) {
     return;
   }
-  check_place();
+  check_database_is_in_place();
   std::exception_ptr failure;
   const std::set<JobId> held_back = write_logs(failure);
   const std::vector<std::string> unused = unused_scenes(held_back);
   try {
-    keep(held_back, unused);
+    write(held_back, unused);
   } catch (const StorageFull&) {
-    // A full disk must not keep anybody from making room on it.
+    // A commit that frees room must succeed on a full disk. So it may use the reserve.
     if (!frees_room(unused) || !files_.release_reserve()) {
       throw;
     }
-    keep(held_back, unused);
+    write(held_back, unused);
   }
-  settle(held_back, unused);
+  finish(held_back, unused);
   files_.keep_reserve();
   if (failure) {
     std::rethrow_exception(failure);
   }
 }
 
-/// A database that was removed takes commits without a word.
-void DiskStore::check_place() const {
+/// Throws StorageFull if the database was moved, because SQLite reports no error then.
+void DiskStore::check_database_is_in_place() const {
   if (database_->moved()) {
     throw StorageFull("--state " + files_.directory().string() +
-                      ": parray.sqlite was moved or removed: put it back");
+                      ": the file parray.sqlite was moved or removed: put it back");
   }
 }
 
-void DiskStore::keep(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
+void DiskStore::write(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
   if (!counts_commits_) {
     files_.overwrite(files_.commits(), commit_count_to_text(batch_));
   }
@@ -55,13 +55,13 @@ void DiskStore::keep(const std::set<JobId>& held_back, const std::vector<std::st
   sync_failed_ = false;
   counts_commits_ = true;
   try {
-    record(held_back, unused);
-  } catch (const InputError& error) {  // it cannot be written any more
+    write_records(held_back, unused);
+  } catch (const InputError& error) {  // the database is no longer writable
     throw StorageFull(error.what());
   }
 }
 
-/// A sync that fails may have lost what was written before it.
+/// Writes small scenes again, because a failed sync may have lost them.
 void DiskStore::rewrite_scenes() {
   for (const auto& [digest, bytes] : new_scenes_) {
     if (!bytes.empty()) {
@@ -70,12 +70,11 @@ void DiskStore::rewrite_scenes() {
   }
 }
 
-/// Writes the copies of what the commit is about to record. Until it is done they stand beside the
-/// former ones.
+/// Writes the copies of the new records. The former copies stay until the commit is done.
 void DiskStore::write_copies(const std::set<JobId>& held_back) {
   for (const auto& [id, change] : changes_) {
     if (held_back.contains(id)) {
-      StateFiles::remove(files_.job_next(id));  // of a commit that failed
+      StateFiles::remove(files_.job_next(id));  // left by a failed commit
     } else if (change.drops()) {
       StateFiles::remove(files_.job_next(id));
       if (std::error_code ignored; fs::exists(files_.job_json(id), ignored)) {
@@ -98,7 +97,7 @@ void DiskStore::write_copy(JobId job, const Change& change) {
   }
   JobFile copy{batch_ + 1, record_of(job, change), {}, entry.picture};
   if (entry.log) {
-    copy.rows = {entry.log->number, entry.log->committed + entry.log->fresh.bytes()};
+    copy.rows = {entry.log->number, entry.log->committed + entry.log->pending.bytes()};
   }
   files_.overwrite(files_.job_next(job), job_file_to_text(job, copy));
 }
@@ -114,21 +113,21 @@ std::string DiskStore::record_of(JobId job, const Change& change) {
 
 bool DiskStore::frees_room(const std::vector<std::string>& unused) const {
   return !unused.empty() || std::any_of(changes_.begin(), changes_.end(), [](const auto& changed) {
-    return !changed.second.doomed.empty();
+    return !changed.second.files_to_remove.empty();
   });
 }
 
-/// Puts fresh rows into their files. Returns the jobs whose rows found no room there.
+/// Appends pending entries to their files. Returns the jobs whose entries could not be written.
 std::set<JobId> DiskStore::write_logs(std::exception_ptr& failure) {
   std::set<JobId> held_back;
   for (const auto& [id, change] : changes_) {
     const JobEntry* entry = find(id);
-    if (entry == nullptr || !entry->log || entry->log->fresh.bytes() == 0) {
+    if (entry == nullptr || !entry->log || entry->log->pending.bytes() == 0) {
       continue;
     }
     try {
       const RowLog& log = *entry->log;
-      files_.write_at(files_.rows(id, log.number), log.committed, log.fresh.pieces());
+      files_.write_at(files_.rows(id, log.number), log.committed, log.pending.pieces());
     } catch (const RunError&) {
       held_back.insert(id);
       failure = std::current_exception();
@@ -156,7 +155,8 @@ std::vector<std::string> DiskStore::unused_scenes(const std::set<JobId>& held_ba
   return unused;
 }
 
-void DiskStore::record(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
+void DiskStore::write_records(const std::set<JobId>& held_back,
+                              const std::vector<std::string>& unused) {
   Transaction transaction(*database_);
   for (const auto& [digest, bytes] : new_scenes_) {
     write_scene(*database_, digest, scenes_.at(digest));
@@ -172,15 +172,15 @@ void DiskStore::record(const std::set<JobId>& held_back, const std::vector<std::
   }
   for (const auto& [id, change] : changes_) {
     if (!held_back.contains(id)) {
-      record_change(id, change);
+      write_change(id, change);
     }
   }
-  record_mark(held_back.empty());
+  write_mark(held_back.empty());
   write_note(*database_, own_note::batch, std::to_string(batch_ + 1));
   transaction.commit();
 }
 
-void DiskStore::record_mark(bool everything) {
+void DiskStore::write_mark(bool everything) {
   if (everything && new_mark_ && !new_mark_->empty()) {
     write_note(*database_, own_note::mark, *new_mark_);
     write_note(*database_, own_note::reached, *new_mark_);
@@ -192,7 +192,7 @@ void DiskStore::record_mark(bool everything) {
   }
 }
 
-void DiskStore::record_change(JobId job, const Change& change) {
+void DiskStore::write_change(JobId job, const Change& change) {
   const JobEntry* entry = find(job);
   if (change.drops()) {
     execute(*database_, "DELETE FROM jobs WHERE id = ?", job);
@@ -206,7 +206,7 @@ void DiskStore::record_change(JobId job, const Change& change) {
     const bool kept = entry != nullptr && entry->log;
     write_rows(*database_, job,
                kept ? std::optional(RowsFile{entry->log->number,
-                                             entry->log->committed + entry->log->fresh.bytes()})
+                                             entry->log->committed + entry->log->pending.bytes()})
                     : std::nullopt);
   }
   if (change.picture) {
@@ -214,10 +214,10 @@ void DiskStore::record_change(JobId job, const Change& change) {
   }
 }
 
-/// What was committed is no change any more, and its files that nobody needs go.
-void DiskStore::settle(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
+/// Forgets the committed changes and removes files that the database no longer names.
+void DiskStore::finish(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
   ++batch_;
-  log_is_fresh_ = false;
+  database_log_is_empty_ = false;
   files_.overwrite_later(files_.commits(), commit_count_to_text(batch_));
   if (!new_notes_.empty()) {
     put_in_place(files_.notes_next(), files_.notes_json());
@@ -232,7 +232,7 @@ void DiskStore::settle(const std::set<JobId>& held_back, const std::vector<std::
     if (held_back.contains(changed.first)) {
       return false;
     }
-    settle_change(changed.first, changed.second);
+    finish_change(changed.first, changed.second);
     return true;
   });
   for (const std::string& digest : unused) {
@@ -242,28 +242,28 @@ void DiskStore::settle(const std::set<JobId>& held_back, const std::vector<std::
   scenes_dropped_ = scenes_dropped_ && !held_back.empty();
 }
 
-void DiskStore::settle_change(JobId job, const Change& change) {
+void DiskStore::finish_change(JobId job, const Change& change) {
   const auto found = jobs_.find(job);
   if (found != jobs_.end() && found->second.log) {
     RowLog& log = *found->second.log;
-    log.committed += log.fresh.bytes();
-    log.fresh = {};
+    log.committed += log.pending.bytes();
+    log.pending = {};
   }
   if (change.copy && found != jobs_.end() && found->second.has_record) {
     put_in_place(files_.job_next(job), files_.job_json(job));
   }
-  for (const fs::path& file : change.doomed) {
+  for (const fs::path& file : change.files_to_remove) {
     StateFiles::remove(file);
   }
   if (change.drops()) {
     StateFiles::remove(files_.job_dropped(job));
   }
-  if (!change.doomed.empty() || change.drops()) {
-    StateFiles::remove(files_.job(job));  // if it is empty now
+  if (!change.files_to_remove.empty() || change.drops()) {
+    StateFiles::remove(files_.job(job));  // only if it is empty
   }
 }
 
-/// Failing, it leaves that to the next opening.
+/// Renames a file. After a failure, the next opening renames it.
 void DiskStore::put_in_place(const fs::path& next, const fs::path& current) {
   try {
     files_.rename(next, current);

@@ -1,4 +1,4 @@
-// How a DiskStore opens a directory, and how it keeps the directory tidy.
+// Opening and tidying a DiskStore.
 #include <cstdlib>
 #include <limits>
 #include <system_error>
@@ -13,15 +13,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Nothing: there is no file.
+/// Returns the size in bytes; nothing: the file does not exist.
 std::optional<std::uint64_t> size_of(const fs::path& file) {
   std::error_code error;
   const std::uint64_t size = fs::file_size(file, error);
   return error ? std::nullopt : std::optional(size);
 }
 
-/// Rows that a crash has left behind the committed ones may be cut off only where the database is
-/// right about where those end.
+/// Checks that the committed bytes of each rows file end with an entry. Only then may opening cut
+/// off uncommitted entries, which a crash has left.
 void check_ends_of_rows(const StateFiles& files, const Records& records, Comparison& comparison) {
   for (const auto& [id, row] : records.jobs) {
     if (!row.rows) {
@@ -29,13 +29,13 @@ void check_ends_of_rows(const StateFiles& files, const Records& records, Compari
     }
     const fs::path file = files.rows(id, row.rows->number);
     if (size_of(file).value_or(0) > row.rows->bytes && !ends_an_entry(file, row.rows->bytes)) {
-      comparison.grave.push_back("the database names a wrong end of jobs/" + std::to_string(id) +
-                                 "/" + file.filename().string());
+      comparison.severe.push_back("the database names a wrong end of jobs/" + std::to_string(id) +
+                                  "/" + file.filename().string());
     }
   }
 }
 
-/// Throws StateDamaged if SQLite would find something else than a file where it opens one.
+/// Throws StateDamaged if something other than a file has the name of one of SQLite's files.
 void check_place_of_database(const StateFiles& files, const std::vector<Misplaced>& misplaced) {
   for (const auto& [path, line] : misplaced) {
     if (path.string().starts_with(files.database().string())) {
@@ -62,7 +62,7 @@ void DiskStore::open() {
   const std::vector<Misplaced> misplaced = find_misplaced(files_);
   check_place_of_database(files_, misplaced);
   FoundFiles found = find_files(files_);
-  if (size_of(files_.database()).value_or(0) == 0 && !found.fresh()) {
+  if (size_of(files_.database()).value_or(0) == 0 && !found.empty()) {
     throw StateDamaged(files_.directory(), {"parray.sqlite is missing or empty"});
   }
   database_ = std::make_unique<Database>(files_.database());
@@ -70,16 +70,16 @@ void DiskStore::open() {
   const Records records = read_database(found);
   Comparison comparison = compare(records, found);
   check_ends_of_rows(files_, records, comparison);
-  if (!comparison.grave.empty()) {
-    throw StateDamaged(files_.directory(), comparison.grave);
+  if (!comparison.severe.empty()) {
+    throw StateDamaged(files_.directory(), comparison.severe);
   }
   database_->keep_log_on_close(false);
   load(records);
-  reports_ = set_aside_misplaced(files_, misplaced, uptime());
+  reports_ = move_misplaced_to_lost(files_, misplaced, uptime());
   reports_.insert(reports_.end(), comparison.minor.begin(), comparison.minor.end());
-  keep_up(comparison.upkeep, found, records);
-  take_stock();
-  log_is_fresh_ = false;
+  apply_upkeep(comparison.upkeep, found, records);
+  check_files();
+  database_log_is_empty_ = false;
   tidy(std::numeric_limits<double>::infinity());
 }
 
@@ -105,8 +105,9 @@ void DiskStore::load(const Records& records) {
   scenes_ = records.scenes;
 }
 
-/// Finishes what a crash has interrupted, and writes copies again that are damaged.
-void DiskStore::keep_up(const Upkeep& upkeep, const FoundFiles& found, const Records& records) {
+/// Finishes a commit that a crash interrupted, and rewrites damaged copies.
+void DiskStore::apply_upkeep(const Upkeep& upkeep, const FoundFiles& found,
+                             const Records& records) {
   for (const JobId id : upkeep.finish) {
     put_in_place(files_.job_next(id), files_.job_json(id));
   }
@@ -139,7 +140,7 @@ void DiskStore::keep_up(const Upkeep& upkeep, const FoundFiles& found, const Rec
     write(files_.job_json(id),
           job_file_to_text(id, {row.batch, *row.record, row.rows, row.picture}));
   }
-  if (upkeep.postprocessing_notes) {
+  if (upkeep.finish_notes) {
     put_in_place(files_.notes_next(), files_.notes_json());
   } else if (upkeep.rewrite_notes) {
     write(files_.notes_json(), notes_file_to_text({records.notes_batch, records.notes}));
@@ -147,8 +148,8 @@ void DiskStore::keep_up(const Upkeep& upkeep, const FoundFiles& found, const Rec
   counts_commits_ = found.commits.has_value();
 }
 
-/// Sets aside what no record names, and reports files that are missing.
-void DiskStore::take_stock() {
+/// Moves files that no record names to lost/, and reports missing files.
+void DiskStore::check_files() {
   std::set<fs::path> named;
   const auto name = [&](const fs::path& file, std::uint64_t bytes) {
     named.insert(file);
@@ -174,7 +175,7 @@ void DiskStore::take_stock() {
     }
   }
   const std::uint64_t stamp = uptime();
-  for (const fs::path& file : files_.set_aside_unnamed(named, stamp)) {
+  for (const fs::path& file : files_.move_unnamed_to_lost(named, stamp)) {
     reports_.push_back(file.lexically_relative(files_.directory()).string() +
                        " is named by no record: moved to lost/" + std::to_string(stamp));
   }
@@ -182,13 +183,13 @@ void DiskStore::take_stock() {
 }
 
 void DiskStore::tidy(double keep_lost) {
-  if (!std::exchange(log_is_fresh_, true)) {
+  if (!std::exchange(database_log_is_empty_, true)) {
     try {
       database_->run("PRAGMA wal_checkpoint(TRUNCATE)");
     } catch (const StorageFull&) {
-      log_is_fresh_ = false;
-    } catch (const InputError&) {  // it cannot be written now
-      log_is_fresh_ = false;
+      database_log_is_empty_ = false;
+    } catch (const InputError&) {  // the database is not writable now
+      database_log_is_empty_ = false;
     }
   }
   if (lost_bytes_ > 0) {
@@ -197,7 +198,7 @@ void DiskStore::tidy(double keep_lost) {
   }
 }
 
-/// Seconds.
+/// Returns the uptime in seconds.
 std::uint64_t DiskStore::uptime() { return std::strtoull(note(uptime_note).c_str(), nullptr, 10); }
 
 }  // namespace parray::store

@@ -11,9 +11,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Nothing: the file is missing or damaged; `trouble` says what is wrong with one that is there.
+/// Reads a copy. Returns nothing if the file is missing or, with `problem` set, damaged.
 template <typename Read>
-auto read_copy(const fs::path& file, const Read& read, std::string& trouble)
+auto read_copy(const fs::path& file, const Read& read, std::string& problem)
     -> std::optional<decltype(read(std::string_view()))> {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) {
@@ -21,18 +21,18 @@ auto read_copy(const fs::path& file, const Read& read, std::string& trouble)
   }
   const std::optional<std::string> text = text_of_file(file);
   if (!text) {
-    trouble = "it cannot be read";
+    problem = "it cannot be read";
     return std::nullopt;
   }
   try {
     return read(*text);
   } catch (const RunError& error) {
-    trouble = error.what();
+    problem = error.what();
     return std::nullopt;
   }
 }
 
-/// Records differ in how they are written between versions.
+/// Returns whether two records are equal as JSON: versions may write them in different ways.
 bool same_record(const std::string& a, const std::string& b) {
   if (a == b) {
     return true;
@@ -50,31 +50,32 @@ class JobComparison {
       : id_(id), row_(row), found_(found), batch_(batch), result_(result), json_(found.json) {}
 
   void run() {
-    judge_next();
-    judge_dropped();
+    check_next();
+    check_dropped();
     if (row_ != nullptr && row_->record) {
-      judge_row();
-      judge_json();
+      check_row();
+      check_json();
     } else if (json_) {
-      grave("the database has no job " + std::to_string(id_) + ", but " + file() + " stands there");
-    } else if (!found_.trouble.empty()) {
-      grave("the database has no job " + std::to_string(id_) + ", and " + file() +
-            " is damaged: " + found_.trouble);
+      severe("the database has no job " + std::to_string(id_) + ", but " + file() + " exists");
+    } else if (!found_.problem.empty()) {
+      severe("the database has no job " + std::to_string(id_) + ", and " + file() +
+             " is damaged: " + found_.problem);
     }
   }
 
  private:
   [[nodiscard]] std::string file() const { return name_of_job(id_) + "/job.json"; }
-  void grave(std::string line) { result_.grave.push_back(std::move(line)); }
+  void severe(std::string line) { result_.severe.push_back(std::move(line)); }
   void minor(std::string line) { result_.minor.push_back(std::move(line)); }
 
-  void judge_next() {
+  void check_next() {
     if (!found_.next) {
       return;
     }
     if (found_.next->batch > batch_ + 1) {
-      grave(name_of_job(id_) + "/job.next belongs to commit " + std::to_string(found_.next->batch) +
-            ", but the database ends with commit " + std::to_string(batch_));
+      severe(name_of_job(id_) + "/job.next belongs to commit " +
+             std::to_string(found_.next->batch) + ", but the database ends with commit " +
+             std::to_string(batch_));
     } else if (row_ != nullptr && row_->record && row_->batch == found_.next->batch) {
       json_ = found_.next;
       result_.upkeep.finish.push_back(id_);
@@ -83,12 +84,12 @@ class JobComparison {
     }
   }
 
-  void judge_dropped() {
+  void check_dropped() {
     if (!found_.dropped) {
       return;
     }
     if (found_.dropped->batch > batch_) {
-      grave(name_of_job(id_) + "/job.dropped is newer than the database");
+      severe(name_of_job(id_) + "/job.dropped is newer than the database");
     } else if (row_ == nullptr || !row_->record) {
       result_.upkeep.remove_dropped.push_back(id_);
     } else if (!json_) {
@@ -97,27 +98,27 @@ class JobComparison {
     }
   }
 
-  void judge_row() {
+  void check_row() {
     if (row_->batch > batch_ || !row_matches_record(*row_)) {
-      grave("the database's row of job " + std::to_string(id_) + " contradicts itself");
+      severe("the database's row of job " + std::to_string(id_) + " contradicts itself");
     }
   }
 
-  void judge_json() {
+  void check_json() {
     if (!json_ || json_->batch < row_->batch) {
       minor(file() + (json_                    ? " is older than the database"
-                      : found_.trouble.empty() ? " is missing"
-                                               : " is damaged: " + found_.trouble));
+                      : found_.problem.empty() ? " is missing"
+                                               : " is damaged: " + found_.problem));
       result_.upkeep.rewrite.push_back(id_);
     } else if (json_->batch > row_->batch) {
-      grave("the database's record of job " + std::to_string(id_) + " is older than " + file());
+      severe("the database's record of job " + std::to_string(id_) + " is older than " + file());
     } else if (!same_record(json_->record, *row_->record) || json_->picture != row_->picture ||
                !rows_follow()) {
-      grave("the database's record of job " + std::to_string(id_) + " differs from " + file());
+      severe("the database's record of job " + std::to_string(id_) + " differs from " + file());
     }
   }
 
-  /// The same file, with as many bytes or more.
+  /// Returns whether row and copy name the same rows file, and the row at least as many bytes.
   [[nodiscard]] bool rows_follow() const {
     if (!json_->rows || !row_->rows) {
       return json_->rows.has_value() == row_->rows.has_value();
@@ -126,18 +127,18 @@ class JobComparison {
   }
 
   const JobId id_;
-  const JobRow* const row_;  ///< null: the database has none
+  const JobRow* const row_;  ///< null: the database does not have the job
   const FoundJob& found_;
   const std::uint64_t batch_;
   Comparison& result_;
-  std::optional<JobFile> json_;  ///< as it is once upkeep is done
+  std::optional<JobFile> json_;  ///< the job.json that exists after upkeep
 };
 
 void compare_notes(const Records& records, const FoundFiles& found, Comparison& result) {
   std::optional<NotesFile> notes = found.notes;
   if (found.notes_next && found.notes_next->batch == records.notes_batch) {
     notes = found.notes_next;
-    result.upkeep.postprocessing_notes = true;
+    result.upkeep.finish_notes = true;
   }
   if (!notes || notes->batch < records.notes_batch) {
     if (records.notes_batch > 0) {
@@ -145,20 +146,20 @@ void compare_notes(const Records& records, const FoundFiles& found, Comparison& 
       result.upkeep.rewrite_notes = true;
     }
   } else if (notes->batch > records.notes_batch) {
-    result.grave.emplace_back("the database's notes are older than notes.json");
+    result.severe.emplace_back("the database's notes are older than notes.json");
   } else if (notes_file_to_text({0, notes->notes}) != notes_file_to_text({0, records.notes})) {
-    result.grave.emplace_back("the database's notes differ from notes.json");
+    result.severe.emplace_back("the database's notes differ from notes.json");
   }
 }
 
 void compare_commits(const Records& records, const FoundFiles& found, Comparison& result) {
   if (found.commits && *found.commits > records.batch) {
-    result.grave.push_back("the database ends with commit " + std::to_string(records.batch) +
-                           ", but " + std::to_string(*found.commits) + " were completed");
+    result.severe.push_back("the database ends with commit " + std::to_string(records.batch) +
+                            ", but " + std::to_string(*found.commits) + " were completed");
   } else if (!found.commits && (found.has_commits || records.batch > 1)) {
-    result.grave.push_back("the file commits is " +
-                           std::string(found.has_commits ? "damaged" : "missing") +
-                           ": whether the database is complete cannot be told");
+    result.severe.push_back("the file commits is " +
+                            std::string(found.has_commits ? "damaged" : "missing") +
+                            ": the database may lack commits");
   }
 }
 
@@ -169,16 +170,16 @@ FoundJob find_job(const StateFiles& files, JobId id) {
   FoundJob job;
   std::string ignored;
   job.next = read_copy(files.job_next(id), read, ignored);
-  job.json = read_copy(files.job_json(id), read, job.trouble);
+  job.json = read_copy(files.job_json(id), read, job.problem);
   job.dropped = read_copy(files.job_dropped(id), read, ignored);
   return job;
 }
 
 FoundFiles find_notes(const StateFiles& files) {
   FoundFiles found;
-  std::string trouble;
-  found.notes_next = read_copy(files.notes_next(), notes_file_from_text, trouble);
-  found.notes = read_copy(files.notes_json(), notes_file_from_text, trouble);
+  std::string problem;
+  found.notes_next = read_copy(files.notes_next(), notes_file_from_text, problem);
+  found.notes = read_copy(files.notes_json(), notes_file_from_text, problem);
   std::error_code error;
   found.has_commits = fs::exists(files.commits(), error);
   found.incomplete = fs::exists(files.incomplete(), error);
@@ -201,7 +202,7 @@ FoundFiles find_files(const StateFiles& files) {
 Comparison compare(const Records& records, const FoundFiles& found) {
   Comparison result;
   if (found.incomplete) {
-    result.grave.emplace_back(unfinished_copy);
+    result.severe.emplace_back(unfinished_copy);
   }
   static const FoundJob nothing;
   std::set<JobId> ids;

@@ -24,7 +24,7 @@ struct FoundJob {
   std::optional<JobFile> json{};
   std::optional<JobFile> next{};
   std::optional<JobFile> dropped{};
-  std::string trouble{};  ///< why job.json, which is there, cannot be read; empty: nothing
+  std::string problem{};  ///< why an existing job.json cannot be read; empty: no problem
 };
 
 /// The small files of a state.
@@ -33,50 +33,50 @@ struct FoundFiles {
   std::optional<NotesFile> notes{};
   std::optional<NotesFile> notes_next{};
   bool has_commits = false;
-  std::optional<std::uint64_t> commits{};  ///< nothing: the file is missing or damaged
+  std::optional<std::uint64_t> commits{};  ///< content of `commits`; nothing: missing or damaged
   bool incomplete = false;                 ///< a backup that was not finished
 
-  /// Nothing was ever committed here.
-  [[nodiscard]] bool fresh() const { return jobs.empty() && !has_commits && !notes; }
+  /// Returns whether the directory has no trace of a commit.
+  [[nodiscard]] bool empty() const { return jobs.empty() && !has_commits && !notes; }
 };
 
-/// What is wrong with a backup that was not finished.
+/// The message for an unfinished backup.
 inline constexpr std::string_view unfinished_copy =
     "this copy was not finished, and jobs may be missing from it: make the backup again";
 
-/// Reads them. Changes nothing. A coordinator may be writing: `next` is read before `json`, and the
-/// number of commits last, so that nothing acknowledged is missed.
+/// Reads all small files. Changes nothing. A coordinator may be writing at the same time: `next` is
+/// read before `json` and the number of commits last, so that no acknowledged commit is missed.
 FoundFiles find_files(const StateFiles& files);
-/// The same of one job, and of everything but jobs.
-FoundJob find_job(const StateFiles& files, JobId id);
-FoundFiles find_notes(const StateFiles& files);
+FoundJob find_job(const StateFiles& files, JobId id);  ///< reads only those of one job
+FoundFiles find_notes(const StateFiles& files);        ///< reads only those of no job
 
-/// What opening the state has to do to the small files.
+/// The changes of small files that opening the state has to make.
 struct Upkeep {
-  std::vector<JobId> finish{};          ///< rename job.next to job.json: its commit is done
-  std::vector<JobId> remove_next{};     ///< its commit never was
-  std::vector<JobId> restore{};         ///< rename job.dropped to job.json: the drop never was
-  std::vector<JobId> remove_dropped{};  ///< the files of a dropped job are yet to go
-  std::vector<JobId> rewrite{};         ///< job.json, from the database
-  bool postprocessing_notes = false;
-  bool rewrite_notes = false;
+  std::vector<JobId> finish{};          ///< rename job.next to job.json: its commit was completed
+  std::vector<JobId> remove_next{};     ///< remove job.next: its commit was not completed
+  std::vector<JobId> restore{};         ///< rename job.dropped to job.json: the job still exists
+  std::vector<JobId> remove_dropped{};  ///< remove the files of a dropped job
+  std::vector<JobId> rewrite{};         ///< write job.json again from the database
+  bool finish_notes = false;            ///< rename notes.next to notes.json
+  bool rewrite_notes = false;           ///< write notes.json again from the database
 };
 
+/// The differences between database and copies.
 struct Comparison {
-  /// Damage of the database, a line each: it has lost commits or holds wrong values. It must not be
-  /// used before --repair.
-  std::vector<std::string> grave{};
-  /// Damage of copies that the database makes good, a line each.
+  /// Damage of the database, one line each: it has lost commits or holds wrong values. Only
+  /// --repair may use it.
+  std::vector<std::string> severe{};
+  /// Damage of copies that opening repairs from the database, one line each.
   std::vector<std::string> minor{};
   Upkeep upkeep{};
 };
 
-/// The names in the lines are relative to the state's directory.
+/// Compares database and small files. File names in the lines are relative to the state.
 Comparison compare(const Records& records, const FoundFiles& found);
 
-/// Whether scene and `unfinished` of the row are those of its record.
+/// Returns whether scene and `unfinished` of the row agree with its record.
 bool row_matches_record(const JobRow& row);
-/// Sets scene and `unfinished` of the row from its record. Throws RunError: it is none.
+/// Sets scene and `unfinished` of the row from its record. Throws RunError for a damaged record.
 void complete_row(JobId id, JobRow& row);
 
 }  // namespace parray::store

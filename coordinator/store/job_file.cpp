@@ -29,12 +29,12 @@ std::string checksum_text(std::string_view bytes) {
   return text;
 }
 
-std::string sealed(const std::string& content) {
+std::string with_checksum(const std::string& content) {
   return std::string(before_checksum) + checksum_text(content) + std::string(before_content) +
          content + std::string(after_content);
 }
 
-std::string_view opened(std::string_view text) {
+std::string_view checked_content(std::string_view text) {
   constexpr std::size_t head = before_checksum.size() + digits + before_content.size();
   if (text.size() < head + after_content.size() || !text.starts_with(before_checksum) ||
       !text.ends_with(after_content) ||
@@ -50,21 +50,21 @@ std::string_view opened(std::string_view text) {
 
 template <typename Read>
 auto read_content(std::string_view text, const Read& read) {
-  const std::string_view content = opened(text);
+  const std::string_view content = checked_content(text);
   try {
     return read(json::parse(content));
   } catch (const json::exception& error) {
-    throw RunError("it is none: " + printable(error.what(), 400));
+    throw RunError("it has wrong content: " + printable(error.what(), 400));
   }
 }
 
 }  // namespace
 
-/// The record is text already: a thousand jobs may wait for their copies.
+/// Inserts the record as text without parsing it into a tree, because a commit may have 1000 jobs.
 std::string job_file_to_text(JobId id, const JobFile& file) {
   if (!json::accept(file.record)) {
     throw RunError("the state's record of job " + std::to_string(id) +
-                   " is damaged: it is no JSON");
+                   " is damaged: it is not JSON");
   }
   std::string content =
       fmt::format(R"({{"batch":{},"job":{},"record":{})", file.batch, id, file.record);
@@ -77,7 +77,7 @@ std::string job_file_to_text(JobId id, const JobFile& file) {
         fmt::format(R"(,"picture":{{"number":{},"bytes":{},"checksum":{}}})", file.picture->number,
                     file.picture->file.bytes, file.picture->file.checksum);
   }
-  return sealed(content + "}");
+  return with_checksum(content + "}");
 }
 
 JobFile job_file_from_text(JobId id, std::string_view text) {
@@ -100,7 +100,7 @@ JobFile job_file_from_text(JobId id, std::string_view text) {
 
 std::string notes_file_to_text(const NotesFile& file) {
   const json content = {{"batch", file.batch}, {"notes", file.notes}};
-  return sealed(content.dump(-1, ' ', false, json::error_handler_t::replace));
+  return with_checksum(content.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
 NotesFile notes_file_from_text(std::string_view text) {
@@ -110,7 +110,7 @@ NotesFile notes_file_from_text(std::string_view text) {
 }
 
 std::string commit_count_to_text(std::uint64_t commits) {
-  constexpr std::size_t width = 20;  // of the largest number
+  constexpr std::size_t width = 20;  // digits of the largest number
   const std::string number = std::to_string(commits);
   const std::string padded = std::string(width - number.size(), '0') + number;
   return padded + " " + checksum_text(padded) + "\n";

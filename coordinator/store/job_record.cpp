@@ -43,7 +43,7 @@ json events_to_json(const std::vector<JobEvent>& events) {
 
 namespace {
 
-/// Describes a record without its id: `f` is a RecordWriter or a RecordReader.
+/// Visits all fields of a record except its id. `f` is a RecordWriter or a RecordReader.
 template <typename F>
 void fields(F& f, JobRecord& job) {
   head_fields(f, job);
@@ -64,8 +64,8 @@ void fields(F& f, JobRecord& job) {
   f.value("events", job.events);
 }
 
-/// What head_fields() calls. `Record` has value(key, value) and number(key, value, lowest,
-/// highest).
+/// The members that head_fields() calls. `Record` must have value(key, value) and
+/// number(key, value, lowest, highest).
 template <typename Record>
 struct HeadFields {
   void text(const char* key, std::string& value, std::size_t /*longest*/,
@@ -97,7 +97,7 @@ struct RecordWriter : HeadFields<RecordWriter> {
 void read(const json& from, RenderSettings& value) { value = settings_from_json(from); }
 void read(const json& from, JobState& value) {
   if (!from.is_number_unsigned() || from.get<std::size_t>() >= state_names.size()) {
-    throw RunError("there is no state " + from.dump());
+    throw RunError("the state " + from.dump() + " does not exist");
   }
   value = static_cast<JobState>(from.get<std::size_t>());
 }
@@ -106,40 +106,38 @@ void read(const json& from, std::vector<JobEvent>& value) {
 }
 void read(const json& from, auto& value) { from.get_to(value); }
 
-/// Throws for a value that is missing, and for one that cannot be.
+/// Reads a record. Throws if a value is missing, has the wrong type or is out of range.
 struct RecordReader : HeadFields<RecordReader> {
   json map;
 
   explicit RecordReader(json record) : map(std::move(record)) {}
-  void value(const char* key, auto& value) {
-    read(map.at(key), value);
-  }
+  void value(const char* key, auto& value) { read(map.at(key), value); }
   void value(const char* key, std::vector<std::uint64_t>& value) { value = naturals_in(map, key); }
   template <typename T>
   void number(const char* key, T& value, T lowest = 0, T highest = std::numeric_limits<T>::max()) {
     value = static_cast<T>(natural_in(map, key, highest));
-    if (value < lowest) throw RunError(std::string("there is no such ") + key);
+    if (value < lowest) throw RunError(std::string(key) + " is out of range");
   }
 };
 
-/// A pass that adds nothing would leave a picture without an end.
+/// Checks values that depend on each other. A pass without samples would never complete a picture.
 void check(const JobRecord& job) {
   const std::uint64_t most =
       std::uint64_t{job.settings.width} * job.settings.height * limits::max_samples_per_pixel;
   for (const std::uint64_t samples : job.passes) {
     if (samples == 0 || samples > most) {
-      throw RunError("there is no pass of " + std::to_string(samples) + " samples");
+      throw RunError("a pass cannot have " + std::to_string(samples) + " samples");
     }
   }
   if (!(job.share >= least_share && job.share <= largest_share)) {
-    throw RunError("there is no share of " + std::to_string(job.share));
+    throw RunError("a user cannot have a share of " + std::to_string(job.share));
   }
 }
 
 }  // namespace
 
 std::string record_to_json(const JobRecord& job) {
-  JobRecord copy = job;  // a description binds to mutable fields
+  JobRecord copy = job;  // fields() takes a mutable record
   RecordWriter writer;
   fields(writer, copy);
   return writer.map.dump(-1, ' ', false, json::error_handler_t::replace);

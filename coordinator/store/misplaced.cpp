@@ -89,14 +89,14 @@ class Search {
 
 std::vector<Misplaced> find_misplaced(const StateFiles& files) { return Search(files).run(); }
 
-std::vector<std::string> set_aside_misplaced(StateFiles& files,
-                                             const std::vector<Misplaced>& misplaced,
-                                             std::uint64_t uptime) {
+std::vector<std::string> move_misplaced_to_lost(StateFiles& files,
+                                                const std::vector<Misplaced>& misplaced,
+                                                std::uint64_t uptime) {
   std::vector<std::string> lines;
   for (const auto& [path, line] : misplaced) {
-    if (!files.set_aside(path, uptime)) {
+    if (!files.move_to_lost(path, uptime)) {
       throw RunError(line + ", and it cannot be moved to " + files.lost().string() +
-                     ": move it away by hand");
+                     ": move it away yourself");
     }
     lines.push_back(line + ": moved to lost/" + std::to_string(uptime));
   }

@@ -15,14 +15,14 @@ struct Misplaced {
   std::string line{};  ///< "jobs/3/rows is a directory, not a file", relative to the state
 };
 
-/// Finds them among the names that the state uses, parents before their content. A symbolic link
-/// counts as what it points to. Opens and changes no file.
+/// Finds misplaced paths among the names that the state uses, directories before their content. A
+/// symbolic link counts as its target. Opens and changes no file.
 std::vector<Misplaced> find_misplaced(const StateFiles& files);
 
-/// Moves each to lost/`uptime`. Returns a line for each. Throws RunError when a path cannot be
-/// moved.
-std::vector<std::string> set_aside_misplaced(StateFiles& files,
-                                             const std::vector<Misplaced>& misplaced,
-                                             std::uint64_t uptime);
+/// Moves each path to lost/`uptime`. Returns one line for each. Throws RunError if it cannot move
+/// one.
+std::vector<std::string> move_misplaced_to_lost(StateFiles& files,
+                                                const std::vector<Misplaced>& misplaced,
+                                                std::uint64_t uptime);
 
 }  // namespace parray::store

@@ -17,20 +17,19 @@ namespace fs = std::filesystem;
 
 std::string job_name(JobId id) { return "job " + std::to_string(id); }
 
-/// One rebuilding.
 class Rebuilder {
  public:
   Rebuilder(StateFiles& files, const Survey& survey, double now)
-      : files_(files), survey_(survey), now_(now), believes_database_(survey.grave.empty()) {}
+      : files_(files), survey_(survey), now_(now), trusts_database_(survey.severe.empty()) {}
 
   std::vector<std::string> run() {
     choose_notes();
-    for (std::string& line : set_aside_misplaced(files_, survey_.misplaced, seconds_)) {
-      tell(std::move(line));
+    for (std::string& line : move_misplaced_to_lost(files_, survey_.misplaced, uptime_)) {
+      report(std::move(line));
     }
     choose_jobs();
     choose_scenes();
-    mend_files();
+    repair_files();
     records_.batch = records_.notes_batch = newest_ + 1;
     for (auto& [id, row] : records_.jobs) {
       row.batch = records_.batch;
@@ -40,7 +39,7 @@ class Rebuilder {
   }
 
  private:
-  void tell(std::string line) { lines_.push_back(std::move(line)); }
+  void report(std::string line) { lines_.push_back(std::move(line)); }
   void note_batch(std::uint64_t batch) { newest_ = std::max(newest_, batch); }
   [[nodiscard]] const Records& database() const { return survey_.database.records; }
 
@@ -65,9 +64,9 @@ class Rebuilder {
         note_batch(file ? file->batch : 0);
       }
     }
-    records_.reached = database().reached;  // the mark may no longer be true
+    records_.reached = database().reached;  // but no mark, because content may be lost
     const auto uptime = records_.notes.find(uptime_note);
-    seconds_ =
+    uptime_ =
         uptime == records_.notes.end() ? 0 : std::strtoull(uptime->second.c_str(), nullptr, 10);
   }
 
@@ -93,8 +92,8 @@ class Rebuilder {
     const JobFile* copy = best_copy(row, job);
     const bool row_is_sound = row != nullptr && row->record && is_record(id, *row->record);
     if (row_is_sound && found == survey_.found.jobs.end() && newest_ > database().batch) {
-      tell("left out: " + job_name(id) + ": only the out-of-date database has it, and jobs/" +
-           std::to_string(id) + " is gone: it was forgotten, or it is lost");
+      report("left out: " + job_name(id) + ": only the out-of-date database has it, and jobs/" +
+             std::to_string(id) + " is missing: the job was deleted, or it is lost");
     } else if (row_is_sound && (copy == nullptr || row->batch > copy->batch)) {
       note_batch(row->batch);
       records_.jobs[id] = *row;
@@ -102,30 +101,30 @@ class Rebuilder {
     } else if (copy != nullptr && is_record(id, copy->record)) {
       take_copy(id, row, *copy);
     } else if (row != nullptr && row->record) {
-      tell("lost: " + job_name(id) + ": its record is damaged, and there is no copy of it");
-      files_.set_aside(files_.job(id), seconds_);
-    } else if (!job.trouble.empty()) {
-      tell("lost: " + job_name(id) + ": jobs/" + std::to_string(id) + "/job.json is damaged (" +
-           job.trouble + "), and the database does not have it");
-      files_.set_aside(files_.job(id), seconds_);
-    } else if (!believes_database_ && !job.next) {
-      tell("lost: " + job_name(id) + ": jobs/" + std::to_string(id) +
-           " has no job.json, and the database does not have the job");
-      files_.set_aside(files_.job(id), seconds_);
+      report("lost: " + job_name(id) + ": its record is damaged, and no copy of the record exists");
+      files_.move_to_lost(files_.job(id), uptime_);
+    } else if (!job.problem.empty()) {
+      report("lost: " + job_name(id) + ": jobs/" + std::to_string(id) + "/job.json is damaged (" +
+             job.problem + "), and the database does not have it");
+      files_.move_to_lost(files_.job(id), uptime_);
+    } else if (!trusts_database_ && !job.next) {
+      report("lost: " + job_name(id) + ": jobs/" + std::to_string(id) +
+             " has no job.json, and the database does not have the job");
+      files_.move_to_lost(files_.job(id), uptime_);
     }
   }
 
-  /// Null: there is none, or the job was dropped. A change that was perhaps not acknowledged counts
-  /// only where the database cannot tell; a job that was perhaps dropped stays.
+  /// Returns the newest valid copy; null: none, or the job was dropped. A damaged database cannot
+  /// prove that a commit was completed. Then job.next and job.dropped count, too.
   [[nodiscard]] const JobFile* best_copy(const JobRow* row, const FoundJob& job) {
     const JobFile* best = job.json ? &*job.json : nullptr;
     if (job.next) {
-      const bool counts = !believes_database_ || (row != nullptr && row->batch == job.next->batch);
+      const bool counts = !trusts_database_ || (row != nullptr && row->batch == job.next->batch);
       if (counts && (best == nullptr || job.next->batch > best->batch)) {
         best = &*job.next;
       }
     }
-    if (best == nullptr && job.dropped && (row != nullptr || !believes_database_)) {
+    if (best == nullptr && job.dropped && (row != nullptr || !trusts_database_)) {
       best = &*job.dropped;
     }
     return best;
@@ -149,11 +148,11 @@ class Rebuilder {
     if (taken.rows && row != nullptr && row->rows && row->rows->number == taken.rows->number) {
       taken.rows->bytes = std::max(taken.rows->bytes, row->rows->bytes);
     }
-    if (!believes_database_ && !survey_.copied &&
+    if (!trusts_database_ && !survey_.is_backup &&
         (row == nullptr || row->batch != copy.batch || !row->record)) {
-      tell(job_name(id) + " is taken from jobs/" + std::to_string(id) + "/job.json");
+      report(job_name(id) + " was restored from jobs/" + std::to_string(id) + "/job.json");
     }
-    if (!believes_database_ && taken.rows) {  // appending rows does not rewrite the copy
+    if (!trusts_database_ && taken.rows) {  // appending results does not rewrite the copy
       taken.rows->bytes =
           std::max(taken.rows->bytes, sound_bytes(files_.rows(id, taken.rows->number)));
     }
@@ -171,16 +170,16 @@ class Rebuilder {
     }
   }
 
-  void mend_files() {
+  void repair_files() {
     for (const FileDamage& damage : verify_files(files_, records_)) {
       JobRow& row = records_.jobs.at(damage.job);
       switch (damage.kind) {
         case FileDamage::Kind::rows:
-          mend_rows(damage, row);
+          repair_rows(damage, row);
           break;
         case FileDamage::Kind::picture:
           if (row.picture) {
-            files_.set_aside(files_.picture(damage.job, row.picture->number), seconds_);
+            files_.move_to_lost(files_.picture(damage.job, row.picture->number), uptime_);
             row.picture.reset();
           }
           fail(damage, row, "its picture is damaged: submit it again");
@@ -192,23 +191,23 @@ class Rebuilder {
     }
   }
 
-  void mend_rows(const FileDamage& damage, JobRow& row) {
+  void repair_rows(const FileDamage& damage, JobRow& row) {
     const fs::path file = files_.rows(damage.job, row.rows->number);
     const std::uint64_t sound = sound_bytes(file);
-    tell("lost: " + damage.line + ": the rest of " + job_name(damage.job) +
-         " will be traced again");
+    report("lost: " + damage.line + ": the rest of " + job_name(damage.job) +
+           " will be traced again");
     const fs::path kept = file.string() + ".sound";
     std::error_code error;
     if (sound > 0) {
       fs::copy_file(file, kept, fs::copy_options::overwrite_existing, error);
       fs::resize_file(kept, sound, error);
     }
-    files_.set_aside(file, seconds_);
+    files_.move_to_lost(file, uptime_);
     if (sound > 0) {
       fs::rename(kept, file, error);
     }
     if (error) {
-      throw RunError("mending " + file.string() + ": " + error.message());
+      throw RunError("repairing " + file.string() + " failed: " + error.message());
     }
     if (sound > 0) {
       row.rows->bytes = sound;
@@ -219,8 +218,8 @@ class Rebuilder {
 
   void fail(const FileDamage& damage, JobRow& row, const std::string& reason) {
     JobRecord record = record_from_json(damage.job, *row.record);
-    tell("lost: " + damage.line + ": " + job_name(damage.job) + " '" + record.name +
-         "' has failed");
+    report("lost: " + damage.line + ": " + job_name(damage.job) + " '" + record.name +
+           "' has failed");
     record.state = JobState::failed;
     record.reason = reason;
     record.report.clear();
@@ -249,7 +248,7 @@ class Rebuilder {
     files_.write(file, std::span(&whole, 1));
   }
 
-  /// Under another name first: until it is whole the former one stays.
+  /// Writes the database under another name first, so that the former one stays until then.
   void write_database() {
     const fs::path made = files_.database().string() + ".new";
     for (const char* suffix : {"", "-journal"}) {
@@ -266,7 +265,7 @@ class Rebuilder {
     for (const char* suffix : {"-shm", "-wal", ""}) {
       const fs::path former = files_.database().string() + suffix;
       std::error_code ignored;
-      if (fs::exists(former, ignored) && !files_.set_aside(former, seconds_)) {
+      if (fs::exists(former, ignored) && !files_.move_to_lost(former, uptime_)) {
         throw RunError("moving " + former.string() + " to " + files_.lost().string() + " failed");
       }
     }
@@ -277,11 +276,11 @@ class Rebuilder {
   StateFiles& files_;
   const Survey& survey_;
   const double now_;
-  const bool believes_database_;  ///< its content counts where there is no newer copy
-  Records records_;               ///< chosen
-  std::uint64_t newest_ = 0;      ///< latest commit that anything tells of
+  const bool trusts_database_;  ///< the database is undamaged: use it where no copy is newer
+  Records records_;             ///< the chosen content
+  std::uint64_t newest_ = 0;    ///< highest commit number in database and copies
   std::uint64_t notes_batch_ = 0;
-  std::uint64_t seconds_ = 0;  ///< uptime, which names the folder in lost/
+  std::uint64_t uptime_ = 0;  ///< in seconds, names the folder in lost/
   std::vector<std::string> lines_;
 };
 

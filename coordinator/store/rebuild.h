@@ -8,19 +8,19 @@
 
 namespace parray::store {
 
-/// Writes a state's database and its copies anew, from what of both is to be believed, and sets
-/// damaged files aside. Returns a line for each job that was taken from a copy, or changed, or
-/// lost. `now`: seconds since 1970. Throws RunError when it cannot write; it can be called again
-/// then.
+/// Rebuilds the database of a state and all copies from whichever of both is newer and undamaged.
+/// Moves damaged files to lost/. Returns one line for each job that was taken from a copy, changed
+/// or lost. `now`: seconds since 1970. Throws RunError if it cannot write; the caller may repeat
+/// the call.
 std::vector<std::string> rebuild_state(StateFiles& files, const Survey& survey, double now);
 
-/// The notes of the last commit, read beside a coordinator that may be serving; nothing: none are
-/// kept.
+/// Returns the notes of the latest commit; nothing: the state has none. A coordinator may be
+/// writing at the same time.
 std::optional<NotesFile> committed_notes(const StateFiles& files);
 
-/// Copies the small files, rows, pictures and scenes of a state that a coordinator may be serving.
-/// The database is not copied. Returns a line for each file that is missing or damaged. Throws
-/// RunError when it cannot write, InputError when the source has no job.json.
+/// Copies the small files, results, pictures and scenes of a state, but not the database. A
+/// coordinator may be serving the state. Returns one line for each missing or damaged file. Throws
+/// RunError if it cannot write, InputError if the source has jobs but no file `commits`.
 std::vector<std::string> copy_state(const StateFiles& from, StateFiles& onto);
 
 }  // namespace parray::store

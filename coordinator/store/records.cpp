@@ -5,7 +5,7 @@
 namespace parray::store {
 namespace {
 
-std::string take(std::map<std::string, std::string>& notes, std::string_view name) {
+std::string extract(std::map<std::string, std::string>& notes, std::string_view name) {
   const auto found = notes.find(std::string(name));
   if (found == notes.end()) {
     return {};
@@ -15,8 +15,8 @@ std::string take(std::map<std::string, std::string>& notes, std::string_view nam
   return text;
 }
 
-std::uint64_t take_number(std::map<std::string, std::string>& notes, std::string_view name) {
-  const std::string text = take(notes, name);
+std::uint64_t extract_number(std::map<std::string, std::string>& notes, std::string_view name) {
+  const std::string text = extract(notes, name);
   return text.empty() ? 0 : std::strtoull(text.c_str(), nullptr, 10);
 }
 
@@ -46,10 +46,10 @@ Records read_records(Database& database) {
   while (notes.step()) {
     records.notes[std::string(notes.bytes(0))] = notes.bytes(1);
   }
-  records.mark = take(records.notes, own_note::mark);
-  records.reached = take(records.notes, own_note::reached);
-  records.batch = take_number(records.notes, own_note::batch);
-  records.notes_batch = take_number(records.notes, own_note::notes_batch);
+  records.mark = extract(records.notes, own_note::mark);
+  records.reached = extract(records.notes, own_note::reached);
+  records.batch = extract_number(records.notes, own_note::batch);
+  records.notes_batch = extract_number(records.notes, own_note::notes_batch);
   return records;
 }
 

@@ -16,15 +16,15 @@ std::optional<ReplicationState> replication_state_from_text(const std::string& t
   }
   std::istringstream in(text);
   ReplicationState replication;
-  unsigned part = 0;
-  in >> replication.history >> replication.generation >> part >> replication.copy_begin >>
+  unsigned role = 0;
+  in >> replication.history >> replication.generation >> role >> replication.copy_begin >>
       replication.copy_end;
-  if (!in || replication.history == 0 || part > static_cast<unsigned>(ReplicaRole::fenced)) {
+  if (!in || replication.history == 0 || role > static_cast<unsigned>(ReplicaRole::fenced)) {
     throw RunError("the state's note '" + std::string(replication_note) + "' is damaged");
   }
-  replication.part = static_cast<ReplicaRole>(part);
-  for (LeftGeneration left; in >> left.generation >> left.sequence;) {
-    replication.left.push_back(left);
+  replication.role = static_cast<ReplicaRole>(role);
+  for (EarlierGeneration earlier; in >> earlier.generation >> earlier.sequence;) {
+    replication.earlier.push_back(earlier);
   }
   return replication;
 }
@@ -32,70 +32,70 @@ std::optional<ReplicationState> replication_state_from_text(const std::string& t
 void put_replication_state(Store& store, const ReplicationState& replication) {
   std::ostringstream out;
   out << replication.history << ' ' << replication.generation << ' '
-      << static_cast<unsigned>(replication.part) << ' ' << replication.copy_begin << ' '
+      << static_cast<unsigned>(replication.role) << ' ' << replication.copy_begin << ' '
       << replication.copy_end;
-  for (const LeftGeneration& left : replication.left) {
-    out << ' ' << left.generation << ' ' << left.sequence;
+  for (const EarlierGeneration& earlier : replication.earlier) {
+    out << ' ' << earlier.generation << ' ' << earlier.sequence;
   }
   store.put_note(replication_note, out.str());
 }
 
-void begin_generation(Store& store, ReplicationState& replication, ReplicaRole part) {
-  LeftGeneration reached;
+void begin_generation(Store& store, ReplicationState& replication, ReplicaRole role) {
+  EarlierGeneration reached;
   std::istringstream in(store.reached_mark());
   if (in >> reached.generation >> reached.sequence &&
       reached.generation == replication.generation) {
     constexpr std::size_t most = 32;
-    replication.left.push_back(reached);
-    if (replication.left.size() > most) {
-      replication.left.erase(replication.left.begin());
+    replication.earlier.push_back(reached);
+    if (replication.earlier.size() > most) {
+      replication.earlier.erase(replication.earlier.begin());
     }
   }
   ++replication.generation;
-  replication.part = part;
+  replication.role = role;
   replication.copy_begin = replication.copy_end = 0;
   put_replication_state(store, replication);
 }
 
-std::string encode_left(const ReplicationState& replication, const Position& position) {
+std::string encode_generations(const ReplicationState& replication, const Position& position) {
   ByteWriter out;
-  for (const LeftGeneration& left : replication.left) {
-    out.put(left.generation);
-    out.put(left.sequence);
+  for (const EarlierGeneration& earlier : replication.earlier) {
+    out.put(earlier.generation);
+    out.put(earlier.sequence);
   }
   out.put(position.generation);
   out.put(position.sequence);
   return out.take();
 }
 
-std::vector<LeftGeneration> decode_left(std::string_view bytes) {
-  std::vector<LeftGeneration> left;
+std::vector<EarlierGeneration> decode_generations(std::string_view bytes) {
+  std::vector<EarlierGeneration> earlier;
   constexpr std::size_t pair_bytes = 16;
   for (ByteReader in(bytes); in.left() >= pair_bytes;) {
     const auto generation = in.get<std::uint64_t>();
-    left.push_back({generation, in.get<std::uint64_t>()});
+    earlier.push_back({generation, in.get<std::uint64_t>()});
   }
-  return left;
+  return earlier;
 }
 
 void note_fence(Store& store) {
   ReplicationState replication = replication_state_of(store).value_or(ReplicationState{});
-  replication.part = ReplicaRole::fenced;
+  replication.role = ReplicaRole::fenced;
   put_replication_state(store, replication);
   store.commit();
 }
 
 void check_fence(Store& store, bool serve_fenced, std::uint64_t history) {
   std::optional<ReplicationState> replication = replication_state_of(store);
-  if (!replication || replication->part != ReplicaRole::fenced) {
+  if (!replication || replication->role != ReplicaRole::fenced) {
     return;
   }
   if (!serve_fenced) {
     throw InputError(
         "--state: a standby has taken over from this state and serves as a later generation: start "
-        "it with --standby, or say --serve-fenced to serve it as a farm of its own");
+        "this coordinator with --standby, or use --serve-fenced to serve the state as a new farm");
   }
-  put_replication_state(store, {history, 1, ReplicaRole::alone});
+  put_replication_state(store, {history, 1, ReplicaRole::single});
   store.commit();
 }
 
@@ -118,8 +118,8 @@ void put_reached_position(Store& store, const Position& position) {
 }
 
 bool is_whole(Store& store, const ReplicationState& replication) {
-  // A repair, or a backup, leaves no mark.
-  return replication.part != ReplicaRole::standby || replication.copy_end != 0 ||
+  // A repaired state or a backup has no mark.
+  return replication.role != ReplicaRole::standby || replication.copy_end != 0 ||
          position_of(store, replication);
 }
 
@@ -130,10 +130,10 @@ std::uint64_t serve_alone(Store& store) {
   }
   if (!is_whole(store, *replication)) {
     throw InputError(
-        "--state: holds a copy that is not whole: start it with --standby, and its primary fills "
-        "it up");
+        "--state: holds an incomplete copy: start this coordinator with --standby, so that its "
+        "primary completes the copy");
   }
-  begin_generation(store, *replication, ReplicaRole::alone);
+  begin_generation(store, *replication, ReplicaRole::single);
   store.commit();
   return replication->generation;
 }

@@ -10,76 +10,76 @@
 
 namespace parray::store {
 
-/// Where a store stands. Of one history: a higher generation is a later primary's.
+/// The position of a store in the sequence of replicated batches. A takeover raises the generation.
 struct Position {
-  std::uint64_t history = 0;  ///< random, of a farm's state since it was first replicated; not 0
+  std::uint64_t history = 0;  ///< random number of the farm's replicated state; not 0
   std::uint64_t generation = 0;
-  std::uint64_t sequence = 0;  ///< batches that are committed
+  std::uint64_t sequence = 0;  ///< number of committed batches of this generation
   friend bool operator==(const Position&, const Position&) = default;
 };
 
-/// What a store is in a farm whose state is kept twice.
+/// The role of a store whose state is or was kept twice. Stored by value: do not renumber.
 enum class ReplicaRole : std::uint8_t {
-  primary,  ///< serves; acknowledges nothing that its standby lacks
-  standby,  ///< a copy
-  alone,    ///< serves by itself: its primary, or its standby, is gone
-  fenced,   ///< was a primary; its standby has taken over
+  primary,  ///< serves and acknowledges only what its standby has committed
+  standby,  ///< is a copy of a primary's state
+  single,   ///< serves without a standby
+  fenced,   ///< was a primary until its standby took over
 };
 
-/// An earlier generation of a primary, and how many of its batches the primary had when it left it.
-struct LeftGeneration {
+/// An earlier generation of a primary, and how many batches of it the primary has committed.
+struct EarlierGeneration {
   std::uint64_t generation = 0;
   std::uint64_t sequence = 0;
 };
 
-/// Whose state this is. Kept as a note; where there is none, it has never been replicated.
+/// History, generation and role of a store: a note that stores get when they are first replicated.
 struct ReplicationState {
   std::uint64_t history = 0;
   std::uint64_t generation = 0;
-  ReplicaRole part = ReplicaRole::alone;
-  /// Of a standby: the batches from `copy_begin`, exclusively, to `copy_end` made its full copy.
-  /// They contain no more than what the primary had at `copy_begin`, and one batch under way.
+  ReplicaRole role = ReplicaRole::single;
+  /// Only for a standby: the batches after `copy_begin`, up to `copy_end`, made its full copy, the
+  /// state of the primary at `copy_begin` plus at most one batch. `copy_end` is 0 during the copy.
   std::uint64_t copy_begin = 0;
   std::uint64_t copy_end = 0;
-  std::vector<LeftGeneration> left{};  ///< the latest at the end; the oldest are forgotten
+  std::vector<EarlierGeneration> earlier{};  ///< the latest 32, in ascending order
 };
 
-/// The note's name; no copy carries it.
+/// Name of the note. Full copies do not contain it.
 inline constexpr const char* replication_note = "replica";
 
-/// Begins another generation as `part`; notes how far the store has come in the one before.
-void begin_generation(Store& store, ReplicationState& replication, ReplicaRole part);
+/// Begins the next generation as `role`. Records the sequence reached in the previous generation.
+void begin_generation(Store& store, ReplicationState& replication, ReplicaRole role);
 
-/// The generations that a primary has left, and the one that it is in, as bytes of a `hello`.
-std::string encode_left(const ReplicationState& replication, const Position& position);
-/// Inverse. Bytes of a primary that sends none, or others, are an empty list.
-std::vector<LeftGeneration> decode_left(std::string_view bytes);
+/// Returns the primary's earlier generations and its current position, as bytes of a `hello`.
+std::string encode_generations(const ReplicationState& replication, const Position& position);
+/// Decodes the bytes of a `hello`. Ignores an incomplete pair at the end.
+std::vector<EarlierGeneration> decode_generations(std::string_view bytes);
 
-/// Throws RunError when the note is none.
+/// Reads the note of the store; nothing: it has none. Throws RunError if the note is damaged.
 std::optional<ReplicationState> replication_state_of(Store& store);
-/// The same of the note's text.
+/// Reads the text of the note; nothing: the text is empty. Throws RunError if it is damaged.
 std::optional<ReplicationState> replication_state_from_text(const std::string& text);
 void put_replication_state(Store& store, const ReplicationState& replication);
 
-/// What the store's mark says: the position of all that is in it. Nothing: it says none (something
-/// was kept that no standby was sent, say), or that of another generation.
+/// Returns the position that describes exactly the content of the store, from its mark. Nothing:
+/// the mark is missing (a standby lacks the latest commit, for example) or of another generation.
 std::optional<Position> position_of(Store& store, const ReplicationState& replication);
 void put_position(Store& store, const Position& position);
-/// Notes the furthest position whose changes the store contains completely. It may contain more.
+/// Puts the latest position whose changes the store contains completely. The store may have more.
 void put_reached_position(Store& store, const Position& position);
 
-/// Whether the store may serve: it is no standby's, or a full copy has come to its end.
+/// Returns whether the store may serve: false for a standby whose full copy is incomplete.
 bool is_whole(Store& store, const ReplicationState& replication);
 
-/// Makes the store of a primary refuse to serve from now on: its standby has taken over. Commits.
+/// Marks the store of a primary as fenced, so that it refuses to serve from now on. Commits.
 void note_fence(Store& store);
-/// Throws InputError when the store is that of a fenced primary, unless `serve_fenced`: then it
-/// becomes the state of another farm, whose number is `history`. Commits.
+/// Throws InputError if the store is that of a fenced primary. With `serve_fenced`, the store
+/// becomes the state of a new farm with the number `history` instead. Commits.
 void check_fence(Store& store, bool serve_fenced, std::uint64_t history);
 
-/// Makes a store that was replicated, or was a copy, serve by itself, as the next generation:
-/// nobody may take it for what it was. Commits. Throws InputError where it is a copy that is not
-/// whole. Returns the generation; 0: it has never been replicated, and nothing happens.
+/// Begins the next generation of a primary's or standby's store as one without a standby. Commits.
+/// Returns the generation. Does nothing and returns 0 if the store was never replicated. Throws
+/// InputError for an incomplete copy.
 std::uint64_t serve_alone(Store& store);
 
 }  // namespace parray::store

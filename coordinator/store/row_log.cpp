@@ -24,8 +24,8 @@ using FilePointer = std::unique_ptr<std::FILE, CloseFile>;
 
 constexpr std::uint64_t header_bytes = 16;
 
-/// Opens a file for reading. Null: it cannot be opened, and errno says why. Never waits: a pipe or
-/// a device is an error (EINVAL).
+/// Opens a file for reading. Returns null and sets errno if that fails. Never blocks: a pipe or
+/// device is an error (EINVAL).
 FilePointer open_file(const std::filesystem::path& path) {
   const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   struct stat status {};
@@ -37,21 +37,21 @@ FilePointer open_file(const std::filesystem::path& path) {
   return FilePointer(fd < 0 ? nullptr : fdopen(fd, "rb"));
 }
 
-/// The committed part of a rows file, read from its beginning to its end.
+/// Reads the committed entries of a rows file in order.
 class LogReader {
  public:
   LogReader(const std::filesystem::path& path, std::uint64_t bytes)
-      : path_(path), left_(bytes), file_(open_file(path)) {
+      : path_(path), remaining_(bytes), file_(open_file(path)) {
     if (!file_) {
       damaged(std::generic_category().message(errno));
     }
     std::error_code error;
     if (std::filesystem::file_size(path, error) < bytes || error) {
-      damaged("it is shorter than what was kept");
+      damaged("the file is shorter than its committed part");
     }
   }
 
-  [[nodiscard]] bool done() const { return left_ == 0; }
+  [[nodiscard]] bool done() const { return remaining_ == 0; }
 
   std::string_view next() {
     ByteReader header(read(header_bytes));
@@ -66,10 +66,10 @@ class LogReader {
 
  private:
   std::string_view read(std::uint64_t size) {
-    if (size > left_) {  // before anything of that size is allocated
-      damaged("an entry goes on after the end");
+    if (size > remaining_) {  // check before allocating memory
+      damaged("an entry extends beyond the committed part");
     }
-    left_ -= size;
+    remaining_ -= size;
     buffer_.resize(size);
     if (std::fread(buffer_.data(), 1, size, file_.get()) != size) {
       damaged(std::generic_category().message(errno));
@@ -78,18 +78,18 @@ class LogReader {
   }
 
   [[noreturn]] void damaged(const std::string& why) const {
-    throw RunError("the rows kept in " + path_.string() + " are damaged: " + why);
+    throw RunError("the results in " + path_.string() + " are damaged: " + why);
   }
 
   std::filesystem::path path_;
-  std::uint64_t left_;  ///< bytes
+  std::uint64_t remaining_;  ///< bytes
   FilePointer file_;
   std::string buffer_;
 };
 
 }  // namespace
 
-void FreshRows::append(std::string entry) {
+void PendingRows::append(std::string entry) {
   ByteWriter header;
   header.put<std::uint64_t>(entry.size());
   header.put<std::uint64_t>(XXH3_64bits(entry.data(), entry.size()));
@@ -97,13 +97,13 @@ void FreshRows::append(std::string entry) {
   entries_.push_back({header.take(), std::move(entry)});
 }
 
-void FreshRows::each(const Store::RowsVisitor& visit) const {
+void PendingRows::each(const Store::RowsVisitor& visit) const {
   for (const Entry& entry : entries_) {
     visit(entry.data);
   }
 }
 
-std::vector<std::string_view> FreshRows::pieces() const {
+std::vector<std::string_view> PendingRows::pieces() const {
   std::vector<std::string_view> pieces;
   pieces.reserve(2 * entries_.size());
   for (const Entry& entry : entries_) {
@@ -123,7 +123,7 @@ void each_entry_in(const std::filesystem::path& file, std::uint64_t bytes,
   }
 }
 
-/// Calls `visit` with the end of each entry, as the headers say, until it returns false.
+/// Calls `visit` with the end of each entry in bytes until it returns false. Reads headers only.
 template <typename Visit>
 static void each_end(const std::filesystem::path& file, const Visit& visit) {
   const FilePointer in = open_file(file);

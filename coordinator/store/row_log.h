@@ -8,23 +8,23 @@
 
 #include "coordinator/store/store.h"
 
-/// The form of a rows file: entries one after the other, each
+/// The form of a rows file, a job's log of results. It is a sequence of entries, each
 ///
 ///     8 bytes  length of the data, little-endian
 ///     8 bytes  XXH3-64 of the data, little-endian
 ///     data
 namespace parray::store {
 
-/// Entries that are not in the file yet. What is put in is moved, not copied: it may be large.
-class FreshRows {
+/// Entries that are not in the file yet. They may be large, so that append() moves them.
+class PendingRows {
  public:
   void append(std::string entry);
-  /// Visits the entries.
+  /// Calls `visit` with each entry, oldest first.
   void each(const Store::RowsVisitor& visit) const;
 
-  /// What is to be written, one piece after the other; good until the next append().
+  /// Returns the pieces to write to the file, in order. They are valid until the next append().
   [[nodiscard]] std::vector<std::string_view> pieces() const;
-  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }  ///< size in the file
 
  private:
   struct Entry {
@@ -35,21 +35,20 @@ class FreshRows {
   std::uint64_t bytes_ = 0;
 };
 
-/// Visits the entries in the first `bytes` bytes of the file. No more memory than the largest
-/// entry's. Throws RunError that names the file when it is shorter or an entry is damaged; the
-/// entries before have been visited then.
+/// Calls `visit` with each entry in the first `bytes` bytes of the file. Needs memory for the
+/// largest entry. Throws RunError that names the file if it is shorter or an entry is damaged,
+/// after it has visited the entries before.
 void each_entry_in(const std::filesystem::path& file, std::uint64_t bytes,
                    const Store::RowsVisitor& visit);
 
-/// Whether the first `bytes` bytes of the file are whole entries, as the headers say. Reads no
-/// data.
+/// Returns whether an entry ends at byte `bytes` of the file. Reads headers only.
 bool ends_an_entry(const std::filesystem::path& file, std::uint64_t bytes);
 
-/// Bytes of the first so many entries of the file, as the headers say; of all whole ones if there
-/// are fewer.
+/// Returns the size in bytes of the first `entries` entries; of all complete ones if there are
+/// fewer. Reads headers only.
 std::uint64_t bytes_of_entries(const std::filesystem::path& file, std::uint64_t entries);
 
-/// Bytes of the whole, undamaged entries at the beginning of the file; 0 if it cannot be read.
+/// Returns the bytes of the undamaged entries at the beginning of the file; 0 if it is unreadable.
 std::uint64_t sound_bytes(const std::filesystem::path& file);
 
 }  // namespace parray::store

@@ -24,13 +24,13 @@ void make_tables(Database& database) { database.run(tables); }
 std::string other_version_text(const std::filesystem::path& directory, std::uint64_t version) {
   return "the state in " + directory.string() + " is of version " + std::to_string(version) +
          ", and this program reads version " + std::to_string(present_version) +
-         ": use the ParRay that wrote it, or another directory";
+         ": use the version of ParRay that wrote it, or another directory";
 }
 
 void ready_database(Database& database, const StateFiles& files, const FoundFiles& found) {
-  database.run("PRAGMA locking_mode = EXCLUSIVE");  // one coordinator a state
+  database.run("PRAGMA locking_mode = EXCLUSIVE");  // only one coordinator per state
   const std::uint64_t version = database.number("PRAGMA user_version");
-  if (version == 0 && !found.fresh()) {
+  if (version == 0 && !found.empty()) {
     throw StateDamaged(files.directory(), {"the database has lost its content"});
   }
   if (version != 0 && version < present_version && found.has_commits) {
@@ -39,12 +39,12 @@ void ready_database(Database& database, const StateFiles& files, const FoundFile
   if (version != 0 && version != present_version) {
     throw InputError(other_version_text(files.directory(), version));
   }
-  if (database.number("PRAGMA auto_vacuum") == 0) {  // setting it writes, which a full disk refuses
+  if (database.number("PRAGMA auto_vacuum") == 0) {  // a full disk refuses the write
     database.run("PRAGMA auto_vacuum = FULL");
   }
   database.run("PRAGMA journal_mode = WAL");
-  database.run("PRAGMA synchronous = FULL");            // a commit outlives a power cut
-  database.run("PRAGMA journal_size_limit = 4194304");  // bytes, of the log once it is empty
+  database.run("PRAGMA synchronous = FULL");            // commits survive a power failure
+  database.run("PRAGMA journal_size_limit = 4194304");  // bytes of an empty log file
   if (version == 0) {
     Transaction transaction(database);
     make_tables(database);
@@ -59,7 +59,7 @@ static std::string damage_text(const std::filesystem::path& directory,
       damage.size() > 1 ? " (and " + std::to_string(damage.size() - 1) + " more)" : "";
   return "--state " + place + " is damaged: " + damage.front() + more +
          ": parray-coordinator --check " + place + " lists the damage, --repair " + place +
-         " mends it";
+         " repairs it";
 }
 
 StateDamaged::StateDamaged(const std::filesystem::path& directory,

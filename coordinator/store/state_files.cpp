@@ -49,7 +49,7 @@ fs::path numbered(fs::path file, std::uint64_t number) {
   return file;
 }
 
-/// Entries of a directory, none if it is not there.
+/// Returns the entries of a directory; none if it does not exist.
 fs::directory_iterator entries_of(const fs::path& directory) {
   std::error_code ignored;
   return {directory, ignored};
@@ -61,7 +61,7 @@ bool is_temporary(std::string_view name) {
           is_kept_name(name.substr(0, name.size() - temporary_suffix.size())));
 }
 
-/// The path itself, or with the lowest number behind it that is free.
+/// Returns the path if it is free, otherwise with the lowest number that makes it free.
 fs::path free_path(const fs::path& wanted) {
   fs::path path = wanted;
   std::error_code ignored;
@@ -86,7 +86,7 @@ StateFiles::StateFiles(const fs::path& directory, Disk& disk)
   }
   if (error) {
     throw InputError("--state " + directory_.string() + ": " + error.message() +
-                     ": name a directory that can be written");
+                     ": use a writable directory");
   }
   reserved_ = fs::is_regular_file(reserve(), error);
   file_system_ = std::shared_ptr<const int>(
@@ -100,7 +100,7 @@ StateFiles::StateFiles(const fs::path& directory, Disk& disk)
 
 fs::path StateFiles::scene(const std::string& digest) const {
   if (!is_digest(digest)) {
-    throw std::logic_error("a scene is kept by its digest of 64 hexadecimal digits");
+    throw std::logic_error("the digest of a scene must be 64 lower-case hexadecimal digits");
   }
   return scenes() / digest;
 }
@@ -140,7 +140,7 @@ std::vector<JobId> StateFiles::jobs_with_directory() const {
 
 void StateFiles::fail(const fs::path& file, int error) const {
   constexpr std::array<int, 5> of_full_disks = {ENOSPC, EDQUOT, EFBIG, EIO, 0};
-  // Somebody has removed it, mounted it read-only, or taken the permission to write away.
+  // The directory was removed, mounted read-only, or lost its permission to write.
   constexpr std::array<int, 8> of_lost_places = {EACCES,  EPERM,  EROFS, ENOENT,
                                                  ENOTDIR, ENODEV, ENXIO, ESTALE};
   const auto is_one_of = [error](const auto& errors) {
@@ -148,7 +148,7 @@ void StateFiles::fail(const fs::path& file, int error) const {
   };
   const std::string why =
       error == 0 ? "nothing was written" : std::generic_category().message(error);
-  const std::string place = "--state " + directory_.string() + ": nothing more can be kept (";
+  const std::string place = "--state " + directory_.string() + ": the disk accepts no more data (";
   if (is_one_of(of_full_disks)) {
     throw StorageFull(place + why + "): make room there");
   }
@@ -156,7 +156,7 @@ void StateFiles::fail(const fs::path& file, int error) const {
     throw StorageFull(place + file.lexically_relative(directory_).string() + ": " + why +
                       "): make it writable again");
   }
-  throw RunError("keeping state in " + file.string() + ": " + why);
+  throw RunError("writing " + file.string() + " failed: " + why);
 }
 
 void StateFiles::make_directory(const fs::path& directory) {
@@ -172,8 +172,8 @@ void StateFiles::make_directory(const fs::path& directory) {
   }
 }
 
-void StateFiles::put_all(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
-                         const fs::path& path) {
+void StateFiles::write_and_sync(int file, std::span<const std::string_view> pieces,
+                                std::uint64_t offset, const fs::path& path) {
   write_all(file, pieces, offset, path);
   if (disk_.sync(file) != 0) {
     fail(path, errno);
@@ -206,12 +206,12 @@ WholeFile StateFiles::write(const fs::path& file, std::span<const std::string_vi
     if (out.get() < 0) {
       fail(temporary, errno);
     }
-    put_all(out.get(), pieces, 0, temporary);
+    write_and_sync(out.get(), pieces, 0, temporary);
     if (disk_.rename(temporary.c_str(), file.c_str()) != 0) {
       fail(file, errno);
     }
   } catch (const RunError&) {
-    unlink(temporary.c_str());  // its room is what others need now
+    unlink(temporary.c_str());  // frees its room
     throw;
   }
   unsynced_.insert(file.parent_path());
@@ -229,10 +229,10 @@ void StateFiles::write_at(const fs::path& file, std::uint64_t offset,
     fail(file, errno);
   }
   try {
-    put_all(out.get(), pieces, offset, file);
+    write_and_sync(out.get(), pieces, offset, file);
   } catch (const RunError&) {
     if (ftruncate(out.get(), static_cast<off_t>(offset)) != 0) {
-      // What was written in part keeps its room until it is written again.
+      // The partial data occupies room until the next write.
     }
     throw;
   }
@@ -252,7 +252,7 @@ void StateFiles::overwrite(const fs::path& file, std::string_view bytes) {
 void StateFiles::overwrite_later(const fs::path& file, std::string_view bytes) {
   const OpenPath out(file, O_WRONLY);
   if (out.get() >= 0 && disk_.write(out.get(), bytes, 0) < 0) {
-    return;  // what it held stays
+    return;  // the file keeps its content
   }
 }
 
@@ -279,7 +279,7 @@ void StateFiles::sync() {
   while (!unsynced_.empty()) {
     const fs::path& directory = *unsynced_.begin();
     const OpenPath open_directory(directory, O_RDONLY | O_DIRECTORY);
-    // EINVAL: a file system that cannot do it, and needs it no more than we can help it.
+    // EINVAL: the file system cannot sync directories.
     if (open_directory.get() < 0 ||
         (disk_.sync_directory(open_directory.get()) != 0 && errno != EINVAL)) {
       fail(directory, errno);
@@ -288,7 +288,7 @@ void StateFiles::sync() {
   }
 }
 
-/// A file that was removed meanwhile, after a commit that failed, needs nothing.
+/// Syncs one file. Ignores a file that was removed after a failed commit.
 void StateFiles::sync_written(const fs::path& file) {
   const OpenPath written(file, O_RDONLY);
   const bool removed = written.get() < 0 && errno == ENOENT;
@@ -301,14 +301,14 @@ void StateFiles::keep_reserve() {
   if (reserved_) {
     return;
   }
-  constexpr std::size_t reserve_bytes = 262'144;  // some ten commits of the database
+  constexpr std::size_t reserve_bytes = 262'144;  // about ten commits of the database
   const std::string reserve(reserve_bytes, '\0');
   const std::string_view whole = reserve;
   try {
     write(this->reserve(), std::span(&whole, 1));
     reserved_ = true;
   } catch (const RunError&) {
-    // The commit that asks for it has succeeded; the next one tries again.
+    // The commit itself has succeeded. The next commit tries again.
   }
 }
 
@@ -323,14 +323,14 @@ std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
   };
   const OpenPath in(file, O_RDONLY);
   if (in.get() < 0 && errno == ENOENT) {
-    throw damaged("it is gone");
+    throw damaged("it is missing");
   }
   if (in.get() < 0) {
     throw RunError(file.string() + " cannot be read: " + std::generic_category().message(errno));
   }
   std::error_code error;
   if (fs::file_size(file, error) != expected.bytes || error) {
-    throw damaged("it has another size than what was kept");
+    throw damaged("it does not have its committed size");
   }
   std::string bytes(expected.bytes, '\0');
   for (std::size_t at = 0; at < bytes.size();) {
@@ -358,7 +358,7 @@ void StateFiles::cut(const fs::path& file, std::uint64_t bytes) {
   }
 }
 
-bool StateFiles::set_aside(const fs::path& file, std::uint64_t uptime) {
+bool StateFiles::move_to_lost(const fs::path& file, std::uint64_t uptime) {
   const fs::path place = lost() / std::to_string(uptime) / file.lexically_relative(directory_);
   std::error_code error;
   fs::create_directories(place.parent_path(), error);
@@ -366,8 +366,8 @@ bool StateFiles::set_aside(const fs::path& file, std::uint64_t uptime) {
   return !error;
 }
 
-void StateFiles::set_aside_unnamed_in(const fs::path& directory, const std::set<fs::path>& named,
-                                      std::uint64_t uptime, std::vector<fs::path>& moved) {
+void StateFiles::move_unnamed_in_to_lost(const fs::path& directory, const std::set<fs::path>& named,
+                                         std::uint64_t uptime, std::vector<fs::path>& moved) {
   std::vector<fs::path> unnamed;
   for (const fs::directory_entry& entry : entries_of(directory)) {
     const std::string name = entry.path().filename().string();
@@ -380,18 +380,18 @@ void StateFiles::set_aside_unnamed_in(const fs::path& directory, const std::set<
   }
   std::ranges::sort(unnamed);
   for (const fs::path& file : unnamed) {
-    if (set_aside(file, uptime)) {
+    if (move_to_lost(file, uptime)) {
       moved.push_back(file);
     }
   }
 }
 
-std::vector<fs::path> StateFiles::set_aside_unnamed(const std::set<fs::path>& named,
-                                                    std::uint64_t uptime) {
+std::vector<fs::path> StateFiles::move_unnamed_to_lost(const std::set<fs::path>& named,
+                                                       std::uint64_t uptime) {
   std::vector<fs::path> moved;
-  set_aside_unnamed_in(scenes(), named, uptime, moved);
+  move_unnamed_in_to_lost(scenes(), named, uptime, moved);
   for (const JobId id : jobs_with_directory()) {
-    set_aside_unnamed_in(job(id), named, uptime, moved);
+    move_unnamed_in_to_lost(job(id), named, uptime, moved);
     std::error_code not_empty;
     fs::remove(job(id), not_empty);
   }

@@ -19,31 +19,29 @@ namespace parray::store {
 /// The plain files below a state directory:
 ///
 ///     scenes/DIGEST
-///     jobs/ID/rows      jobs/ID/rows.1 ...      the number tells a file from one that it replaces
-///     jobs/ID/picture   jobs/ID/picture.1 ...   and that stays until the change is committed
-///     jobs/ID/job.json   notes.json             copies of what the database holds, see job_file.h
-///     jobs/ID/job.next   notes.next             the same, of a commit under way
+///     jobs/ID/rows      jobs/ID/rows.1 ...      log of results; a new file gets another number
+///     than jobs/ID/picture   jobs/ID/picture.1 ...   the file that it replaces after the commit
+///     jobs/ID/job.json   notes.json             copies of the database's content, see job_file.h
+///     jobs/ID/job.next   notes.next             copies written by an unfinished commit
 ///     jobs/ID/job.dropped                       job.json of a job that is being dropped
 ///     commits                                   number of completed commits
 ///     lost/SECONDS/...                          files that no record names; SECONDS: uptime
-///     reserve                                   room to give up, so that a full disk can be
-///                                               cleared
+///     reserve                                   room that a commit on a full disk can use
 ///
-/// Which of them count, and how many bytes of a rows file, stands in the database. What is written
-/// here is on the disk when the function returns, except names of new files and what overwrite()
-/// writes: those wait for sync().
+/// The database defines which files count, and how many bytes of a rows file. Each function returns
+/// when the data is on the disk. Only names of new files and the data of overwrite() wait for
+/// sync().
 ///
-/// Errors: StorageFull that names the directory when the disk does not take what is written, else
-/// RunError that names the file. One thread.
+/// Errors: StorageFull that names the directory if the disk does not accept the data, otherwise
+/// RunError that names the file. Not thread-safe.
 class StateFiles {
  public:
-  /// Makes the directory if need be; InputError when that cannot be done.
+  /// Creates the directory if necessary. Throws InputError if that fails.
   StateFiles(const std::filesystem::path& directory, Disk& disk);
 
   [[nodiscard]] const std::filesystem::path& directory() const { return directory_; }
 
-  /// Throws std::logic_error unless `digest` is 64 lower-case hexadecimal digits: it becomes a
-  /// name.
+  /// Throws std::logic_error unless `digest` is 64 lower-case hexadecimal digits.
   [[nodiscard]] std::filesystem::path scene(const std::string& digest) const;
   [[nodiscard]] std::filesystem::path job(JobId job) const;  ///< the directory
   [[nodiscard]] std::filesystem::path rows(JobId job, std::uint64_t number) const;
@@ -54,99 +52,98 @@ class StateFiles {
   [[nodiscard]] std::filesystem::path notes_json() const { return directory_ / "notes.json"; }
   [[nodiscard]] std::filesystem::path notes_next() const { return directory_ / "notes.next"; }
   [[nodiscard]] std::filesystem::path commits() const { return directory_ / "commits"; }
-  /// Stands in a copy until --backup has finished it.
+  /// A file that exists in a backup until --backup has finished.
   [[nodiscard]] std::filesystem::path incomplete() const { return directory_ / "incomplete"; }
   [[nodiscard]] std::filesystem::path database() const { return directory_ / "parray.sqlite"; }
   [[nodiscard]] std::filesystem::path lost() const { return directory_ / "lost"; }
   [[nodiscard]] std::filesystem::path reserve() const { return directory_ / "reserve"; }
   [[nodiscard]] std::filesystem::path scenes() const { return directory_ / "scenes"; }
   [[nodiscard]] std::filesystem::path jobs() const { return directory_ / "jobs"; }
-  /// Where write() puts the bytes of `file` before it renames them to `file`.
+  /// Returns the path to which write() writes before it renames that path to `file`.
   [[nodiscard]] static std::filesystem::path temporary(const std::filesystem::path& file);
-  /// Whether the state keeps files of that name in scenes/ or jobs/ID/. Temporary files count.
+  /// Returns whether files in scenes/ or jobs/ID/ can have this name, including temporary files.
   [[nodiscard]] static bool is_file_name(std::string_view name);
-  /// Jobs that have a directory, ascending.
+  /// Returns the jobs that have a directory, in ascending order.
   [[nodiscard]] std::vector<JobId> jobs_with_directory() const;
 
-  /// Makes the file of the pieces, one after the other; its directory, too, if need be. A file of
-  /// that name is replaced. All or nothing.
+  /// Creates or replaces a file that consists of the pieces in order. Creates its directory if
+  /// necessary. Changes nothing if it fails.
   WholeFile write(const std::filesystem::path& file, std::span<const std::string_view> pieces);
 
-  /// Writes to the file from `offset` on; the file and its directory are made if need be. After a
-  /// failure, or a crash, what lies beyond `offset` is undefined.
+  /// Writes the pieces to the file from `offset` on. Creates the file and its directory if
+  /// necessary. After a failure or crash, the content beyond `offset` is undefined.
   void write_at(const std::filesystem::path& file, std::uint64_t offset,
                 std::span<const std::string_view> pieces);
 
-  /// Writes a small file in place of what it held. sync() makes it durable. After a failure, also
-  /// of sync(), or a crash, its content is undefined: for files that carry a checksum.
+  /// Replaces the content of a small file, which sync() makes durable. After a failure of this
+  /// function or sync(), or a crash, the content is undefined. Use it for files with a checksum.
   void overwrite(const std::filesystem::path& file, std::string_view bytes);
-  /// The same, not durable: the system writes the bytes when it likes. Ignores failures.
+  /// Replaces the content of an existing file without making it durable. Ignores failures.
   void overwrite_later(const std::filesystem::path& file, std::string_view bytes);
-  /// Renames a file, in place of one of that name. The new name is not durable: for that, call
-  /// expect_sync() before sync().
+  /// Renames a file and replaces `onto`. To make the new name durable, call expect_sync() and then
+  /// sync().
   void rename(const std::filesystem::path& from, const std::filesystem::path& onto);
 
-  /// The next sync() makes the names in this directory durable.
+  /// Makes the next sync() save the names in this directory.
   void expect_sync(const std::filesystem::path& directory) { unsynced_.insert(directory); }
 
-  /// Makes durable what overwrite() has written, and the names of new files. Takes one call of the
-  /// system for each file and directory, but only one for all of them where they are many: a
-  /// thousand calls take seconds. After a failure it has everything left to do.
+  /// Makes the data of overwrite() and the names of new files durable. Up to 16 files and
+  /// directories take one system call each; more take a single call, because a thousand calls take
+  /// seconds. After a failure, the next sync() repeats all of it.
   void sync();
 
-  /// The whole file. Throws DamagedFile when it is not as `expected`, RunError when it cannot be
-  /// opened for another reason.
+  /// Returns the content of the file. Throws DamagedFile if it is missing or differs from
+  /// `expected`, RunError if it cannot be opened.
   [[nodiscard]] static std::string read(const std::filesystem::path& file,
                                         const WholeFile& expected);
 
-  /// Makes the reserve unless it is there or there is no room for it.
+  /// Creates the reserve if it does not exist and there is room for it.
   void keep_reserve();
-  bool release_reserve();  ///< removes it; false: there is none
+  bool release_reserve();  ///< removes the reserve; returns false if there is none
 
-  /// Removes a file or an empty directory, if it can.
+  /// Removes a file or an empty directory. Ignores failures.
   static void remove(const std::filesystem::path& path);
 
-  /// Gives back what a crash has left behind the first `bytes` bytes of the file, if it can.
+  /// Cuts the file after its first `bytes` bytes. Ignores failures.
   static void cut(const std::filesystem::path& file, std::uint64_t bytes);
 
   /// Removes temporary files. Moves files of the kinds above that are not in `named` to
-  /// lost/`uptime`, and returns their former paths. Other files stay: they belong to somebody
-  /// else.
-  std::vector<std::filesystem::path> set_aside_unnamed(const std::set<std::filesystem::path>& named,
-                                                       std::uint64_t uptime);
-  /// Moves one file to lost/`uptime`; false: it cannot be moved and stays.
-  bool set_aside(const std::filesystem::path& file, std::uint64_t uptime);
-  /// Bytes of the files below lost/.
+  /// lost/`uptime`, and returns their former paths. Does not touch files of other kinds.
+  std::vector<std::filesystem::path> move_unnamed_to_lost(
+      const std::set<std::filesystem::path>& named, std::uint64_t uptime);
+  /// Moves one file to lost/`uptime`. Returns false if that fails.
+  bool move_to_lost(const std::filesystem::path& file, std::uint64_t uptime);
+  /// Returns the size in bytes of all files below lost/.
   [[nodiscard]] std::uint64_t lost_bytes() const;
-  /// Removes what was moved to lost/ before an uptime of `uptime` seconds.
+  /// Removes files that moved to lost/ before an uptime of `uptime` seconds.
   void remove_lost(double uptime) const;
 
  private:
   void make_directory(const std::filesystem::path& directory);
-  void put_all(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
-               const std::filesystem::path& path);
+  void write_and_sync(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
+                      const std::filesystem::path& path);
   void write_all(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
                  const std::filesystem::path& path);
   void sync_written(const std::filesystem::path& file);
   [[noreturn]] void fail(const std::filesystem::path& file, int error) const;
-  void set_aside_unnamed_in(const std::filesystem::path& directory,
-                            const std::set<std::filesystem::path>& named, std::uint64_t uptime,
-                            std::vector<std::filesystem::path>& moved);
+  void move_unnamed_in_to_lost(const std::filesystem::path& directory,
+                               const std::set<std::filesystem::path>& named, std::uint64_t uptime,
+                               std::vector<std::filesystem::path>& moved);
 
   std::filesystem::path directory_;
   Disk& disk_;
-  bool reserved_ = false;  ///< the reserve is there
-  /// Names the file system to sync. Open for as long as this lives: the system reports only the
-  /// failures since then.
+  bool reserved_ = false;  ///< the reserve exists
+  /// Descriptor of the file system to sync. It stays open, because the system reports only failures
+  /// since the opening.
   std::shared_ptr<const int> file_system_;
-  std::set<std::filesystem::path> written_;   ///< files that overwrite() has written
-  std::set<std::filesystem::path> unsynced_;  ///< directories with new names in them
+  std::set<std::filesystem::path> written_;   ///< files of overwrite() that were not synced
+  std::set<std::filesystem::path> unsynced_;  ///< directories with new names
 };
 
-/// The whole file; nothing: it cannot be read. For small files.
+/// Returns the content of a small file; nothing: it cannot be read.
 std::optional<std::string> text_of_file(const std::filesystem::path& file);
 
-/// Absolute and without a slash at its end, so that paths below it compare equal.
+/// Returns the absolute path without a slash at its end, so that paths below it compare equal.
 std::filesystem::path normal_directory(const std::filesystem::path& directory);
 
 }  // namespace parray::store

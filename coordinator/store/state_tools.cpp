@@ -18,18 +18,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Keeps coordinators off a state for as long as it exists.
+/// Locks the database of a state against coordinators until it is destroyed.
 class StateLock {
  public:
-  /// `exclusive`: nobody else may open the state meanwhile; otherwise this only looks. Throws
-  /// StateInUse.
+  /// `exclusive`: takes the lock; otherwise only checks that no coordinator has it. Throws
+  /// StateInUse if one has.
   StateLock(const fs::path& database, bool exclusive) {
     std::error_code error;
     if (fs::is_regular_file(database, error)) {
       file_ = open(database.c_str(), (exclusive ? O_RDWR : O_RDONLY) | O_CLOEXEC | O_NONBLOCK);
     }
     if (file_ < 0) {
-      return;  // without a database there is no coordinator
+      return;  // a coordinator would have a database
     }
     flock lock{};
     lock.l_type = F_WRLCK;
@@ -58,7 +58,7 @@ class StateLock {
 StateFiles existing_state(const fs::path& directory) {
   std::error_code ignored;
   if (!fs::is_directory(directory, ignored)) {
-    throw InputError(directory.string() + ": no such directory: name that of --state");
+    throw InputError(directory.string() + ": no such directory: name the directory of --state");
   }
   return {directory, system_disk()};
 }
@@ -67,14 +67,14 @@ void append(std::vector<std::string>& lines, const std::vector<std::string>& mor
   lines.insert(lines.end(), more.begin(), more.end());
 }
 
-/// Everything that is wrong; `records` are those to believe.
+/// Returns one line for each damage.
 std::vector<std::string> damage_lines(const StateFiles& files, const Survey& survey) {
-  std::vector<std::string> lines = survey.grave;
+  std::vector<std::string> lines = survey.severe;
   for (const Misplaced& misplaced : survey.misplaced) {
     lines.push_back(misplaced.line);
   }
   append(lines, survey.comparison.minor);
-  if (survey.grave.empty()) {
+  if (survey.severe.empty()) {
     for (const FileDamage& damage : verify_files(files, survey.database.records)) {
       lines.push_back(damage.line);
     }
@@ -84,8 +84,8 @@ std::vector<std::string> damage_lines(const StateFiles& files, const Survey& sur
 
 void refuse_source(const StateFiles& from) {
   std::error_code error;
-  if (!fs::exists(from.database(), error) && find_files(from).fresh()) {
-    throw InputError(from.directory().string() + ": holds no state: name the directory of --state");
+  if (!fs::exists(from.database(), error) && find_files(from).empty()) {
+    throw InputError(from.directory().string() + " holds no state: name the directory of --state");
   }
 }
 
@@ -94,34 +94,34 @@ void refuse_target(const StateFiles& from, const fs::path& target) {
   const fs::path inside = fs::weakly_canonical(target, error)
                               .lexically_relative(fs::weakly_canonical(from.directory(), error));
   if (!inside.empty() && *inside.begin() != "..") {
-    throw InputError(target.string() + ": lies in the state itself: name a directory outside");
+    throw InputError(target.string() + " lies in the state itself: name a directory outside");
   }
   if (fs::exists(target, error) && !fs::is_empty(target, error)) {
-    throw InputError(target.string() + ": is not empty: name a new directory for the copy");
+    throw InputError(target.string() + " is not empty: name a new directory for the copy");
   }
 }
 
-/// Returns which full copy from its primary the state of a standby holds; 0: it is no standby's.
-/// Throws InputError while such a copy is under way.
+/// Returns the `copy_end` of a standby's state, which identifies its full copy; 0: not a standby.
+/// Throws InputError while the standby is receiving a full copy.
 std::uint64_t full_copy_in(const StateFiles& from) {
   const auto notes = committed_notes(from);
   if (!notes || !notes->notes.contains(replication_note)) {
     return 0;
   }
   const auto replication = replication_state_from_text(notes->notes.at(replication_note));
-  if (!replication || replication->part != ReplicaRole::standby) {
+  if (!replication || replication->role != ReplicaRole::standby) {
     return 0;
   }
   if (replication->copy_end == 0) {
     throw InputError(from.directory().string() +
-                     ": is a standby that its primary is filling up: wait until it is in step, or "
-                     "back up the primary");
+                     " is the state of a standby that is receiving a full copy: wait until the "
+                     "standby is in step, or back up the primary");
   }
   return replication->copy_end;
 }
 
-/// Removes what a backup has written to `target`, which was empty or missing before. Returns what a
-/// person has to do with the rest.
+/// Removes the files of a failed backup from `target`, which was empty or missing before. Returns
+/// the remedy for the message.
 std::string remove_copy(const fs::path& target, bool existed) {
   std::error_code error;
   if (!existed) {
@@ -145,13 +145,13 @@ std::vector<std::string> write_copy(const StateFiles& from, const fs::path& targ
   std::vector<std::string> lines = copy_state(from, onto);
   if (const std::uint64_t later = full_copy_in(from); later != 0 && later != full_copy) {
     throw InputError(from.directory().string() +
-                     ": its primary has filled it up meanwhile: back it up again");
+                     ": this standby received a full copy meanwhile: back it up again");
   }
-  Survey copied;
-  copied.found = find_files(onto);
-  copied.grave = {"there is no database"};
-  copied.copied = true;
-  append(lines, rebuild_state(onto, copied, now));
+  Survey backup;
+  backup.found = find_files(onto);
+  backup.severe = {"there is no database"};
+  backup.is_backup = true;
+  append(lines, rebuild_state(onto, backup, now));
   StateFiles::remove(onto.incomplete());
   return lines;
 }

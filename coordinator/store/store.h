@@ -14,14 +14,14 @@
 
 namespace parray::store {
 
-/// There is no room for what was to be kept, or the disk took only a part of it. `what()` names the
-/// directory. Nothing that was committed is lost and the store goes on working; see Store.
+/// The disk has no room for a change, or accepted only a part of it. `what()` names the directory.
+/// Committed data is safe, and the store continues to work; see Store.
 class StorageFull : public RunError {
  public:
   using RunError::RunError;
 };
 
-/// A file that was kept is damaged, cut or gone. `what()` names it and says what is wrong.
+/// A committed file is damaged, cut or missing. `what()` names the file and the damage.
 class DamagedFile : public RunError {
  public:
   using RunError::RunError;
@@ -33,79 +33,79 @@ class StateInUse : public InputError {
   using InputError::InputError;
 };
 
-/// Where jobs, scenes, finished rows and pictures are kept: the seam to the disk.
+/// Stores jobs, scenes, results and pictures. Tests replace the store to simulate failures.
 ///
-/// Nothing counts as kept before commit() has returned; the coordinator acknowledges nothing
-/// earlier. What was put is seen by the readers at once, what was dropped from the commit on at the
-/// latest. Without a commit, the next life finds the state of the last one.
+/// A change is stored only after commit() has returned; the coordinator acknowledges nothing
+/// earlier. Members that read see new data at once, and no longer see dropped data after the commit
+/// at the latest. A new process finds the state of the latest commit.
 ///
-/// Every member may throw RunError (a file is damaged or cannot be used), StorageFull among them.
-/// A put_scene() or put_picture() that throws has put nothing: call it again when there is room. A
-/// commit() that throws has kept, of each job, all or nothing of what was put and dropped; it
-/// forgets none of it, and may be called again.
+/// Every member may throw RunError (a file is damaged or cannot be used), including StorageFull.
+/// A put_scene() or put_picture() that throws has changed nothing: call it again when there is
+/// room. A commit() that throws has stored, of each job, all changes or none. It forgets no change
+/// and may be called again.
 ///
-/// One thread at a time.
+/// Not thread-safe.
 class Store {
  public:
   virtual ~Store() = default;
 
-  virtual void put_job(const JobRecord& job) = 0;  ///< new, or in place of the one with its id
-  /// `digest`: 64 lower-case hexadecimal digits, or std::logic_error. Nothing happens if there is a
-  /// scene of that digest: the bytes are taken to be the same.
+  virtual void put_job(const JobRecord& job) = 0;  ///< adds a job or replaces that with its id
+  /// Adds a scene. Does nothing if the store has a scene with this digest. Throws std::logic_error
+  /// unless `digest` is 64 lower-case hexadecimal digits.
   virtual void put_scene(const std::string& digest, std::string_view bytes) = 0;
-  /// Appends to the job's log of finished rows. Entries are opaque bytes; order is kept. They are
-  /// held in memory until the commit.
+  /// Appends an entry of opaque bytes to the job's log of results. Keeps the entries in order, and
+  /// in memory until the commit.
   virtual void append_rows(JobId job, std::string entry) = 0;
-  virtual void drop_rows(JobId job) = 0;  ///< the log is empty again
-  /// Of the job's log the first so many entries are kept, and the rest, which is damaged, goes.
+  virtual void drop_rows(JobId job) = 0;  ///< empties the job's log of results
+  /// Keeps the first `entries` entries of the job's log and drops the damaged rest.
   virtual void keep_rows(JobId job, std::uint64_t entries) = 0;
-  /// The picture, in place of an earlier one: the pieces one after the other are the file.
+  /// Adds or replaces the job's picture. The file consists of the pieces in order.
   virtual void put_picture(JobId job, std::span<const std::string_view> pieces) = 0;
-  /// The job's rows are no longer needed; nor is a scene that no unfinished job uses at the commit.
+  /// Drops the job's results. The commit drops all scenes that no unfinished job uses.
   virtual void drop_work(JobId job) = 0;
-  virtual void drop_job(JobId job) = 0;  ///< with everything that is kept of it
-  /// A text by name, in place of the one before.
+  virtual void drop_job(JobId job) = 0;  ///< drops the job with all its data
+  /// Adds or replaces a named text.
   virtual void put_note(const std::string& name, const std::string& text) = 0;
-  /// A text that stands for exactly what is kept: a commit that keeps everything keeps the mark
-  /// that was put; any other commit, of a part or without a mark of its own, leaves none.
+  /// Sets the mark of the next commit: a text that describes exactly the committed content. A
+  /// commit that holds back a job, or before which no mark was put, leaves no mark.
   virtual void put_mark(const std::string& text) = 0;
-  /// What the text stands for is here, and more: a commit that keeps everything keeps it for
-  /// reached_mark(), and leaves no mark.
+  /// Sets the reached mark of the next commit: a text that describes a part of the content. The
+  /// commit leaves no mark. A commit that holds back a job does not store the reached mark.
   virtual void put_reached_mark(const std::string& text) = 0;
-  /// What was put before is kept, durably, when it returns; room of what was dropped is free.
+  /// Stores all changes durably and frees the room of dropped data before it returns.
   virtual void commit() = 0;
 
-  /// Bytes on the disk. A scene counts once in `total`, and for each job that has it. `total`
-  /// includes files that were set aside.
+  /// Bytes on the disk. A scene counts once in `total`, and for each job that uses it. `total`
+  /// includes files in lost/.
   struct Usage {
     std::uint64_t total = 0;
     std::map<JobId, std::uint64_t> jobs{};
   };
   virtual Usage usage() = 0;
-  virtual std::string note(const std::string& name) = 0;  ///< empty: there is none
+  virtual std::string note(const std::string& name) = 0;  ///< empty: no such note
   virtual std::map<std::string, std::string> notes() = 0;
-  virtual std::string mark() = 0;  ///< empty: there is none
-  /// The latest mark that was kept. All that it stands for is still here, and perhaps more.
+  virtual std::string mark() = 0;  ///< empty: none
+  /// Returns the latest committed mark or reached mark. The store has all that it describes.
   virtual std::string reached_mark() = 0;
   virtual std::vector<JobRecord> jobs() = 0;  ///< by ascending id
   virtual std::optional<std::string> scene(const std::string& digest) = 0;
   using RowsVisitor = std::function<void(std::string_view entry)>;
   /// Calls `visit` with each entry of the job's log, oldest first. `visit` must not call the store.
   virtual void each_rows(JobId job, const RowsVisitor& visit) = 0;
-  /// The whole file. Throws DamagedFile when it is not what was put.
+  /// Returns the picture's file. Throws DamagedFile if it differs from what was put.
   virtual std::optional<std::string> picture(JobId job) = 0;
-  /// Replaces the job's picture by the copy that another store has. False: there is no such copy.
+  /// Replaces the job's picture by the standby's copy. Returns false if there is no such copy.
   virtual bool restore_picture(JobId /*job*/) { return false; }
-  virtual std::uint64_t picture_bytes(JobId job) = 0;  ///< its size; 0: there is none
-  /// Whether files of scenes, rows or pictures that were committed are gone or cut. Reads none.
+  virtual std::uint64_t picture_bytes(JobId job) = 0;  ///< size of the picture; 0: no picture
+  /// Returns whether committed files are missing or too short. Does not read their content.
   virtual bool lacks_files() { return false; }
 
-  /// Work for quiet moments: call it every few seconds. Removes what was set aside more than
-  /// `keep_lost` seconds of uptime ago.
+  /// Removes files that moved to lost/ more than `keep_lost` seconds of uptime ago, and empties the
+  /// write-ahead log. Call it every few seconds.
   virtual void tidy(double keep_lost) = 0;
 };
 
-/// Name of the note that holds the seconds for which coordinators have served this state.
+/// Name of the note with the uptime: the seconds for which coordinators have served this state.
 inline constexpr const char* uptime_note = "uptime";
 
 }  // namespace parray::store

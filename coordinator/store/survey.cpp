@@ -19,12 +19,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Removed with its scope.
+/// A temporary directory. The destructor removes it.
 class ScratchDirectory {
  public:
   ScratchDirectory() : path_((fs::temp_directory_path() / "parray-check-XXXXXX").string()) {
     if (mkdtemp(path_.data()) == nullptr) {
-      throw RunError("making a directory for a copy of the database failed: set TMPDIR");
+      throw RunError("copying the database failed: set TMPDIR to a writable directory");
     }
   }
   ~ScratchDirectory() {
@@ -68,7 +68,7 @@ std::string relative(const StateFiles& files, const fs::path& file) {
   return file.lexically_relative(files.directory()).string();
 }
 
-/// What is wrong with a file that is written once; empty: nothing.
+/// Returns what is wrong with a file that is written once; empty: nothing.
 std::string damage_of(const fs::path& file, const WholeFile& expected) {
   const std::optional<WholeFile> found = measure(file);
   if (!found) {
@@ -138,7 +138,7 @@ std::vector<FileDamage> verify_files(const StateFiles& files, const Records& rec
       }
     } else if (row.record && state_of(row, id) == JobState::done) {
       damage.push_back({id, FileDamage::Kind::picture,
-                        "job " + std::to_string(id) + " is done and has no picture"});
+                        "job " + std::to_string(id) + " is done but has no picture"});
     }
     const auto scene = records.scenes.find(row.scene);
     const WholeFile* expected = scene == records.scenes.end() ? nullptr : &scene->second;
@@ -157,27 +157,27 @@ Survey survey_state(const StateFiles& files) {
   Survey survey{read_database_copy(files), find_files(files), {}, {}, find_misplaced(files)};
   const DatabaseContent& database = survey.database;
   const std::string place = files.directory().string();
-  if (!database.present && survey.found.fresh()) {
-    throw InputError(place + ": holds no state: name the directory of --state");
+  if (!database.present && survey.found.empty()) {
+    throw InputError(place + " holds no state: name the directory of --state");
   }
   const bool older = database.version != 0 && database.version < present_version;
   if (database.version > present_version || (older && !survey.found.has_commits)) {
     throw InputError(other_version_text(files.directory(), database.version));
   }
   if (!database.present) {
-    survey.grave.emplace_back("parray.sqlite is missing");
+    survey.severe.emplace_back("parray.sqlite is missing");
   } else if (!database.damage.empty()) {
-    survey.grave.push_back(database.damage);
-  } else if (database.version == 0 && !survey.found.fresh()) {
-    survey.grave.emplace_back("the database has lost its content");
+    survey.severe.push_back(database.damage);
+  } else if (database.version == 0 && !survey.found.empty()) {
+    survey.severe.emplace_back("the database has lost its content");
   } else if (older) {
-    survey.grave.emplace_back(older_database);
+    survey.severe.emplace_back(older_database);
   }
-  if (survey.grave.empty()) {
+  if (survey.severe.empty()) {
     survey.comparison = compare(database.records, survey.found);
-    survey.grave = survey.comparison.grave;
+    survey.severe = survey.comparison.severe;
   } else if (survey.found.incomplete) {
-    survey.grave.emplace_back(unfinished_copy);
+    survey.severe.emplace_back(unfinished_copy);
   }
   return survey;
 }

@@ -11,45 +11,45 @@
 
 namespace parray::store {
 
-/// The database of a state, read from a copy of it, so that the original stays as it is.
+/// The content of a state's database.
 struct DatabaseContent {
-  bool present = false;
+  bool present = false;       ///< the file exists
   std::uint64_t version = 0;  ///< of its tables; 0: it has none
-  std::string damage{};       ///< why it cannot be read; empty: it can
-  Records records{};          ///< empty unless it can be read and has the present version
+  std::string damage{};       ///< why it cannot be read; empty: undamaged
+  Records records{};          ///< empty unless the database is readable and of the present version
 };
 
-/// Throws RunError when there is no room for the copy.
+/// Reads a temporary copy of the database. Throws RunError if there is no room for the copy.
 DatabaseContent read_database_copy(const StateFiles& files);
 
-/// What is wrong with one file of a job.
+/// A damaged file of a job.
 struct FileDamage {
   enum class Kind : std::uint8_t { rows, picture, scene };
   JobId job = 0;
   Kind kind = Kind::rows;
-  std::string line{};
+  std::string line{};  ///< the message
 };
 
-/// Reads all rows, pictures and scenes that the records name.
+/// Reads all results, pictures and scenes that the records name. Returns the damaged ones.
 std::vector<FileDamage> verify_files(const StateFiles& files, const Records& records);
 
-/// Whether the file is as `expected` or, where that is null, holds the scene of this digest: its
-/// SHA-256.
+/// Returns whether the file has the `expected` size and checksum or, if that is null, the SHA-256
+/// `digest`.
 bool is_scene(const std::filesystem::path& file, const std::string& digest,
               const WholeFile* expected);
 
-/// Everything that is known of a state.
+/// Everything that is known about a state.
 struct Survey {
   DatabaseContent database;
   FoundFiles found;
   Comparison comparison;
-  /// Damage of the database, a line each. Not empty: its copies are to be believed.
-  std::vector<std::string> grave;
-  std::vector<Misplaced> misplaced{};  ///< what has to move away first
-  bool copied = false;                 ///< the state is a copy, which never had a database
+  /// Damage of the database, one line each. If there is any, only the copies are reliable.
+  std::vector<std::string> severe;
+  std::vector<Misplaced> misplaced{};  ///< paths that a repair must move away first
+  bool is_backup = false;              ///< a new backup, which has no database yet
 };
 
-/// Throws InputError when `files` is no state, or one of another version.
+/// Examines a state. Throws InputError if `files` is no state or one of another version.
 Survey survey_state(const StateFiles& files);
 
 }  // namespace parray::store

@@ -17,22 +17,22 @@ struct WholeFile {
   friend bool operator==(const WholeFile&, const WholeFile&) = default;
 };
 
-/// Size and checksum of a file that consists of the pieces, one after the other.
+/// Returns size and checksum of a file that consists of these pieces in order.
 WholeFile whole_file_of(std::span<const std::string_view> pieces);
 
-/// Size and checksum of a file as it is; nothing: it cannot be read.
+/// Reads a file and returns its size and checksum; nothing: it cannot be read.
 std::optional<WholeFile> measure(const std::filesystem::path& file);
 
-/// An open file or directory, closed with its scope. Never waits: a pipe or a device in the place
+/// An open file or directory. The destructor closes it. Never blocks: a pipe or device in the place
 /// of a file is an error (EINVAL).
 class OpenPath {
  public:
-  /// Flags and creation as of open(2).
+  /// `flags` as for open(2).
   OpenPath(const std::filesystem::path& path, int flags);
   ~OpenPath();
   OpenPath(const OpenPath&) = delete;
   OpenPath& operator=(const OpenPath&) = delete;
-  /// -1: it could not be opened, and errno says why.
+  /// Returns the descriptor. -1: opening failed, and errno gives the reason.
   [[nodiscard]] int get() const { return fd_; }
 
  private:

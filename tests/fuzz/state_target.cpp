@@ -28,7 +28,7 @@ std::vector<std::string> entries_in(const std::filesystem::path& file, std::uint
 }
 
 std::string bytes_of(const std::vector<std::string>& entries) {
-  FreshRows fresh;
+  PendingRows fresh;
   for (const std::string& entry : entries) fresh.append(entry);
   std::string bytes;
   for (const std::string_view piece : fresh.pieces()) bytes += piece;

@@ -41,13 +41,13 @@ void damage(const fs::path& file, Damage how) {
   }
 }
 
-/// A standby that always answers.
-class NearStandby final : public ReplicaLine {
+/// A standby that is always there.
+class NearStandby final : public ReplicaConnection {
  public:
   explicit NearStandby(Store& store) : replica_(store) {}
-  std::optional<ReplicaReply> ask(ReplicaRequest ask) override {
-    ask.number = ++number_;
-    return decode_reply(replica_.answer(encode(ask)));
+  std::optional<ReplicaReply> call(ReplicaRequest request) override {
+    request.number = ++number_;
+    return decode_reply(replica_.answer(encode(request)));
   }
   [[nodiscard]] bool session_lost() const override { return false; }
   [[nodiscard]] const std::string& address() const override { return address_; }

@@ -108,8 +108,8 @@ class Keys(unittest.TestCase):
 
     def test_bad_keys_are_refused_in_one_line(self):
         key = self.keys / "admin.key"
-        self.refused(run("keygen", self.keys), "is there already")
-        self.refused(run("keygen", self.keys, "--name", "../x"), "no name for a key")
+        self.refused(run("keygen", self.keys), "already exists")
+        self.refused(run("keygen", self.keys, "--name", "../x"), "cannot name a key")
         self.refused(run("keygen", self.keys, "--name", "admin"), "already")
         self.refused(run("keygen", self.keys, "--role", "client"), "--name")
         self.refused(run("keygen", self.keys, "--remove", "nobody"), "nobody")
@@ -128,7 +128,7 @@ class Keys(unittest.TestCase):
                                 text=True, timeout=20)
         self.refused(result, "parray keygen", "--keys", "--insecure")
         with Farm("--insecure", bind="tcp://0.0.0.0:*") as farm:
-            wait_for(lambda: "--insecure: anybody" in farm.coordinator_log(), "the warning")
+            wait_for(lambda: "--insecure: anyone" in farm.coordinator_log(), "the warning")
 
 
 if __name__ == "__main__":

@@ -272,7 +272,7 @@ class Refusals(unittest.TestCase):
     def test_contradictory_options_are_refused(self):
         self.refused("--coordinator", "tcp://127.0.0.1:1,tcp://127.0.0.1:2", mentions="must be one address")
         self.refused("--standby", "tcp://127.0.0.1:*", "--replicate-to", "tcp://127.0.0.1:1",
-                     mentions="no standby of its own")
+                     mentions="a standby cannot have a standby")
 
 
 if __name__ == "__main__":

@@ -16,8 +16,8 @@
 
 namespace parray::test {
 
-/// A standby on the other end of a bad line.
-class Standby final : public ReplicaLine {
+/// A standby behind a connection that loses, repeats, delays and cuts messages.
+class Standby final : public ReplicaConnection {
  public:
   explicit Standby(Store& store, double badness = 0, std::uint64_t seed = 1)
       : store_(&store), badness_(badness), random_(seed) {
@@ -26,7 +26,7 @@ class Standby final : public ReplicaLine {
 
   void restart() { replica_ = std::make_unique<Replica>(*store_, overwrite); }
   bool overwrite = false;
-  /// Another one, at the same address.
+  /// Replaces the standby by another one at the same address.
   void become(Store& store) {
     store_ = &store;
     restart();
@@ -34,24 +34,25 @@ class Standby final : public ReplicaLine {
   [[nodiscard]] Replica& replica() { return *replica_; }
   void heal() { badness_ = 0; }
   bool cut_off = false;  ///< nothing arrives
-  int asks = 0;
-  int last_ask = std::numeric_limits<int>::max();  ///< it is cut off after that
+  int calls = 0;
+  int last_call = std::numeric_limits<int>::max();  ///< the connection is cut after this call
 
-  std::optional<ReplicaReply> ask(ReplicaRequest ask) override {
-    ++asks;
-    cut_off = cut_off || asks > last_ask;
-    ask.number = ++number_;
-    ping_ = {ask.session, 0, ReplicaRequestKind::ping, ask.position};
+  std::optional<ReplicaReply> call(ReplicaRequest request) override {
+    ++calls;
+    cut_off = cut_off || calls > last_call;
+    request.number = ++number_;
+    ping_ = {request.session, 0, ReplicaRequestKind::ping, request.position};
     constexpr int most_repeats = 4;
     for (int i = 0; i < most_repeats && !cut_off; ++i) {
-      if (const auto answer = carry(encode(ask)); answer && answer->number == number_) {
+      if (const auto answer = carry(encode(request)); answer && answer->number == number_) {
         return answer;
       }
     }
     return std::nullopt;
   }
   [[nodiscard]] bool session_lost() const override {
-    return !cut_off && decode_reply(replica_->answer(encode(ping_))).kind == ReplicaReplyKind::who;
+    return !cut_off &&
+           decode_reply(replica_->answer(encode(ping_))).kind == ReplicaReplyKind::unknown_session;
   }
   [[nodiscard]] const std::string& address() const override { return address_; }
 

@@ -7,7 +7,7 @@
 
 namespace parray {
 
-TEST_CASE("a silent address is left 5 s after the first message without an answer") {
+TEST_CASE("a list leaves a silent address 5 s after the first unanswered message") {
   AddressList list("a,b");
   CHECK(list.current() == "a");
   CHECK_FALSE(list.move_on(seconds(100)));  // nothing was asked
@@ -19,7 +19,7 @@ TEST_CASE("a silent address is left 5 s after the first message without an answe
   CHECK_FALSE(list.move_on(seconds(1000)));
 }
 
-TEST_CASE("an answer starts the patience anew, and large messages have the time that they take") {
+TEST_CASE("an answer restarts the patience, and large messages extend it") {
   AddressList list("a,b");
   list.sent(seconds(0), 10);
   list.heard();
@@ -29,7 +29,7 @@ TEST_CASE("an answer starts the patience anew, and large messages have the time 
   CHECK(list.move_on(seconds(76)));
 }
 
-TEST_CASE("the list goes round, and each round without a word doubles the patience up to 80 s") {
+TEST_CASE("each round without an answer doubles the patience, up to 80 s") {
   AddressList list("a,b,c");
   Time now{};
   for (const Time patience :
@@ -47,13 +47,13 @@ TEST_CASE("the list goes round, and each round without a word doubles the patien
   CHECK(list.move_on(now + seconds(6)));
 }
 
-TEST_CASE("the only address is never left") {
+TEST_CASE("a list never leaves its only address") {
   AddressList list("a");
   list.sent(seconds(0), 10);
   CHECK_FALSE(list.move_on(seconds(1000)));
 }
 
-TEST_CASE("a list with an empty address or one twice is refused") {
+TEST_CASE("a list with an empty or repeated address is refused") {
   for (const char* const text : {"", ",", "a,", ",a", "a,,b", "a,b,a"}) {
     CHECK_THROWS_AS(AddressList{text}, InputError);
   }

@@ -34,7 +34,7 @@ struct Farm {
 
 }  // namespace
 
-TEST_CASE("a farm's keys name each other, and their secrets are closed to others") {
+TEST_CASE("the keys of a farm fit each other, and other users cannot read their secrets") {
   const Farm farm;
   const KeyPair coordinator = read_coordinator_key(farm.keys);
   AllowList list(farm.keys);
@@ -48,7 +48,7 @@ TEST_CASE("a farm's keys name each other, and their secrets are closed to others
     CHECK(name_of(sender->role) == name);
     CHECK(sender->name == name);
     CHECK(text_of(farm.keys / "allowed").find(member.own.secret) == std::string::npos);
-    // Of a directory, the one that is asked for.
+    // In a directory, the function finds the file of the requested name.
     CHECK(read_member_key(farm.keys, name).own.open == member.own.open);
   }
   for (const char* name : {"coordinator.key", "worker.key", "admin.key"}) {
@@ -59,7 +59,7 @@ TEST_CASE("a farm's keys name each other, and their secrets are closed to others
   CHECK_FALSE(list.find(Time(0), make_key_pair().open));
 }
 
-TEST_CASE("lists that others can write are refused, and so is their directory") {
+TEST_CASE("lists that other users can write are refused, and such directories, too") {
   const auto remedy_of = [](const auto& work) { return message_of<InputError>(work); };
   const auto open_to = [](const fs::path& path, fs::perms perms) {
     fs::permissions(path, perms, fs::perm_options::add);
@@ -82,7 +82,7 @@ TEST_CASE("lists that others can write are refused, and so is their directory") 
   }
 }
 
-TEST_CASE("a list that others can write while it is in use lets nobody else in") {
+TEST_CASE("a list that other users can write while it is in use admits no new keys") {
   const Farm farm;
   const std::string token = make_token(farm.keys, "admin");
   AllowList list(farm.keys);
@@ -98,7 +98,7 @@ TEST_CASE("a list that others can write while it is in use lets nobody else in")
   CHECK(tokens.find(seconds(5), token));
 }
 
-TEST_CASE("keys are closed to others whatever the umask") {
+TEST_CASE("other users cannot read keys, for any umask") {
   const mode_t before = umask(0);
   const Farm farm;
   make_token(farm.keys, "admin");
@@ -106,7 +106,7 @@ TEST_CASE("keys are closed to others whatever the umask") {
   check_key_lists(farm.keys);
 }
 
-TEST_CASE("keys come and go while a list is in use, within a second") {
+TEST_CASE("changes of the list take effect within a second") {
   const Farm farm;
   AllowList list(farm.keys);
   CHECK_FALSE(list.find(Time(0), "nobody"));
@@ -116,7 +116,7 @@ TEST_CASE("keys come and go while a list is in use, within a second") {
   REQUIRE(sender);
   CHECK(sender->role == Role::client);
   CHECK(sender->name == "ann.b-2_C");
-  // A name may come again, with another key.
+  // A removed name may return with another key.
   remove_member_key(farm.keys, "ann.b-2_C");
   CHECK_FALSE(fs::exists(farm.keys / "ann.b-2_C.key"));
   add_member_key(farm.keys, Role::admin, "ann.b-2_C");
@@ -125,7 +125,7 @@ TEST_CASE("keys come and go while a list is in use, within a second") {
         Role::admin);
 }
 
-TEST_CASE("a list that is wrong or gone counts as it was until it is mended") {
+TEST_CASE("a damaged or missing list keeps its last valid content") {
   const Farm farm;
   AllowList list(farm.keys);
   const std::string worker = read_member_key(farm.keys, "worker").own.open;
@@ -139,7 +139,7 @@ TEST_CASE("a list that is wrong or gone counts as it was until it is mended") {
   CHECK_FALSE(list.find(seconds(6), worker));
 }
 
-TEST_CASE("key files that are no good are refused by name and place") {
+TEST_CASE("invalid key files are refused with the name of the file") {
   const Farm farm;
   const fs::path file = farm.keys / "worker.key";
   const std::string good = text_of(file);
@@ -177,7 +177,7 @@ TEST_CASE("key files that are no good are refused by name and place") {
   }
 }
 
-TEST_CASE("keys are never written over, and names stay within their folder") {
+TEST_CASE("keys are never overwritten, and names stay within their directory") {
   const Farm farm;
   const std::string before = text_of(farm.keys / "coordinator.key");
   CHECK_THROWS_AS(make_farm_keys(farm.keys), InputError);

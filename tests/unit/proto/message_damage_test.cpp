@@ -25,7 +25,7 @@ using nlohmann::json;
 using test::Dice;
 using test::sample_messages;
 
-/// The message, or nothing if it is malformed; any other exception ends the test.
+/// Returns the message, or nothing if it is malformed. Other exceptions end the test.
 std::optional<Message> decoded(const Frames& frames) {
   try {
     return decode(frames);
@@ -42,7 +42,7 @@ std::string pack(const json& map) {
   return bytes;
 }
 
-/// Numbers and texts that a field is not made for.
+/// Numbers and texts that are invalid for most fields.
 json odd_value(Dice& dice, int depth = 0) {
   switch (dice.below(depth < 3 ? 12 : 9)) {
     case 0:
@@ -101,7 +101,7 @@ void damage(Dice& dice, std::string& bytes) {
 
 void set(Frame& frame, std::string bytes) { frame = std::move(bytes); }
 
-/// Bulk data with the checksum that fits them.
+/// Returns bulk data with a correct checksum.
 void set_bulk(Frames& frames, std::string data) {
   json map = json::from_msgpack(frames[0].view());
   map["bulk_xxh3"] = Bulk::of(data).checksum;
@@ -115,7 +115,7 @@ void damage(Dice& dice, Frame& frame) {
   frame = std::move(bytes);
 }
 
-/// Whether whoever opens the bulk data of a message notices that they were changed.
+/// Returns whether opening the bulk data of a message detects a change.
 bool bulk_noticed(const Message& message) {
   try {
     if (const auto* chunk = std::get_if<msg::Chunk>(&message)) {
@@ -160,7 +160,7 @@ TEST_CASE("a message cut short at any length is refused") {
   }
 }
 
-TEST_CASE("a message with frames too few or too many is refused") {
+TEST_CASE("a message with too few or too many frames is refused") {
   CHECK(refused({}));
   CHECK(refused({std::string()}));
   CHECK(refused({std::string(), std::string()}));
@@ -175,7 +175,7 @@ TEST_CASE("a message with frames too few or too many is refused") {
   }
 }
 
-TEST_CASE("a control frame that is no map, or says no type or version, is refused") {
+TEST_CASE("a control frame without a map, type or version is refused") {
   for (const json& odd :
        {json(nullptr), json(7), json("hello"), json::array({1, 2}), json::object(),
         json{{"type", "pulse"}}, json{{"v", protocol_version}},
@@ -192,7 +192,8 @@ TEST_CASE("a control frame that is no map, or says no type or version, is refuse
   CHECK_FALSE(refused({pack({{"v", protocol_version}, {"type", "pulse"}})}));
 }
 
-TEST_CASE("a hello of any version can be read, so that it can be answered; others are refused") {
+TEST_CASE(
+    "hello of any version can be read, so that it gets an answer; other messages are refused") {
   for (const std::uint64_t version : {0U, 1U, 0xFFFFFFFFU}) {
     for (const json& hello : {json{{"v", version}, {"type", "hello"}},
                               json{{"v", version}, {"type", "hello"}, {"name", 3}, {"x", {1}}}}) {
@@ -204,7 +205,7 @@ TEST_CASE("a hello of any version can be read, so that it can be answered; other
   }
 }
 
-TEST_CASE("an error knows the request that it can be told to") {
+TEST_CASE("a ProtocolError contains the request that its error answers") {
   const auto request_of = [](const json& map) -> std::optional<std::uint64_t> {
     try {
       decode({pack(map)});
@@ -222,7 +223,7 @@ TEST_CASE("an error knows the request that it can be told to") {
   CHECK(request_of({{"v", protocol_version}, {"type", "show_job"}}) == std::nullopt);
 }
 
-TEST_CASE("a control frame nested 100 000 deep is refused, not recursed into") {
+TEST_CASE("a control frame nested 100 000 deep is refused without recursion") {
   for (const char opening : {'\x91', '\x81'}) {
     std::string bytes;
     for (int i = 0; i < 100'000; ++i) {
@@ -234,7 +235,7 @@ TEST_CASE("a control frame nested 100 000 deep is refused, not recursed into") {
     CHECK(refused({bytes}));
     CHECK(refused({bytes + '\xc0'}));
   }
-  // As a value of an otherwise good message: the deepest that is allowed, and one more.
+  // A value of an otherwise valid message with the largest allowed depth, and one more.
   for (const int depth : {7, 8}) {
     std::string bytes =
         "\x83\xa1v\x06\xa4type\xa5pulse\xa4"
@@ -253,7 +254,7 @@ TEST_CASE("a control frame over 1 MiB is refused") {
   CHECK(refused(padded(1 << 20)));
 }
 
-TEST_CASE("lengths that lie do not allocate") {
+TEST_CASE("wrong lengths do not allocate memory") {
   const std::uint64_t before = test::peak_address_space();
   // array32, map32, str32, bin32, ext32 of 4 Gi elements with nothing behind them.
   for (const char kind : {'\xdd', '\xdf', '\xdb', '\xc6', '\xc9'}) {
@@ -265,14 +266,14 @@ TEST_CASE("lengths that lie do not allocate") {
   CHECK(test::peak_address_space() - before < std::uint64_t{64} << 20);
 }
 
-TEST_CASE("binary values and extensions are refused, they are in no message") {
+TEST_CASE("binary values and extensions are refused") {
   json map = {{"v", protocol_version}, {"type", "pulse"}, {"blob", json::binary({1, 2, 3})}};
   CHECK(refused({pack(map)}));
   map["blob"] = json::binary({1, 2, 3}, 42);
   CHECK(refused({pack(map)}));
 }
 
-TEST_CASE("a map or list that is handed on as it is has no text that JSON cannot hold") {
+TEST_CASE("a map or list that is passed on unchanged has no text that JSON cannot hold") {
   for (const Message& message : sample_messages()) {
     json map = json::from_msgpack(encode(message)[0].view());
     for (const char* key : {"job", "jobs", "workers", "report"}) {
@@ -291,8 +292,7 @@ TEST_CASE("a map or list that is handed on as it is has no text that JSON cannot
   }
 }
 
-TEST_CASE(
-    "any flipped bit of bulk data or of its checksum is noticed, at the latest by its reader") {
+TEST_CASE("any flipped bit of bulk data or its checksum is detected, at the latest by the reader") {
   for (const Message& message : sample_messages()) {
     const Frames frames = encode(message);
     if (frames.size() == 1) {
@@ -317,7 +317,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("bulk data come out as they were put in, empty ones too, and are not copied on the way") {
+TEST_CASE("bulk data arrive unchanged, even empty ones, and are not copied") {
   for (const std::string& data : {std::string(), std::string("x"), std::string(1000, '\0')}) {
     CHECK(Bulk::of(data).verified() == data);
   }
@@ -340,7 +340,7 @@ TEST_CASE("a grant's sample ranges must fit its rectangle") {
     return encode(grant);
   };
   CHECK_FALSE(refused(with_ranges(40, {12, 12})));
-  CHECK_FALSE(refused(with_ranges(40, {0, 0})));  // nothing, wherever
+  CHECK_FALSE(refused(with_ranges(40, {0, 0})));  // no samples
   CHECK(refused(with_ranges(39, {12, 18})));
   CHECK(refused(with_ranges(41, {12, 18})));
   CHECK(refused(with_ranges(40, {10, 18})));
@@ -348,7 +348,7 @@ TEST_CASE("a grant's sample ranges must fit its rectangle") {
   CHECK(refused(with_ranges(40, {18, 12})));
 }
 
-TEST_CASE("a grant gives no samples to pixels beyond the row's end") {
+TEST_CASE("a grant has no samples for pixels beyond the end of a row") {
   msg::Grant grant = std::get<msg::Grant>(sample_messages()[6]);
   GridShape shape = grant.cells.grid->shape();
   shape.cell_pixels = 15;  // the second cell of a row has five
@@ -362,7 +362,7 @@ TEST_CASE("a grant gives no samples to pixels beyond the row's end") {
   CHECK(refused(encode(grant)));
 }
 
-TEST_CASE("an image's data must fit its size") {
+TEST_CASE("the data of a picture must fit its size") {
   msg::ImageData image{.request = 1,
                        .report = json::object(),
                        .width = 2,
@@ -415,7 +415,7 @@ TEST_CASE("20 000 random mutations give a message or a protocol error, nothing e
       if (auto* result = std::get_if<msg::Result>(&*message)) {
         result->grid = test::sample_batch().grid;
       }
-      if (sound) {  // what is let in can be sent on
+      if (sound) {  // an accepted message can be encoded again
         CHECK_UNARY(decoded(encode(*message)).has_value());
       }
     }

@@ -28,7 +28,7 @@ using test::TypeRow;
 
 json map_of(const Frames& frames) { return json::from_msgpack(frames[0].view()); }
 
-/// A message's frames with its control map changed.
+/// Returns a message's frames after a change of its control map.
 Frames with(Frames frames, const std::function<void(json&)>& change) {
   json map = map_of(frames);
   change(map);
@@ -38,7 +38,7 @@ Frames with(Frames frames, const std::function<void(json&)>& change) {
   return frames;
 }
 
-/// A result does not bring the grid of its cells along.
+/// Encodes a decoded message again. A decoded result lacks the grid of its cells.
 Frames encoded_again(Message message) {
   if (auto* result = std::get_if<msg::Result>(&message)) {
     result->grid = test::sample_batch().grid;
@@ -46,7 +46,7 @@ Frames encoded_again(Message message) {
   return encode(message);
 }
 
-/// "" if the frames are a message, else what the error says.
+/// Returns "" if the frames are a valid message, otherwise the text of the error.
 std::string problem_of(const Frames& frames) {
   try {
     decode(frames);
@@ -96,7 +96,7 @@ TEST_CASE("every message has the type, keys, values and frames that PROTOCOL.md 
   }
 }
 
-TEST_CASE("every message comes back as it was sent") {
+TEST_CASE("every message is equal after encoding and decoding") {
   for (const Message& message : sample_messages()) {
     CAPTURE(message.index());
     const Frames frames = encode(message);
@@ -106,12 +106,12 @@ TEST_CASE("every message comes back as it was sent") {
   }
 }
 
-/// Keys that came later: who does not know them leaves them out.
+/// Optional keys, which older programs do not send.
 static bool may_be_missing(const std::string& type, const std::string& key) {
   return (type == "list_jobs" || type == "list_workers") && key != "request";
 }
 
-TEST_CASE("every key of a message is needed but for later ones, and of its own type") {
+TEST_CASE("every key of a message is required, except later ones, and has its type") {
   for (const TypeRow& row : protocol()) {
     for (auto field = row.keys.begin(); field != row.keys.end(); ++field) {
       const std::string& key = field.key();
@@ -148,7 +148,7 @@ TEST_CASE("unknown keys are ignored, at any level") {
   }
 }
 
-TEST_CASE("a number out of its range is refused, its ends are not") {
+TEST_CASE("a number out of its range is refused, and the bounds are accepted") {
   struct Range {
     const char* type;
     const char* key;
@@ -192,7 +192,7 @@ TEST_CASE("a number out of its range is refused, its ends are not") {
   }
 }
 
-TEST_CASE("a scene is of so many chunks that their list is no burden") {
+TEST_CASE("a scene has a bounded number of chunks") {
   const auto problem = [](std::uint64_t chunk_bytes) {
     msg::SceneSource source{std::string(64, 'a'), {std::uint64_t{1} << 30}};
     source.cut.chunk_bytes = static_cast<std::uint32_t>(chunk_bytes);
@@ -202,7 +202,7 @@ TEST_CASE("a scene is of so many chunks that their list is no burden") {
   CHECK(problem(1023).find("too many chunks") != std::string::npos);
 }
 
-TEST_CASE("a real number must be finite; a whole one is one too") {
+TEST_CASE("a real number must be finite and may be an integer") {
   for (const double bad :
        {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
     CHECK(problem_with("result", "seconds", bad) != "");
@@ -227,7 +227,7 @@ TEST_CASE("times lie between 0 and ten years, so that no speed is below 0 or inf
   }
 }
 
-TEST_CASE("texts are printable, and names are neither empty nor long") {
+TEST_CASE("texts must be printable, and names neither empty nor long") {
   for (const char* key : {"name", "instance"}) {
     CHECK(problem_with("hello", key, "") != "");
     CHECK(problem_with("hello", key, std::string(128, 'n')) == "");
@@ -249,7 +249,7 @@ TEST_CASE("texts are printable, and names are neither empty nor long") {
   }
 }
 
-TEST_CASE("a text that may not travel as it is goes out escaped or cut, and so arrives") {
+TEST_CASE("a text that is unprintable or too long arrives escaped or cut") {
   const auto arrives = [](const std::string& reason) {
     return std::get<msg::Bye>(decode(encode(msg::Bye{reason}))).reason;
   };
@@ -273,7 +273,7 @@ TEST_CASE("a digest is 64 lower-case hexadecimal digits") {
   }
 }
 
-TEST_CASE("a lease has cells, of a grid that there can be, of its own picture") {
+TEST_CASE("a lease has cells of a valid grid of its own picture") {
   const auto problem = [](const std::string& key, const json& value) {
     return problem_of(with(frames_of("grant"), [&](json& map) { map["cells"][key] = value; }));
   };
@@ -318,7 +318,7 @@ TEST_CASE("a lease has cells, of a grid that there can be, of its own picture") 
   }
 }
 
-TEST_CASE("a grid of more cells than there can be is refused before anything is made of it") {
+TEST_CASE("a grid with too many cells is refused before it is built") {
   json cells = {{"range", {0, 1}},
                 {"size", {8192, 8192}},
                 {"row_order", "sequential"},
@@ -387,11 +387,11 @@ TEST_CASE("the passes of settings are a list of unsigned integers") {
   for (const json& odd : {json(5), json{{"a", 5}}, json("5"), json::array({-5}),
                           json::array({1e300}), json::array({1.5})}) {
     CAPTURE(odd.dump());
-    CHECK(problem(odd).find("'passes' is no list of unsigned integers") != std::string::npos);
+    CHECK(problem(odd).find("'passes' is not a list of unsigned integers") != std::string::npos);
   }
 }
 
-TEST_CASE("settings without a sampler are of the time when all samples were independent") {
+TEST_CASE("settings without a sampler mean independent samples") {
   const auto sampler_of = [](auto change) {
     return std::get<msg::Grant>(decode(with(frames_of("grant"), change))).settings.sampler;
   };
@@ -399,7 +399,7 @@ TEST_CASE("settings without a sampler are of the time when all samples were inde
   CHECK(sampler_of([](json& map) { map["settings"].erase("sampler"); }) == Sampler::independent);
 }
 
-TEST_CASE("every verdict comes back, and no other word is one") {
+TEST_CASE("every verdict is equal after encoding and decoding, and other words are refused") {
   using enum msg::Verdict;
   for (const msg::Verdict verdict : {accepted, duplicate, stale, mismatch}) {
     const auto back = decode(encode(msg::ResultVerdict{1, 2, verdict}));

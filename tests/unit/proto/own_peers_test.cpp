@@ -50,7 +50,7 @@ struct Connection {
 
 }  // namespace
 
-TEST_CASE("a process of this user on this machine is ours, as often as one asks") {
+TEST_CASE("a process of this user on this machine is ours, at every question") {
   const Connection connection;
   OwnPeers peers;
   CHECK(peers.has(connection.accepted));
@@ -67,7 +67,7 @@ TEST_CASE("a process of another user on this machine is not ours") {
   CHECK_FALSE(peers.has(connection.accepted));
 }
 
-TEST_CASE("what is no connection is not ours") {
+TEST_CASE("a socket without a connection is not ours") {
   OwnPeers peers;
   CHECK_FALSE(peers.has(-1));
   const int door = socket(AF_INET, SOCK_STREAM, 0);
@@ -75,7 +75,7 @@ TEST_CASE("what is no connection is not ours") {
   close(door);
 }
 
-TEST_CASE("a socket file says who is behind it") {
+TEST_CASE("a socket file reveals the user of its peer") {
   int ends[2] = {};
   REQUIRE(socketpair(AF_UNIX, SOCK_STREAM, 0, ends) == 0);
   OwnPeers peers;

@@ -19,7 +19,7 @@ using test::random_settings;
 using test::shuffled_ranges;
 using Word = WindowLayout::Word;
 
-TEST_CASE("cells of an earlier life are not waited for, and a copy of them is only compared") {
+TEST_CASE("cells of an earlier run are complete, and copies of them are only compared") {
   Rig rig(fixed_settings(), 0, {{3, 10}, {20, 25}});
   CHECK(rig.collector.progress() > 0);
   rig.put({0, 5});
@@ -31,7 +31,7 @@ TEST_CASE("cells of an earlier life are not waited for, and a copy of them is on
   CHECK(rig.totals.duplicates == 2);
 }
 
-TEST_CASE("corrupt copies of cells that are in already spoil neither picture nor store") {
+TEST_CASE("corrupt copies of merged cells change neither picture nor store") {
   Dice dice(3);
   std::uint64_t corrupt = 0;
   for (int i = 0; i < 200; ++i) {
@@ -60,9 +60,9 @@ TEST_CASE("corrupt copies of cells that are in already spoil neither picture nor
   CHECK(corrupt > 200);
 }
 
-TEST_CASE("blocks of the log that were claimed and never written stop nothing") {
+TEST_CASE("claimed blocks of the log that stay empty stop nothing") {
   Rig rig(fixed_settings());
-  rig.window.fetch_add(Word::log_head, 1);  // a rank that died in between
+  rig.window.fetch_add(Word::log_head, 1);  // a rank died in between
   rig.put({0, rig.cells / 2});
   rig.window.fetch_add(Word::log_head, 3);
   CHECK(rig.collect());
@@ -72,7 +72,7 @@ TEST_CASE("blocks of the log that were claimed and never written stop nothing") 
   rig.check_picture();
 }
 
-TEST_CASE("an entry that was lost hides those behind it only until ranks have nothing to do") {
+TEST_CASE("a lost entry hides later ones only until ranks have no work left") {
   Rig rig(test::made_settings(30, 9, 400));
   for (std::uint64_t cell = 0; cell < rig.cells; ++cell) {
     rig.put({cell, cell + 1});
@@ -87,13 +87,13 @@ TEST_CASE("an entry that was lost hides those behind it only until ranks have no
   rig.collector.issue_copies(seconds(1));
   rig.collect(seconds(1));
   CHECK(rig.picture.collector().missing() == std::vector{range_from_word(range)});
-  rig.window.store(lost, range);  // it was only late
+  rig.window.store(lost, range);  // the entry was only late
   rig.collect(seconds(2));
   CHECK(rig.totals.copies == 0);
   rig.check_picture();
 }
 
-TEST_CASE("of many ranks rank 0's threads take in results together, corrupt ones among them") {
+TEST_CASE("rank 0's threads merge results of many ranks together and detect corrupt ones") {
   Dice dice(12);
   for (int i = 0; i < 20; ++i) {
     CAPTURE(i);
@@ -132,7 +132,7 @@ TEST_CASE("of many ranks rank 0's threads take in results together, corrupt ones
   }
 }
 
-TEST_CASE("rank 0 of many leaves tracing to the others as long as their results come") {
+TEST_CASE("rank 0 of many ranks does not trace as long as results arrive") {
   Rig rig(fixed_settings());
   const auto collector_of = [&](RankThreads threads) {
     return std::make_unique<WindowCollector>(
@@ -155,7 +155,7 @@ TEST_CASE("rank 0 of many leaves tracing to the others as long as their results 
   CHECK_FALSE(many->wants_all_threads(seconds(3)));
 }
 
-TEST_CASE("a log that claims more entries than there is room for is read to its end only") {
+TEST_CASE("a log that claims more entries than it has is read only to its end") {
   Rig rig(test::made_settings(8, 3, 4));
   rig.put({0, rig.cells});
   rig.window.store(Word::log_head, UINT64_MAX);
@@ -163,7 +163,7 @@ TEST_CASE("a log that claims more entries than there is room for is read to its 
   rig.check_picture();
 }
 
-TEST_CASE("copies go to those who wait, cover what is missing, and begin again if need be") {
+TEST_CASE("waiting ranks get copies of all unfinished cells, repeatedly if necessary") {
   Rig rig(fixed_settings());
   const auto copies = [&] { return rig.window.load(Word::copies); };
   const auto copy = [&](std::uint64_t number) {
@@ -172,10 +172,10 @@ TEST_CASE("copies go to those who wait, cover what is missing, and begin again i
   rig.put({2, rig.cells});
   rig.collect();
   rig.collector.issue_copies(seconds(1));
-  CHECK(copies() == 0);  // nobody waits
+  CHECK(copies() == 0);  // no rank waits
   rig.window.store(Word::copy_requests, 1);
   rig.collector.issue_copies(seconds(2));
-  CHECK(copies() == 0);  // perhaps everybody ends now
+  CHECK(copies() == 0);  // all ranks may end now
   rig.collector.issue_copies(seconds(2) + milliseconds(5));
   REQUIRE(copies() == 1);
   CHECK(copy(0) == CellRange{0, 1});
@@ -198,7 +198,7 @@ TEST_CASE("copies go to those who wait, cover what is missing, and begin again i
   CHECK(copies() == 4);
 }
 
-TEST_CASE("copies come round by round, and no more than the window has places for") {
+TEST_CASE("copies are issued in rounds, at most as many as the window has places") {
   Rig rig(test::made_settings(8, 3, 4));
   rig.window.store(Word::copy_requests, UINT64_MAX);
   for (Time now{}; rig.totals.copies <= 500; now += seconds(1000)) {
@@ -209,7 +209,7 @@ TEST_CASE("copies come round by round, and no more than the window has places fo
   CHECK(rig.window.load(Word::copies) <= rig.layout.most_copies());
 }
 
-TEST_CASE("a rank is silent when it is at work and its beat stands still") {
+TEST_CASE("a rank is silent if it works and its heartbeat does not change") {
   Rig rig(fixed_settings());
   WindowCollector& collector = rig.collector;
   const auto beat = [&](std::uint32_t rank, std::uint64_t value) {
@@ -233,7 +233,7 @@ TEST_CASE("a rank is silent when it is at work and its beat stands still") {
   CHECK(collector.last_sign_of_life() == seconds(8));
 }
 
-TEST_CASE("finish() tells every rank") {
+TEST_CASE("finish() stops every rank") {
   Rig rig(fixed_settings());
   CHECK(rig.window.load(Word::finished) == 0);
   rig.collector.finish();

@@ -68,7 +68,7 @@ void check_operations(Window& window, WindowMemory& memory) {
 
 }  // namespace
 
-TEST_CASE("windows add, load and store words, and put bytes where they belong") {
+TEST_CASE("windows add, load and store words, and put bytes at their offset") {
   WindowMemory memory(64);
   SUBCASE("in the memory of this process") {
     LocalWindow window(memory.bytes());
@@ -100,7 +100,7 @@ TEST_CASE("a request outside a window's memory is refused and changes nothing") 
                 [](std::span<std::byte> bytes) { CHECK(bytes.empty()); }) == 0);
 }
 
-TEST_CASE("additions of many threads to a local window lose nothing and hand out nothing twice") {
+TEST_CASE("additions of many threads to a local window are atomic") {
   WindowMemory memory(8);
   LocalWindow window(memory.bytes());
   constexpr std::uint64_t each = 20'000;
@@ -123,7 +123,7 @@ TEST_CASE("additions of many threads to a local window lose nothing and hand out
   CHECK(window.load(0) == each * drawn.size());
 }
 
-TEST_CASE("the regions of a window lie apart, in place, and fill it") {
+TEST_CASE("the regions of a window do not overlap and fill it") {
   Dice dice(1);
   for (int i = 0; i < 5; ++i) {
     const auto plan = test::whole_plan(
@@ -147,8 +147,7 @@ TEST_CASE("the regions of a window lie apart, in place, and fill it") {
   }
 }
 
-TEST_CASE(
-    "every rank has one ledger, whose group is as large as others, and every cell is in one") {
+TEST_CASE("every rank and every cell has one ledger, and groups have equal sizes") {
   Dice dice(5);
   for (int i = 0; i < 300; ++i) {
     const std::uint32_t ranks = 1 + dice.below32(i % 2 == 0 ? 20 : 5000);
@@ -177,7 +176,7 @@ TEST_CASE(
   CHECK(Ledgers(257).count() == 2);
 }
 
-TEST_CASE("a range of cells goes through a word and back, and none is the word for none") {
+TEST_CASE("a range of cells is equal after packing into a word, and no range is packed as 0") {
   Dice dice(2);
   for (int i = 0; i < 10'000; ++i) {
     const std::uint64_t begin = dice.below(std::uint64_t{1} << 40);
@@ -191,7 +190,7 @@ TEST_CASE("a range of cells goes through a word and back, and none is the word f
   CHECK(range_from_word(0).count() == 0);
 }
 
-TEST_CASE("ranks that publish rising and falling speeds keep the sum of the latest in one word") {
+TEST_CASE("the word of speeds is the sum of the latest speeds, rising or falling") {
   Dice dice(4);
   constexpr std::size_t ranks = 50;
   std::array<SpeedSum, ranks> latest{};
@@ -211,7 +210,7 @@ TEST_CASE("ranks that publish rising and falling speeds keep the sum of the late
   }
 }
 
-TEST_CASE("the word of all speeds has room for a million threads of ten million samples a second") {
+TEST_CASE("the word of speeds has room for a million threads of ten million samples per second") {
   const SpeedSum sum{1'000'000, 10'000'000'000};
   CHECK(SpeedSum::from_word(sum.word()).threads == sum.threads);
   CHECK(SpeedSum::from_word(sum.word()).kilosamples == sum.kilosamples);

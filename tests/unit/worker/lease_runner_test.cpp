@@ -20,7 +20,7 @@ using Answer = LeaseSource::Answer;
 constexpr Time microsecond = std::chrono::microseconds(1);
 constexpr double speed = 1e7;  // samples a second
 
-/// Gives what the test has prepared, and notes what it is asked.
+/// A source that returns the answers of the test and records the requests.
 class ScriptedSource final : public LeaseSource {
  public:
   ScriptedSource(ManualClock& clock, std::shared_ptr<const WorkPlan> plan)
@@ -87,9 +87,9 @@ class ScriptedSource final : public LeaseSource {
   std::uint64_t epoch_ = 0;
 };
 
-/// A runner whose team has `speed`; cells of 2000 samples, 0.2 ms.
+/// A runner with a team of speed `speed`. A cell has 2000 samples and takes 0.2 ms.
 struct Rig {
-  /// Calls the runner whenever it wants to be, or the team is done, until `end`.
+  /// Calls the runner at its deadlines and whenever the team is done, until `end`.
   void run(Time end) {
     while (clock.now() < end) {
       const Time due = runner.tick(clock.now());
@@ -118,7 +118,7 @@ Time time_of(std::uint64_t cells) { return std::chrono::microseconds(200 * cells
 
 }  // namespace
 
-TEST_CASE("a runner takes a lease at once, says that its team is idle, and hands the result in") {
+TEST_CASE("a runner takes a lease at once, reports an idle team, and hands in the result") {
   Rig rig;
   rig.source.lease(100, 150);
   rig.runner.tick(rig.clock.now());
@@ -133,13 +133,13 @@ TEST_CASE("a runner takes a lease at once, says that its team is idle, and hands
   CHECK(rig.source.states.back().traced == 50 * 2000);
 }
 
-TEST_CASE("the next lease is taken before the team runs dry, but not long before") {
+TEST_CASE("a runner takes the next lease shortly before its team runs out of work") {
   Rig rig;
   rig.source.take_time = std::chrono::microseconds(100);
   rig.leases(30);
   rig.run(30 * time_of(100) + milliseconds(2));
   REQUIRE(rig.source.asked.size() >= 30);
-  // The first has no speed to go by; it is over when the second is asked for.
+  // Without a speed, the runner takes the second lease only after the first has ended.
   for (std::size_t i = 2; i < 30; ++i) {
     CAPTURE(i);
     const Time gap = rig.source.asked[i].when - rig.source.asked[i - 1].when;
@@ -158,7 +158,7 @@ TEST_CASE("the next lease is taken before the team runs dry, but not long before
   CHECK(rig.source.done.size() == 30);
 }
 
-TEST_CASE("a slow source is asked earlier") {
+TEST_CASE("a runner takes leases earlier from a slow source") {
   for (const Time take_time : {milliseconds(1), milliseconds(4)}) {
     Rig rig;
     rig.source.take_time = take_time;
@@ -183,7 +183,7 @@ TEST_CASE("further parts of a lease are neither counted nor timed as leases") {
   CHECK(rig.runner.tally().taking == microsecond);
 }
 
-TEST_CASE("a source that does not say how long its leases are is asked when one is done") {
+TEST_CASE("without the length of a lease, a runner takes the next one after its end") {
   Rig rig;
   rig.source.otherwise = Answer::none;
   for (std::uint64_t i = 0; i < 5; ++i) {
@@ -198,17 +198,17 @@ TEST_CASE("a source that does not say how long its leases are is asked when one 
   CHECK(rig.idle < time_of(101));  // at the end
 }
 
-TEST_CASE("the team goes on while a result travels") {
+TEST_CASE("the team continues while a result travels") {
   Rig rig;
   rig.source.complete_time = milliseconds(10);
   rig.leases(10);
   rig.run(time_of(100) * 6);
-  // 10 ms of every 20 ms go into handing in, and the team has hardly waited.
+  // Handing in takes 10 ms of every 20 ms, but the team hardly waits.
   CHECK(rig.source.done.size() >= 5);
   CHECK(rig.runner.tally().putting >= 5 * rig.source.complete_time);
 }
 
-TEST_CASE("told to wait, a runner waits longer each time, up to milliseconds, while it is idle") {
+TEST_CASE("after the answer wait, an idle runner waits longer each time, up to milliseconds") {
   Rig rig;
   rig.run(milliseconds(200));
   const auto& asked = rig.source.asked;
@@ -222,23 +222,24 @@ TEST_CASE("told to wait, a runner waits longer each time, up to milliseconds, wh
   CHECK(asked.size() < 60);
 }
 
-TEST_CASE("told to wait while its team is at work, a runner asks again when the work is done") {
+TEST_CASE("after the answer wait, a busy runner asks again when its team is done") {
   Rig rig;
   rig.leases(2);
   rig.run(2 * time_of(100) + milliseconds(1));
   const auto& asked = rig.source.asked;
   REQUIRE(asked.size() >= 5);
   CHECK_FALSE(asked[2].idle);  // just before the second is done
-  CHECK_FALSE(asked[3].idle);  // the result has to be handed in before copies are asked for
+  CHECK_FALSE(asked[3].idle);  // the runner hands in the result before it asks for copies
   CHECK(asked[4].idle);
   CHECK(asked[4].when >= 2 * time_of(100));
   CHECK(asked[4].when < 2 * time_of(100) + milliseconds(1));
 }
 
-TEST_CASE("where a message ends the wait, a runner sleeps until then, and asks at every turn") {
+TEST_CASE(
+    "after the answer none, a runner sleeps until a message arrives, and asks at every turn") {
   Rig rig;
   rig.source.otherwise = Answer::none;
-  CHECK(rig.runner.tick(Time(0)) == seconds(1));  // what the source wants
+  CHECK(rig.runner.tick(Time(0)) == seconds(1));  // the deadline of the source
   CHECK(rig.runner.tick(milliseconds(3)) == milliseconds(1003));
   CHECK(rig.source.asked.size() == 2);
   rig.source.lease(7, 9);
@@ -246,7 +247,7 @@ TEST_CASE("where a message ends the wait, a runner sleeps until then, and asks a
   CHECK(rig.team.lease());
 }
 
-TEST_CASE("a lease that comes after a wait is traced at once") {
+TEST_CASE("a lease after a wait is traced at once") {
   Rig rig;
   for (int i = 0; i < 5; ++i) {
     rig.source.say(Answer::wait);
@@ -256,7 +257,7 @@ TEST_CASE("a lease that comes after a wait is traced at once") {
   CHECK(rig.source.ranges() == std::vector<CellRange>{{7, 9}});
 }
 
-TEST_CASE("a lease that is no longer wanted is given up, traced or not, and another one taken") {
+TEST_CASE("a runner gives up an unwanted lease, traced or not, and takes another one") {
   Rig rig;
   rig.leases(4);
   rig.runner.tick(Time(0));
@@ -270,7 +271,7 @@ TEST_CASE("a lease that is no longer wanted is given up, traced or not, and anot
   CHECK(rig.source.done[0].epoch == 2);
 }
 
-TEST_CASE("a failed lease is handed in as such, and the next one is traced") {
+TEST_CASE("a runner hands in a failed lease as failed and traces the next one") {
   Rig rig;
   rig.leases(2);
   rig.runner.tick(Time(0));
@@ -287,7 +288,7 @@ TEST_CASE("a failed lease is handed in as such, and the next one is traced") {
   CHECK(rig.runner.tally().samples == 100 * 2000);
 }
 
-TEST_CASE("a runner is over when the source says so, and asks no more") {
+TEST_CASE("a runner ends when the source has no more work") {
   Rig rig;
   rig.source.lease(0, 10);
   rig.source.say(Answer::over);
@@ -303,7 +304,7 @@ TEST_CASE("a runner is over when the source says so, and asks no more") {
   CHECK(rig.source.ranges() == std::vector<CellRange>{{0, 10}});
 }
 
-TEST_CASE("a stopped runner gives up its team's work and the next lease, and reports its tally") {
+TEST_CASE("a stopped runner gives up all leases and reports its tally") {
   Rig rig;
   rig.leases(5);
   rig.run(time_of(250));
@@ -323,7 +324,7 @@ TEST_CASE("a stopped runner gives up its team's work and the next lease, and rep
   CHECK(rig.source.done.size() == done);
 }
 
-TEST_CASE("a runner that follows another knows its team's speed and counts on") {
+TEST_CASE("a runner that follows another continues its speed and tally") {
   Rig rig;
   rig.leases(2);
   rig.run(time_of(250));

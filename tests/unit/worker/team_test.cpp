@@ -48,7 +48,7 @@ CellBatch whole(const RenderSettings& settings, std::uint32_t tile = 0) {
   return plan->batch({0, plan->cells()});
 }
 
-/// Traces with nobody watching; without times.
+/// Traces cells without a team and checks the number of samples.
 TracedCells traced(const PathTracer& tracer, const CellBatch& batch, int threads) {
   std::atomic<std::uint64_t> count = 0;
   TracedCells cells = trace_cells(tracer, batch, threads, count, false);
@@ -65,7 +65,7 @@ std::vector<std::byte> without_times(const TracedCells& cells) {
   return records;
 }
 
-/// The records that a tracer makes without a team, sample by sample.
+/// Returns the records that a tracer makes without a team, sample by sample.
 std::vector<std::byte> plain_records(const RenderSettings& settings, const CellBatch& batch) {
   const FloatMode ieee;
   const auto tracer = make_path_tracer(*shared_scene(), settings);
@@ -90,7 +90,7 @@ std::vector<std::byte> plain_records(const RenderSettings& settings, const CellB
   return records;
 }
 
-/// Waits until `condition` holds; false after a minute.
+/// Waits until `condition` is true. Returns false after a minute.
 template <typename Condition>
 bool eventually(Condition condition) {
   for (int i = 0; i < 60'000; ++i) {
@@ -106,7 +106,7 @@ LeaseWork assignment(std::uint64_t epoch, const RenderSettings& settings) {
   return {7, 3, epoch, whole(settings), settings, "the small scene", shared_scene()};
 }
 
-/// What the team makes of a lease.
+/// Returns the team's result of a lease.
 LeaseResult finished_by(ThreadTeam& team, LeaseWork lease) {
   team.start(std::move(lease));
   std::optional<LeaseResult> finished;
@@ -117,7 +117,7 @@ LeaseResult finished_by(ThreadTeam& team, LeaseWork lease) {
   return std::move(*finished);
 }
 
-/// A tracer that throws at one pixel, in whichever thread comes to it.
+/// A tracer that throws at one pixel, in the thread that traces it.
 class ThrowingTracer final : public PathTracer {
  public:
   explicit ThrowingTracer(std::function<void()> fail)
@@ -141,7 +141,7 @@ class ThrowingTracer final : public PathTracer {
   std::function<void()> fail_;
 };
 
-/// Puts the thread into a mode that a careless library might leave behind.
+/// Puts the thread into a floating-point mode that a careless library might leave.
 class OtherMode {
  public:
   OtherMode() { std::fesetround(FE_UPWARD); }
@@ -179,7 +179,7 @@ TEST_CASE("cells have the bits of single samples, whatever the threads, tiles an
   }
 }
 
-TEST_CASE("pixels with samples of their own get these and no others") {
+TEST_CASE("pixels with their own sample ranges get exactly these samples") {
   Dice dice(2);
   for (const auto& settings : {sized(33, 21, 50), sized(200, 3, 5), sized(2, 2, 4000)}) {
     const auto tracer = make_path_tracer(*shared_scene(), settings);
@@ -193,7 +193,7 @@ TEST_CASE("pixels with samples of their own get these and no others") {
   }
 }
 
-TEST_CASE("records carry the time that their cells took") {
+TEST_CASE("records contain the time that their cells took") {
   const RenderSettings settings = sized(20, 20, 100);
   const CellBatch batch = whole(settings);
   const TracedCells cells = traced(*make_path_tracer(*shared_scene(), settings), batch, 1);
@@ -207,7 +207,7 @@ TEST_CASE("records carry the time that their cells took") {
   CHECK(nanoseconds <= 1e9 * cells.seconds);
 }
 
-TEST_CASE("the floating-point mode of the calling thread does not reach a sample's bits") {
+TEST_CASE("the floating-point mode of the calling thread does not change a sample's bits") {
   const RenderSettings settings = sized(20, 13, 6);
   const auto expected = plain_records(settings, whole(settings));
   const auto tracer = make_path_tracer(*shared_scene(), settings);
@@ -216,7 +216,7 @@ TEST_CASE("the floating-point mode of the calling thread does not reach a sample
     for (const int threads : {1, 2}) {
       CHECK(without_times(traced(*tracer, whole(settings), threads)) == expected);
     }
-    CHECK(OtherMode::in_force());  // it is given back as it was
+    CHECK(OtherMode::in_force());  // tracing has restored the mode
   }
   SUBCASE("of whoever makes a team, which builds too") {
     ThreadTeam team(2);
@@ -224,7 +224,7 @@ TEST_CASE("the floating-point mode of the calling thread does not reach a sample
   }
 }
 
-TEST_CASE("a lease that takes long comes back in part: its first cells, with the same bits") {
+TEST_CASE("a long lease returns its first cells, with the same bits") {
   const RenderSettings settings = sized(64, 64, 1024);
   const auto tracer = make_path_tracer(*shared_scene(), settings);
   const CellBatch batch = whole(settings);
@@ -242,7 +242,7 @@ TEST_CASE("a lease that takes long comes back in part: its first cells, with the
   }
 }
 
-TEST_CASE("of a lease that may take no time at all one piece is traced") {
+TEST_CASE("a lease without time traces one piece") {
   const RenderSettings settings = sized(64, 64, 4);
   const auto tracer = make_path_tracer(*shared_scene(), settings);
   const CellBatch batch = whole(settings);
@@ -251,7 +251,7 @@ TEST_CASE("of a lease that may take no time at all one piece is traced") {
   CHECK(part.range.count() == batch.grid->shape().piece_cells);
 }
 
-TEST_CASE("tracing that is told to stop ends early") {
+TEST_CASE("a stop ends tracing early") {
   const auto tracer = make_path_tracer(*shared_scene(), endless());
   const auto plan = test::whole_plan(endless());
   const CellBatch batch = plan->batch({0, 10'000});
@@ -271,7 +271,7 @@ TEST_CASE("tracing that is told to stop ends early") {
   CHECK(count < batch.sample_count());
 }
 
-TEST_CASE("what a thread throws stops the others and reaches whoever asked, whole") {
+TEST_CASE("an exception of a thread stops the others and reaches the caller unchanged") {
   const CellBatch batch = whole(endless());
   const ThrowingTracer tracer([] { throw std::runtime_error("a broken sphere"); });
   for (const int threads : {1, 2, 4}) {
@@ -282,7 +282,7 @@ TEST_CASE("what a thread throws stops the others and reaches whoever asked, whol
   }
 }
 
-TEST_CASE("a team traces a lease, rings, and hands the result out once") {
+TEST_CASE("a team traces a lease, calls on_finished, and returns the result once") {
   std::atomic<int> rung = 0;
   ThreadTeam team(2, [&] { ++rung; });
   CHECK(team.idle());
@@ -309,8 +309,7 @@ TEST_CASE("a team traces a lease, rings, and hands the result out once") {
   CHECK_FALSE(team.take());
 }
 
-TEST_CASE(
-    "a team goes from scene to scene and from settings to settings, and builds when it must") {
+TEST_CASE("a team changes scenes and settings, and builds accelerators only if necessary") {
   int built = 0;
   ThreadTeam team(
       1, [] {}, std::make_shared<AcceleratorCache>(),
@@ -324,7 +323,7 @@ TEST_CASE(
   for (const RenderSettings& settings : {sized(8, 4, 2), sized(4, 8, 2)}) {
     for (const bool is_dark : {false, true, false, false}) {
       LeaseWork next = assignment(1, settings);
-      next.settings.samples_per_pixel += is_dark ? 0 : 5;  // no picture's bits
+      next.settings.samples_per_pixel += is_dark ? 0 : 5;  // does not change the bits of a sample
       if (is_dark) {
         next.scene = dark_scene;
         next.scene_id = "dark";
@@ -337,7 +336,7 @@ TEST_CASE(
   CHECK(built == 6);
 }
 
-TEST_CASE("a scene may go once the team has its tracer") {
+TEST_CASE("a scene may be released once the team has its tracer") {
   ThreadTeam team(1);
   LeaseWork lease = assignment(1, sized(6, 5, 4));
   REQUIRE(finished_by(team, lease).cells);
@@ -349,7 +348,7 @@ TEST_CASE("a scene may go once the team has its tracer") {
   CHECK(failed.failure == "a lease without its scene");
 }
 
-TEST_CASE("a lease that cannot be traced fails by itself, and the team goes on") {
+TEST_CASE("only a lease that cannot be traced fails, and the team continues") {
   std::function<void()> fail;
   int built = 0;
   ThreadTeam team(
@@ -369,13 +368,14 @@ TEST_CASE("a lease that cannot be traced fails by itself, and the team goes on")
   std::string reason;
   SUBCASE("an exception") {
     fail = [] { throw std::runtime_error("a broken\nsphere"); };
-    reason = "a broken\\x0asphere";  // one line, fit for a terminal
+    reason = "a broken\\x0asphere";  // one printable line
   }
   SUBCASE("too little memory") {
     fail = [] { throw std::bad_alloc(); };
     reason = "not enough memory";
   }
-  for (const char* scene : {"poison", "slow poison"}) {  // in building, in one thread of tracing
+  for (const char* scene :
+       {"poison", "slow poison"}) {  // fails while building, fails in a tracing thread
     CHECK(finished_by(team, assignment(1, settings)).cells);
     LeaseWork bad = assignment(2, settings);
     bad.scene_id = scene;
@@ -391,11 +391,11 @@ TEST_CASE("a lease that cannot be traced fails by itself, and the team goes on")
     REQUIRE(good.cells);
     CHECK(without_times(*good.cells) == expected);
   }
-  CHECK(built == 7);  // after a failure nothing of the tracer is used again
+  CHECK(built == 7);  // a failed tracer is never used again
 }
 
-// Sanitizers end a program that asks for more than there can be.
-TEST_CASE("a lease larger than any memory fails by itself" * doctest::skip(PARRAY_SANITIZED)) {
+// Sanitizers end a program that requests more memory than possible.
+TEST_CASE("only a lease larger than any memory fails" * doctest::skip(PARRAY_SANITIZED)) {
   ThreadTeam team(1);
   LeaseWork large = assignment(1, sized(20, 13, 6));
   large.cells.range.end = std::uint64_t{1} << 50;
@@ -405,7 +405,7 @@ TEST_CASE("a lease larger than any memory fails by itself" * doctest::skip(PARRA
   CHECK(finished_by(team, assignment(2, sized(20, 13, 6))).cells);
 }
 
-TEST_CASE("an abandoned lease leaves no result, and the team takes the next") {
+TEST_CASE("an abandoned lease has no result, and the team traces the next one") {
   ThreadTeam team(2);
   team.abandon();  // an idle team: no harm
   CHECK(team.idle());
@@ -430,7 +430,7 @@ TEST_CASE("an abandoned lease leaves no result, and the team takes the next") {
   CHECK_FALSE(team.take());
 }
 
-TEST_CASE("many leases started, abandoned and taken in any order neither hang nor mix up") {
+TEST_CASE("leases started, abandoned and taken in any order neither hang nor mix") {
   ThreadTeam team(2);
   const RenderSettings settings = sized(20, 13, 6);
   const auto expected = plain_records(settings, whole(settings));
@@ -455,7 +455,7 @@ TEST_CASE("many leases started, abandoned and taken in any order neither hang no
   CHECK(taken < 200);
 }
 
-TEST_CASE("a team that is destroyed while it traces ends") {
+TEST_CASE("a team that is destroyed while it traces stops") {
   std::atomic<int> rung = 0;
   {
     ThreadTeam team(2, [&] { ++rung; });
@@ -465,7 +465,7 @@ TEST_CASE("a team that is destroyed while it traces ends") {
   CHECK(rung <= 1);
 }
 
-TEST_CASE("teams over a window make the picture of one thread, whatever the policy and the tiles") {
+TEST_CASE("teams over a window make the picture of one thread, for all policies and tiles") {
   RenderSettings settings = sized(33, 21, 100);
   for (const auto policy : {SchedulePolicy::static_split, SchedulePolicy::weighted}) {
     for (const std::uint32_t tile : {0U, 6U}) {
@@ -484,7 +484,7 @@ TEST_CASE("teams over a window make the picture of one thread, whatever the poli
           CHECK_FALSE(rig.job.scene);
         }
       }
-      // What was taken and dropped comes back as copies, for a third rank.
+      // A third rank gets the dropped leases as copies.
       WindowSource third = rig.source({policy, 2, 1, 2, {}});
       for (Time now{}; !rig.collector.done() && now < seconds(60); now += milliseconds(60)) {
         rig.collect(now);

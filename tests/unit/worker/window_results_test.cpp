@@ -20,7 +20,7 @@ using Rig = SourceRig;
 
 }  // namespace
 
-TEST_CASE("a result is in its place and in the log, with its digest and its rank") {
+TEST_CASE("a result is at its offset and in the log, with its digest and its rank") {
   Rig rig(medium(), 2, weighted);
   WindowSource rank = rig.rank(1);
   const CellRange range{4, 9};
@@ -40,7 +40,7 @@ TEST_CASE("a result is in its place and in the log, with its digest and its rank
   CHECK(rig.window.load(WindowLayout::rank_word(1, WindowLayout::takes)) == 17);
 }
 
-TEST_CASE("bytes are put before the entry that speaks of them") {
+TEST_CASE("a result is put before its log entry") {
   Rig rig(medium(), 2, weighted);
   OrderWindow window(rig.window);
   WindowSource rank(rig.job, rig.pass, rig.layout, window, rig.options);
@@ -49,7 +49,7 @@ TEST_CASE("bytes are put before the entry that speaks of them") {
         std::vector<std::size_t>{rig.layout.record_offset(4), 8 * rig.layout.log_word(0)});
 }
 
-TEST_CASE("a rank that has filled its block of the log claims another, and nobody else's") {
+TEST_CASE("a rank that has filled its block of the log claims a new one") {
   Rig rig(made_settings(60, 4, 2000), 2, weighted);
   WindowSource first = rig.rank(0);
   WindowSource second = rig.rank(1);
@@ -63,7 +63,7 @@ TEST_CASE("a rank that has filled its block of the log claims another, and nobod
   CHECK(rig.totals.duplicates == 0);
 }
 
-TEST_CASE("a full log is left alone") {
+TEST_CASE("a full log stays unchanged") {
   Rig rig(made_settings(8, 2, 3), 1, weighted);
   WindowSource rank = rig.rank(0);
   for (std::uint64_t entry = 0; entry < WindowLayout::block_entries; ++entry) {
@@ -76,7 +76,7 @@ TEST_CASE("a full log is left alone") {
   CHECK(std::equal(before.begin(), before.end(), rig.memory.bytes().begin()));
 }
 
-TEST_CASE("a long lease comes in parts of half a second, without a gap or an overlap") {
+TEST_CASE("a long lease has parts of half a second, without gaps or overlaps") {
   Rig rig(made_settings(1000, 1000, 500), 2, static_split);
   WindowSource rank = rig.rank(0);
   const std::uint64_t half = rig.plan().cells() / 2;
@@ -93,7 +93,7 @@ TEST_CASE("a long lease comes in parts of half a second, without a gap or an ove
   CHECK(rank.take_part(1e7, false).fresh);  // the other half
 }
 
-TEST_CASE("no part is larger than a result may be") {
+TEST_CASE("no part is larger than the largest result") {
   Rig rig(made_settings(8192, 1000, 1), 1, static_split);
   WindowSource rank = rig.rank(0);
   for (auto part = rank.take_part(1e15, false); part.answer == Answer::lease;
@@ -102,7 +102,7 @@ TEST_CASE("no part is larger than a result may be") {
   }
 }
 
-TEST_CASE("of a pass that an earlier life has begun, ranks lease the missing cells only") {
+TEST_CASE("ranks lease only the missing cells of a pass that an earlier run began") {
   Dice dice(7);
   for (const SchedulePolicy policy : {static_split, guided, factoring, weighted}) {
     for (int i = 0; i < 10; ++i) {
@@ -136,7 +136,7 @@ TEST_CASE("of a pass that an earlier life has begun, ranks lease the missing cel
   }
 }
 
-TEST_CASE("a lease has what tracing it takes, and the scene goes once it is with the team") {
+TEST_CASE("a lease contains everything for tracing, and the source releases the scene afterwards") {
   Rig rig(medium(), 1, weighted);
   rig.job.scene = std::make_shared<const Scene>(small_scene());
   WindowSource source = rig.rank(0);
@@ -160,7 +160,7 @@ TEST_CASE("a lease has what tracing it takes, and the scene goes once it is with
   CHECK_THROWS_WITH_AS(source.complete(Time(0), finished), "tracing: not enough memory", RunError);
 }
 
-TEST_CASE("a rank's beat counts its samples and says what its team does, four times a second") {
+TEST_CASE("a rank's heartbeat shows its samples and its team's state, four times a second") {
   Rig rig(medium(), 2, weighted);
   WindowSource source = rig.rank(1);
   const auto beat = [&] { return rig.window.load(WindowLayout::rank_word(1, WindowLayout::beat)); };
@@ -174,7 +174,7 @@ TEST_CASE("a rank's beat counts its samples and says what its team does, four ti
   CHECK(beat() == 99);
 }
 
-TEST_CASE("a report holds what the rank has done") {
+TEST_CASE("a report contains the work of the rank") {
   Rig rig(medium(), 2, weighted);
   rig.rank(1).report({6000, 2, Time(2000), Time(4000), 6e-3, 0.5, 1234, "avx2"});
   const auto value = [&](WindowLayout::RankWord word) {

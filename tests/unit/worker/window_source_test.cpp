@@ -21,7 +21,7 @@ using Rig = SourceRig;
 
 }  // namespace
 
-TEST_CASE("ranks in threads of their own lease every cell exactly once, whatever the policy") {
+TEST_CASE("ranks in threads lease every cell exactly once, for all policies") {
   for (const SchedulePolicy policy : {static_split, guided, factoring, weighted}) {
     for (const std::uint32_t ranks : {1U, 2U, 3U, 8U}) {
       for (const std::uint32_t tile : {0U, 8U}) {
@@ -47,7 +47,7 @@ TEST_CASE("ranks in threads of their own lease every cell exactly once, whatever
   }
 }
 
-TEST_CASE("ranks of several ledgers lease every cell exactly once, each from its own at first") {
+TEST_CASE("ranks of several ledgers lease every cell exactly once, first from their own ledger") {
   for (const std::uint32_t ranks : {2U, 5U, 8U, 13U}) {
     for (const std::uint32_t each : {1U, 2U, 3U}) {
       CAPTURE(ranks);
@@ -80,8 +80,7 @@ TEST_CASE("ranks of several ledgers lease every cell exactly once, each from its
   }
 }
 
-TEST_CASE(
-    "a rank takes from its group's ledger first, and cells of a group that is gone go to others") {
+TEST_CASE("a rank takes from its group's ledger first, and then from those of lost groups") {
   Rig rig(medium(), 6, weighted);
   rig.split(2);
   const auto part = rig.ledgers->ledgers.part(1, rig.plan().cells());
@@ -90,10 +89,10 @@ TEST_CASE(
   CHECK(first.begin == part.begin);
   std::vector<CellRange> all = take_all(rank, 1e6);
   all.push_back(first);
-  CHECK(is_partition(all, rig.plan().cells()));  // nobody else ever came
+  CHECK(is_partition(all, rig.plan().cells()));  // no other rank took any
 }
 
-TEST_CASE("a ledger of fewer cells than ranks gives each once") {
+TEST_CASE("a ledger with fewer cells than ranks hands out each cell once") {
   Rig rig(made_settings(3, 2, 5), 12, weighted);
   rig.split(2);
   std::vector<CellRange> all;
@@ -105,7 +104,7 @@ TEST_CASE("a ledger of fewer cells than ranks gives each once") {
   CHECK(is_partition(all, rig.plan().cells()));
 }
 
-TEST_CASE("a chunk computed from its step is the one that a coordinator would have handed out") {
+TEST_CASE("a chunk computed from its step equals the one of a coordinator") {
   Dice dice(1);
   for (int i = 0; i < 200; ++i) {
     const auto settings =
@@ -133,7 +132,7 @@ TEST_CASE("a chunk computed from its step is the one that a coordinator would ha
   }
 }
 
-TEST_CASE("all ranks compute the same chunks although their numbers of threads differ") {
+TEST_CASE("ranks with different numbers of threads compute the same chunks") {
   Rig rig(medium(), 2, guided);
   rig.options.all_threads = 10;
   rig.options.threads = 2;
@@ -151,7 +150,7 @@ TEST_CASE("all ranks compute the same chunks although their numbers of threads d
   CHECK(is_partition(all, rig.plan().cells()));
 }
 
-TEST_CASE("weighted leases are half of a rank's share of what is left, by measured speed") {
+TEST_CASE("a weighted lease is half of a rank's share of the remaining cells, by measured speed") {
   Rig rig(made_settings(400, 400, 2000), 2, weighted);
   WindowSource slow = rig.rank(0, 0, 1e9);
   WindowSource fast = rig.rank(1, 0, 1e9);
@@ -160,14 +159,14 @@ TEST_CASE("weighted leases are half of a rank's share of what is left, by measur
   CHECK(weighted_cells(rig, fast, 3e6) == std::ceil(left * 0.75 / 2));
   left = static_cast<double>(rig.left());
   CHECK(weighted_cells(rig, slow, 1e6) == std::ceil(left * 0.25 / 2));
-  // The sum follows a speed that falls, and one that rises.
+  // The sum follows falling and rising speeds.
   left = static_cast<double>(rig.left());
   CHECK(weighted_cells(rig, fast, 1e6) == std::ceil(left * 0.5 / 2));
   left = static_cast<double>(rig.left());
   CHECK(weighted_cells(rig, slow, 4e6) == std::ceil(left * 0.8 / 2));
 }
 
-TEST_CASE("a weighted lease is neither shorter nor longer than asked for") {
+TEST_CASE("a weighted lease has a length within the given bounds") {
   Rig rig(made_settings(400, 400, 2000), 2, weighted);
   const double cell = rig.plan().cell_samples();
   WindowSource rank = rig.rank(0, 0.01, 0.5);
@@ -177,7 +176,7 @@ TEST_CASE("a weighted lease is neither shorter nor longer than asked for") {
   CHECK(weighted_cells(rig, last, 1e7) == std::floor(1e5 / cell));
 }
 
-TEST_CASE("a first lease only measures: a small one that has work for every thread") {
+TEST_CASE("the first lease is small, but has work for every thread") {
   for (const std::uint32_t threads : {1U, 2U, 64U}) {
     Rig rig(made_settings(400, 400, 2000), 4, weighted, threads);
     const double cell = rig.plan().cell_samples();
@@ -188,7 +187,7 @@ TEST_CASE("a first lease only measures: a small one that has work for every thre
   }
 }
 
-TEST_CASE("ranks slower than the unit of speeds neither take everything nor nothing") {
+TEST_CASE("ranks slower than the unit of speed take leases of a sensible length") {
   Rig rig(made_settings(400, 400, 2000), 4, weighted);
   WindowSource slow = rig.rank(0);
   WindowSource fresh = rig.rank(1);
@@ -198,7 +197,7 @@ TEST_CASE("ranks slower than the unit of speeds neither take everything nor noth
   CHECK(weighted_cells(rig, fresh, 0) * rig.plan().cell_samples() <= 1e5);
 }
 
-TEST_CASE("copies are for the idle alone, one for each ticket") {
+TEST_CASE("only idle ranks get copies, one for each ticket") {
   Rig rig(medium(), 2, static_split);
   WindowSource rank = rig.rank(1);
   WindowSource other = rig.rank(0);
@@ -228,8 +227,7 @@ TEST_CASE("copies are for the idle alone, one for each ticket") {
   CHECK(other.take_part(1e6, true).cells == CellRange{7, 9});
 }
 
-TEST_CASE(
-    "nothing is left once the coordinator says so, and without a place for a copy ranks wait") {
+TEST_CASE("ranks end when rank 0 sets finished, and wait if there is no place for a copy") {
   Rig rig(medium(), 2, weighted);
   WindowSource rank = rig.rank(1);
   rig.window.store(Word::position, rig.plan().cells());

@@ -1,5 +1,5 @@
-// A primary and its standby over a line that loses, repeats, delays and cuts what travels on it,
-// while either crashes: whatever was acknowledged is in the standby, once.
+// Tests a primary and its standby over a connection that loses, repeats, delays and cuts messages,
+// while both crash. The standby must have everything acknowledged exactly once.
 #include "coordinator/replica/replica.h"
 
 #include <doctest/doctest.h>
@@ -23,7 +23,7 @@
 namespace parray::test {
 namespace {
 
-/// What a store would have after a crash.
+/// Returns the content of a store after a crash.
 CrashStore kept(const CrashStore& store) {
   CrashStore copy = store;
   copy.crash();
@@ -45,7 +45,8 @@ void check_same(Store& a, Store& b) {
   CHECK(a.note("workers") == b.note("workers"));
 }
 
-/// Work of a coordinator's: job 1 has rows appended only, numbered; others come and go.
+/// Makes random changes. Job 1 only gets numbered results appended; other jobs are added and
+/// dropped.
 class Work {
  public:
   explicit Work(std::uint64_t seed) : random_(seed) {}
@@ -92,12 +93,12 @@ std::unique_ptr<ReplicatedStore> started(CrashStore& store, Standby& standby,
     try {
       return std::make_unique<ReplicatedStore>(store, standby, random);
     } catch (const StorageFull&) {
-      store.crash();  // it is started again
+      store.crash();  // the primary restarts
     }
   }
 }
 
-/// A life of both with everything that may happen to them. Returns whether it ended in step.
+/// Simulates both with all kinds of failures. Returns whether they end in step.
 bool live(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   CrashStore first(0.05, seed);
@@ -110,7 +111,7 @@ bool live(std::uint64_t seed) {
   Work work(seed);
   std::size_t acknowledged = 0;
   for (int step = 0; step < 60; ++step) {
-    if (primary->jobs().empty()) {  // it has crashed before its first commit
+    if (primary->jobs().empty()) {  // the primary crashed before its first commit
       primary->put_scene(digest('a'), "scene a");
       primary->put_job(stored_job(1));
     }
@@ -139,7 +140,7 @@ bool live(std::uint64_t seed) {
     }
   }
   const bool in_step = standby.replica().in_step();
-  // Once all is well the two are soon the same again.
+  // Without failures, the two become equal again.
   standby.heal();
   second.fill(false);
   bool committed = false;
@@ -154,7 +155,7 @@ bool live(std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE(
-    "whatever was acknowledged is in the standby, once, whatever is lost and whoever crashes") {
+    "the standby has everything acknowledged exactly once, despite lost messages and crashes") {
   int in_step = 0;
   constexpr int lives = 200;
   for (std::uint64_t seed = 0; seed < lives; ++seed) {
@@ -164,7 +165,8 @@ TEST_CASE(
   CHECK(in_step > lives / 2);
 }
 
-TEST_CASE("nothing is committed while the standby does not answer, and all of it once it does") {
+TEST_CASE(
+    "a primary commits nothing while its standby does not answer, and everything afterwards") {
   CrashStore first(0, 1);
   CrashStore second(0, 2);
   Standby standby(second);
@@ -173,10 +175,11 @@ TEST_CASE("nothing is committed while the standby does not answer, and all of it
   primary.commit();
   standby.cut_off = true;
   primary.append_rows(1, "row");
-  CHECK_THROWS_WITH_AS(primary.commit(),
-                       "the standby at tcp://standby:7401 does not answer: nothing is acknowledged "
-                       "until it does",
-                       StorageFull);
+  CHECK_THROWS_WITH_AS(
+      primary.commit(),
+      "the standby at tcp://standby:7401 does not answer: the primary acknowledges "
+      "nothing until the standby has committed it",
+      StorageFull);
   CHECK(first.committed_rows(1).empty());
   standby.cut_off = false;
   primary.append_rows(1, "another");
@@ -185,9 +188,9 @@ TEST_CASE("nothing is committed while the standby does not answer, and all of it
   CHECK(second.committed_rows(1) == first.committed_rows(1));
 }
 
-TEST_CASE("what waits for a standby is not lost while another one, in its place, gets a copy") {
+TEST_CASE("changes that wait for a standby survive a full copy to another standby at its address") {
   for (int answered = 0; answered < 4; ++answered) {  // hello, copy, piece, commit
-    for (const bool under_way : {false, true}) {      // it may have been sent, or not yet
+    for (const bool under_way : {false, true}) {      // the batch was sent, or not yet
       CAPTURE(answered);
       CAPTURE(under_way);
       CrashStore first(0, 1);
@@ -205,11 +208,11 @@ TEST_CASE("what waits for a standby is not lost while another one, in its place,
       }
       standby.become(third);
       standby.cut_off = false;
-      standby.last_ask = standby.asks + answered;
+      standby.last_call = standby.calls + answered;
       CHECK_FALSE(commits(primary));
       standby.become(second);
       standby.cut_off = false;
-      standby.last_ask = std::numeric_limits<int>::max();
+      standby.last_call = std::numeric_limits<int>::max();
       CHECK(commits(primary));
       CHECK(second.committed_rows(1) == first.committed_rows(1));
       CHECK(first.committed_rows(1).size() == (under_way ? 1 : 2));
@@ -217,7 +220,7 @@ TEST_CASE("what waits for a standby is not lost while another one, in its place,
   }
 }
 
-TEST_CASE("a standby that goes on from where it was gets no full copy, one that is new does") {
+TEST_CASE("a restarted standby gets no full copy, a new one does") {
   CrashStore first(0, 1);
   CrashStore second(0, 2);
   Standby standby(second);
@@ -228,19 +231,19 @@ TEST_CASE("a standby that goes on from where it was gets no full copy, one that 
   }
   primary.commit();
   standby.restart();
-  standby.asks = 0;
+  standby.calls = 0;
   primary.commit();
-  CHECK(standby.asks == 1);  // hello
+  CHECK(standby.calls == 1);  // hello
   CHECK(standby.replica().in_step());
   CrashStore third(0, 3);
   Standby other(third);
   ReplicatedStore again(first, other, numbers(2));
   again.commit();
-  CHECK(other.asks > 100 / 4);  // in pieces of 4 MiB
+  CHECK(other.calls > 100 / 4);  // in pieces of 4 MiB
   check_same(first, third);
 }
 
-TEST_CASE("once it has taken over, a standby fences its primary, and goes on after a restart") {
+TEST_CASE("a standby that has taken over fences its primary, also after a restart") {
   CrashStore first(0, 1);
   CrashStore second(0, 2);
   Standby standby(second);
@@ -249,18 +252,18 @@ TEST_CASE("once it has taken over, a standby fences its primary, and goes on aft
   primary.commit();
   CHECK(serve_alone(second) == 2);
   standby.restart();
-  CHECK(standby.replica().serves());
+  CHECK(standby.replica().has_taken_over());
   primary.append_rows(1, "row");
   CHECK_THROWS_WITH_AS(primary.commit(),
-                       "fenced: the standby at tcp://standby:7401 serves as generation 2, this one "
-                       "was generation 1",
+                       "fenced: the standby at tcp://standby:7401 serves as generation 2, this "
+                       "primary was generation 1",
                        RunError);
   CHECK(first.committed_rows(1).empty());
   ReplicatedStore restarted(first, standby, numbers(2));
   CHECK_THROWS_AS(restarted.commit(), RunError);
 }
 
-TEST_CASE("the old primary becomes the standby of the one that took over") {
+TEST_CASE("the old primary becomes the standby of the coordinator that took over") {
   CrashStore first(0, 1);
   CrashStore second(0, 2);
   {
@@ -281,8 +284,7 @@ TEST_CASE("the old primary becomes the standby of the one that took over") {
   CHECK(serve_alone(first) == 4);
 }
 
-TEST_CASE(
-    "a standby with another farm's state, or with jobs of its own, refuses to be overwritten") {
+TEST_CASE("a standby with another farm's state or with jobs of its own refuses a primary") {
   CrashStore first(0, 1);
   CrashStore second(0, 2);
   CrashStore stranger(0, 3);
@@ -298,8 +300,7 @@ TEST_CASE(
   CHECK_THROWS_AS(Replica{stranger}, InputError);
 }
 
-TEST_CASE(
-    "a primary that was set back does not overwrite its standby, unless that is told to let it") {
+TEST_CASE("a primary that was set back overwrites its standby only with --overwrite") {
   CrashStore first(0, 1);
   CrashStore second(0, 2);
   Standby standby(second);
@@ -321,12 +322,12 @@ TEST_CASE(
     return message;
   };
   const std::string expected =
-      "the standby at tcp://standby:7401 refuses to be one: the primary has been set back: 3 "
-      "batches would be lost: serve from the standby, or start it with --overwrite";
+      "the standby at tcp://standby:7401 refuses this primary: the primary has been set back: 3 "
+      "batches would be lost: serve the standby's state, or start the standby with --overwrite";
   CHECK(refusal(snapshot, false) == expected);
   CHECK(refusal(snapshot, true) == expected);
   primary.put_job(stored_job(5));
-  primary.commit();  // the true one goes on
+  primary.commit();  // the real primary continues
   CHECK(kept(second).jobs().size() == 5);
   standby.overwrite = true;
   standby.restart();
@@ -336,7 +337,7 @@ TEST_CASE(
   CHECK(kept(second).jobs().size() == 1);
 }
 
-TEST_CASE("a primary whose standby was away takes it in again, whatever it has done alone") {
+TEST_CASE("a primary that served without its standby accepts the standby again") {
   CrashStore first(0, 1);
   CrashStore second(0, 2);
   Standby standby(second);
@@ -355,7 +356,7 @@ TEST_CASE("a primary whose standby was away takes it in again, whatever it has d
   check_same(first, second);
 }
 
-TEST_CASE("a fenced primary serves again only when it is told to, and as another farm") {
+TEST_CASE("a fenced primary serves again only with --serve-fenced, as another farm") {
   CrashStore store(0, 1);
   put_replication_state(store, {7, 3, ReplicaRole::primary});
   store.commit();
@@ -370,7 +371,7 @@ TEST_CASE("a fenced primary serves again only when it is told to, and as another
   CHECK(serve_alone(store) == 2);
 }
 
-TEST_CASE("a batch that comes again is answered and not applied again") {
+TEST_CASE("a repeated batch is answered and not applied again") {
   CrashStore second(0, 2);
   Replica replica(second);
   const Position begin{1, 1, 0};
@@ -379,35 +380,35 @@ TEST_CASE("a batch that comes again is answered and not applied again") {
   changes.put_job(stored_job(1));
   changes.append_rows(1, "row");
   const std::string batch = changes.take();
-  const auto answer = [&](const ReplicaRequest& ask) {
-    return decode_reply(replica.answer(encode(ask))).kind;
+  const auto answer = [&](const ReplicaRequest& request) {
+    return decode_reply(replica.answer(encode(request))).kind;
   };
-  CHECK(answer({9, 1, ReplicaRequestKind::hello, begin}) == ReplicaReplyKind::behind);
-  CHECK(answer({9, 2, ReplicaRequestKind::copy, begin}) == ReplicaReplyKind::well);
+  CHECK(answer({9, 1, ReplicaRequestKind::begin_session, begin}) == ReplicaReplyKind::behind);
+  CHECK(answer({9, 2, ReplicaRequestKind::copy, begin}) == ReplicaReplyKind::done);
   const ReplicaRequest piece{9, 3, ReplicaRequestKind::piece, end, 0, 0, false, batch};
   const ReplicaRequest commit{
       9, 4, ReplicaRequestKind::commit, end, batch.size(), checksum_of(batch), true};
   for (int i = 0; i < 3; ++i) {
-    CHECK(answer(piece) == ReplicaReplyKind::have);
-    CHECK(answer(piece) == ReplicaReplyKind::have);
+    CHECK(answer(piece) == ReplicaReplyKind::received);
+    CHECK(answer(piece) == ReplicaReplyKind::received);
     CHECK(answer(commit) == ReplicaReplyKind::committed);
-    CHECK(answer({9, 2, ReplicaRequestKind::copy, begin}) == ReplicaReplyKind::well);  // late
+    CHECK(answer({9, 2, ReplicaRequestKind::copy, begin}) == ReplicaReplyKind::done);  // late
   }
   CHECK(second.committed_rows(1) == std::vector<std::string>{"row"});
   CHECK(replica.in_step());
 }
 
-TEST_CASE("a copy that is not whole serves nobody") {
+TEST_CASE("an incomplete copy cannot serve") {
   CrashStore second(0, 2);
   Replica replica(second);
   const Position position{1, 1, 5};
-  replica.answer(encode(ReplicaRequest{9, 1, ReplicaRequestKind::hello, position}));
+  replica.answer(encode(ReplicaRequest{9, 1, ReplicaRequestKind::begin_session, position}));
   replica.answer(encode(ReplicaRequest{9, 2, ReplicaRequestKind::copy, position}));
   CHECK_FALSE(replica.in_step());
   CHECK_THROWS_AS(serve_alone(second), InputError);
 }
 
-TEST_CASE("a standby without room says so, and takes the batch when there is some") {
+TEST_CASE("a standby without room reports that, and commits the batch when there is room") {
   CrashStore first(0, 1);
   CrashStore second(0, 2);
   Standby standby(second);
@@ -416,7 +417,7 @@ TEST_CASE("a standby without room says so, and takes the batch when there is som
   primary.commit();
   second.fill(true);
   primary.append_rows(1, "row");
-  primary.put_scene(digest('a'), "scene a");  // finds no room in the midst of the batch
+  primary.put_scene(digest('a'), "scene a");  // fails in the middle of the batch
   primary.append_rows(1, "another");
   for (int i = 0; i < 3; ++i) {
     CHECK_THROWS_AS(primary.commit(), StorageFull);
@@ -426,7 +427,7 @@ TEST_CASE("a standby without room says so, and takes the batch when there is som
   check_same(first, second);
 }
 
-TEST_CASE("what a standby had no room for, and its primary has lost, is in neither") {
+TEST_CASE("changes that a full standby refused and its primary lost are in neither store") {
   CrashStore first(0, 1);
   CrashStore second(0, 2);
   Standby standby(second);
@@ -447,11 +448,11 @@ TEST_CASE("what a standby had no room for, and its primary has lost, is in neith
   check_same(first, second);
 }
 
-TEST_CASE("no damaged message is taken for one, wherever it is cut or changed") {
-  const std::string ask =
+TEST_CASE("a message that is cut or changed anywhere is refused") {
+  const std::string request =
       encode(ReplicaRequest{1, 2, ReplicaRequestKind::piece, {3, 4, 5}, 6, 7, true, "bytes"});
   const std::string answer = encode(ReplicaReply{1, 2, ReplicaReplyKind::full, 3, "text"});
-  for (const std::string& message : {ask, answer}) {
+  for (const std::string& message : {request, answer}) {
     for (std::size_t i = 0; i < message.size(); ++i) {
       std::string changed = message;
       changed[i] = static_cast<char>(changed[i] ^ 1);
@@ -461,12 +462,12 @@ TEST_CASE("no damaged message is taken for one, wherever it is cut or changed") 
       }
     }
   }
-  CHECK(decode_request(ask).bytes == "bytes");
+  CHECK(decode_request(request).bytes == "bytes");
   CHECK(decode_reply(answer).text == "text");
   CHECK_THROWS_AS(decode_request(answer), DecodeError);
 }
 
-TEST_CASE("a commit that keeps a part, or that has no mark of its own, leaves none") {
+TEST_CASE("a commit that holds back a job, or has no mark of its own, leaves no mark") {
   const TemporaryDirectory directory(in_memory());
   FaultyDisk disk;
   {

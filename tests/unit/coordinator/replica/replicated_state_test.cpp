@@ -28,7 +28,7 @@ JobRecord job_of(JobId id, JobState state) {
   return job;
 }
 
-/// Two states on disk. Each end can be stopped, and starts again on what its directory has.
+/// Primary and standby with states on disk. Each can be stopped and restarted.
 class Twins {
  public:
   Twins() { start(); }
@@ -57,7 +57,7 @@ class Twins {
     primary->commit();
   }
 
-  /// Both ends have the same, and it is on their disks.
+  /// Checks that both stores have committed the same content.
   void check_same() {
     const StoredState of_primary = stored_state(*primary_disk);
     CHECK(of_primary == stored_state(*standby_disk));
@@ -78,7 +78,7 @@ class Twins {
   std::uint64_t seed_ = 0;
 };
 
-/// What work() has acknowledged.
+/// Checks that the store has everything that work() acknowledged.
 void check_work(Store& store) {
   CHECK(store.picture(1) == "the picture of job 1");
   CHECK(rows_of(store, 2) == std::vector<std::string>{"first row", "second row"});
@@ -131,7 +131,7 @@ TEST_CASE("a primary whose files were replaced by directories stays in step with
   SUBCASE("its rows are traced again, and both have the same") {
     put_directory_in_place_of(twins.first() / "jobs/2/rows");
     twins.start();
-    twins.primary->keep_rows(2, 0);  // as take_up() does
+    twins.primary->keep_rows(2, 0);  // as the coordinator does for damaged results
     twins.primary->append_rows(2, "first row, traced again");
     twins.primary->commit();
     CHECK(rows_of(*twins.standby_disk, 2) == std::vector<std::string>{"first row, traced again"});
@@ -148,7 +148,7 @@ TEST_CASE("a backup of a standby's state serves what was acknowledged") {
   check_work(copy);
 }
 
-TEST_CASE("a backup of a standby's state becomes a standby again, by a full copy") {
+TEST_CASE("a backup of a standby's state becomes a standby again through a full copy") {
   Twins twins;
   twins.work();
   CHECK(back_up_state(twins.second(), twins.other(), 1e9) == std::vector<std::string>{});
@@ -164,7 +164,7 @@ TEST_CASE("a backup of a standby's state becomes a standby again, by a full copy
   twins.check_same();
 }
 
-TEST_CASE("a standby's state that was repaired serves, or is filled up by its primary") {
+TEST_CASE("a repaired state of a standby can serve, or gets a full copy from its primary") {
   Twins twins;
   twins.work();
   twins.stop();
@@ -187,7 +187,7 @@ TEST_CASE("a standby's state that was repaired serves, or is filled up by its pr
   }
 }
 
-TEST_CASE("a copy that was under way serves nobody, also after a repair, and is not backed up") {
+TEST_CASE("an incomplete copy cannot serve, even after a repair, and cannot be backed up") {
   Twins twins;
   twins.work();
   twins.stop();
@@ -196,13 +196,13 @@ TEST_CASE("a copy that was under way serves nobody, also after a repair, and is 
   twins.line = std::make_unique<Standby>(*twins.standby_disk);
   twins.primary_disk = std::make_unique<DiskStore>(twins.first());
   twins.primary = std::make_unique<ReplicatedStore>(*twins.primary_disk, *twins.line, numbers(7));
-  twins.line->last_ask = 2;  // hello, copy
+  twins.line->last_call = 2;  // hello, copy
   CHECK_THROWS_AS(twins.primary->commit(), StorageFull);
   twins.stop();
   SUBCASE("as it is") {}
   SUBCASE("and is not backed up") {
     CHECK_THROWS_WITH_AS(back_up_state(twins.second(), twins.other(), 1e9),
-                         doctest::Contains("its primary is filling up"), InputError);
+                         doctest::Contains("is receiving a full copy"), InputError);
     CHECK_FALSE(fs::exists(twins.other()));
   }
   SUBCASE("repaired") {

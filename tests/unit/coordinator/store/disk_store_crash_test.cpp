@@ -1,4 +1,4 @@
-// What is left of a DiskStore when the process, the machine or the disk gives up at any moment.
+// Tests that a DiskStore survives a failure of the process, the machine or the disk at any moment.
 #include <doctest/doctest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -43,7 +43,7 @@ void put_second(Store& store) {
   put_picture(store, 2, "picture 2, again");
 }
 
-/// What the limit on the size of files makes of a disk: no file may grow beyond it.
+/// A disk whose files cannot grow beyond a limit.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(std::uint64_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -66,7 +66,7 @@ class FileSizeLimit {
 
 }  // namespace
 
-TEST_CASE("an append cut at any byte leaves exactly the committed rows") {
+TEST_CASE("an append that is cut at any byte leaves exactly the committed results") {
   const TemporaryDirectory directory(in_memory());
   const fs::path before = directory.path() / "before";
   const fs::path crashed = directory.path() / "crashed";
@@ -99,7 +99,7 @@ TEST_CASE("an append cut at any byte leaves exactly the committed rows") {
   }
 }
 
-TEST_CASE("committed rows that were cut or changed anywhere are damage, of their job alone") {
+TEST_CASE("committed results that are cut or changed anywhere are damage of their own job only") {
   const TemporaryDirectory directory;
   {
     DiskStore store(directory.path());
@@ -132,7 +132,7 @@ TEST_CASE("committed rows that were cut or changed anywhere are damage, of their
   check_damaged();
 }
 
-TEST_CASE("a damaged picture or scene is told from a good one") {
+TEST_CASE("a damaged picture or scene is recognised") {
   const TemporaryDirectory directory;
   {
     DiskStore store(directory.path());
@@ -157,7 +157,7 @@ TEST_CASE("a damaged picture or scene is told from a good one") {
     check_damaged();
     fs::remove(file);
     check_damaged();
-    fs::create_directories(file.parent_path());  // which went when it was empty
+    fs::create_directories(file.parent_path());  // the store removed the empty directory
     write_bytes(file, whole);
   }
 }
@@ -190,7 +190,8 @@ TEST_CASE("a process killed at any step of a commit leaves the state before it o
   CHECK(stored_state(crashed) == after);
 }
 
-TEST_CASE("a disk that fills up at any byte loses nothing, and has it all once there is room") {
+TEST_CASE(
+    "a disk that fills up at any byte loses nothing, and stores everything once there is room") {
   const TemporaryDirectory directory(in_memory());
   StoredState before;
   StoredState after;
@@ -203,7 +204,7 @@ TEST_CASE("a disk that fills up at any byte loses nothing, and has it all once t
     FaultyDisk disk;
     DiskStore store(state, disk);
     put_first(store);
-    if (room == 0) {  // the first time only measures
+    if (room == 0) {  // the first run only measures
       before = stored_state(store);
       constexpr std::uint64_t plenty = 1'000'000;
       disk.room = plenty;
@@ -223,7 +224,7 @@ TEST_CASE("a disk that fills up at any byte loses nothing, and has it all once t
     CHECK(message.find('\n') == std::string::npos);
     copy_state(state, crashed);
     const StoredState left = stored_state(crashed);
-    for (const JobId id : {JobId{1}, JobId{2}}) {  // of each job all or nothing
+    for (const JobId id : {JobId{1}, JobId{2}}) {  // all changes of a job, or none
       const StoredState& whole_job = left.records.at(id) == before.records.at(id) ? before : after;
       CHECK(left.rows.at(id).size() <= after.rows.at(id).size());
       CHECK(left.rows.at(id).size() >= before.rows.at(id).size());
@@ -248,7 +249,7 @@ TEST_CASE("a disk that fills up at any byte loses nothing, and has it all once t
   }
 }
 
-TEST_CASE("rows without room hold back their own job, and what is dropped makes room") {
+TEST_CASE("results without room hold back their own job, and dropped data frees room") {
   const TemporaryDirectory directory;
   FaultyDisk disk;
   DiskStore store(directory.path(), disk);
@@ -276,7 +277,7 @@ TEST_CASE("rows without room hold back their own job, and what is dropped makes 
   CHECK(store.jobs()[0].state == JobState::running);
 }
 
-TEST_CASE("what a failed sync has lost is written again") {
+TEST_CASE("data lost by a failed sync is written again") {
   const TemporaryDirectory directory;
   FaultyDisk disk;
   {
@@ -304,7 +305,7 @@ TEST_CASE("what a failed sync has lost is written again") {
   CHECK(bulk_files(directory.path()).size() == 3);
 }
 
-TEST_CASE("a commit of many jobs syncs once; what a failed sync has lost is written again") {
+TEST_CASE("a commit of many jobs syncs once, and data lost by a failed sync is written again") {
   const TemporaryDirectory directory;
   constexpr JobId jobs = 100;
   FaultyDisk disk;
@@ -365,7 +366,7 @@ TEST_CASE("a process killed while many jobs are committed leaves all of them or 
   CHECK(first_after != left.end());
 }
 
-TEST_CASE("a database without room keeps nothing of a commit, and all of it later") {
+TEST_CASE("a database without room stores nothing of a commit, and all of it later") {
   const TemporaryDirectory directory(in_memory());
   const fs::path state = directory.path() / "state";
   const fs::path crashed = directory.path() / "crashed";
@@ -409,10 +410,10 @@ TEST_CASE("a disk that is full to the last byte can still be cleared") {
   CHECK(fs::exists(directory.path() / "reserve"));
   {
     const FileSizeLimit limit(full_at());
-    CHECK_THROWS_AS(store.commit(), StorageFull);  // frees nothing: the reserve is not for it
+    CHECK_THROWS_AS(store.commit(), StorageFull);  // frees nothing, so it may not use the reserve
     CHECK(fs::exists(directory.path() / "reserve"));
     store.drop_job(2);
-    CHECK_THROWS_AS(store.commit(), StorageFull);  // this limit, unlike a disk, knows no reserve
+    CHECK_THROWS_AS(store.commit(), StorageFull);  // this limit allows no reserve, unlike a disk
     CHECK_FALSE(fs::exists(directory.path() / "reserve"));
     CHECK(fs::exists(directory.path() / "jobs" / "2" / "picture"));
   }
@@ -421,7 +422,7 @@ TEST_CASE("a disk that is full to the last byte can still be cleared") {
   CHECK_FALSE(fs::exists(directory.path() / "jobs" / "2"));
 }
 
-TEST_CASE("a state opens, and is read, where nothing can be written") {
+TEST_CASE("a state on a full disk opens and can be read") {
   const TemporaryDirectory directory;
   StoredState before;
   {
@@ -472,7 +473,7 @@ TEST_CASE("a new state that has no room is refused with the reason") {
   CHECK_THROWS_WITH_AS(DiskStore{directory.path()}, doctest::Contains("make room"), InputError);
 }
 
-TEST_CASE("a killed process has kept every commit that it has told of") {
+TEST_CASE("a killed process keeps every commit that it reported") {
   const TemporaryDirectory directory;
   std::uint64_t next = 0;  // row that the next process starts with
   for (int life = 0; life < 12; ++life) {

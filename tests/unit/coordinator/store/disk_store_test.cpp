@@ -36,9 +36,9 @@ std::uint64_t total_bytes(const std::filesystem::path& directory) {
 
 }  // namespace
 
-TEST_CASE("what was committed is there after a restart, what was not is gone") {
+TEST_CASE("a restart keeps committed changes and forgets others") {
   const TemporaryDirectory directory;
-  const auto state = directory.path() / "deep" / "state";  // made if need be
+  const auto state = directory.path() / "deep" / "state";  // the store creates it
   {
     DiskStore store(state);
     store.put_job(stored_job(7));
@@ -73,7 +73,7 @@ TEST_CASE("what was committed is there after a restart, what was not is gone") {
   CHECK(bulk_files(state) == Strings{"jobs/7/rows", "scenes/" + digest('a')});
 }
 
-TEST_CASE("what was put is read before it is committed") {
+TEST_CASE("new data can be read before the commit") {
   const TemporaryDirectory directory;
   DiskStore store(directory.path());
   store.put_job(stored_job(1));
@@ -93,7 +93,7 @@ TEST_CASE("what was put is read before it is committed") {
   CHECK_FALSE(store.picture(1).has_value());
 }
 
-TEST_CASE("a picture is its pieces, and may have none") {
+TEST_CASE("a picture consists of its pieces, possibly none") {
   const TemporaryDirectory directory;
   {
     DiskStore store(directory.path());
@@ -110,7 +110,7 @@ TEST_CASE("a picture is its pieces, and may have none") {
   CHECK(store.picture(2) == "");
 }
 
-TEST_CASE("a finished job keeps its picture and drops its rows and its scene") {
+TEST_CASE("a finished job keeps its picture and drops its results and its scene") {
   const TemporaryDirectory directory;
   DiskStore store(directory.path());
   store.put_job(stored_job(1));
@@ -133,7 +133,7 @@ TEST_CASE("a finished job keeps its picture and drops its rows and its scene") {
   CHECK_FALSE(std::filesystem::exists(directory.path() / "jobs" / "1"));
 }
 
-TEST_CASE("a scene stays while a job that may be rendered yet uses it, a failed one too") {
+TEST_CASE("a scene stays while an unfinished or failed job uses it") {
   const TemporaryDirectory directory;
   DiskStore store(directory.path());
   store.put_scene(digest('a'), "scene");
@@ -152,7 +152,7 @@ TEST_CASE("a scene stays while a job that may be rendered yet uses it, a failed 
   CHECK_FALSE(store.scene(digest('a')).has_value());
 }
 
-TEST_CASE("notes are kept by name, and what everything takes is told, scenes once") {
+TEST_CASE("notes are stored by name, and usage() counts a shared scene once") {
   const TemporaryDirectory directory;
   {
     DiskStore store(directory.path());
@@ -174,7 +174,7 @@ TEST_CASE("notes are kept by name, and what everything takes is told, scenes onc
   CHECK(usage.total == 5 + 16 + 4);
 }
 
-TEST_CASE("dropped rows are gone, and what is appended after them is a log of its own") {
+TEST_CASE("dropped results are gone, and later entries form a new log") {
   const TemporaryDirectory directory;
   {
     DiskStore store(directory.path());
@@ -205,7 +205,7 @@ TEST_CASE("dropped rows are gone, and what is appended after them is a log of it
   CHECK(bulk_files(directory.path()).empty());
 }
 
-TEST_CASE("of a log the first entries are kept, and what is appended follows them") {
+TEST_CASE("keep_rows() keeps the first entries, and later entries follow them") {
   const TemporaryDirectory directory;
   {
     DiskStore store(directory.path());
@@ -298,7 +298,7 @@ TEST_CASE("a damaged record and a file that is no database are told apart") {
   CHECK_THROWS_AS(DiskStore{garbage.path()}, RunError);
 }
 
-TEST_CASE("a state that no job can be in is a damaged record") {
+TEST_CASE("an unknown job state is a damaged record") {
   std::string text = record_to_json(stored_job(1, JobState::cancelled));
   CHECK(record_from_json(1, text).state == JobState::cancelled);
   const std::size_t at = text.find("\"state\":5");
@@ -307,7 +307,7 @@ TEST_CASE("a state that no job can be in is a damaged record") {
   CHECK_THROWS_AS(record_from_json(1, text.replace(at, 9, "\"state\":-1")), RunError);
 }
 
-TEST_CASE("a number that is none of its kind is a damaged record, not another number") {
+TEST_CASE("a number of a wrong type or range is a damaged record") {
   const JobRecord job = stored_job(1, JobState::running);
   for (const char* key : {"priority", "tile", "duplicates_removed", "scene_bytes", "max_failures",
                           "convictions", "state"}) {
@@ -320,7 +320,7 @@ TEST_CASE("a number that is none of its kind is a damaged record, not another nu
   }
 }
 
-TEST_CASE("a share that no user can have is a damaged record") {
+TEST_CASE("an invalid share is a damaged record") {
   JobRecord job = stored_job(1, JobState::running);
   job.share = 2.5;
   CHECK(record_from_json(1, record_to_json(job)).share == 2.5);
@@ -330,7 +330,7 @@ TEST_CASE("a share that no user can have is a damaged record") {
   }
 }
 
-TEST_CASE("a pass that no picture can have is a damaged record") {
+TEST_CASE("an invalid pass is a damaged record") {
   JobRecord job = stored_job(1, JobState::running);
   job.passes = {1000};
   CHECK(record_from_json(1, record_to_json(job)).passes == job.passes);
@@ -345,7 +345,7 @@ TEST_CASE("a directory that cannot be made is refused with its name") {
                        InputError);
 }
 
-TEST_CASE("files that no record names move to lost, and files of others stay") {
+TEST_CASE("files that no record names move to lost/, and foreign files stay") {
   const TemporaryDirectory directory;
   {
     DiskStore store(directory.path());
@@ -390,7 +390,7 @@ TEST_CASE("files that no record names move to lost, and files of others stay") {
   }
 }
 
-TEST_CASE("what was set aside goes once it has been there for the uptime asked") {
+TEST_CASE("files in lost/ are removed after the given uptime") {
   const TemporaryDirectory directory;
   {
     DiskStore store(directory.path());
@@ -411,7 +411,7 @@ TEST_CASE("what was set aside goes once it has been there for the uptime asked")
   CHECK(store.usage().total == 0);
 }
 
-TEST_CASE("a dropped job's room is free at once, in the database too") {
+TEST_CASE("a commit frees the room of a dropped job, also in the database") {
   const TemporaryDirectory directory(in_memory());
   DiskStore store(directory.path());
   store.commit();
@@ -431,13 +431,13 @@ TEST_CASE("a dropped job's room is free at once, in the database too") {
   }
   store.commit();
   CHECK(bulk_files(directory.path()).empty());
-  store.put_job(stored_job(1));  // the log of the database is emptied when it is written again
+  store.put_job(stored_job(1));  // the write empties the database's log
   store.commit();
   CHECK(files_below(directory.path())["parray.sqlite"] < 100'000);
   CHECK(files_below(directory.path())["parray.sqlite-wal"] <= 4'194'304);
 }
 
-TEST_CASE("any course of puts, drops, commits and crashes leaves what a model says") {
+TEST_CASE("any sequence of puts, drops, commits and crashes agrees with a model") {
   using Dice = std::mt19937_64;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
@@ -493,7 +493,7 @@ TEST_CASE("any course of puts, drops, commits and crashes leaves what a model sa
   }
 }
 
-TEST_CASE("long: a picture larger than a database would take" * doctest::skip()) {
+TEST_CASE("long: a picture larger than the limit of a database" * doctest::skip()) {
   const TemporaryDirectory directory;
   const std::string piece(1'000'000, '\0');
   const std::vector<std::string_view> pieces(1100, piece);

@@ -1,4 +1,4 @@
-// A state whose files are damaged: nothing that was acknowledged vanishes without a word.
+// Tests that a damaged state loses nothing acknowledged without a message.
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 
@@ -34,10 +34,10 @@ JobRecord job_with(JobId id, JobState state) {
   return job;
 }
 
-/// Jobs as they were acknowledged.
+/// The acknowledged content of jobs.
 struct Acknowledged {
-  std::map<JobId, std::string> pictures;           ///< of jobs that are done
-  std::map<JobId, std::vector<std::string>> rows;  ///< of the others
+  std::map<JobId, std::string> pictures;           ///< of done jobs
+  std::map<JobId, std::vector<std::string>> rows;  ///< of unfinished jobs
 };
 
 void submit(Store& store, Acknowledged& acknowledged, JobId id) {
@@ -65,8 +65,8 @@ void finish(Store& store, Acknowledged& acknowledged, JobId id) {
   acknowledged.pictures[id] = picture;
 }
 
-/// Five jobs, of which 1, 2 and 3 are done, 5 was forgotten and 6 has a note's company. `between`
-/// is called in the middle.
+/// Makes five jobs: 1, 2 and 3 are done, 5 is deleted, and 6 is committed with a note. Calls
+/// `between` in the middle.
 template <typename Between>
 Acknowledged live(Store& store, const Between& between) {
   Acknowledged acknowledged;
@@ -89,7 +89,7 @@ Acknowledged live(Store& store, const Between& between) {
   return acknowledged;
 }
 
-/// A state as `kill -9` leaves it: nothing was closed.
+/// A state after `kill -9`, with all files open.
 Acknowledged make_killed_state(const fs::path& directory, const fs::path& workshop) {
   DiskStore store(workshop);
   const Acknowledged acknowledged = live(store, [] {});
@@ -105,7 +105,7 @@ bool names(const Strings& lines, JobId id) {
   });
 }
 
-/// Every acknowledged job is there and right, or `lines` name it, or the scene.
+/// Checks that every acknowledged job is correct, or that `lines` name the job or the scene.
 void check_all(const fs::path& directory, const Acknowledged& acknowledged, Strings lines) {
   DiskStore store(directory);
   lines.insert(lines.end(), store.reports().begin(), store.reports().end());
@@ -144,9 +144,9 @@ void check_whole(const fs::path& directory, const Acknowledged& acknowledged) {
   CHECK(store.note("workers") == "some");
 }
 
-/// Refused with the two commands to use; then --repair brings back everything.
+/// Checks that opening fails and names --repair, and that --repair restores everything.
 void check_mended(const fs::path& directory, const Acknowledged& acknowledged) {
-  const auto files = [&] {  // an empty log may come and go
+  const auto files = [&] {  // ignores an empty write-ahead log
     auto found = files_below(directory);
     std::erase_if(found, [](const auto& file) { return file.second == 0; });
     return found;
@@ -164,7 +164,7 @@ void check_mended(const fs::path& directory, const Acknowledged& acknowledged) {
 
 }  // namespace
 
-TEST_CASE("a log of the database that is damaged anywhere loses no job") {
+TEST_CASE("a write-ahead log that is damaged anywhere loses no job") {
   const TemporaryDirectory directory(in_memory());
   const fs::path killed = directory.path() / "killed";
   const fs::path damaged = directory.path() / "damaged";
@@ -217,7 +217,7 @@ TEST_CASE("a database that is missing, cut, overwritten or out of date loses no 
   });
   strike("empty", [&] { fs::resize_file(damaged / "parray.sqlite", 0); });
   strike("garbage", [&] {
-    fs::remove(damaged / "parray.sqlite-wal");  // which has all of it
+    fs::remove(damaged / "parray.sqlite-wal");  // contains the whole database
     write_bytes(damaged / "parray.sqlite", std::string(5000, 'x'));
   });
   strike("older", [&] {
@@ -228,7 +228,7 @@ TEST_CASE("a database that is missing, cut, overwritten or out of date loses no 
   strike("no count of commits", [&] { fs::remove(damaged / "commits"); });
 }
 
-TEST_CASE("a copy beside the database that is damaged is written again, and the state serves") {
+TEST_CASE("a damaged copy beside the database is written again, and the state can serve") {
   const TemporaryDirectory directory(in_memory());
   const fs::path killed = directory.path() / "killed";
   const fs::path damaged = directory.path() / "damaged";
@@ -252,7 +252,7 @@ TEST_CASE("a copy beside the database that is damaged is written again, and the 
   }
 }
 
-TEST_CASE("a served state is not checked, and checking changes nothing") {
+TEST_CASE("--check refuses a served state and changes nothing") {
   const TemporaryDirectory directory;
   {
     DiskStore store(directory.path());
@@ -273,7 +273,8 @@ TEST_CASE("a served state is not checked, and checking changes nothing") {
   CHECK_THROWS_AS(find_damage(directory.path() / "nowhere"), InputError);
 }
 
-TEST_CASE("damaged rows, pictures and scenes are named, and repair keeps what is sound") {
+TEST_CASE(
+    "damaged results, pictures and scenes are reported, and repair keeps the undamaged parts") {
   const TemporaryDirectory directory(in_memory());
   const fs::path killed = directory.path() / "killed";
   const fs::path damaged = directory.path() / "damaged";
@@ -310,7 +311,7 @@ TEST_CASE("damaged rows, pictures and scenes are named, and repair keeps what is
   CHECK(store.jobs()[3].reason == "its scene is damaged: submit it again");
 }
 
-TEST_CASE("after any damage every acknowledged job is there and right, or is named") {
+TEST_CASE("after any damage every acknowledged job is correct or reported") {
   const TemporaryDirectory directory(in_memory());
   const fs::path killed = directory.path() / "killed";
   const fs::path closed = directory.path() / "closed";
@@ -347,7 +348,8 @@ TEST_CASE("after any damage every acknowledged job is there and right, or is nam
   CHECK(refused > histories / 10);
 }
 
-TEST_CASE("a directory or a pipe in the place of any file is named, and repair moves it to lost/") {
+TEST_CASE(
+    "a directory or pipe in the place of any file is reported, and repair moves it to lost/") {
   const TemporaryDirectory directory(in_memory());
   const fs::path killed = directory.path() / "killed";
   const fs::path damaged = directory.path() / "damaged";
@@ -373,7 +375,7 @@ TEST_CASE("a directory or a pipe in the place of any file is named, and repair m
   }
 }
 
-TEST_CASE("a state whose copies were replaced by directories serves again by itself") {
+TEST_CASE("a state whose copies were replaced by directories serves without a repair") {
   const TemporaryDirectory directory(in_memory());
   const fs::path damaged = directory.path() / "damaged";
   const Acknowledged acknowledged = make_killed_state(damaged, directory.path() / "workshop");
@@ -392,7 +394,7 @@ TEST_CASE("a state whose copies were replaced by directories serves again by its
   check_all(damaged, acknowledged, reports);
 }
 
-TEST_CASE("a backup taken while jobs come, run and end has every job acknowledged before it") {
+TEST_CASE("a backup of a busy state has every job that was acknowledged before") {
   const TemporaryDirectory directory(in_memory());
   const fs::path state = directory.path() / "state";
   std::mutex mutex;
