@@ -87,11 +87,11 @@ class Refusals(ParticlesTest):
         for option, value, mentions in (
                 ("--select", "element O und z", "--select: column 11: 'und' is no element"),
                 ("--select", "", "--select: the selection is empty"),
-                ("--select", "z > 5", "--select: none of 3 particles is left: there are z from 0 to 0"),
+                ("--select", "z > 5", "--select: the selection leaves none of 3 particles: there are z from 0 to 0"),
                 ("--select", "chain A", "--select: column 1: the file has no chains: it has elements"),
-                ("--slice", "z", "--slice: 'z' is no slice: write z=10:20"),
-                ("--hide", "hydrogen,watr", "--hide: 'watr' is no class of particles: did you mean 'water'?"),
-                ("--color-by", "charge", "--color-by: the file has no numbers 'charge'"),
+                ("--slice", "z", "--slice: 'z' is not a slice: write z=10:20"),
+                ("--hide", "hydrogen,watr", "--hide: 'watr' is not a class of particles: did you mean 'water'?"),
+                ("--color-by", "charge", "--color-by: the file has no numeric column 'charge'"),
                 ("--colormap", "virids", "did you mean 'viridis'?"),
                 ("--colormap", "viridis", "--colormap has no effect without color_by"),
                 ("--range", "5", "--range: '5' is no range")):

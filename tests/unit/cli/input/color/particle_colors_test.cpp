@@ -1,3 +1,5 @@
+#include "cli/input/color/particle_colors.h"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/residues.h"
@@ -157,14 +158,14 @@ TEST_CASE("a range that cannot be is refused") {
     CAPTURE(text);
     CHECK(message_of<InputError>([&] {
             (void)color_range_from(text);
-          }).find("is no range: write two numbers") != std::string::npos);
+          }).find("is not a range: write two numbers") != std::string::npos);
   }
   Particles particles = with_numbers({1, 2});
   CHECK(message_of<SourceError>([&] { (void)colors_of(by_number("5:"), particles); }) ==
-        "low, 5, is above high, 2, in these particles: write both");
+        "low (5) is above high (2) for these particles: give both ends");
   Particles nothing = with_numbers({unknown, infinity});
   CHECK(message_of<SourceError>([&] { (void)colors_of(by_number(), nothing); }) ==
-        "no particle has a finite vx: colour by something else");
+        "no particle has a finite vx: choose another column");
   CHECK_THROWS_AS((void)colors_of({"vz", {}, {}}, particles), UnknownNumber);
 }
 
@@ -297,17 +298,19 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
   const ColoredScene files;
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"\n\"select\": \"vx > 1 und z\"",
-       "7: /particles/0/select: column 8: unexpected 'und': join conditions with 'and' or 'or'"},
+       "7: /particles/0/select: column 8: unexpected 'und': join conditions by 'and' or 'or'"},
       {"\"select\": 3",
        "6: /particles/0/select: expected a string, found a number: write a text in "
        "double quotes"},
-      {"\"select\": \" \"", "6: /particles/0/select: the selection is empty: write an expression, or all"},
+      {"\"select\": \" \"",
+       "6: /particles/0/select: the selection is empty: write an expression, or \"all\""},
       {"\"select\": \"vx > 7\"",
-       "6: /particles/0/select: none of 4 particles is left: there are vx from -1 to 3"},
+       "6: /particles/0/select: the selection leaves none of 4 particles: there are vx from -1 to "
+       "3"},
       {"\"select\": \"vy > 7\"",
-       "6: /particles/0/select: column 1: the file has no numbers 'vy': did you mean 'y'?"},
+       "6: /particles/0/select: column 1: the file has no numeric column 'vy': did you mean 'y'?"},
       {"\n\n\"hide\": [\"watr\"]",
-       "8: /particles/0/hide: 'watr' is no class of particles: did you mean 'water'?"},
+       "8: /particles/0/hide: 'watr' is not a class of particles: did you mean 'water'?"},
       {"\"hide\": [\"water\"]",
        "6: /particles/0/hide: the file has no residue names: it "
        "has elements, types, x, y, z, fx, fy, fz, index"},
@@ -315,10 +318,10 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
        "6: /particles/0/hide: not a list: write words in brackets, as "
        "[\"virtual\", \"water\"]"},
       {"\"slice\": \"z\"",
-       "6: /particles/0/slice: 'z' is no slice: write z=10:20, or z=40%:60% "
+       "6: /particles/0/slice: 'z' is not a slice: write z=10:20, or z=40%:60% "
        "for a part of the cell"},
       {"\"color_by\": \"speed\"",
-       "6: /particles/0/color_by: the file has no numbers 'speed': "
+       "6: /particles/0/color_by: the file has no numeric column 'speed': "
        "known: element, type, chain, residue, atom, x, y, z, fx, fy, fz, index, vx, q"},
       {"\"color_by\": \"chain\"",
        "6: /particles/0/color_by: the file has no chains: it has "
@@ -328,7 +331,7 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
       {"\"colormap\": \"viridis\"",
        "6: /particles/0/colormap: has no effect without color_by: add color_by"},
       {"\"color_by\": \"type\", \"range\": [0, 1]",
-       "6: /particles/0/range: is for numbers, and 'type' is none: leave it out"},
+       "6: /particles/0/range: works only with numbers, and 'type' is not a number: leave it out"},
       {"\"color_by\": \"vx\", \"range\": [1, 0]",
        "6: /particles/0/range: low is not below high: write [low, high]"},
       {"\"color_by\": \"vx\", \"range\": [1]",

@@ -244,7 +244,7 @@ TEST_CASE("CSV: tables that are none are refused") {
       {"a long row", "a.csv", "x y z\n1 2 3 4\n",
        "a.csv:2: 4 fields where the header has 3: write as many"},
       {"an open quote", "a.csv", "x,y,z,type\n1,2,3,\"a\n",
-       "a.csv:2: a quote is not closed: close it"},
+       "a.csv:2: the quote is not closed: add '\"'"},
       {"text after a quote", "a.csv", "x,y,z,type\n1,2,3,\"a\"b\n",
        "a.csv:2: text after a closing quote: write a quote in a quoted field twice"},
   });

@@ -84,7 +84,8 @@ TEST_CASE("what a scene says of finishing is written as it is read") {
 TEST_CASE("unknown styles, words and keys are refused with the nearest, in one line") {
   CHECK(refusal_of(R"("style": "publicaton")") ==
         "s.json:1: /style: unknown style 'publicaton': did you mean 'publication'?");
-  CHECK(refusal_of(R"("style": "night")").starts_with("s.json:1: /style: night puts a dark wall"));
+  CHECK(refusal_of(R"("style": "night")")
+            .starts_with("s.json:1: /style: night works only with a particle file"));
   CHECK(refusal_of(R"("finishing": {"outlines": 2})").find("did you mean 'outline'?") !=
         std::string::npos);
   CHECK(refusal_of(R"("finishing": {"outline": "onn"})") ==
