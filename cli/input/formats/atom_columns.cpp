@@ -372,7 +372,7 @@ Particles AtomColumns::finish_frame() {
 }
 
 Particles AtomColumns::finish() {
-  if (count() == 0) place_->fail("no particles: is this the right file?");
+  if (count() == 0) place_->fail("the file has no particles: check that this is the right file");
   return finish_frame();
 }
 

@@ -80,7 +80,9 @@ class BinaryInput {
   [[noreturn]] void fail(std::string_view problem) const { input_.fail(problem); }
 
  private:
-  [[noreturn]] void fail_end() const { fail("the file ends within its data: is it complete?"); }
+  [[noreturn]] void fail_end() const {
+    fail("the file ends within its data: check that the file is complete");
+  }
 
   ParticleInput input_;
   bool swapped_;
@@ -89,7 +91,8 @@ class BinaryInput {
 /// Returns `count`. Fails if it is negative or above limits::max_spheres.
 inline std::uint64_t checked_atoms(std::int64_t count, const FilePlace& place) {
   if (count < 0 || static_cast<std::uint64_t>(count) > limits::max_spheres) {
-    place.fail(std::to_string(count) + " atoms: is the file damaged? At most " +
+    place.fail(std::to_string(count) +
+               " atoms: the file is probably damaged, copy it again At most " +
                std::to_string(limits::max_spheres) + " are read");
   }
   return static_cast<std::uint64_t>(count);

@@ -84,7 +84,7 @@ class CifReader : public CifVisitor {
     if (!tags_.empty()) start_rows();  // without rows
     if (kind_ == Kind::atoms && row_.begun() > 0) {
       place_.fail("the last row of _atom_site has " + std::to_string(row_.begun()) + " of " +
-                  std::to_string(row_.width()) + " values: is the file complete?");
+                  std::to_string(row_.width()) + " values: check that the file is complete");
     }
     kind_ = Kind::other;
     in_loop_ = false;
@@ -264,7 +264,8 @@ Particles read_cif(PackedFile& file, const ParticleRequest& request) {
     parse_cif([&](char* to, std::size_t most) { return bytes.read(to, most); }, reader);
   } catch (const CifError& error) {
     reader.at_line(std::max<std::uint64_t>(error.line(), reader.place().number));
-    reader.place().fail("not CIF (" + printable(error.what()) + "): is this the right file?");
+    reader.place().fail("not CIF (" + printable(error.what()) +
+                        "): check that this is the right file");
   }
   return reader.finish();
 }

@@ -261,7 +261,7 @@ void CifSites::add_component(const CifRow& row) {
 }
 
 Particles CifSites::finish_cartesian(const Crystal& crystal) {
-  if (models_.empty()) place_->fail("no particles: is this the right file?");
+  if (models_.empty()) place_->fail("the file has no particles: check that this is the right file");
   const bool last = request_.frame && request_.frame->last;
   const std::uint64_t frame = last ? models_.size() - 1 : request_.frame_number();
   if (!atoms_) fail_without_frame(*place_, models_.size(), frame);

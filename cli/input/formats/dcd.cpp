@@ -130,12 +130,12 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   void read_moving() {
     const std::int64_t moving = static_cast<std::int64_t>(atoms_) - control_[fixed_atoms];
     if (moving < 0 || control_[fixed_atoms] < 0) {
-      input_.fail("more fixed atoms than atoms: is the file damaged?");
+      input_.fail("more fixed atoms than atoms: the file is probably damaged, copy it again");
     }
     open_record(4 * moving);
     input_.each<std::int32_t>(static_cast<std::uint64_t>(moving), [&](std::int32_t number) {
       if (number < 1 || static_cast<std::uint64_t>(number) > atoms_) {
-        input_.fail("a moving atom does not exist: is the file damaged?");
+        input_.fail("a moving atom does not exist: the file is probably damaged, copy it again");
       }
       moving_.push_back(static_cast<std::size_t>(number) - 1);
     });
@@ -148,7 +148,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   }
   void close_record(std::int64_t bytes) { open_record(bytes); }
   [[noreturn]] void fail_record() const {
-    input_.fail("a record has the wrong length: is the file damaged?");
+    input_.fail("a record has the wrong length: the file is probably damaged, copy it again");
   }
 
   [[nodiscard]] bool has_fixed() const { return control_[fixed_atoms] != 0; }

@@ -80,7 +80,7 @@ std::optional<ParticleCell> gro_box_in(std::string_view line, const FilePlace& p
   std::array<double, all> v{};
   if (words.size() != 3 && words.size() < all) {
     place.fail(std::to_string(words.size()) +
-               " numbers of the box where 3 or 9 are needed: is the file complete?");
+               " numbers of the box where 3 or 9 are needed: check that the file is complete");
   }
   for (std::size_t i = 0; i < std::min(words.size(), all); ++i) {
     v[i] = angstrom_per_nm * number_field(words[i], "the box", place);
@@ -105,7 +105,8 @@ class GroFrames final : public FramesOf<ParticleInput> {
       count_ = count_field(trimmed(title_), input_.place());
       return true;
     }
-    if (!input_.next_line()) input_.fail("the file ends after its title: is it complete?");
+    if (!input_.next_line())
+      input_.fail("the file ends after its title: check that the file is complete");
     count_ = count_field(trimmed(input_.line()), input_.place());
     return true;
   }

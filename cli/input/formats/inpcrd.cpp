@@ -62,16 +62,18 @@ std::optional<ParticleCell> box_in(const std::vector<double>& rest, std::size_t 
 Particles read_inpcrd(PackedFile& file, const ParticleRequest& /*request*/) {
   ParticleInput input(file);
   std::vector<std::string_view> words;
-  if (!input.next_line() || !input.next_line()) input.fail("no number of atoms: is it complete?");
+  if (!input.next_line() || !input.next_line())
+    input.fail("no number of atoms: check that the file is complete");
   split_at_blanks(input.line(), words);
-  if (words.empty()) input.fail("no number of atoms on line 2: is this a restart file of AMBER?");
+  if (words.empty())
+    input.fail("no number of atoms on line 2: check that this is a restart file of AMBER");
   const std::uint64_t count = count_field(words[0], input.place());
   const std::optional<double> time = words.size() > 1 ? number_in(words[1]) : std::nullopt;
   WideNumbers numbers(input);
   ParticleColumns columns(input.place());
   const auto take = [&] {
     const std::optional<double> number = numbers.next();
-    if (!number) input.fail("the file ends within its positions: is it complete?");
+    if (!number) input.fail("the file ends within its positions: check that the file is complete");
     return *number;
   };
   for (std::uint64_t i = 0; i < count; ++i) {

@@ -158,7 +158,8 @@ class DataHeader {
   }
 
   static void take(const Fields& words, const FilePlace& place, std::span<double> to) {
-    if (words.size() < to.size()) place.fail("too few numbers in the header: is it complete?");
+    if (words.size() < to.size())
+      place.fail("too few numbers in the header: check that the file is complete");
     for (std::size_t i = 0; i < to.size(); ++i) {
       to[i] = number_field(words[i], "number", place);
     }
@@ -177,7 +178,7 @@ class DataFile {
       : request_(request), input_(file), columns_(input_.place()) {}
 
   Particles read() {
-    if (!input_.next_line()) input_.fail("the file is empty: is it complete?");
+    if (!input_.next_line()) input_.fail("the file is empty: check that the file is complete");
     std::string section;  // empty: the header
     while (next_line()) {
       if (is_section(text_)) {
@@ -189,7 +190,7 @@ class DataFile {
         read_line_of(section);
       }
     }
-    if (!have_atoms_) input_.fail("no section Atoms: is this a LAMMPS data file?");
+    if (!have_atoms_) input_.fail("no section Atoms: check that this is a LAMMPS data file");
     return finish();
   }
 
@@ -208,7 +209,7 @@ class DataFile {
   }
 
   void read_line_of(std::string_view section) {
-    if (section == "Atoms") input_.fail("text after the last atom: is the number of atoms right?");
+    if (section == "Atoms") input_.fail("text after the last atom: check the number of atoms");
     if (section == "Masses" && words_.size() >= 2) {
       masses_[std::string(words_[0])] = number_or_nan(words_[1]);
     } else if (section == "Velocities" && wants_velocities() && words_.size() >= 4) {
@@ -232,7 +233,7 @@ class DataFile {
     for (std::uint64_t i = 0; i < header_.atoms; ++i) {
       if (!next_line() || is_section(text_)) {
         input_.fail("the atoms end after " + std::to_string(i) + " of " +
-                    std::to_string(header_.atoms) + ": is the file complete?");
+                    std::to_string(header_.atoms) + ": check that the file is complete");
       }
       if (i == 0) {
         const std::vector<std::string> names = names_of_columns(hint);

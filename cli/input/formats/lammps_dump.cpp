@@ -28,7 +28,8 @@ struct DumpLayout {
 };
 
 void next_data_line(ParticleInput& input) {
-  if (!input.next_line()) input.fail("the file ends within its header: is it complete?");
+  if (!input.next_line())
+    input.fail("the file ends within its header: check that the file is complete");
 }
 
 using BoxRows = std::array<std::array<double, 4>, 3>;
@@ -130,7 +131,8 @@ void read_item(ParticleInput& input, DumpHeader& header) {
   } else if (item == "UNITS") {
     next_data_line(input);
   } else {
-    input.fail("unknown item '" + printable(item) + "': is this a LAMMPS text dump of atoms?");
+    input.fail("unknown item '" + printable(item) +
+               "': check that this is a LAMMPS text dump of atoms");
   }
 }
 
@@ -152,7 +154,7 @@ DumpHeader read_header(ParticleInput& input) {
     }
     read_item(input, header);
   } while (input.next_line());
-  input.fail("no ITEM: ATOMS: is the file complete?");
+  input.fail("no ITEM: ATOMS: check that the file is complete");
 }
 
 class DumpFrames final : public FramesOf<ParticleInput> {
@@ -210,7 +212,7 @@ class DumpFrames final : public FramesOf<ParticleInput> {
   void go_to_frame() {
     at_frame_ = input_.next_filled_line();
     if (at_frame_ && !input_.line().starts_with(item_mark)) {
-      input_.fail("text after the last atom: is ITEM: NUMBER OF ATOMS right?");
+      input_.fail("text after the last atom: check ITEM: NUMBER OF ATOMS");
     }
   }
 

@@ -107,7 +107,7 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
   void add_atom(AtomColumns& atoms) const {
     constexpr std::size_t least = 6;  // id name x y z type
     if (words_.size() < least) {
-      input_.fail("an atom has number, name, x, y, z and type: is the file complete?");
+      input_.fail("an atom has number, name, x, y, z and type: check that the file is complete");
     }
     Atom atom;
     atom.name = words_[1];

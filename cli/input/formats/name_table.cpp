@@ -39,7 +39,7 @@ std::vector<std::uint8_t> NameTable::guessed_elements(ParticleFacts& facts) cons
 }
 
 Particles NameTable::finish(const ParticleRequest& request, std::vector<std::uint8_t> elements) {
-  if (masses_.empty()) place_.fail("no atoms: is this the right file?");
+  if (masses_.empty()) place_.fail("the file has no atoms: check that this is the right file");
   Particles particles;
   particles.positions.resize(masses_.size());
   if (elements.empty()) elements = guessed_elements(particles.facts);

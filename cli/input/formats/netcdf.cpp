@@ -192,7 +192,7 @@ class HeaderReader {
   }
 
   [[noreturn]] void fail_damaged() const {
-    input_.fail("no header of netCDF: is the file damaged?");
+    input_.fail("no header of netCDF: the file is probably damaged, copy it again");
   }
 
   static constexpr std::uint32_t type_char = 2;
@@ -236,7 +236,8 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
     positions_ = header_.find("coordinates");
     if (positions_ == nullptr || positions_->type == NetcdfType::other ||
         positions_->shape.size() != 2 || positions_->shape[1] != 3) {
-      input_.fail("no variable coordinates(..., atom, spatial): is this a trajectory of AMBER?");
+      input_.fail(
+          "no variable coordinates(..., atom, spatial): check that this is a trajectory of AMBER");
     }
     atoms_ = checked_atoms(static_cast<std::int64_t>(positions_->shape[0]), input_.place());
     for (const char* name : {"coordinates", "time", "cell_lengths", "cell_angles"}) want(name);
@@ -291,7 +292,9 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
     input_.skip(offset - input_.position());
   }
 
-  [[noreturn]] void fail_damaged() const { input_.fail("variables overlap: is the file damaged?"); }
+  [[noreturn]] void fail_damaged() const {
+    input_.fail("variables overlap: the file is probably damaged, copy it again");
+  }
 
   std::vector<double> take(const NetcdfVariable& variable) {
     go_to(offset_of(variable));

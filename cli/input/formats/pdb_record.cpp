@@ -264,12 +264,16 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 
 [[noreturn]] void fail_position(std::string_view line, const FilePlace& place) {
   if (line.size() < 54) {
-    place.fail("the record ends before its coordinates, columns 31 to 54: is it complete?");
+    place.fail(
+        "the record ends before its coordinates, columns 31 to 54: check that the file is "
+        "complete");
   }
   for (const auto& [name, first] : {std::pair{"x", 31U}, {"y", 39U}, {"z", 47U}}) {
     number_field(record_field(line, first, first + 7), std::string(name), place);
   }
-  place.fail("text before the coordinates, which are columns 31 to 54: are the columns shifted?");
+  place.fail(
+      "text before the coordinates, which are columns 31 to 54: check that the columns are not "
+      "shifted");
 }
 
 /// The part of a PDB record that PDBQT shares; the line as its columns stand, or nothing where
@@ -277,7 +281,7 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 std::optional<std::string_view> read_shared(std::string_view line, std::string& aligned,
                                             const FilePlace& place, AtomRecord& record) {
   if (line.find('\0') != std::string_view::npos) {
-    place.fail("not a record of an atom: is a column damaged?");
+    place.fail("the line is not a valid record of an atom: check its columns");
   }
   const bool tabs = line.find('\t') != std::string_view::npos;
   auto position = tabs ? std::nullopt : columns_position(line);

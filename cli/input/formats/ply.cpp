@@ -139,11 +139,11 @@ bool PlyRows::read(const char* rows, std::size_t count, Particles& out, std::siz
 
 [[noreturn]] void fail_end(const ParticleInput& input, const PlyElement& element) {
   input.fail("the file ends within its elements '" + printable(element.name) +
-             "': is it complete, and is their count right?");
+             "': check that the file is complete and that their count is right");
 }
 
 [[noreturn]] void fail_list(const ParticleInput& input, const PlyProperty& property) {
-  input.fail("list '" + printable(property.name) + "' has no valid size: is the header right?");
+  input.fail("list '" + printable(property.name) + "' has no valid size: check the header");
 }
 
 /// Reads instances from lines of words. Only what is asked for must be a number.
@@ -189,7 +189,7 @@ class AsciiReader {
 
   void check_end() {
     if (input_->next_filled_line()) {
-      input_->fail("text after the last element: are the counts in the header right?");
+      input_->fail("text after the last element: check the counts in the header");
     }
   }
 
@@ -256,7 +256,7 @@ class BinaryReader {
     constexpr std::string_view padding = " \t\r\n";  // which some programs end a file with
     while (const char* const byte = input_->next_bytes(1)) {
       if (padding.find(*byte) != std::string_view::npos) continue;
-      input_->fail("data after the last element: are the counts in the header right?");
+      input_->fail("data after the last element: check the counts in the header");
     }
   }
 
@@ -311,7 +311,8 @@ void check_size(const PlyHeader& header, const ParticleInput& input) {
   if (header.format == PlyFormat::ascii) needed -= std::min<std::uint64_t>(needed, 1);
   if (needed > *left) {
     input.fail("the header announces at least " + std::to_string(needed) +
-               " bytes of data, the file has " + std::to_string(*left) + ": is it complete?");
+               " bytes of data, the file has " + std::to_string(*left) +
+               ": check that the file is complete");
   }
 }
 

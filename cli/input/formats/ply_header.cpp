@@ -17,7 +17,8 @@ constexpr std::size_t max_properties = 1024;  // of one element
 
 /// Goes to the next line of the header; its words.
 Words next_words(ParticleInput& input) {
-  if (!input.next_line()) input.fail("the file ends before end_header: is it complete?");
+  if (!input.next_line())
+    input.fail("the file ends before end_header: check that the file is complete");
   Words words;
   split_at_blanks(input.line(), words);
   return words;

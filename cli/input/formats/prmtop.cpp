@@ -50,14 +50,15 @@ class Sections {
     if (found == sections_.end()) return none;
     if (found->second.size() == count) return found->second;
     input_.fail("section " + name + " has " + std::to_string(found->second.size()) +
-                " fields where there are " + std::to_string(count) + ": is the file complete?");
+                " fields where there are " + std::to_string(count) +
+                ": check that the file is complete");
   }
 
   /// The number at a place of the section POINTERS.
   [[nodiscard]] std::uint64_t pointer(std::size_t place) const {
     const auto found = sections_.find("POINTERS");
     if (found == sections_.end() || found->second.size() <= place) {
-      input_.fail("no section POINTERS: is this a PRMTOP file of AMBER 7 or later?");
+      input_.fail("no section POINTERS: check that this is a PRMTOP file of AMBER 7 or later");
     }
     return count_field(found->second[place], input_.place());
   }
@@ -76,7 +77,7 @@ class Sections {
   }
 
   void split(std::string_view line, Fields& fields) const {
-    if (width_ == 0) input_.fail("fields before their %FORMAT: is the file complete?");
+    if (width_ == 0) input_.fail("fields before their %FORMAT: check that the file is complete");
     while (!line.empty()) {
       const std::string_view field = line.substr(0, width_);
       if (line.size() < width_ && trimmed(field).empty()) return;
@@ -141,7 +142,7 @@ Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
   const auto& types = sections.of("AMBER_ATOM_TYPE", count);
   const auto& charges = sections.of("CHARGE", count);
   const auto& masses = sections.of("MASS", count);
-  if (names.empty()) input.fail("no section ATOM_NAME: is the file complete?");
+  if (names.empty()) input.fail("no section ATOM_NAME: check that the file is complete");
   Residues residues(sections, sections.pointer(residues_place), input.place());
   NameTable atoms(input.place());
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -54,7 +54,7 @@ std::uint64_t find_atoms(ParticleInput& input) {
       return count_field(words[0], input.place());
     }
   }
-  input.fail("no section !NATOM: is the file complete?");
+  input.fail("no section !NATOM: check that the file is complete");
 }
 
 /// PSF of CHARMM, X-PLOR and NAMD: section NATOM; elements by mass. Format: "PSF files",

@@ -50,7 +50,7 @@ TableRow table_row(std::string_view line, const FilePlace& place) {
   }
   std::vector<std::string_view> words;
   split_at_blanks(line, words);
-  if (words.size() < 4) place.fail("not x, y, z and a symbol: is the file complete?");
+  if (words.size() < 4) place.fail("not x, y, z and a symbol: check that the file is complete");
   return {position_field(words, 0, place), words[3],
           words.size() > 5 ? charge_of_code(words[5]) : 0};
 }
@@ -100,7 +100,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     for (int line = 0; line < 4; ++line) {
       if (!input_.next_line()) {
         if (blank) return false;
-        input_.fail("the file ends within a molecule's header: is it complete?");
+        input_.fail("the file ends within a molecule's header: check that the file is complete");
       }
       blank = blank && trimmed(input_.line()).empty();
     }
@@ -112,7 +112,8 @@ class SdfFrames final : public FramesOf<ParticleInput> {
   }
 
   void go_on() {
-    if (!input_.next_line()) input_.fail("the file ends within a molecule: is it complete?");
+    if (!input_.next_line())
+      input_.fail("the file ends within a molecule: check that the file is complete");
     if (ends_molecule(input_.line())) {
       input_.fail("the molecule ends before its " + std::to_string(atoms_) + " atoms");
     }
@@ -146,7 +147,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     for (std::uint64_t i = 0; i < atoms_; ++i) {
       constexpr std::size_t least = 7;  // M V30 index type x y z
       next_extended();
-      if (words_.size() < least) input_.fail("not an atom of V3000: is its count right?");
+      if (words_.size() < least) input_.fail("not an atom of V3000: check the number of atoms");
       add(position_field(words_, 4, input_.place()), words_[3], extended_charge(), atoms);
     }
   }

@@ -291,7 +291,7 @@ struct Shape {
 };
 
 constexpr std::array<Shape, 10> shapes{{
-    {is_html, {"an HTML page", "was the download refused?"}},
+    {is_html, {"an HTML page", "check that the download succeeded"}},
     {is_xml, {"XML text", convert}},
     {is_stl, {"an STL mesh", mesh}},
     {is_obj, {"an OBJ mesh", mesh}},

@@ -49,7 +49,7 @@ constexpr std::array<std::uint32_t, 73> small_sizes{
 constexpr std::int32_t first_small = 9;
 
 [[noreturn]] void fail_damaged(const FilePlace& place) {
-  place.fail("impossible packed coordinates: is the file damaged?");
+  place.fail("impossible packed coordinates: the file is probably damaged, copy it again");
 }
 
 /// Bits from the highest of each byte to the lowest.
@@ -258,7 +258,8 @@ class XtcFrames final : public FramesOf<BinaryInput> {
     constexpr std::int32_t magic_of_long_frames = 2023;  // of 64 bits where they count bytes
     const auto found = input_.get<std::int32_t>();
     if (found != magic && found != magic_of_long_frames) {
-      input_.fail("no frame of XTC where one should begin: is the file damaged?");
+      input_.fail(
+          "no frame of XTC where one should begin: the file is probably damaged, copy it again");
     }
     is_long_ = found == magic_of_long_frames;
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
@@ -298,13 +299,14 @@ class XtcFrames final : public FramesOf<BinaryInput> {
   /// Their number stands there twice.
   void check_atoms() {
     if (input_.get<std::int32_t>() == static_cast<std::int64_t>(atoms_)) return;
-    input_.fail("two different numbers of atoms in one frame: is the file damaged?");
+    input_.fail(
+        "two different numbers of atoms in one frame: the file is probably damaged, copy it again");
   }
 
   /// Bytes of packed coordinates, with those that fill the last unit.
   std::uint64_t take_size() {
     const std::int64_t bytes = is_long_ ? input_.get<std::int64_t>() : input_.get<std::int32_t>();
-    if (bytes < 0) input_.fail("a negative size: is the file damaged?");
+    if (bytes < 0) input_.fail("a negative size: the file is probably damaged, copy it again");
     return padded(static_cast<std::uint64_t>(bytes));
   }
 
@@ -369,15 +371,17 @@ class TrrFrames final : public FramesOf<BinaryInput> {
     constexpr std::int32_t magic = 1993;
     constexpr std::uint64_t longest_version = 64;
     if (input_.get<std::int32_t>() != magic) {
-      input_.fail("no frame of TRR where one should begin: is the file damaged?");
+      input_.fail(
+          "no frame of TRR where one should begin: the file is probably damaged, copy it again");
     }
     input_.get<std::int32_t>();  // length of the version, counted otherwise
     const auto version = input_.get<std::uint32_t>();
-    if (version > longest_version) input_.fail("an impossible version: is the file damaged?");
+    if (version > longest_version)
+      input_.fail("an impossible version: the file is probably damaged, copy it again");
     input_.skip(padded(version));
     for (std::uint64_t& size : sizes_) {
       const auto bytes = input_.get<std::int32_t>();
-      if (bytes < 0) input_.fail("a negative size: is the file damaged?");
+      if (bytes < 0) input_.fail("a negative size: the file is probably damaged, copy it again");
       size = static_cast<std::uint64_t>(bytes);
     }
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
@@ -396,7 +400,9 @@ class TrrFrames final : public FramesOf<BinaryInput> {
     is_double_ = is_double_ || sizes_[box] == 72;
     const std::uint64_t real = is_double_ ? 8 : 4;
     if (has_positions() && sizes_[positions] != 3 * real * atoms_) {
-      input_.fail("the positions do not fit the number of atoms: is the file damaged?");
+      input_.fail(
+          "the positions do not fit the number of atoms: the file is probably damaged, copy it "
+          "again");
     }
   }
 

@@ -243,7 +243,8 @@ class XyzFrames final : public FramesOf<ParticleInput> {
   bool next() override {
     if (!at_count_) return false;
     count_ = count_field(trimmed(input_.line()), input_.place());
-    if (!input_.next_line()) input_.fail("the file ends before its comment line: is it complete?");
+    if (!input_.next_line())
+      input_.fail("the file ends before its comment line: check that the file is complete");
     return true;
   }
 
@@ -279,7 +280,7 @@ class XyzFrames final : public FramesOf<ParticleInput> {
   void go_to_count() {
     at_count_ = input_.next_filled_line();
     if (!at_count_ || natural_in(trimmed(input_.line()))) return;
-    input_.fail("text after the last particle: is the count of the frame right?");
+    input_.fail("text after the last particle: check the number of particles in the frame");
   }
 
   const ParticleRequest& request_;

@@ -213,7 +213,8 @@ bool SaxHandler::key(std::string& text) {
 bool SaxHandler::open(JsonKind kind) {
   JsonValue value = make(kind);
   if (frames_.empty()) {
-    if (kind != JsonKind::object) fail("expected an object, found an array: is this a scene?");
+    if (kind != JsonKind::object)
+      fail("expected an object, found an array: check that this is a scene");
     start_line_ = value.line;
     started_ = true;
   } else if (is_section()) {
@@ -244,7 +245,8 @@ bool SaxHandler::close() {
 
 bool SaxHandler::put(JsonValue value) {
   if (frames_.empty()) {
-    fail("expected an object, found " + std::string(name_of(value.kind)) + ": is this a scene?");
+    fail("expected an object, found " + std::string(name_of(value.kind)) +
+         ": check that this is a scene");
   }
   count_value();
   Frame& parent = frames_.back();
@@ -299,7 +301,7 @@ bool SaxHandler::parse_error(std::size_t, const std::string& last_token,
     fail("text after the end of the scene: remove it");
   }
   if (source_.end_was_reached()) {
-    fail(started_ ? "the file ends in the middle of the scene: is it complete?"
+    fail(started_ ? "the file ends in the middle of the scene: check that the file is complete"
                   : "the file is empty: a scene is a JSON object");
   }
   constexpr int number_overflow = 406;
@@ -319,7 +321,7 @@ bool ByteSource::refill() {
   if (blocks_total_ - token_start_ > max_token_bytes) {
     fail_at(file_, line_, "",
             "a text or a run of blanks is longer than " + std::to_string(max_token_bytes) +
-                " bytes: is this a scene?");
+                " bytes: check that this is a scene");
   }
   next_ = filled_ = 0;
   load();

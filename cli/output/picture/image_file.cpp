@@ -47,7 +47,8 @@ bool skip_header(std::ifstream& in, std::uint64_t file_bytes, const std::filesys
     const std::uint64_t left = file_bytes - static_cast<std::uint64_t>(in.tellg());
     if (size > left) {
       throw InputError(path.string() + ": an attribute of " + std::to_string(size) +
-                       " bytes where " + std::to_string(left) + " follow: is the file complete?");
+                       " bytes where " + std::to_string(left) +
+                       " follow: check that the file is complete");
     }
     in.seekg(size, std::ios::cur);
   }

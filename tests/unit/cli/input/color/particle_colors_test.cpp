@@ -287,11 +287,11 @@ TEST_CASE("a named material gives coloured particles its kind") {
   CHECK(material.fuzz == 0.25);
   CHECK(material.albedo == category_color(1));
   CHECK(files.refusal(R"("color_by": "type", "material": "glass")") ==
-        "6: /particles/0/material: glass has no colour that color_by could give it: name another "
+        "6: /particles/0/material: color_by cannot colour glass: choose another "
         "material");
   CHECK(files.refusal(R"("color_by": "type", "material": "by-element")") ==
-        "6: /particles/0/color_by: material is by-element, which says the colour, too: leave one "
-        "of them out");
+        "6: /particles/0/color_by: material is by-element, which also sets the colour: leave out "
+        "material or color_by");
 }
 
 TEST_CASE("errors of a scene's selections and colours have their places") {

@@ -213,7 +213,7 @@ TEST_CASE("mmCIF: models are frames; names, residues, numbers and the cell are g
   CHECK(xs({0, true}) == Xs{3});
   CHECK(test::message_of<InputError>([&] {
           xs({2, false});
-        }).ends_with("the file ends after 2 frames: there is no frame 2, counted from 0"));
+        }).ends_with("the file ends after 2 frames: it has no frame 2 (the first frame is 0)"));
 }
 
 TEST_CASE("CIF: the first block with atoms is read, and that there are more is told") {

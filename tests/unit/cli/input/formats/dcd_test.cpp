@@ -119,7 +119,8 @@ TEST_CASE("DCD: damage is refused with the place") {
   CHECK(files.message("a.dcd", velocities).find("velocities, not positions") != std::string::npos);
   std::string huge = good;
   huge.replace(92 + 92 + 4, 4, test::bytes_of(std::int32_t{2'000'000'000}));
-  CHECK(files.message("a.dcd", huge).find("2000000000 atoms: is the file damaged?") !=
+  CHECK(files.message("a.dcd", huge)
+            .find("2000000000 atoms: the file is probably damaged, copy it again") !=
         std::string::npos);
   check_cuts("a.dcd", good, 2);
 }

@@ -318,9 +318,10 @@ TEST_CASE("what looks like nothing known is told by its first words") {
             .starts_with("neither a scene nor particles, but binary data of a kind that is not"));
   CHECK(kind_of(files.write("a", " \n")).find("nothing but blanks") != std::string::npos);
   for (const std::string& packing : packings) {
-    CHECK(kind_of(files.write("a", packed("", packing))) == "the file is empty: is it complete?");
+    CHECK(kind_of(files.write("a", packed("", packing))) ==
+          "the file is empty: check that the file is complete");
   }
-  CHECK(kind_of(files.write("a", "")) == "the file is empty: is it complete?");
+  CHECK(kind_of(files.write("a", "")) == "the file is empty: check that the file is complete");
   CHECK(kind_of(files.path()) == "is a directory: name a file in it");
 }
 
@@ -355,8 +356,9 @@ TEST_CASE("data that expand a thousandfold are refused without memory for them")
     const std::string part = packed(std::string(std::size_t{1} << 24, '7'), packing);
     const auto path = files.write("a.xyz", repeated(part, 64));
     const std::uint64_t before = test::peak_address_space();
-    CHECK(message_of<InputError>([&] { read_particles(path); }).find("a line of more than 65536") !=
-          std::string::npos);
+    CHECK(message_of<InputError>([&] {
+            read_particles(path);
+          }).find("a line has more than 65536") != std::string::npos);
     CHECK(test::peak_address_space() - before < 400'000'000);
   }
 }

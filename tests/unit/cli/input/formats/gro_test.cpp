@@ -75,13 +75,13 @@ TEST_CASE("GRO: the numbers of a wide box may run together") {
 TEST_CASE("GRO: what is missing or no number is told with its line") {
   const ParticleFiles files;
   CHECK(files.message("a.gro", "title\n2\n    1SOL     OW    1   0.126   1.624   1.679\n") ==
-        "a.gro:3: the file ends after 1 of 2 atoms and the box: is it complete?");
+        "a.gro:3: the file ends after 1 of 2 atoms and the box: check that the file is complete");
   CHECK(files.message("a.gro", "title\n1\n    1SOL     OW    1   0.126   1.6x4   1.679\n1 1 1\n") ==
-        "a.gro:3: y '1.6x4' is not a finite number: write it as 0.5 or 1e3");
+        "a.gro:3: y '1.6x4' is not a finite number: write a number such as 0.5 or 1e3");
   CHECK(files.message("a.gro", "title\nmany\n") ==
         "a.gro:2: 'many' is not a number of particles: write a whole number");
   CHECK(files.message("a.gro", "title\n1\n    1SOL     OW    1   0.126   1.624   1.679\n1 1\n") ==
-        "a.gro:4: 2 numbers of the box where 3 or 9 are needed: is the file complete?");
+        "a.gro:4: 2 numbers of the box where 3 or 9 are needed: check that the file is complete");
 }
 
 }  // namespace parray

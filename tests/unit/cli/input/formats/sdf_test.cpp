@@ -62,13 +62,13 @@ TEST_CASE("SDF: incomplete and damaged molecules are told with their line") {
   const ParticleFiles files;
   const std::string head = "\n\n\n  2  0  0     0  0            999 V2000\n";
   CHECK(files.message("a.sdf", head + "    1.0000    0.0000    0.0000 C   0  0\n") ==
-        "a.sdf:5: the file ends within a molecule: is it complete?");
+        "a.sdf:5: the file ends within a molecule: check that the file is complete");
   CHECK(files.message("a.sdf", head + "    1.0000    0.0000    0.0000 C   0  0\n$$$$\n") ==
         "a.sdf:6: the molecule ends before its 2 atoms");
   CHECK(files.message("a.sdf", "a\nb\n") ==
-        "a.sdf:2: the file ends within a molecule's header: is it complete?");
+        "a.sdf:2: the file ends within a molecule's header: check that the file is complete");
   CHECK(files.message("a.sdf", head + "1.0 nan 0.0 C\n") ==
-        "a.sdf:5: y 'nan' is not a finite number: write it as 0.5 or 1e3");
+        "a.sdf:5: y 'nan' is not a finite number: write a number such as 0.5 or 1e3");
 }
 
 }  // namespace parray

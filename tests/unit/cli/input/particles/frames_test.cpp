@@ -59,12 +59,12 @@ TEST_CASE("a frame that a file does not have is refused with the number of those
   const auto says = [](const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
   };
-  CHECK(says(message("a.xyz", xyz, 3), "after 3 frames: there is no frame 3, counted from 0"));
-  CHECK(says(message("a.dump", dump_frame(0, "5"), 1), "after 1 frame: there is no frame 1"));
+  CHECK(says(message("a.xyz", xyz, 3), "after 3 frames: it has no frame 3 (the first frame is 0)"));
+  CHECK(says(message("a.dump", dump_frame(0, "5"), 1), "after 1 frame: it has no frame 1"));
   CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 4), "after 1 frame"));
-  CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 1), "there is no frame 1"));
+  CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 1), "has no frame 1"));
   CHECK(says(message("a.csv", "x,y,z,radius\n1,2,3,1\n", 1),
-             "there is no frame 1: a CSV file holds one"));
+             "the file has no frame 1: a CSV file has one"));
   CHECK(says(message("a.xyz", "5\nfirst\nC 1 0 0\n", 1), "within a frame"));
 }
 
@@ -104,10 +104,12 @@ TEST_CASE("empty frames are passed over with a note, unless one is asked for") {
   const auto message = [&](const ParticleRequest& request) {
     return message_of<InputError>([&] { read_particles(file, request); });
   };
-  CHECK(message(at(0)).ends_with("frame 0 has no particles: frame 2 is the next that has some"));
+  CHECK(message(at(0)).ends_with(
+      "frame 0 has no particles: the next frame with particles is frame 2"));
   CHECK(message(last).ends_with(
-      "frame 5 has no particles, nor has any after it: choose one before it"));
-  CHECK(files.message("b.xyz", "0\n\n") == "b.xyz:2: no particles: is this the right file?");
+      "frame 5 has no particles, and neither has any later frame: choose an earlier frame"));
+  CHECK(files.message("b.xyz", "0\n\n") ==
+        "b.xyz:2: the file has no particles: check that this is the right file");
 }
 
 }  // namespace parray

@@ -88,8 +88,9 @@ TEST_CASE("a topology of another number of atoms is refused with both numbers") 
 
 TEST_CASE("a file that has names alone is refused as particles, with the remedy") {
   const ParticleFiles files;
-  CHECK(files.message("a.psf", water_psf) ==
-        "a.psf: a PSF file has no positions: name a trajectory, and this file as its topology");
+  CHECK(
+      files.message("a.psf", water_psf) ==
+      "a.psf: a PSF file has no positions: name a trajectory, and give this file as its topology");
 }
 
 TEST_CASE("PSF: rows without a segment; atoms of unknown mass are told by name") {

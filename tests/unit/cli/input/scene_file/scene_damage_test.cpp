@@ -136,11 +136,13 @@ TEST_CASE("text that is not JSON is refused with the line and a remedy") {
       {"a second scene", valid_scene() + valid_scene(),
        "s.json:17: /: text after the end of the scene: remove it"},
       {"truncated in a string", valid_scene().substr(0, 5),
-       "s.json:2: /: the file ends in the middle of the scene: is it complete?"},
+       "s.json:2: /: the file ends in the middle of the scene: check that the file is complete"},
       {"truncated in a number", valid_scene().substr(0, valid_scene().find("13") + 1),
-       "s.json:4: /camera/look_from/1: the file ends in the middle of the scene: is it complete?"},
+       "s.json:4: /camera/look_from/1: the file ends in the middle of the scene: check that the "
+       "file is complete"},
       {"truncated at the end", valid_scene().substr(0, valid_scene().size() - 2),
-       "s.json:15: /spheres: the file ends in the middle of the scene: is it complete?"},
+       "s.json:15: /spheres: the file ends in the middle of the scene: check that the file is "
+       "complete"},
       {"a zero byte", with("20", std::string("2\0", 2)),
        "s.json:6: /: a NUL byte, which JSON text never has: save the file as UTF-8"},
       {"zero bytes after the end", valid_scene() + std::string(3, '\0'),
@@ -269,7 +271,7 @@ TEST_CASE("nothing in a scene makes the reader hold or follow more than a scene 
   const std::string mega(std::size_t{3} << 20, 'x');
   check_all({
       {"deep at the top", std::string(1'000'000, '['),
-       "s.json:1: /: expected an object, found an array: is this a scene?"},
+       "s.json:1: /: expected an object, found an array: check that this is a scene"},
       {"deep in a sphere", "{\"spheres\": [" + std::string(1'000'000, '['),
        "s.json:1: /spheres/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0: nested deeper than 16 levels: no scene "
        "needs that"},
@@ -277,9 +279,11 @@ TEST_CASE("nothing in a scene makes the reader hold or follow more than a scene 
        "s.json:4: /camera/look_from/0/0/0/0/0/0/0/0/0/0/0/0/0/0: nested deeper than 16 levels: no "
        "scene needs that"},
       {"a long string", with("\"gold\"", "\"" + mega + "\""),
-       "s.json:9: /: a text or a run of blanks is longer than 1048576 bytes: is this a scene?"},
+       "s.json:9: /: a text or a run of blanks is longer than 1048576 bytes: check that this is a "
+       "scene"},
       {"a long blank", with("  \"version\"", std::string(mega.size(), ' ') + "\"version\""),
-       "s.json:2: /: a text or a run of blanks is longer than 1048576 bytes: is this a scene?"},
+       "s.json:2: /: a text or a run of blanks is longer than 1048576 bytes: check that this is a "
+       "scene"},
   });
   std::string wide = "[0";
   for (int i = 0; i < 1000; ++i) wide += ",0";
@@ -313,7 +317,7 @@ TEST_CASE("a file that is none is refused by name") {
         root + "/a/b.json: no such file: check the path");
   CHECK(message_of_file(folder.path()) == root + ": is a directory: name a file in it");
   CHECK(message_of_file(folder.write("empty.json", "")) ==
-        root + "/empty.json: the file is empty: is it complete?");
+        root + "/empty.json: the file is empty: check that the file is complete");
   CHECK(message_of_file(folder.write("good.json", valid_scene())) == "no error");
   const fs::path below_a_file = folder.path() / "good.json" / "s.json";
   CHECK(message_of_file(below_a_file).starts_with(below_a_file.string() + ": "));
@@ -331,7 +335,7 @@ TEST_CASE("a file that cannot be read is refused") {
   // A file of the kernel whose first bytes cannot be read.
   if (fs::exists("/proc/self/mem")) {
     CHECK(message_of_file("/proc/self/mem") ==
-          "/proc/self/mem: reading failed (Input/output error): check its disk");
+          "/proc/self/mem: reading failed (Input/output error): check the disk");
   }
 }
 
