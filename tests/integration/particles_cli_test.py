@@ -85,7 +85,7 @@ class Refusals(ParticlesTest):
     def test_selections_and_colours_that_are_none_are_refused_by_option(self):
         arguments = ["convert", self.path("atoms.xyz"), self.path("a.json")]
         for option, value, mentions in (
-                ("--select", "element O und z", "--select: column 11: 'und' is no element"),
+                ("--select", "element O und z", "--select: column 11: 'und' is not an element"),
                 ("--select", "", "--select: the selection is empty"),
                 ("--select", "z > 5", "--select: the selection leaves none of 3 particles: there are z from 0 to 0"),
                 ("--select", "chain A", "--select: column 1: the file has no chains: it has elements"),
@@ -94,7 +94,7 @@ class Refusals(ParticlesTest):
                 ("--color-by", "charge", "--color-by: the file has no numeric column 'charge'"),
                 ("--colormap", "virids", "did you mean 'viridis'?"),
                 ("--colormap", "viridis", "--colormap has no effect without color_by"),
-                ("--range", "5", "--range: '5' is no range")):
+                ("--range", "5", "--range: '5' is not a range")):
             with self.subTest(option=option, value=value):
                 self.refused(*arguments, option, value, mentions=mentions)
 

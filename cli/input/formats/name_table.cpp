@@ -17,8 +17,8 @@ void NameTable::add(const NamedAtom& atom) {
   masses_.push_back(atom.mass);
 }
 
-/// Lighter than any atom are virtual sites, and the shells of polarizable atoms, whose masses are
-/// less by that.
+/// Guesses elements. Particles lighter than any atom are virtual sites or the shells of polarizable
+/// atoms. The mass of a shell is missing in the mass of its atom.
 std::vector<std::uint8_t> NameTable::guessed_elements(ParticleFacts& facts) const {
   constexpr double lightest = 1;
   std::vector<std::uint8_t> elements = elements_of_masses(masses_);

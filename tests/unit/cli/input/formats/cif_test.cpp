@@ -145,10 +145,11 @@ TEST_CASE(
 TEST_CASE("CIF of a crystal: without a cell or with a false operation it is refused") {
   const ParticleFiles files;
   CHECK(files.message("a.cif", "data_a\n" + sites("C1 C 0 0 0 1 .\n")) ==
-        "a.cif:10: fractional coordinates without a cell: add _cell_length_a and the others");
+        "a.cif:10: the coordinates are fractions but the file has no cell: add _cell_length_a, "
+        "_cell_length_b, _cell_length_c and the angles");
   CHECK(files.message("a.cif", "data_a\n" + cell + "_symmetry_equiv_pos_as_xyz 'x,y'\n" +
                                    sites("C1 C 0 0 0 1 .\n")) ==
-        "a.cif:17: 'x,y' is not a symmetry operation: write it as 'x, y+1/2, -z'");
+        "a.cif:17: 'x,y' is not a symmetry operation: write an operation such as 'x, y+1/2, -z'");
 }
 
 TEST_CASE("operations of symmetry: signs, fractions, decimals and factors in any order") {

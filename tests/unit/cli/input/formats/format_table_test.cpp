@@ -139,8 +139,8 @@ TEST_CASE("a scene is a scene in every layout of JSON and under every name") {
 
 TEST_CASE("JSON that is no scene is refused by the name of what it is") {
   const ParticleFiles files;
-  const std::string pandas = "looks like a table as JSON (as pandas writes it), not a scene: write";
-  const std::string ase = "looks like atoms of ASE as JSON, not a scene: write extended XYZ";
+  const std::string pandas = "looks like a table as JSON (from pandas), not a scene: write";
+  const std::string ase = "looks like ASE atoms as JSON, not a scene: write extended XYZ";
   const std::string list = "looks like a JSON list, not a scene: write a CSV file";
   const std::string utf16 = "looks like UTF-16 text: save the file as UTF-8";
   const std::vector<std::pair<std::string, std::string>> cases{
@@ -152,7 +152,7 @@ TEST_CASE("JSON that is no scene is refused by the name of what it is") {
       {R"({"1": {"cell": [1], "numbers": [6], "positions": [[0, 0, 0]]}, "nextid": 2})", ase},
       {R"({"__ase_objtype__": "atoms", "x": 1, "y": 2, "z": 3})", ase},
       {R"({"@module": "pymatgen.core.structure", "@class": "Structure", "x": 1})",
-       "looks like an object of pymatgen as JSON"},
+       "looks like a pymatgen object as JSON"},
       {R"({"nodes": [], "asset": {"version": "2.0"}})", "looks like a glTF mesh"},
       {R"([{"x": 1, "y": 2, "z": 3}, {"x": 4, "y": 5, "z": 6}])", list},
       {"[[1, 2, 3],\n[4, 5, 6]]\n", list},
@@ -243,7 +243,7 @@ TEST_CASE("the name decides where the contents could be more than one format, or
   CHECK(kind_of(files.write("a.pdb.zst", "nothing of PDB\n")) == "PDB");
   CHECK(kind_of(files.write("table", "a b c\n1 2 3\n")) == "CSV");
   CHECK(files.message("table", "a b c\n1 2 3\n") ==
-        "table:1: no column 'x': name the columns x, y and z");
+        "table:1: the table has no column 'x': name the columns x, y and z");
 }
 
 TEST_CASE("what people pass by mistake is told for what it looks like") {
@@ -284,7 +284,7 @@ TEST_CASE("what people pass by mistake is told for what it looks like") {
       {"OFF\n3 1 0\n", "an OFF mesh"},
       {"{\"asset\": {\"version\": \"2.0\"}}", "a glTF mesh"},
       {"glTF\2\0\0\0"s, "a glTF mesh"},
-      {"<!DOCTYPE html>\n<html>", "an HTML page: was the download refused?"},
+      {"<!DOCTYPE html>\n<html>", "an HTML page: check that the download succeeded"},
       {"version https://git-lfs.github.com/spec/v1\n",
        "a Git LFS pointer: fetch the file itself with git lfs pull"},
       {"\xff\xfe{\0"s, "UTF-16 text: save the file as UTF-8"},
@@ -308,15 +308,19 @@ TEST_CASE("what looks like nothing known is told by its first words") {
   const ParticleFiles files;
   const std::string known = ": ParRay reads scene JSON, PLY, XYZ, LAMMPS dump,";
   CHECK(kind_of(files.write("README", "\n  Once upon\x1b a time\n"))
-            .starts_with("neither a scene nor particles, but binary data of a kind"));
+            .starts_with("the file is neither a scene nor a particle file, but binary data of an "
+                         "unknown kind"));
   CHECK(kind_of(files.write("README", "\n  Once upon a time\nthere\n"))
-            .starts_with("neither a scene nor particles, but text that begins with 'Once upon a "
+            .starts_with("the file is neither a scene nor a particle file, but text that begins "
+                         "with 'Once upon a "
                          "time'" +
                          known));
-  CHECK(kind_of(files.write("a.json", "nan\n")).starts_with("neither a scene nor particles, but"));
+  CHECK(kind_of(files.write("a.json", "nan\n"))
+            .starts_with("the file is neither a scene nor a particle file, but"));
   CHECK(kind_of(files.write("a", "\1\2\3"))
-            .starts_with("neither a scene nor particles, but binary data of a kind that is not"));
-  CHECK(kind_of(files.write("a", " \n")).find("nothing but blanks") != std::string::npos);
+            .starts_with(
+                "the file is neither a scene nor a particle file, but binary data of an unknown"));
+  CHECK(kind_of(files.write("a", " \n")).find("only blanks") != std::string::npos);
   for (const std::string& packing : packings) {
     CHECK(kind_of(files.write("a", packed("", packing))) ==
           "the file is empty: check that the file is complete");

@@ -81,7 +81,8 @@ TEST_CASE("GRO: what is missing or no number is told with its line") {
   CHECK(files.message("a.gro", "title\nmany\n") ==
         "a.gro:2: 'many' is not a number of particles: write a whole number");
   CHECK(files.message("a.gro", "title\n1\n    1SOL     OW    1   0.126   1.624   1.679\n1 1\n") ==
-        "a.gro:4: 2 numbers of the box where 3 or 9 are needed: check that the file is complete");
+        "a.gro:4: 2 numbers describe the box, but 3 or 9 are needed: check that the file is "
+        "complete");
 }
 
 }  // namespace parray

@@ -63,9 +63,9 @@ TEST_CASE("LAMMPS data: without a hint the columns tell the style, with a note")
     CHECK(particles.types.names == std::vector<std::string>{"2"});
     CHECK(has_note(particles, "guessed_style"));
   }
-  CHECK(files.message("a.data", with("1 2 3 4")).find("cannot tell the atom style") !=
+  CHECK(files.message("a.data", with("1 2 3 4")).find("the atom style is unclear") !=
         std::string::npos);
-  CHECK(files.message("a.data", with("1 2 4 5 6\n2 2 4 5 6")).find("text after the last atom") !=
+  CHECK(files.message("a.data", with("1 2 4 5 6\n2 2 4 5 6")).find("text follows the last atom") !=
         std::string::npos);
 }
 

@@ -47,7 +47,8 @@ TEST_CASE("MOL2: SYBYL's, GAFF's and AMBER's types tell elements; residues, char
   CHECK(particles.facts.frames == 2);
   CHECK(xs_of(read_all(files, "a.mol2", text, 1)) == Xs{7});
   CHECK(files.message("a.mol2", "@<TRIPOS>MOLECULE\n@<TRIPOS>ATOM\n1 C 1 2 3\n") ==
-        "a.mol2:3: an atom has number, name, x, y, z and type: check that the file is complete");
+        "a.mol2:3: the line needs number, name, x, y, z and type of an atom: check that the file "
+        "is complete");
 }
 
 }  // namespace parray

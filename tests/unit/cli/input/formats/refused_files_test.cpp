@@ -146,13 +146,13 @@ TEST_CASE("radii that are not positive and colours that are none are refused") {
       {"colours of different types", "a.ply",
        ascii_ply("1", "property uchar red\nproperty uchar green\nproperty float blue\n") +
            "0 0 0 0 0 0\n",
-       "a.ply:10: colours must be all uchar or all float: change their type"},
+       "a.ply:10: the colour properties must be all uchar or all float: change their types"},
       {"colours of int", "a.ply",
        ascii_ply("1", "property int red\nproperty int green\nproperty int blue\n") +
            "0 0 0 0 0 0\n",
-       "a.ply:10: colours must be all uchar or all float: change their type"},
+       "a.ply:10: the colour properties must be all uchar or all float: change their types"},
       {"no element", "a.csv", "x,y,z,element\n0,0,0,Sj\n",
-       "a.csv:2: 'Sj' is no element: write a symbol, an atomic number or X, or name the column "
+       "a.csv:2: 'Sj' is not an element: write a symbol, an atomic number or X, or name the column "
        "'type'"},
   });
 }
@@ -160,38 +160,43 @@ TEST_CASE("radii that are not positive and colours that are none are refused") {
 TEST_CASE("PLY: a header that is none is refused") {
   const std::string start = "ply\nformat ascii 1.0\n";
   const std::string no_format =
-      "no PLY format: line 2 is 'format ascii 1.0', 'format binary_little_endian 1.0' or 'format "
+      "line 2 is not a PLY format: write 'format ascii 1.0', 'format binary_little_endian 1.0' or "
+      "'format "
       "binary_big_endian 1.0'";
   check_all({
-      {"text", "a.ply", "solid cube\n", "a.ply:1: not a PLY file: its first line is 'ply'"},
+      {"text", "a.ply", "solid cube\n",
+       "a.ply:1: this is not a PLY file: its first line is not 'ply'"},
       {"no format", "a.ply", "ply\nelement vertex 1\n", "a.ply:2: " + no_format},
       {"a later version", "a.ply", "ply\nformat ascii 2.0\n", "a.ply:2: " + no_format},
       {"no end", "a.ply", start + "element vertex 1\n",
        "a.ply:3: the file ends before end_header: check that the file is complete"},
       {"a strange line", "a.ply", start + "vertex 1\n",
-       "a.ply:3: 'vertex 1' in a PLY header: use comment, element, property, end_header"},
+       "a.ply:3: 'vertex 1' is unknown in a PLY header: use comment, element, property or "
+       "end_header"},
       {"a strange type", "a.ply", start + "element vertex 1\nproperty real x\n",
        "a.ply:4: unknown type 'real': use char, uchar, short, ushort, int, uint, float or double"},
       {"a property too early", "a.ply", start + "property float x\n",
-       "a.ply:3: a property before the first element: move it"},
+       "a.ply:3: a property precedes the first element: move the property"},
       {"a property twice", "a.ply", start + "element vertex 1\nproperty int x\nproperty int x\n",
        "a.ply:5: two properties are named 'x': rename one"},
       {"half a property", "a.ply", start + "element vertex 1\nproperty list int x\n",
-       "a.ply:4: not a property: write 'property TYPE NAME' or 'property list TYPE TYPE NAME'"},
+       "a.ply:4: the line is not a valid property: write 'property TYPE NAME' or 'property list "
+       "TYPE TYPE NAME'"},
       {"a list's size that is float", "a.ply",
        start + "element vertex 1\nproperty list float int x\n",
        "a.ply:4: the size of a list cannot be a float: use uchar or int"},
       {"no vertex", "a.ply", start + "element point 1\nproperty float x\nend_header\n0\n",
-       "a.ply:5: no element 'vertex': the particles are its instances"},
+       "a.ply:5: the file has no element 'vertex': add one, because its instances are the "
+       "particles"},
       {"vertex twice", "a.ply", start + "element vertex 0\nelement vertex 0\nend_header\n",
        "a.ply:5: two elements are named 'vertex': rename one"},
       {"no z", "a.ply",
        start + "element vertex 1\nproperty float x\nproperty float y\nend_header\n0 0\n",
-       "a.ply:6: no column 'z': name the columns x, y and z"},
+       "a.ply:6: the table has no column 'z': name the columns x, y and z"},
       {"z as a list", "a.ply",
        start + "element vertex 1\nproperty float x\nproperty float y\nproperty list uchar float z\n"
                "end_header\n0 0 1 0\n",
-       "a.ply:7: no column 'z': name the columns x, y and z"},
+       "a.ply:7: the table has no column 'z': name the columns x, y and z"},
       {"no properties", "a.ply", start + "element face 1\nend_header\n",
        "a.ply:4: element 'face' has no properties: add them"},
       {"a count that is none", "a.ply", start + "element vertex -1\n",
@@ -207,27 +212,31 @@ TEST_CASE("PLY: a header that is none is refused") {
 
 TEST_CASE("PLY: data that do not fit the header are refused") {
   const std::string list = "property list char int l\n";
-  const std::string too_short = "is it complete, and is their count right?";
+  const std::string too_short = "check that the file is complete and that their count is right";
   check_all({
       {"short text", "a.ply", ascii_ply("2") + "10.25 0 0.125\n",
        "a.ply:8: the file ends within its elements 'vertex': " + too_short},
       {"long text", "a.ply", ascii_ply("1") + "0 0 0\n1 1 1\n",
-       "a.ply:9: text after the last element: check the counts in the header"},
+       "a.ply:9: text follows the last element: check the counts in the header"},
       {"too few values", "a.ply", ascii_ply("1") + "0.125 0.125\n",
-       "a.ply:8: 2 values do not fit the properties of element 'vertex': write one a property"},
+       "a.ply:8: 2 values do not fit the properties of element 'vertex': write one value for each "
+       "property"},
       {"too many values", "a.ply", ascii_ply("1") + "0 0 0 0\n",
-       "a.ply:8: 4 values do not fit the properties of element 'vertex': write one a property"},
+       "a.ply:8: 4 values do not fit the properties of element 'vertex': write one value for each "
+       "property"},
       {"a long list", "a.ply", ascii_ply("1", list) + "0 0 0 3 1 2\n",
-       "a.ply:9: 6 values do not fit the properties of element 'vertex': write one a property"},
+       "a.ply:9: 6 values do not fit the properties of element 'vertex': write one value for each "
+       "property"},
       {"a list of nonsense", "a.ply", ascii_ply("1", list) + "0 0 0 -1\n",
        "a.ply:9: list 'l' has no valid size: check the header"},
       {"short data", "a.ply", binary_ply("2") + floats(0, 0, 0) + floats(0, 0, 0).substr(1),
-       "a.ply:7: the header announces at least 24 bytes of data, the file has 23: check that the "
+       "a.ply:7: the header requires at least 24 bytes of data, but the file has 23: check that "
+       "the "
        "file is complete"},
       {"short packed data", "a.ply.gz", packed(binary_ply("2") + floats(0, 0, 0)),
        "a.ply.gz: byte 127: the file ends within its elements 'vertex': " + too_short},
       {"long data", "a.ply", binary_ply("1") + floats(0, 0, 0) + "x",
-       "a.ply: byte 127: data after the last element: check the counts in the header"},
+       "a.ply: byte 127: data follow the last element: check the counts in the header"},
       {"a list beyond the end", "a.ply", binary_ply("1", list) + floats(0, 0, 0) + "\x7f",
        "a.ply: byte 153: the file ends within its elements 'vertex': " + too_short},
       {"a negative list", "a.ply", binary_ply("1", list) + floats(0, 0, 0) + "\xff",
@@ -238,20 +247,22 @@ TEST_CASE("PLY: data that do not fit the header are refused") {
 TEST_CASE("CSV: tables that are none are refused") {
   check_all({
       {"only comments", "a.csv", "# nothing\n\n",
-       "a.csv:2: no header line: name the columns x, y and z"},
-      {"no header", "a.csv", "1,2,3\n", "a.csv:1: no column 'x': name the columns x, y and z"},
-      {"no y", "a.csv", "x,z,r\n", "a.csv:1: no column 'y': name the columns x, y and z"},
+       "a.csv:2: the file has no header line: add one that names the columns x, y and z"},
+      {"no header", "a.csv", "1,2,3\n",
+       "a.csv:1: the table has no column 'x': name the columns x, y and z"},
+      {"no y", "a.csv", "x,z,r\n",
+       "a.csv:1: the table has no column 'y': name the columns x, y and z"},
       {"x twice", "a.csv", "x,X,y,z\n", "a.csv:1: two columns are named 'x': rename one"},
       {"no rows", "a.csv", "x,y,z\n",
        "a.csv:1: the file has no particles: check that this is the right file"},
       {"a short row", "a.csv", "x,y,z\n1,2,3\n\n1,2\n",
-       "a.csv:4: 2 fields where the header has 3: write as many"},
+       "a.csv:4: 2 fields, but the header has 3: use the same number"},
       {"a long row", "a.csv", "x y z\n1 2 3 4\n",
-       "a.csv:2: 4 fields where the header has 3: write as many"},
+       "a.csv:2: 4 fields, but the header has 3: use the same number"},
       {"an open quote", "a.csv", "x,y,z,type\n1,2,3,\"a\n",
        "a.csv:2: the quote is not closed: add '\"'"},
       {"text after a quote", "a.csv", "x,y,z,type\n1,2,3,\"a\"b\n",
-       "a.csv:2: text after a closing quote: write a quote in a quoted field twice"},
+       "a.csv:2: text follows the closing quote: double each quote inside a quoted field"},
   });
   std::string table = "x,y,z,type\n0,0,0," + std::string(257, 'a') + "\n";
   check_all({{"a long type", "a.csv", table,
@@ -266,8 +277,8 @@ TEST_CASE("CSV: tables that are none are refused") {
 
 TEST_CASE("XYZ: frames that are none are refused") {
   const auto no_property = [](const std::string& name) {
-    return "a.xyz:2: Properties has no NAME:TYPE:COUNT at '" + name +
-           "': write them as species:S:1:pos:R:3";
+    return "a.xyz:2: Properties has no valid NAME:TYPE:COUNT at '" + name +
+           "': write for example species:S:1:pos:R:3";
   };
   check_all({
       {"no count", "a.xyz", "C 0 0 0\n",
@@ -282,13 +293,13 @@ TEST_CASE("XYZ: frames that are none are refused") {
       {"too few atoms", "a.xyz", "3\n\nC 0 0 0\n",
        "a.xyz:3: the file ends after 1 of 3 particles: check that the file is complete"},
       {"too many atoms", "a.xyz", "1\n\nC 0 0 0\nC 0 0 0\n",
-       "a.xyz:4: text after the last particle: check the number of particles in the frame"},
+       "a.xyz:4: text follows the last particle: check the number of particles in the frame"},
       {"too few columns", "a.xyz", "1\n\nC 0 0\n",
-       "a.xyz:3: 3 columns where 4 are needed: write a name and three coordinates"},
+       "a.xyz:3: 3 columns, but 4 are needed: write a name and three coordinates"},
       {"no atoms", "a.xyz", "0\n\n",
        "a.xyz:2: the file has no particles: check that this is the right file"},
       {"other columns than announced", "a.xyz", "1\nProperties=species:S:1:pos:R:3\nC 0 0 0 0\n",
-       "a.xyz:3: 5 columns where 4 are needed: write as many as Properties announces"},
+       "a.xyz:3: 5 columns, but 4 are needed: write the number that Properties requires"},
       {"no positions", "a.xyz", "1\nProperties=species:S:1\nC\n",
        "a.xyz:2: Properties has no pos:R:3: add it"},
       {"half a property", "a.xyz", "1\nProperties=species:S:1:pos:R\n", no_property("pos")},
@@ -301,12 +312,12 @@ TEST_CASE("XYZ: frames that are none are refused") {
 TEST_CASE("LAMMPS: dumps that are none are refused") {
   check_all({
       {"a log", "a.dump", "LAMMPS (29 Sep 2021)\n",
-       "a.dump: looks like a log of LAMMPS: name the dump that the run has written"},
+       "a.dump: looks like a log of LAMMPS: name the dump file of that run"},
       {"another kind of dump", "a.dump", "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ENTRIES\n1\n",
        "a.dump:3: unknown item 'NUMBER OF ENTRIES': check that this is a LAMMPS text dump of "
        "atoms"},
       {"no count", "a.dump", "ITEM: ATOMS x y z\n",
-       "a.dump:1: no ITEM: NUMBER OF ATOMS before the atoms: add it"},
+       "a.dump:1: the frame has no ITEM: NUMBER OF ATOMS before its atoms: add it"},
       {"an absurd count", "a.dump", dump("4000000000", ""),
        "a.dump:2: 4000000000 particles are too many: use at most 100000000"},
       {"no atoms", "a.dump", "ITEM: NUMBER OF ATOMS\n1\n",
@@ -318,15 +329,15 @@ TEST_CASE("LAMMPS: dumps that are none are refused") {
       {"scaled without a box", "a.dump", "ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS xs ys zs\n0 0 0\n",
        "a.dump:3: scaled positions need the box's bounds along x, y and z: dump x y z"},
       {"a box without tilts", "a.dump", "ITEM: BOX BOUNDS xy xz yz pp pp pp\n0 1\n",
-       "a.dump:2: 2 numbers where the box needs 3: write low, high and tilt"},
+       "a.dump:2: 2 numbers, but a line of the box needs 3: write low, high and tilt"},
       {"too few atoms", "a.dump", dump("2", "0 0 0\n"),
        "a.dump:4: the file ends after 1 of 2 atoms: check that the file is complete"},
       {"too many atoms", "a.dump", dump("1", "0 0 0\n0 0 0\n"),
-       "a.dump:5: text after the last atom: check ITEM: NUMBER OF ATOMS"},
+       "a.dump:5: text follows the last atom: check ITEM: NUMBER OF ATOMS"},
       {"too few columns", "a.dump", dump("1", "0 0\n"),
-       "a.dump:4: 2 columns where ITEM: ATOMS names 3: write as many"},
+       "a.dump:4: 2 columns, but ITEM: ATOMS names 3: use the same number"},
       {"too many columns", "a.dump", dump("1", "0 0 0 0\n"),
-       "a.dump:4: 4 columns where ITEM: ATOMS names 3: write as many"},
+       "a.dump:4: 4 columns, but ITEM: ATOMS names 3: use the same number"},
   });
 }
 
@@ -343,13 +354,15 @@ TEST_CASE("PDB and mmCIF: files that are none are refused") {
        "ATOM      1  CA  ALA A   1  1.000   2.000   3.000                C\n",
        "a.pdb:1: x '000   2.' is not a finite number: write a number such as 0.5 or 1e3"},
       {"no CIF", "a.cif", "HEADER\n",
-       "a.cif:1: not CIF (expected block header (data_)): check that this is the right file"},
+       "a.cif:1: the file is not valid CIF (expected block header (data_)): check that this is the "
+       "right file"},
       {"an open quote", "a.cif", "data_a\n_a.b 'c\n",
-       "a.cif:2: not CIF (unterminated 'string'): check that this is the right file"},
+       "a.cif:2: the file is not valid CIF (unterminated 'string'): check that this is the right "
+       "file"},
       {"another kind of CIF", "a.cif", "data_a\nloop_\n_atom_site_fract_x\n0.5\n",
        "a.cif:4: no _atom_site.fract_y: add it"},
       {"no atoms in CIF", "a.cif", "data_a\n_a.b c\n",
-       "a.cif:2: no atoms: CIF has them in _atom_site or _chem_comp_atom, with Cartesian or "
+       "a.cif:2: the file has no atoms: add _atom_site or _chem_comp_atom with Cartesian or "
        "fractional coordinates"},
       {"no z", "a.cif", "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n1 2\n",
        "a.cif:5: no _atom_site.cartn_z: add it"},
@@ -358,7 +371,8 @@ TEST_CASE("PDB and mmCIF: files that are none are refused") {
       {"an empty loop", "a.cif", cif(""),
        "a.cif:5: the file has no particles: check that this is the right file"},
       {"an endless text", "a.cif", "data_a\n_a.b\n;" + std::string(5'000'000, 'a'),
-       "a.cif:2: not CIF (a text of more than 4194304 bytes): check that this is the right file"},
+       "a.cif:2: the file is not valid CIF (a text has more than 4194304 bytes): check that this "
+       "is the right file"},
   });
 }
 

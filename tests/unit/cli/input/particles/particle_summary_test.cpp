@@ -84,7 +84,7 @@ TEST_CASE("a binary PLY file may end in blank lines") {
       "property float z\nend_header\n" +
       std::string(12, '\0');
   CHECK(files.read("a.ply", data + "\r\n").count() == 1);
-  CHECK(files.message("a.ply", data + "\nx").find("data after the last element") !=
+  CHECK(files.message("a.ply", data + "\nx").find("data follow the last element") !=
         std::string::npos);
 }
 
