@@ -315,7 +315,7 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
        "6: /particles/0/hide: the file has no residue names: it "
        "has elements, types, x, y, z, fx, fy, fz, index"},
       {"\"hide\": \"water\"",
-       "6: /particles/0/hide: not a list: write words in brackets, as "
+       "6: /particles/0/hide: this is not a list: write words in brackets, such as "
        "[\"virtual\", \"water\"]"},
       {"\"slice\": \"z\"",
        "6: /particles/0/slice: 'z' is not a slice: write z=10:20, or z=40%:60% "
@@ -335,9 +335,10 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
       {"\"color_by\": \"vx\", \"range\": [1, 0]",
        "6: /particles/0/range: low is not below high: write [low, high]"},
       {"\"color_by\": \"vx\", \"range\": [1]",
-       "6: /particles/0/range: not two numbers: write [low, high]"},
+       "6: /particles/0/range: the array does not have two numbers: write [low, high]"},
       {"\"color_by\": \"vx\", \"range\": \"a\"",
-       "6: /particles/0/range: no range: write [low, high], or a text such as \"1%:99%\""},
+       "6: /particles/0/range: this is not a range: write [low, high], or a text such as "
+       "\"1%:99%\""},
   };
   for (const auto& row : cases) {
     const auto& [members, expected] = row;  // which Clang 14 does not capture

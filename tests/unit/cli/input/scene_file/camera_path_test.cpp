@@ -83,14 +83,14 @@ TEST_CASE("what is looked at stays in focus unless a key says where the focus is
 TEST_CASE("a camera path that cannot be followed is refused in one line") {
   CHECK(contains(PathFile("").message(), "missing key 'cameras'"));
   CHECK(contains(PathFile(key(3, "[1, 0, 0]") + "," + key(3, "[2, 0, 0]")).message(),
-                 "/cameras/1/frame: frame 3 does not come after"));
+                 "/cameras/1/frame: frame 3 is not after"));
   CHECK(contains(PathFile(R"({"look_from": [1, 0, 0]})").message(), "missing key 'frame'"));
   CHECK(contains(PathFile(key(0, "[0, 0, 0]")).message(), "the same point"));
   CHECK(
       contains(PathFile(key(0, "[1, 0, 0]", R"(, "speed": 1)")).message(), "unknown key 'speed'"));
   const PathFile through(key(0, "[1, 0, 0]") + "," + key(2, "[-1, 0, 0]"));
   CHECK(contains(through.message_at(1), "at frame 1, between two cameras, look_from"));
-  CHECK(contains(through.message_at(3), "frame 3 is not between"));
+  CHECK(contains(through.message_at(3), "frame 3 is outside the path"));
   CHECK(contains(message_of<InputError>([] { CameraPath("/nowhere.json"); }), "cannot be read"));
 }
 
@@ -108,7 +108,7 @@ TEST_CASE("an orthographic camera's view grows evenly, and never becomes another
   CHECK(path.at(1).vfov == 0);
   CHECK(path.at(1).tan_half_vfov == 0);
   CHECK(contains(PathFile(key(0, "[0, 0, 9]") + "," + parallel(4, "6")).message(),
-                 "/cameras/1: another projection than the camera before has"));
+                 "/cameras/1: the projection differs from that of the previous camera"));
 }
 
 }  // namespace parray::test

@@ -89,14 +89,15 @@ TEST_CASE("unknown styles, words and keys are refused with the nearest, in one l
   CHECK(refusal_of(R"("finishing": {"outlines": 2})").find("did you mean 'outline'?") !=
         std::string::npos);
   CHECK(refusal_of(R"("finishing": {"outline": "onn"})") ==
-        "s.json:1: /finishing/outline: 'onn' is no such value: did you mean 'on'?");
+        "s.json:1: /finishing/outline: 'onn' is not a valid value: did you mean 'on'?");
   CHECK(refusal_of(R"("finishing": {"outline": 0})").starts_with("s.json:1: /finishing/outline: "));
   CHECK(refusal_of(R"("finishing": {"depth_cue": 1.5})").find("/finishing/depth_cue") !=
         std::string::npos);
   CHECK(message_of<InputError>([] { (void)line_width_from("wide"); }) ==
-        "'wide' is no such value: write on, off or pixels from 0.1 to 100, or points, as 0.5pt");
+        "'wide' is not a valid value: write on, off or pixels from 0.1 to 100, or points, such as "
+        "0.5pt");
   CHECK(message_of<InputError>([] { (void)depth_cue_from("2"); }) ==
-        "'2' is no such value: write on, off or a share from 0 to 1");
+        "'2' is not a valid value: write on, off or a share from 0 to 1");
 }
 
 }  // namespace parray

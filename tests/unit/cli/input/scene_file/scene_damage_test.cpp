@@ -112,29 +112,31 @@ TEST_CASE("the scene that the damage is done to is valid") {
 
 TEST_CASE("text that is not JSON is refused with the line and a remedy") {
   check_all({
-      {"empty", "", "s.json:1: /: the file is empty: a scene is a JSON object"},
-      {"blank", " \n\n ", "s.json:3: /: the file is empty: a scene is a JSON object"},
+      {"empty", "", "s.json:1: /: the file is empty: write a scene, which is a JSON object"},
+      {"blank", " \n\n ", "s.json:3: /: the file is empty: write a scene, which is a JSON object"},
       {"not JSON", "\x89PNG\r\n",
-       "s.json:1: /: not JSON (invalid literal at '\\x89'): write a number as 0.5 or 1e3, a string "
-       "in double quotes"},
+       "s.json:1: /: the text is not JSON (invalid literal at '\\x89'): write a number such as 0.5 "
+       "or 1e3, or a string in double quotes"},
       {"a name without quotes", with("\"vfov\"", "vfov"),
-       "s.json:6: /camera/look_at: not JSON (invalid literal at 'v'): write a number "
-       "as 0.5 or 1e3, a string in double quotes"},
+       "s.json:6: /camera/look_at: the text is not JSON (invalid literal at 'v'): write a number "
+       "such as 0.5 or 1e3, or a string in double quotes"},
       {"a comma missing", with("[13, 2, 3],", "[13, 2, 3]"),
-       "s.json:5: /camera/look_from: not JSON (unexpected string literal; expected '}'): look for "
+       "s.json:5: /camera/look_from: the text is not JSON (unexpected string literal; expected "
+       "'}'): look for "
        "a missing quote, comma or bracket"},
       {"a comma too many", with("\"vfov\": 20", "\"vfov\": 20,"),
-       "s.json:7: /camera/vfov: not JSON (unexpected '}'; expected string literal): is there a "
-       "comma too many before it?"},
+       "s.json:7: /camera/vfov: the text is not JSON (unexpected '}'; expected string literal): "
+       "remove the comma before it"},
       {"a comment", with("  \"version\"", "  // about\n  \"version\""),
-       "s.json:2: /: not JSON (invalid literal at '/'): JSON has no comments"},
+       "s.json:2: /: the text is not JSON (invalid literal at '/'): JSON has no comments; remove "
+       "them"},
       {"single quotes", with("\"gold\"", "'gold'"),
-       "s.json:9: /materials: not JSON (invalid literal at '''): write strings in "
+       "s.json:9: /materials: the text is not JSON (invalid literal at '''): write strings in "
        "double quotes"},
       {"text after the end", valid_scene() + "x",
-       "s.json:17: /: text after the end of the scene: remove it"},
+       "s.json:17: /: text follows the end of the scene: remove it"},
       {"a second scene", valid_scene() + valid_scene(),
-       "s.json:17: /: text after the end of the scene: remove it"},
+       "s.json:17: /: text follows the end of the scene: remove it"},
       {"truncated in a string", valid_scene().substr(0, 5),
        "s.json:2: /: the file ends in the middle of the scene: check that the file is complete"},
       {"truncated in a number", valid_scene().substr(0, valid_scene().find("13") + 1),
@@ -144,20 +146,23 @@ TEST_CASE("text that is not JSON is refused with the line and a remedy") {
        "s.json:15: /spheres: the file ends in the middle of the scene: check that the file is "
        "complete"},
       {"a zero byte", with("20", std::string("2\0", 2)),
-       "s.json:6: /: a NUL byte, which JSON text never has: save the file as UTF-8"},
+       "s.json:6: /: the text contains a NUL byte: save the file as UTF-8"},
       {"zero bytes after the end", valid_scene() + std::string(3, '\0'),
-       "s.json:17: /: a NUL byte, which JSON text never has: save the file as UTF-8"},
+       "s.json:17: /: the text contains a NUL byte: save the file as UTF-8"},
       {"half a byte order mark", "\xEF\xBB" + valid_scene(),
-       "s.json:1: /: not JSON (invalid BOM; must be 0xEF 0xBB 0xBF if given at '\\xef\\xbb{'): "
+       "s.json:1: /: the text is not JSON (invalid BOM; must be 0xEF 0xBB 0xBF if given at "
+       "'\\xef\\xbb{'): "
        "look for a missing quote, comma or bracket"},
       {"UTF-16", "\xFF\xFE" + with("\"gold\"", "\"gold\""),
-       "s.json:1: /: not JSON (invalid literal at '\\xff'): it looks like UTF-16, save the file as "
-       "UTF-8"},
+       "s.json:1: /: the text is not JSON (invalid literal at '\\xff'): the text looks like "
+       "UTF-16; save the file as UTF-8"},
       {"not UTF-8", with("\"gold\": {", "\"g\xFFld\": {"),
-       "s.json:9: /materials: not JSON (invalid string: ill-formed UTF-8 byte at '\"g\\xff'): save "
+       "s.json:9: /materials: the text is not JSON (invalid string: ill-formed UTF-8 byte at "
+       "'\"g\\xff'): save "
        "the file as UTF-8"},
       {"a control character in a string", with("\"gold\": {", "\"g\x1bld\": {"),
-       "s.json:9: /materials: not JSON (invalid string: control character U+001B (ESC) must be "
+       "s.json:9: /materials: the text is not JSON (invalid string: control character U+001B (ESC) "
+       "must be "
        "escaped to \\u001B at '\"g<U+001B>'): look for a missing quote, comma or bracket"},
   });
 }
@@ -173,14 +178,14 @@ TEST_CASE("numbers that JSON or double precision cannot hold are refused") {
       {"negative overflow", with("13", "-1e999"),
        "s.json:4: /camera/look_from/0: number -1e999 is too large: use a number below 1e308"},
       {"NaN", with("20", "NaN"),
-       "s.json:6: /camera/vfov: not JSON (invalid literal at '\"vfov\": N'): JSON has no NaN or "
-       "Infinity, write a finite number"},
+       "s.json:6: /camera/vfov: the text is not JSON (invalid literal at '\"vfov\": N'): JSON has "
+       "no NaN or Infinity; write a finite number"},
       {"-Infinity", with("20", "-Infinity"),
-       "s.json:6: /camera/vfov: not JSON (invalid number; expected digit after '-' at '-I'): JSON "
-       "has no NaN or Infinity, write a finite number"},
+       "s.json:6: /camera/vfov: the text is not JSON (invalid number; expected digit after '-' at "
+       "'-I'): JSON has no NaN or Infinity; write a finite number"},
       {"nan", with("20", "nan"),
-       "s.json:6: /camera/vfov: not JSON (invalid literal at '\"vfov\": na'): JSON has no NaN or "
-       "Infinity, write a finite number"},
+       "s.json:6: /camera/vfov: the text is not JSON (invalid literal at '\"vfov\": na'): JSON has "
+       "no NaN or Infinity; write a finite number"},
       {"underflow to zero", with("\"radius\": 1,", "\"radius\": 1e-999,"),
        "s.json:13: /spheres/0/radius: 0 is out of range: use a number from 1e-15 to 1e+15"},
   });
@@ -214,9 +219,9 @@ TEST_CASE("a wrong value is refused with its own line, also where the line ends 
 TEST_CASE("what a schema cannot say is refused") {
   check_all({
       {"the camera looks at itself", with("[0, 0, 0]", "[13, 2, 3]"),
-       "s.json:3: /camera: look_from and look_at are the same point: move one"},
+       "s.json:3: /camera: look_from and look_at are the same point: move one of them"},
       {"the camera is too near", with("[0, 0, 0]", "[13, 2, 3.0000000000000004]"),
-       "s.json:3: /camera: look_from and look_at are 4.440892098500626e-16 apart: bring that "
+       "s.json:3: /camera: look_from and look_at are 4.440892098500626e-16 apart: use a distance "
        "between 1e-15 and 1e+15"},
       {"up is parallel to the view", with("\"vfov\"", "\"up\": [-26, -4, -6], \"vfov\""),
        "s.json:3: /camera: up is parallel to the view from look_from to look_at: turn one of them"},
@@ -236,8 +241,8 @@ TEST_CASE("what a schema cannot say is refused") {
       {"version 1 among spheres of the seed's format",
        R"({"spheres": [{"sphere": {"location": {"x": 0, "y": 0, "z": 0}, "radius": 1,
            "material": {"type": "dielectric", "refraction_index": 1.5}}}], "version": 1})",
-       "s.json:2: /version: a key of version 1 after spheres in the seed program's format: write "
-       "the spheres as {\"center\", \"radius\", \"material\"}"},
+       "s.json:2: /version: this key belongs to version 1, but the spheres have the seed program's "
+       "format: write spheres as {\"center\", \"radius\", \"material\"}"},
   });
 }
 
@@ -273,11 +278,11 @@ TEST_CASE("nothing in a scene makes the reader hold or follow more than a scene 
       {"deep at the top", std::string(1'000'000, '['),
        "s.json:1: /: expected an object, found an array: check that this is a scene"},
       {"deep in a sphere", "{\"spheres\": [" + std::string(1'000'000, '['),
-       "s.json:1: /spheres/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0: nested deeper than 16 levels: no scene "
-       "needs that"},
+       "s.json:1: /spheres/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0: values are nested deeper than 16 levels: "
+       "remove levels"},
       {"wide in a section", with("[13, 2, 3]", "[" + std::string(600, '[')),
-       "s.json:4: /camera/look_from/0/0/0/0/0/0/0/0/0/0/0/0/0/0: nested deeper than 16 levels: no "
-       "scene needs that"},
+       "s.json:4: /camera/look_from/0/0/0/0/0/0/0/0/0/0/0/0/0/0: values are nested deeper than 16 "
+       "levels: remove levels"},
       {"a long string", with("\"gold\"", "\"" + mega + "\""),
        "s.json:9: /: a text or a run of blanks is longer than 1048576 bytes: check that this is a "
        "scene"},
@@ -288,7 +293,7 @@ TEST_CASE("nothing in a scene makes the reader hold or follow more than a scene 
   std::string wide = "[0";
   for (int i = 0; i < 1000; ++i) wide += ",0";
   CHECK(message_of(with("[13, 2, 3]", wide + "]")) ==
-        "s.json:4: /camera/look_from/254: more than 256 values in one place: no scene needs that");
+        "s.json:4: /camera/look_from/254: one value has more than 256 parts: remove some");
 }
 
 TEST_CASE("a message is one printable line whatever the file holds") {
@@ -304,8 +309,8 @@ TEST_CASE("a message is one printable line whatever the file holds") {
     CHECK(std::ranges::all_of(message, [](char c) { return c >= ' ' && c <= '~'; }));
   }
   std::istringstream input("?");
-  CHECK_THROWS_WITH_AS(read_scene(input, "a\x1b[2J"), doctest::Contains("a\\x1b[2J:1: /: not JSON"),
-                       InputError);
+  CHECK_THROWS_WITH_AS(read_scene(input, "a\x1b[2J"),
+                       doctest::Contains("a\\x1b[2J:1: /: the text is not JSON"), InputError);
 }
 
 TEST_CASE("a file that is none is refused by name") {

@@ -155,7 +155,7 @@ TEST_CASE("a name that is not UTF-8 is refused, not written") {
   SceneFile file;
   file.particles.push_back({.file = "\xFF.xyz", .material = {}, .radius = {}});
   CHECK(test::message_of<InputError>([&] { (void)written(file); }) ==
-        "'\\xff.xyz' is not UTF-8, as all names in a scene are: rename it");
+        "'\\xff.xyz' is not UTF-8, but all names in a scene must be: rename it");
 }
 
 TEST_CASE("writing can be ended from outside") {
