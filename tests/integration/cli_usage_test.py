@@ -411,7 +411,7 @@ class Failures(CliTest):
         failed = subprocess.run([*ALONE, render], capture_output=True, text=True, timeout=60)
         self.assertEqual(failed.stdout, "1\n", failed.stderr)
         self.assertEqual(failed.stderr, f"parray: writing {full}/a.png: No space left on device: "
-                         f"the picture is in {spare}/a.png\n")
+                         f"the picture was saved to {spare}/a.png\n")
         self.assertEqual(run("render", self.scene, "-q", "--width", "200", "--height", "150", "-o",
                              self.path("b.png")).returncode, 0)
         self.assertEqual(read_text(spare / "a.png")["parray:image_sha256"],

@@ -115,7 +115,7 @@ TEST_CASE("previews and pictures of others have no recipe") {
   const auto of = [](const ImageMetadata& metadata) {
     return message_of<InputError>([&] { recipe_in(metadata, "a.exr"); });
   };
-  CHECK(of({{"parray:partial", "true"}}).starts_with("a.exr: a preview, which has no recipe"));
+  CHECK(of({{"parray:partial", "true"}}).starts_with("a.exr: a preview has no recipe"));
   CHECK(of({{"Software", "GIMP"}}).starts_with("a.exr: has no recipe"));
 }
 
@@ -123,7 +123,7 @@ TEST_CASE("a recipe with a value that cannot be is refused with its name") {
   for (const char* name : {"width", "max_depth", "seed", "sampler", "precision", "samples",
                            "samples_per_pixel", "image_sha256", "scene_sha256"}) {
     const std::string message = refusal(json::object(), name, -1.5);
-    CHECK_MESSAGE(message.starts_with("a.exr: its recipe is damaged: "), message);
+    CHECK_MESSAGE(message.starts_with("a.exr: the recipe is damaged: "), message);
     CHECK_MESSAGE(message.find(name) != std::string::npos, message);
   }
   CHECK(refusal(json::object(), "width", std::uint64_t{70000}).find("width: 70000") !=
@@ -133,7 +133,7 @@ TEST_CASE("a recipe with a value that cannot be is refused with its name") {
   CHECK(refusal(json::object(), "precision", "auto").find("parray:precision") != std::string::npos);
   for (const char* passes : {"", "1,", "[1],2", "x", "-1", "0", "1e3"}) {
     const std::string message = refusal(adaptive_entries, "passes", passes);
-    CHECK_MESSAGE(message.starts_with("a.exr: its recipe is damaged: "), passes, message);
+    CHECK_MESSAGE(message.starts_with("a.exr: the recipe is damaged: "), passes, message);
   }
 }
 
@@ -144,7 +144,7 @@ TEST_CASE("another scene and another tracer are refused") {
         [&] { check_recipe(recipe, "a.exr", scene_sha256, "scene.json"); });
   };
   CHECK(refused(std::string(64, 'a')) == "no error");
-  CHECK(refused(std::string(64, 'b')).starts_with("scene.json: not the scene of a.exr"));
+  CHECK(refused(std::string(64, 'b')).starts_with("scene.json: this is not the scene of a.exr"));
   ++recipe.trace_version;
   CHECK(refused(std::string(64, 'a')).find("use ParRay 1.2.3") != std::string::npos);
 }

@@ -144,10 +144,10 @@ TEST_CASE("a letter stands between its baseline and its cap height") {
 
 TEST_CASE("a font that is not there is told in one line that names the package") {
   CHECK(message_of<RunError>([] { Font(10, "/nowhere/DejaVuSans.ttf"); }) ==
-        "labels are written in DejaVu Sans, and /nowhere/DejaVuSans.ttf is not there: install "
+        "/nowhere/DejaVuSans.ttf: the font of labels, DejaVu Sans, is missing: install "
         "fonts-dejavu-core");
   CHECK(message_of<RunError>([] { Font(10, "/etc/passwd"); }) ==
-        "/etc/passwd, the font of labels, cannot be read: install fonts-dejavu-core again");
+        "/etc/passwd: the font of labels cannot be read: install fonts-dejavu-core again");
 }
 
 TEST_CASE(
@@ -157,10 +157,12 @@ TEST_CASE(
   const auto problem = [&](const std::string& text) {
     return message_of<InputError>([&] { font.check(text, "--text"); });
   };
-  CHECK(problem("a\u4e2d") == "--text: DejaVu Sans has no character U+4E2D: use another");
-  CHECK(problem("a\tb") == "--text: DejaVu Sans has no character U+0009: use another");
+  CHECK(problem("a\u4e2d") ==
+        "--text: the font DejaVu Sans has no character U+4E2D: use another character");
+  CHECK(problem("a\tb") ==
+        "--text: the font DejaVu Sans has no character U+0009: use another character");
   for (const std::string bad : {"\xff", "\xc3", "\xc0\x80", "\xed\xa0\x80", "\xf5\x80\x80\x80"}) {
-    CHECK(problem(bad) == "--text: not UTF-8: write it in that encoding");
+    CHECK(problem(bad) == "--text: the text is not UTF-8: save it in that encoding");
   }
   CHECK(font.width("\xff") == font.width("\ufffd"));  // of a name in a file
 }
@@ -286,28 +288,30 @@ TEST_CASE("a legend of many names gets columns, and one that fits nowhere is ref
   Labels{content};
   content.legends = {elements(500)};
   CHECK(refusal(content) ==
-        "--legend: does not fit into 600 x 300 pixels: use a smaller --font-size or a larger "
+        "--legend: the label does not fit into 600 x 300 pixels: use a smaller --font-size or a "
+        "larger "
         "picture");
   content.legends = {elements(14)};
   content.settings.text = std::string(50, 'm');
-  CHECK(refusal(content).starts_with("--legend: does not fit into 600 x 300 pixels beside --text"));
+  CHECK(refusal(content).starts_with(
+      "--legend: the label does not fit into 600 x 300 pixels beside --text"));
 }
 
 TEST_CASE("a label that the scene has nothing for is refused before any work") {
   LabelContent content = content_of(600, 400);
   content.settings.legend = true;
-  CHECK(refusal(content).starts_with("--legend: nothing in the scene is coloured by a rule"));
+  CHECK(refusal(content).starts_with("--legend: the scene has no colours to explain"));
   content.settings = {.time_stamp = true};
   CHECK(refusal(content).starts_with("--time-stamp: "));
   content.settings = {.cell = true};
   CHECK(refusal(content).starts_with("--cell: the scene's particles have no box"));
   content.settings = {.text = "a", .font_size = 200, .dpi = 10000};
-  CHECK(
-      refusal(content) ==
-      "--font-size: letters of 200 points are 27778 pixels high, and the picture 400: use smaller "
-      "ones, or a larger picture");
+  CHECK(refusal(content) ==
+        "--font-size: letters of 200 points are 27778 pixels high, but the picture only 400: use "
+        "smaller "
+        "letters or a larger picture");
   content.settings = {.scale_bar = true, .unit = "\u4e2d"};
-  CHECK(refusal(content).starts_with("--unit: DejaVu Sans has no character U+4E2D"));
+  CHECK(refusal(content).starts_with("--unit: the font DejaVu Sans has no character U+4E2D"));
 }
 
 // ---- Lengths -----------------------------------------------------------------------------------

@@ -63,7 +63,7 @@ Traced traced(const Scene& scene, const RenderSettings& settings,
   Traced result;
   result.opaque = result.image = resolve_image(framebuffer, largest_radiance(scene));
   const auto sky = trace_sky_samples(*tracer, settings, samples, 2);
-  result.alpha = take_out_sky(result.image, sky, samples, RadianceScale(largest_radiance(scene)));
+  result.alpha = remove_sky(result.image, sky, samples, RadianceScale(largest_radiance(scene)));
   result.samples = std::move(samples);
   return result;
 }
