@@ -116,7 +116,7 @@ TEST_CASE("previews and pictures of others have no recipe") {
     return message_of<InputError>([&] { recipe_in(metadata, "a.exr"); });
   };
   CHECK(of({{"parray:partial", "true"}}).starts_with("a.exr: a preview has no recipe"));
-  CHECK(of({{"Software", "GIMP"}}).starts_with("a.exr: has no recipe"));
+  CHECK(of({{"Software", "GIMP"}}).starts_with("a.exr: the file has no recipe"));
 }
 
 TEST_CASE("a recipe with a value that cannot be is refused with its name") {

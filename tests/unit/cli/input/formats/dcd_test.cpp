@@ -113,10 +113,11 @@ TEST_CASE("DCD: more lines of title than their record counts are passed over") {
 TEST_CASE("DCD: damage is refused with the place") {
   const ParticleFiles files;
   const std::string good = test::dcd_file({first, second});
-  CHECK(files.message("a.dcd", "CORD" + good).starts_with("a.dcd: byte 0: not a DCD file"));
+  CHECK(files.message("a.dcd", "CORD" + good).starts_with("a.dcd: byte 0: this is not a DCD file"));
   std::string velocities = good;
   velocities.replace(4, 4, "VELD");
-  CHECK(files.message("a.dcd", velocities).find("velocities, not positions") != std::string::npos);
+  CHECK(files.message("a.dcd", velocities).find("velocities instead of positions") !=
+        std::string::npos);
   std::string huge = good;
   huge.replace(92 + 92 + 4, 4, test::bytes_of(std::int32_t{2'000'000'000}));
   CHECK(files.message("a.dcd", huge)

@@ -101,11 +101,11 @@ TEST_CASE("XTC: packed data that cannot be are refused") {
   };
   CHECK(with(0, 1994).find("not a frame of XTC") != std::string::npos);
   CHECK(with(52, 14).find("two different numbers of atoms") != std::string::npos);
-  CHECK(with(60, 600).find("impossible") != std::string::npos);  // least above most
-  CHECK(with(84, 8).find("impossible") != std::string::npos);    // no such size
-  CHECK(with(84, 73).find("impossible") != std::string::npos);
-  CHECK(with(88, -4).find("negative size") != std::string::npos);
-  CHECK(with(88, 20).find("impossible") != std::string::npos);  // too few bits
+  CHECK(with(60, 600).find("coordinates are not valid") != std::string::npos);  // least above most
+  CHECK(with(84, 8).find("coordinates are not valid") != std::string::npos);    // no such size
+  CHECK(with(84, 73).find("coordinates are not valid") != std::string::npos);
+  CHECK(with(88, -4).find("size is negative") != std::string::npos);
+  CHECK(with(88, 20).find("coordinates are not valid") != std::string::npos);  // too few bits
 }
 
 TEST_CASE("TRR: single and double precision, velocities passed over, frames without positions") {

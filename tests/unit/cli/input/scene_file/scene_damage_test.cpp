@@ -351,7 +351,7 @@ TEST_CASE("a file beyond the size limit is refused before it is read") {
   fs::resize_file(path, limits::max_scene_file_bytes + 1, error);  // a hole: takes no space
   if (error) return;                                               // not on this file system
   CHECK(message_of_file(path) ==
-        path.string() + ": has 17179869185 bytes, more than 17179869184: split it");
+        path.string() + ": the file has 17179869185 bytes, more than 17179869184: split it");
 }
 
 TEST_CASE("a randomly damaged scene loads or is refused, and nothing else") {

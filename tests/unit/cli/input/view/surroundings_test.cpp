@@ -287,7 +287,7 @@ TEST_CASE("a group that no portrait can hold is refused") {
   const std::vector<Sphere> vast = cloud(20, {0, 0, 0}, {1e14, 1e14, 1e14}, 1e12, 1);
   CHECK(message_of<InputError>([&] {
           (void)surroundings_of(vast, 1);
-        }).ends_with("beyond 1e+15: scale the coordinates down"));
+        }).ends_with("above the limit of 1e+15: scale the coordinates down"));
   const std::vector<Sphere> far = {{{1e9, 0, 0}, 1e-9, 0}};
   CHECK(message_of<InputError>([&] { (void)surroundings_of(far, 1); }) ==
         "the particles are too far from the origin for their size: move them closer to it");
