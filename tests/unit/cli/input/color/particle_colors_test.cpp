@@ -106,7 +106,7 @@ class ColoredScene {
 
 }  // namespace
 
-TEST_CASE("numbers take their places between the least and the largest") {
+TEST_CASE("numbers are coloured between the least and the largest") {
   CHECK(shares({2, 4, 3}, by_number()) == std::vector<double>{0, 1, 0.5});
   CHECK(shares({5, 5}, by_number()) == std::vector<double>{0.5, 0.5});
   CHECK(shares({-1e308, 1e308, 0}, by_number()) == std::vector<double>{0, 1, 0.5});
@@ -114,7 +114,7 @@ TEST_CASE("numbers take their places between the least and the largest") {
         std::vector<double>{0, 0, 1, 1, -1});
 }
 
-TEST_CASE("a range clips, and says how many it has clipped") {
+TEST_CASE("a range clips numbers and a note counts them") {
   const std::vector<double> values{-3, -1, 0, 1, unknown, 2};
   CHECK(shares(values, by_number("-1:1")) == std::vector<double>{0, 0, 0.5, 1, -1, 1});
   Particles particles = with_numbers(values);
@@ -136,7 +136,7 @@ TEST_CASE("a range clips, and says how many it has clipped") {
   CHECK(paint.legend.entries[0].count == 1);
 }
 
-TEST_CASE("percentiles are by nearest rank, of the numbers that are known") {
+TEST_CASE("percentiles are by nearest rank and ignore unknown numbers") {
   std::vector<double> values{unknown, infinity};
   for (int i = 1; i <= 100; ++i) values.push_back((i * 37) % 101);
   Particles particles = with_numbers(values);
@@ -147,13 +147,13 @@ TEST_CASE("percentiles are by nearest rank, of the numbers that are known") {
   CHECK(colors_of(by_number("0%:100%"), particles).legend.high == 100);
 }
 
-TEST_CASE("a map with a middle has it at zero, unless a range is given") {
+TEST_CASE("a diverging map has its middle at zero unless a range is given") {
   CHECK(shares({-1, 0, 4}, by_number({}, ColorMap::blue_red))[1] == 0.5);
   CHECK(shares({1, 2, 3}, by_number({}, ColorMap::blue_red)) == std::vector<double>{0, 0.5, 1});
   CHECK(shares({-1, 0, 4}, by_number("-1:4", ColorMap::blue_red))[0] == 0);
 }
 
-TEST_CASE("a range that cannot be is refused") {
+TEST_CASE("an invalid range is refused") {
   for (const char* text : {"", "1", "2:1", "1:1", "-1%:50%", "60%:40%", "0:101%", "a:b", "1:2:3"}) {
     CAPTURE(text);
     CHECK(message_of<InputError>([&] {
@@ -169,7 +169,7 @@ TEST_CASE("a range that cannot be is refused") {
   CHECK_THROWS_AS((void)colors_of({"vz", {}, {}}, particles), UnknownNumber);
 }
 
-TEST_CASE("colours by number are the same for any number of threads, and few") {
+TEST_CASE("colours by number are few and the same for any number of threads") {
   Dice dice(4);
   std::vector<double> values;
   for (int i = 0; i < 100'000; ++i) values.push_back(dice.one_in(50) ? unknown : dice.unit());
@@ -185,7 +185,7 @@ TEST_CASE("colours by number are the same for any number of threads, and few") {
   CHECK(std::set<std::uint32_t>(one.index.begin(), one.index.end()).size() == color_levels + 1);
 }
 
-TEST_CASE("types have their colours in every frame, whichever atom comes first") {
+TEST_CASE("types keep their colours in all frames for any order of atoms") {
   Particles first;
   Particles second;
   for (const char* name : {"2", "10", "1", "X"}) add(first.types, name);
@@ -200,7 +200,7 @@ TEST_CASE("types have their colours in every frame, whichever atom comes first")
   CHECK(names == std::vector<std::string>{"1", "2", "10", "X"});
 }
 
-TEST_CASE("categories have colours of their own, which a selection does not change") {
+TEST_CASE("categories have different colours, which a selection does not change") {
   Particles particles;
   for (const char* name : {"B", "A", "B", "C", ""}) {
     add(particles.chains, name);
@@ -224,7 +224,7 @@ TEST_CASE("categories have colours of their own, which a selection does not chan
         }) == "the file has no residue names: it has chains, x, y, z, fx, fy, fz, index");
 }
 
-TEST_CASE("residues are coloured by what they are like") {
+TEST_CASE("residues are coloured by their group") {
   CHECK(residue_groups().size() == 11);
   const auto group = [](const char* name) {
     const auto number = residue_group(name);
@@ -257,7 +257,7 @@ TEST_CASE("residues are coloured by what they are like") {
   CHECK(paint.legend.entries[2].color == category_color(12));
 }
 
-TEST_CASE("a scene colours, selects and slices the particles of its files") {
+TEST_CASE("a scene file colours, selects and slices particles") {
   const ColoredScene files;
   const SceneFile file = files.expanded(
       R"("select": "vx > -1 or type b", "slice": "x=:2.5", "color_by": "vx", "range": [0, 2],
@@ -271,7 +271,7 @@ TEST_CASE("a scene colours, selects and slices the particles of its files") {
   CHECK(file.legends[0].high == 2);
 }
 
-TEST_CASE("colour by element is that of the material by-element") {
+TEST_CASE("color_by element gives the colours of the material by-element") {
   const ColoredScene files;
   const SceneFile colored = files.expanded(R"("color_by": "element")");
   const SceneFile by_element = files.expanded(R"("material": "by-element")");
@@ -279,7 +279,7 @@ TEST_CASE("colour by element is that of the material by-element") {
   CHECK(colored.legends == by_element.legends);
 }
 
-TEST_CASE("a named material gives coloured particles its kind") {
+TEST_CASE("coloured particles get the type of a named material") {
   const ColoredScene files;
   const Scene scene = files.expanded(R"("color_by": "type", "material": "gold")").scene;
   const Material& material = scene.materials[scene.spheres[1].material];
@@ -294,7 +294,7 @@ TEST_CASE("a named material gives coloured particles its kind") {
         "material or color_by");
 }
 
-TEST_CASE("errors of a scene's selections and colours have their places") {
+TEST_CASE("errors in a scene's selections and colours name their place") {
   const ColoredScene files;
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"\n\"select\": \"vx > 1 und z\"",
@@ -347,7 +347,7 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
   }
 }
 
-TEST_CASE("what is written of selections and colours is read as the same") {
+TEST_CASE("selections and colours are written so that they read back equal") {
   const ColoredScene files;
   for (const std::string members :
        {R"("select":"name \"A B\"", "slice":"z=1%:", "hide":[])",
@@ -366,7 +366,7 @@ TEST_CASE("what is written of selections and colours is read as the same") {
   }
 }
 
-TEST_CASE("a portrait keeps what was asked of it by reference, and applies it") {
+TEST_CASE("an automatic scene applies its options and keeps them in its reference") {
   const ColoredScene files;
   ParticleSource source;
   source.filter.select = "vx >= 0";

@@ -92,7 +92,7 @@ TEST_CASE("DCD: the cell as angles, cosines and a matrix") {
   CHECK_FALSE(cell({0, 0, 0, 0, 0, 0}).cell);
 }
 
-TEST_CASE("DCD: atoms that are fixed stand in the first frame alone") {
+TEST_CASE("DCD: fixed atoms are only in the first frame") {
   const ParticleFiles files;
   DcdParts parts;
   parts.moving = {2};
@@ -102,7 +102,7 @@ TEST_CASE("DCD: atoms that are fixed stand in the first frame alone") {
   CHECK(read_particles(file, all).facts.frames == 3U);
 }
 
-TEST_CASE("DCD: more lines of title than their record counts are passed over") {
+TEST_CASE("DCD: surplus title lines are skipped") {
   const ParticleFiles files;
   DcdParts parts;
   parts.extra_title_lines = 2;
@@ -110,7 +110,7 @@ TEST_CASE("DCD: more lines of title than their record counts are passed over") {
       same(read_particles(files.write("a.dcd", test::dcd_file({first}, parts))).positions, first));
 }
 
-TEST_CASE("DCD: damage is refused with the place") {
+TEST_CASE("DCD: damaged files are refused with the place") {
   const ParticleFiles files;
   const std::string good = test::dcd_file({first, second});
   CHECK(files.message("a.dcd", "CORD" + good).starts_with("a.dcd: byte 0: this is not a DCD file"));

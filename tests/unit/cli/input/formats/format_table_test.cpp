@@ -137,7 +137,7 @@ TEST_CASE("a scene is a scene in every layout of JSON and under every name") {
   }
 }
 
-TEST_CASE("JSON that is no scene is refused by the name of what it is") {
+TEST_CASE("other JSON files are refused with their kind") {
   const ParticleFiles files;
   const std::string pandas = "looks like a table as JSON (from pandas), not a scene: write";
   const std::string ase = "looks like ASE atoms as JSON, not a scene: write extended XYZ";
@@ -182,7 +182,7 @@ TEST_CASE("keys below the top level do not make a scene something else") {
   CHECK(read_scene_file(files.write("a", named)).scene.spheres.size() == 1);
 }
 
-TEST_CASE("a NUL byte far behind the start of a scene is refused with its line") {
+TEST_CASE("a NUL byte far from the start of a scene is refused with its line") {
   const ParticleFiles files;
   std::string text = scene_text;
   text.insert(1, std::string(100'000, '\n'));
@@ -193,7 +193,7 @@ TEST_CASE("a NUL byte far behind the start of a scene is refused with its line")
   CHECK_MESSAGE(message.find("NUL") != std::string::npos, message);
 }
 
-TEST_CASE("a file is what its contents say, whatever its name") {
+TEST_CASE("the content of a file decides its format, not its name") {
   const ParticleFiles files;
   for (const auto& [sample, bytes] : test::valid_particle_files()) {
     const std::string format = format_for(sample);
@@ -211,7 +211,7 @@ TEST_CASE("a file is what its contents say, whatever its name") {
   }
 }
 
-TEST_CASE("every packing is looked through, in scenes and in particles, also of several parts") {
+TEST_CASE("scenes and particles are read from every compression, also in several parts") {
   const ParticleFiles files;
   const std::string xyz = "2\n\nC 1 0 0\nO 2 0 0\n";
   for (const std::string& packing : packings) {
@@ -230,7 +230,7 @@ TEST_CASE("every packing is looked through, in scenes and in particles, also of 
   CHECK(files.read("a", xyz).facts.packing.empty());
 }
 
-TEST_CASE("the name decides where the contents could be more than one format, or are damaged") {
+TEST_CASE("the name decides if the content fits several formats or is damaged") {
   const ParticleFiles files;
   const std::string amber =  // columns of PDB, in which PQR has a charge and a radius
       "ATOM      1  N   MET A   1      11.000   9.000  10.000  1.00 20.00\n";
@@ -246,7 +246,7 @@ TEST_CASE("the name decides where the contents could be more than one format, or
         "table:1: the table has no column 'x': name the columns x, y and z");
 }
 
-TEST_CASE("what people pass by mistake is told for what it looks like") {
+TEST_CASE("unsupported files are refused with their kind") {
   const ParticleFiles files;
   const std::vector<std::pair<std::string, std::string>> cases{
       {"\x89PNG\r\n\x1a\n", "a PNG picture"},
@@ -304,7 +304,7 @@ TEST_CASE("what people pass by mistake is told for what it looks like") {
             .starts_with("looks like data packed twice"));
 }
 
-TEST_CASE("what looks like nothing known is told by its first words") {
+TEST_CASE("unknown files are refused with their first words") {
   const ParticleFiles files;
   const std::string known = ": ParRay reads scene JSON, PLY, XYZ, LAMMPS dump,";
   CHECK(kind_of(files.write("README", "\n  Once upon\x1b a time\n"))
@@ -329,7 +329,7 @@ TEST_CASE("what looks like nothing known is told by its first words") {
   CHECK(kind_of(files.path()) == "is a directory: name a file in it");
 }
 
-TEST_CASE("damaged and cut data are refused in every packing, not read as far as they go") {
+TEST_CASE("damaged and truncated data are refused in every compression") {
   const ParticleFiles files;
   std::string text = "2000\n\n";
   for (int i = 0; i < 2000; ++i) text += "C " + std::to_string(i * 0.37) + " 0 0\n";
@@ -352,7 +352,7 @@ TEST_CASE("damaged and cut data are refused in every packing, not read as far as
   }
 }
 
-TEST_CASE("data that expand a thousandfold are refused without memory for them") {
+TEST_CASE("data that expand a thousandfold are refused without allocating memory for them") {
   const ParticleFiles files;
   for (const std::string& packing : packings) {
     CAPTURE(packing);
@@ -367,7 +367,7 @@ TEST_CASE("data that expand a thousandfold are refused without memory for them")
   }
 }
 
-TEST_CASE("a pipe is read as often as a file") {
+TEST_CASE("a pipe can be read several times") {
   const ParticleFiles files;
   const std::filesystem::path path = files.path() / "pipe";
   REQUIRE(mkfifo(path.c_str(), 0600) == 0);
@@ -380,7 +380,7 @@ TEST_CASE("a pipe is read as often as a file") {
   CHECK(file.size() == 11);
 }
 
-TEST_CASE("bytes of a file are read, passed over and read again") {
+TEST_CASE("bytes of a file are read, skipped and read again") {
   const ParticleFiles files;
   for (const std::string& bytes : {"0123456789"s, packed("0123456789")}) {
     PackedFile file(files.write("a", bytes));

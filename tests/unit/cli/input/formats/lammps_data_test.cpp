@@ -49,7 +49,7 @@ TEST_CASE("LAMMPS data: atoms in the file's order, elements by mass, velocities,
   CHECK(particles.cell->edges[1] == Vec3d{1, 8, 0});
 }
 
-TEST_CASE("LAMMPS data: without a hint the columns tell the style, with a note") {
+TEST_CASE("LAMMPS data: without a hint, the columns give the style and a note says so") {
   const ParticleFiles files;
   const auto with = [](const std::string& atoms) {
     return "\n1 atoms\n2 atom types\n0 9 xlo xhi\n0 9\tylo yhi\n0 9 zlo zhi\n\nAtoms\n\n" + atoms +
@@ -69,7 +69,7 @@ TEST_CASE("LAMMPS data: without a hint the columns tell the style, with a note")
         std::string::npos);
 }
 
-TEST_CASE("masses of reduced units and of beads are no elements") {
+TEST_CASE("masses in reduced units and of beads give no elements") {
   const ParticleFiles files;
   const auto elements = [&](const std::string& masses) {
     return files

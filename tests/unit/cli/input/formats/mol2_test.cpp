@@ -27,7 +27,8 @@ Particles read_all(const ParticleFiles& files, const std::string& name, const st
 
 }  // namespace
 
-TEST_CASE("MOL2: SYBYL's, GAFF's and AMBER's types tell elements; residues, charges and cell") {
+TEST_CASE(
+    "MOL2: types of SYBYL, GAFF and AMBER give elements; residues, charges and cell are read") {
   const ParticleFiles files;
   const std::string text =
       "# comment\n@<TRIPOS>MOLECULE\nfirst\n 6 0 1\nSMALL\nUSER_CHARGES\n\n@<TRIPOS>ATOM\n"

@@ -64,7 +64,7 @@ constexpr const char* radius_range = " is out of range: use a number from 1e-15 
 
 }  // namespace
 
-TEST_CASE("a file that is not there, empty, a directory or of no known name is refused") {
+TEST_CASE("missing files, empty files, directories and unknown names are refused") {
   const ParticleFiles files;
   const auto message = [](const std::filesystem::path& path) {
     return test::message_of<InputError>([&] { read_particles(path); });
@@ -80,12 +80,14 @@ TEST_CASE("a file that is not there, empty, a directory or of no known name is r
   }
 }
 
-TEST_CASE("an error's file name cannot drive the terminal") {
+TEST_CASE("file names in errors have no control characters") {
   CHECK(test::message_of<InputError>([] { read_particles("a\x1b[2J.xyz"); }) ==
         "a\\x1b[2J.xyz: no such file: check the path");
 }
 
-TEST_CASE("numbers that are none, not finite or out of range are refused with their line") {
+TEST_CASE(
+    "texts that are not numbers, and numbers not finite or out of range, are refused with their "
+    "line") {
   const auto not_finite = [](const std::string& text) {
     return " '" + text + "' is not a finite number: write a number such as 0.5 or 1e3";
   };
@@ -118,7 +120,7 @@ TEST_CASE("numbers that are none, not finite or out of range are refused with th
   });
 }
 
-TEST_CASE("radii that are not positive and colours that are none are refused") {
+TEST_CASE("radii that are not positive and invalid colours are refused") {
   const std::string radius = "property float radius\n";
   const std::string color = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   check_all({
@@ -157,7 +159,7 @@ TEST_CASE("radii that are not positive and colours that are none are refused") {
   });
 }
 
-TEST_CASE("PLY: a header that is none is refused") {
+TEST_CASE("PLY: invalid headers are refused") {
   const std::string start = "ply\nformat ascii 1.0\n";
   const std::string no_format =
       "line 2 is not a PLY format: write 'format ascii 1.0', 'format binary_little_endian 1.0' or "
@@ -244,7 +246,7 @@ TEST_CASE("PLY: data that do not fit the header are refused") {
   });
 }
 
-TEST_CASE("CSV: tables that are none are refused") {
+TEST_CASE("CSV: invalid tables are refused") {
   check_all({
       {"only comments", "a.csv", "# nothing\n\n",
        "a.csv:2: the file has no header line: add one that names the columns x, y and z"},
@@ -275,7 +277,7 @@ TEST_CASE("CSV: tables that are none are refused") {
         "a.csv:65538: more than 65536 types: check that this column contains types, not names"}});
 }
 
-TEST_CASE("XYZ: frames that are none are refused") {
+TEST_CASE("XYZ: invalid frames are refused") {
   const auto no_property = [](const std::string& name) {
     return "a.xyz:2: Properties has no valid NAME:TYPE:COUNT at '" + name +
            "': write for example species:S:1:pos:R:3";
@@ -309,7 +311,7 @@ TEST_CASE("XYZ: frames that are none are refused") {
   });
 }
 
-TEST_CASE("LAMMPS: dumps that are none are refused") {
+TEST_CASE("LAMMPS: invalid dumps are refused") {
   check_all({
       {"a log", "a.dump", "LAMMPS (29 Sep 2021)\n",
        "a.dump: looks like a log of LAMMPS: name the dump file of that run"},
@@ -341,7 +343,7 @@ TEST_CASE("LAMMPS: dumps that are none are refused") {
   });
 }
 
-TEST_CASE("PDB and mmCIF: files that are none are refused") {
+TEST_CASE("PDB and mmCIF: invalid files are refused") {
   check_all({
       {"no atoms", "a.pdb", "HEADER\nEND\n",
        "a.pdb:2: the file has no particles: check that this is the right file"},
@@ -376,7 +378,7 @@ TEST_CASE("PDB and mmCIF: files that are none are refused") {
   });
 }
 
-TEST_CASE("a line of a megabyte and a file of noise are one short message in every format") {
+TEST_CASE("a line of a megabyte and a file of noise give one short message in every format") {
   const ParticleFiles files;
   std::string noise;
   for (std::uint32_t i = 0, state = 1; i < 100'000; ++i) {
@@ -398,7 +400,7 @@ TEST_CASE("a line of a megabyte and a file of noise are one short message in eve
   CHECK(files.message("a.pdb", noise + pdb("   1.000")) != "no error");
 }
 
-TEST_CASE("a count that the file cannot hold costs no memory") {
+TEST_CASE("a count that exceeds the file's size allocates no memory") {
   const ParticleFiles files;
   const std::uint64_t before = test::peak_address_space();
   for (const auto& [name, text] : std::vector<std::pair<std::string, std::string>>{

@@ -43,7 +43,7 @@ TEST_CASE("MOL and SDF: molecules are frames, charges come from M CHG or the ato
   CHECK(read_all(files, "a.mol", listed).numbers[0].values == std::vector<double>{2, 0});
 }
 
-TEST_CASE("SDF: V3000 is read, continued lines too, and what is no element is counted") {
+TEST_CASE("SDF: V3000 is read with continued lines, and a note counts unknown elements") {
   const ParticleFiles files;
   const std::string text =
       "\n\n\n  0  0  0     0  0            999 V3000\nM  V30 BEGIN CTAB\n"
@@ -58,7 +58,7 @@ TEST_CASE("SDF: V3000 is read, continued lines too, and what is no element is co
   CHECK(particles.facts.frames == 1);
 }
 
-TEST_CASE("SDF: incomplete and damaged molecules are told with their line") {
+TEST_CASE("SDF: incomplete and damaged molecules are refused with their line") {
   const ParticleFiles files;
   const std::string head = "\n\n\n  2  0  0     0  0            999 V2000\n";
   CHECK(files.message("a.sdf", head + "    1.0000    0.0000    0.0000 C   0  0\n") ==

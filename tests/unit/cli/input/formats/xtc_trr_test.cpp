@@ -71,7 +71,7 @@ TEST_CASE("XTC: packed positions in nm become angstrom, with time and cell") {
   check_cuts("a.xtc", test::packed_xtc(), 1);
 }
 
-TEST_CASE("XTC: coordinates too wide for one number are packed each by itself") {
+TEST_CASE("XTC: coordinates too large for one number are packed separately") {
   const ParticleFiles files;
   const Particles particles = read_particles(files.write("a.xtc", test::wide_xtc()));
   REQUIRE(particles.count() == 11);
@@ -93,7 +93,7 @@ TEST_CASE("XTC: few atoms are not packed, and an unfinished frame is not the las
   CHECK(has_note(particles, "unreadable_frames"));
 }
 
-TEST_CASE("XTC: packed data that cannot be are refused") {
+TEST_CASE("XTC: invalid packed data are refused") {
   const ParticleFiles files;
   const std::string good = test::packed_xtc();
   const auto with = [&](std::size_t at, std::int32_t value) {
@@ -108,7 +108,7 @@ TEST_CASE("XTC: packed data that cannot be are refused") {
   CHECK(with(88, 20).find("coordinates are not valid") != std::string::npos);  // too few bits
 }
 
-TEST_CASE("TRR: single and double precision, velocities passed over, frames without positions") {
+TEST_CASE("TRR: single and double precision, skipped velocities, frames without positions") {
   const ParticleFiles files;
   const Frame nm{{0.1, 0.2, 0.3}, {0.4, 0.5, 0.6}};
   const std::string bytes = test::trr_frame<float>({}, 0.5F) + test::trr_frame<double>(nm, 1.25);

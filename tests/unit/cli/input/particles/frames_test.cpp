@@ -51,7 +51,7 @@ TEST_CASE("each frame of a trajectory is read by its number, from 0") {
   CHECK(read_particles(pdb, at(1)).positions[0].x == 8);
 }
 
-TEST_CASE("a frame that a file does not have is refused with the number of those that it has") {
+TEST_CASE("a missing frame is refused with the number of frames") {
   const ParticleFiles files;
   const auto message = [&](const char* name, const std::string& bytes, std::uint64_t frame) {
     return message_of<InputError>([&] { read_particles(files.write(name, bytes), at(frame)); });
@@ -68,7 +68,7 @@ TEST_CASE("a frame that a file does not have is refused with the number of those
   CHECK(says(message("a.xyz", "5\nfirst\nC 1 0 0\n", 1), "within a frame"));
 }
 
-TEST_CASE("the last frame is found without its number, and frames are counted where asked") {
+TEST_CASE("the last frame is found without its number, and frames are counted on request") {
   const ParticleFiles files;
   for (const auto& file : {files.write("a.xyz", xyz), files.write("a.xyz.gz", packed(xyz))}) {
     const Particles particles = read_particles(file, last);
@@ -92,7 +92,7 @@ TEST_CASE("half a frame at the end ends the count with a note") {
   CHECK(particles.facts.notes[0].key == "unreadable_frames");
 }
 
-TEST_CASE("empty frames are passed over with a note, unless one is asked for") {
+TEST_CASE("empty frames are skipped with a note, unless the request names one") {
   const ParticleFiles files;
   const auto file = files.write("a.xyz", "0\n\n0\n\n" + xyz + "0\nend\n");
   const Particles particles = read_particles(file);

@@ -15,7 +15,7 @@ constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
-TEST_CASE("a summary counts particles by element and type, and says what lacks a value") {
+TEST_CASE("a summary counts particles by element and type, and missing values") {
   Particles particles;
   particles.positions = {{1, 5, -2}, {-3, 4, 8}, {0, 9, 1}};
   particles.elements = {8, 0, 1};

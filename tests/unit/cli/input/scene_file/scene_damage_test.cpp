@@ -106,9 +106,7 @@ class ScratchFolder {
 
 }  // namespace
 
-TEST_CASE("the scene that the damage is done to is valid") {
-  CHECK(message_of(valid_scene()) == "no error");
-}
+TEST_CASE("the scene before damage is valid") { CHECK(message_of(valid_scene()) == "no error"); }
 
 TEST_CASE("text that is not JSON is refused with the line and a remedy") {
   check_all({
@@ -216,7 +214,7 @@ TEST_CASE("a wrong value is refused with its own line, also where the line ends 
   });
 }
 
-TEST_CASE("what a schema cannot say is refused") {
+TEST_CASE("errors that a schema cannot express are refused") {
   check_all({
       {"the camera looks at itself", with("[0, 0, 0]", "[13, 2, 3]"),
        "s.json:3: /camera: look_from and look_at are the same point: move one of them"},
@@ -246,7 +244,7 @@ TEST_CASE("what a schema cannot say is refused") {
   });
 }
 
-TEST_CASE("damage in the seed's format is refused") {
+TEST_CASE("damage in the seed format is refused") {
   const auto seed = [](const std::string& material) {
     return "{\"spheres\": [\n{\"sphere\": {\"location\": {\"x\": 0, \"y\": 0, \"z\": 0},\n"
            "\"radius\": 1, \"material\": " +
@@ -272,7 +270,7 @@ TEST_CASE("damage in the seed's format is refused") {
   });
 }
 
-TEST_CASE("nothing in a scene makes the reader hold or follow more than a scene needs") {
+TEST_CASE("the reader limits nesting, lengths and numbers of values") {
   const std::string mega(std::size_t{3} << 20, 'x');
   check_all({
       {"deep at the top", std::string(1'000'000, '['),
@@ -296,7 +294,7 @@ TEST_CASE("nothing in a scene makes the reader hold or follow more than a scene 
         "s.json:4: /camera/look_from/254: one value has more than 256 parts: remove some");
 }
 
-TEST_CASE("a message is one printable line whatever the file holds") {
+TEST_CASE("a message is one printable line for any content of the file") {
   const std::string key = "\\u001b[2J\\n" + std::string(5000, 'k') + "\\u202e";
   for (const std::string& scene :
        {with("\"vfov\"", "\"" + key + "\""), with("\"version\"", "\"" + key + "\""),
@@ -313,7 +311,7 @@ TEST_CASE("a message is one printable line whatever the file holds") {
                        doctest::Contains("a\\x1b[2J:1: /: the text is not JSON"), InputError);
 }
 
-TEST_CASE("a file that is none is refused by name") {
+TEST_CASE("missing files and directories are refused with their name") {
   const ScratchFolder folder;
   const std::string root = folder.path().string();
   CHECK(message_of_file(folder.path() / "none.json") ==

@@ -188,7 +188,7 @@ TEST_CASE("fractions are of the cell, along its edges") {
   CHECK(selected("fz = 1", particles) == std::vector<std::size_t>{3});
 }
 
-TEST_CASE("what is no selection is refused at its column, with a remedy") {
+TEST_CASE("an invalid selection is refused with its column and a remedy") {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "column 1: a condition is missing: write one, such as chain A or z > 10"},
       {"watter", "column 1: 'watter' is not a condition: did you mean 'water'?"},
@@ -232,7 +232,7 @@ TEST_CASE("what is no selection is refused at its column, with a remedy") {
   }
 }
 
-TEST_CASE("what the file lacks is refused with what it has") {
+TEST_CASE("a missing column is refused with the list of columns that the file has") {
   Particles bare;
   bare.positions = {{0, 0, 0}};
   add(bare.types, "x");
@@ -361,7 +361,7 @@ Particles random_particles(Dice& dice, std::size_t count) {
 
 }  // namespace
 
-TEST_CASE("random selections mean what their parts mean, particle by particle") {
+TEST_CASE("random selections equal the combination of their parts for each particle") {
   Dice dice(17);
   for (int round = 0; round < 200; ++round) {
     const Particles particles = random_particles(dice, 1 + dice.below(60));
@@ -406,7 +406,7 @@ TEST_CASE("a selection is the same for any number of threads") {
   for (const int threads : {2, 3, 8}) CHECK(selected(text, particles, threads) == one);
 }
 
-TEST_CASE("a slice is a selection of its own kind") {
+TEST_CASE("a slice becomes a selection") {
   CHECK(slice_as_selection("z=10:20") == "z >= 10 and z <= 20");
   CHECK(slice_as_selection(" X = -1.5 : ") == "x >= -1.5");
   CHECK(slice_as_selection("z=40%:60%,y=:3") == "fz >= 0.4 and fz <= 0.6 and y <= 3");
@@ -422,7 +422,7 @@ TEST_CASE("a slice is a selection of its own kind") {
   }
 }
 
-TEST_CASE("a filter keeps every column in step, and notes what it leaves out") {
+TEST_CASE("a filter removes particles from every column and notes their number") {
   Particles particles = molecules();
   apply({.select = "chain A W", .slice = "x=1:", .hide = {{"virtual", "hydrogens"}}}, particles);
   CHECK(particles.count() == 4);
@@ -443,7 +443,7 @@ TEST_CASE("a filter keeps every column in step, and notes what it leaves out") {
                                                                     {"not_in_select", 4}});
 }
 
-TEST_CASE("virtual sites alone are hidden where nothing is asked for, and nothing by none") {
+TEST_CASE("by default only virtual sites are hidden, and none hides nothing") {
   Particles particles = molecules();
   apply({}, particles);
   CHECK(particles.count() == molecules().count() - 1);
@@ -458,7 +458,7 @@ TEST_CASE("virtual sites alone are hidden where nothing is asked for, and nothin
         "'watr' is not a class of particles: did you mean 'water'?");
 }
 
-TEST_CASE("a filter that leaves nothing says what there is") {
+TEST_CASE("a filter that leaves no particles lists the available values") {
   CHECK(filter_refusal({.select = "chain Q or z > 5", .slice = {}, .hide = {}}) ==
         "the selection leaves none of 13 particles: there are chains A, B, C, W, I; z from 0 to 0");
   CHECK(
