@@ -244,7 +244,7 @@ class Compare(unittest.TestCase):
     def test_an_output_is_checked_before_the_pictures_are_read(self):
         missing = self.path("none.exr")
         self.refused(missing, missing, "-o", self.path("v.gif"), mentions=["'.gif'"])
-        self.refused(missing, missing, "-o", self.path("none/v.png"), mentions=["no directory"])
+        self.refused(missing, missing, "-o", self.path("none/v.png"), mentions=["does not exist"])
         self.refused(missing, missing, "-o", "", mentions=["--output"])
         for inputs in ([self.reference, missing], [missing, self.reference]):
             self.refused(*inputs, "-o", self.reference,

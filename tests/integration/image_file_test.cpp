@@ -270,7 +270,7 @@ TEST_CASE("an unknown extension, a directory and a place that cannot be written 
   CHECK(contains(refusal("a.gif"), ".exr"));
   CHECK(contains(refusal("a"), ".png"));
   CHECK(contains(refusal(".png"), "no extension"));
-  CHECK(contains(refusal("none/a.png"), "no directory"));
+  CHECK(contains(refusal("none/a.png"), "does not exist"));
   CHECK(contains(refusal(std::string(300, 'a') + ".png"), "too long"));
   fs::create_directory(directory.path() / "d.png");
   CHECK(contains(refusal("d.png"), "is a directory"));

@@ -100,10 +100,10 @@ class Refusals(ParticlesTest):
 
     def test_places_that_cannot_be_written_to_are_refused_before_anything_is_read(self):
         missing = self.path("none.xyz")
-        for name, mentions in (("a.png", ".json"), ("a", ".json"), ("none/a.json", "no directory"),
+        for name, mentions in (("a.png", ".json"), ("a", ".json"), ("none/a.json", "does not exist"),
                                ("x" * 300 + ".json", "too long")):
             self.refused("convert", missing, self.path(name), mentions=mentions)
-        self.refused("convert", self.scene, self.scene, mentions="the scene itself")
+        self.refused("convert", self.scene, self.scene, mentions="is the scene file")
         self.path("folder.json").mkdir()
         self.before = self.files()
         self.refused("convert", missing, self.path("folder.json"), mentions="directory")
