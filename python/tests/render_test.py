@@ -126,7 +126,7 @@ class Options(Test):
         self.assertIn("A", parray.render(transparent, **SMALL).channels)
         self.assertNotIn("A", parray.render(transparent, transparent=False, **SMALL).channels)
 
-    def test_a_portrait_whose_camera_or_material_changes_is_framed_for_its_size_all_the_same(self):
+    def test_an_automatic_scene_with_another_camera_or_material_is_framed_for_its_size(self):
         positions, radii, _ = cloud()
         size = {"width": 30, "height": 60, "spp": 4, "precision": "f64"}
         plain = parray.render(positions, radii, **size)
@@ -174,7 +174,7 @@ class Options(Test):
         self.assertEqual(part.report["legends"][0]["title"], "z")
 
     def test_a_topology_beside_a_scene_of_its_own_is_found(self):
-        """The portrait lies in another folder than the files that it names."""
+        """The automatic scene is in another folder than its files."""
         (self.folder / "names.pdb").write_bytes(HELIX.read_bytes())
         (self.folder / "atoms.pdb").write_bytes(HELIX.read_bytes())
         here = os.getcwd()

@@ -15,7 +15,7 @@
 #include "tests/support/rooms.h"
 #include "tests/support/sphere_groups.h"
 
-/// What a portrait promises, whatever it is of.
+/// Checks the properties of an automatic scene.
 namespace parray {
 namespace {
 
@@ -28,7 +28,7 @@ using test::sphere_groups;
 
 constexpr double aspects[] = {4.0 / 3, 1, 0.4, 3};
 
-/// All that portraits can be asked for, but the size.
+/// All options of automatic scenes except the size.
 std::vector<Viewing> viewings() {
   std::vector<Viewing> all;
   for (const View view : {View::automatic, View::front, View::bottom, View::iso}) {

@@ -12,7 +12,7 @@
 #include "tests/support/rooms.h"
 #include "tests/support/sphere_groups.h"
 
-/// From where portraits are taken.
+/// Views of automatic scenes.
 namespace parray {
 namespace {
 

@@ -425,7 +425,7 @@ TEST_CASE("lines of a cell are hidden only behind nearer spheres") {
       if (right_half.rgb[at] != (x < 150 ? 0.8F : all.rgb[at])) FAIL_CHECK("at ", x, ", ", y);
     }
   }
-  // Ground and lights of a portrait hide nothing.
+  // Ground and lights of an automatic scene hide nothing.
   const std::vector<std::uint32_t> ground(300 * 300, 1);
   CHECK(drawn({wall, ground, 2}).rgb == all.rgb);
   CHECK(changed(drawn({wall, ground, 1}), 0.8F) == 0);
