@@ -194,7 +194,7 @@ class Refusals(CliTest):
         self.refused("render", missing, "-o", self.path("a.png"), "--report", self.directory,
                      mentions="directory")
         self.refused("render", missing, "-o", self.path("a.png"), "--report", self.path("a.png"),
-                     mentions="two files")
+                     mentions="different files")
         self.refused("render", self.scene, "-o", self.path("a.png"), "--report", self.scene,
                      mentions="is the scene file")
         self.assertEqual(json.loads(self.scene.read_text()), SCENE)
