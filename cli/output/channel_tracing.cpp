@@ -12,10 +12,10 @@
 namespace parray::output {
 namespace {
 
-/// Depth where nothing is met.
+/// Depth of pixels whose rays meet no surface.
 constexpr double no_surface = std::numeric_limits<double>::infinity();
 
-/// Three channels of a vector, filled pixel by pixel.
+/// Three channels for the components of a vector, filled pixel by pixel.
 class VectorPlanes {
  public:
   VectorPlanes(bool wanted, std::size_t pixels) {
@@ -38,10 +38,10 @@ class VectorPlanes {
   std::array<std::vector<float>, 3> planes_;
 };
 
-/// The channels of one picture. Pixels are filled independently: threads share no pixel.
+/// The channels of a picture. Pixels are independent: threads share no pixel.
 class ChannelPlanes {
  public:
-  /// For so many pixels.
+  /// Allocates the wanted channels for `pixels` pixels.
   ChannelPlanes(const PathTracer& tracer, const Scene& scene, const RenderSettings& settings,
                 const Aovs& wanted, std::size_t pixels)
       : tracer_(tracer),
@@ -58,7 +58,8 @@ class ChannelPlanes {
 
   [[nodiscard]] std::uint32_t samples() const { return samples_.count(); }
 
-  /// The values of the run's pixels, from place `first` on. `scratch` is the calling thread's.
+  /// Computes the values of the pixels of `run` and stores them from place `first` on. `scratch`
+  /// belongs to the calling thread.
   void fill(const PixelRun& run, std::size_t first, std::vector<FirstHit>& scratch) {
     const std::uint32_t count = run.x_end - run.x_begin;
     if (wants(Aov::depth) || wants(Aov::normal) || wants(Aov::albedo) || wants(Aov::sphere)) {
@@ -124,13 +125,14 @@ class ChannelPlanes {
   std::vector<float> cost_;
 };
 
-/// About a millisecond of work, as worker/team.cpp has it.
+/// About a millisecond of work, as in worker/team.cpp.
 constexpr std::uint32_t piece_samples = 2048;
-/// Between two calls of `between_bands`; not many, so that threads seldom wait for each other.
+/// Samples between two calls of `between_bands`. The number is large enough that threads rarely
+/// wait for each other.
 constexpr std::uint32_t band_samples = 1U << 18;
 
-/// Calls visit(run) for runs that make up a picture whose pixels have so many samples in the mean;
-/// every thread has a copy of `visit`.
+/// Calls visit(run) for runs that cover the picture. `samples` is the mean number of samples per
+/// pixel. Every thread has a copy of `visit`.
 template <typename Visit>
 void for_runs(const RenderSettings& settings, std::uint32_t samples, int threads,
               const std::function<void()>& between_bands, const Visit& visit) {

@@ -29,7 +29,7 @@ std::uint64_t samples_of(std::span<const std::uint32_t> counts) {
   return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
 }
 
-/// Brings `so_far` up to a picture of `samples`, all pixels together, at least `least` of each.
+/// Updates `so_far` to a picture with `samples` samples in total and at least `least` per pixel.
 void denoise_again(DenoisedSoFar& so_far, const Replicates& replicates, const PathTracer& tracer,
                    const ExtraChannels& extra, std::uint32_t least, std::uint64_t samples,
                    const std::function<void()>& between_bands) {
@@ -80,13 +80,13 @@ void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChan
   const Replicates& replicates = picture.statistics.replicates;
   if (replicates.empty()) {
     throw RunError(
-        "--denoise: the coordinator has no separate halves of the samples: it is an older "
-        "version, or the job was submitted without --denoise");
+        "--denoise: the coordinator does not have the two halves of the samples: it is an older "
+        "version, or the job was submitted without --denoise; submit the job again with --denoise");
   }
   const std::uint32_t least = *std::ranges::min_element(picture.statistics.samples);
   if (least < 2) {
-    std::cerr
-        << "parray: --denoise: a pixel has fewer than 2 samples: the picture is not denoised\n";
+    std::cerr << "parray: --denoise: a pixel has fewer than 2 samples, so the picture is not "
+                 "denoised: trace more samples\n";
     return;
   }
   const SteadyClock clock;

@@ -11,30 +11,31 @@
 
 namespace parray::output {
 
-/// Prefix of the channels of an EXR file that hold the picture before denoising.
+/// Prefix of the channels in an EXR file with the picture before denoising.
 inline constexpr const char* raw_channel = "raw.";
 
-/// Returns the picture before denoising from the channels of an EXR file. Nothing if the channels
-/// are missing.
+/// Returns the picture before denoising from the channels of an EXR file. Returns nothing if the
+/// channels are missing.
 std::optional<Image> raw_image(const ImageFile& file);
 
-/// Results of an earlier denoising of the same picture.
+/// The state of an earlier denoising of the same picture.
 struct DenoisedSoFar {
-  std::uint64_t samples = 0;  ///< of all pixels together, at that time
-  std::uint32_t least = 0;    ///< of any pixel, when the features were traced
+  std::uint64_t samples = 0;  ///< number of samples in total at that time
+  std::uint32_t least = 0;    ///< least number of samples per pixel when the features were traced
   Features features;
   Denoised picture;
 };
 
 /// Returns a function that estimates the error of the denoised picture. It keeps its results in
-/// extra.denoised for denoise_picture(). Refers to `extra`, whose scene has that identity.
+/// extra.denoised for denoise_picture(). Refers to `extra`. `scene_id` is the identity of its
+/// scene.
 PictureJudge denoised_judge(ExtraChannels& extra, const std::string& scene_id);
 
 /// Denoises a picture with replicates (cli/output/denoise/denoise.h). The image becomes the
-/// denoised picture; channels raw.R, raw.G, raw.B keep the one before. The report gets `denoised`:
-/// `rmse`, `low`, `high` and `image_sha256` of the denoised picture, and `seconds.denoise`.
-/// `image_sha256` and `error` still describe the picture before denoising. If a pixel has fewer
-/// than 2 samples, the picture is not changed and stderr says so. Throws Interrupted.
+/// denoised picture. The channels raw.R, raw.G, raw.B keep the picture before denoising. The report
+/// gets `denoised` (`rmse`, `low`, `high` and `image_sha256` of the denoised picture) and
+/// `seconds.denoise`. `image_sha256` and `error` still describe the picture before denoising. If a
+/// pixel has fewer than 2 samples, prints a warning and changes nothing. Throws Interrupted.
 void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChannels& extra);
 
 }  // namespace parray::output

@@ -28,12 +28,13 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 
-constexpr milliseconds look_interval{100};  // how often whoever waits looks whether to stop
+constexpr milliseconds look_interval{100};  // how often waiting threads check for a stop request
 constexpr seconds retry_interval{3};
-constexpr seconds silence{10};  // a viewer that takes nothing for that long is left
+constexpr seconds silence{10};  // time without progress after which the connection is closed
 
-/// tev's messages: the length of the whole as a 32-bit number, a type, and what belongs to it; all
-/// numbers little-endian, all texts ended by a zero. Source: src/python/ipc.py of tev.
+/// Message types of tev. A message has its total length as a 32-bit number, a type, and the data of
+/// the type. All numbers are little-endian, all texts end with a zero byte. Source:
+/// src/python/ipc.py of tev.
 enum class Packet : std::uint8_t { create = 4, update = 6 };
 constexpr std::array<std::string_view, 3> channel_names{"R", "G", "B"};
 
@@ -42,7 +43,7 @@ class Message {
   explicit Message(Packet type) {
     out_.put(std::uint32_t{0});
     out_.put(static_cast<std::uint8_t>(type));
-    out_.put(std::uint8_t{0});  // does not come to the front
+    out_.put(std::uint8_t{0});  // the window does not come to the front
   }
   void text(std::string_view text) {
     out_.put_bytes(text);
@@ -77,7 +78,7 @@ std::string creation_of(const Image& image, const std::string& name) {
   return message.take();
 }
 
-/// Rows [begin, end).
+/// Returns a message with rows [begin, end).
 std::string update_of(const Image& image, const std::string& name, std::uint32_t begin,
                       std::uint32_t end) {
   Message message(Packet::update);
@@ -97,7 +98,7 @@ std::string update_of(const Image& image, const std::string& name, std::uint32_t
   return message.take();
 }
 
-/// A connection that never blocks for longer than a look at whether to stop.
+/// A connection whose calls return soon after a stop request.
 class Connection {
  public:
   Connection(const HostPort& place, const std::stop_token& stop) : stop_(stop) {
@@ -120,14 +121,14 @@ class Connection {
   [[nodiscard]] bool open() const { return socket_ >= 0; }
   [[nodiscard]] const std::string& reason() const { return reason_; }
 
-  /// False: the connection is lost, and closed.
+  /// Sends all bytes. Returns false if the connection failed; it is closed then.
   bool send(std::string_view bytes) {
     while (!bytes.empty() && open()) {
       const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
       if (sent > 0) {
         bytes.remove_prefix(static_cast<std::size_t>(sent));
       } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
-        if (!ready(silence)) fail("it does not receive");
+        if (!ready(silence)) fail("it does not receive data");
       } else if (errno != EINTR) {
         fail(text_of(errno));
       }
@@ -149,7 +150,7 @@ class Connection {
     if (error != 0) fail(text_of(error));
   }
 
-  /// Whether more can be sent, within `patience`.
+  /// Waits until the socket accepts data, at most `patience`. Returns whether it does.
   bool ready(milliseconds patience) const {
     const auto until = steady_clock::now() + patience;
     while (!stop_.stop_requested() && steady_clock::now() < until) {
@@ -176,7 +177,7 @@ class Connection {
 bool send_picture(Connection& connection, const Image& image, const std::string& name,
                   bool create) {
   if (create && !connection.send(creation_of(image, name))) return false;
-  constexpr std::uint32_t most_values = 1 << 18;  // a megabyte a message
+  constexpr std::uint32_t most_values = 1 << 18;  // one megabyte per message
   const std::uint32_t rows = std::max(1U, most_values / (3 * image.width));
   for (std::uint32_t y = 0; y < image.height; y += rows) {
     if (!connection.send(update_of(image, name, y, std::min(y + rows, image.height)))) return false;
@@ -188,7 +189,7 @@ HostPort place_of(const std::string& address) {
   const auto place = parse_host_port(address);
   if (place && place->port > 0) return *place;
   throw InputError("--display " + printable(address, 200) +
-                   ": give the viewer's host and port, as 127.0.0.1:14158");
+                   ": give the host and port of the viewer, such as 127.0.0.1:14158");
 }
 
 }  // namespace
@@ -242,7 +243,7 @@ void Display::run(const std::stop_token& stop) {
     }
     lock.lock();
     if (!sent) {
-      // Whoever waits for the end shall not: there is nothing to come but a newer picture.
+      // finish() must not wait: only a newer picture can be sent now.
       idle_ = true;
       changed_.notify_all();
       changed_.wait_for(lock, stop, retry_interval, [] { return false; });

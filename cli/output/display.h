@@ -12,23 +12,24 @@
 
 namespace parray::output {
 
-/// Shows a growing picture in a window of tev (github.com/Tom94/tev), or of another viewer with its
-/// protocol over TCP. A thread talks to the viewer, so that a slow or silent viewer delays nothing.
-/// If the viewer is absent, one line on stderr says so; the thread tries again every few seconds
-/// and then sends the newest picture.
+/// Shows a growing picture in a window of tev (github.com/Tom94/tev), or of another viewer with the
+/// same protocol over TCP. A thread sends the pictures, so a slow or silent viewer delays nothing.
+/// If the viewer does not answer, the thread prints one line on stderr. It tries again every few
+/// seconds and then sends the newest picture.
 class Display {
  public:
-  /// `address`: HOST:PORT; tev's port is 14158. Throws InputError for any other text.
+  /// `address` is HOST:PORT. The default port of tev is 14158. Throws InputError for any other
+  /// text.
   explicit Display(const std::string& address);
-  /// Throws InputError unless `address` is empty or an address.
+  /// Throws InputError unless `address` is empty or HOST:PORT.
   static void check(const std::string& address);
   /// Aborts the transfer.
   ~Display();
   Display(const Display&) = delete;
   Display& operator=(const Display&) = delete;
 
-  /// Shows `image` under `name` after the previous picture was sent. A picture that still waits is
-  /// dropped. Sizes may differ. Returns at once.
+  /// Shows `image` under `name` after the previous picture was sent. Replaces a picture that still
+  /// waits. Sizes may differ. Returns at once.
   void show(Image image, const std::string& name);
   /// Waits until the last picture was sent, at most `patience`.
   void finish(std::chrono::milliseconds patience);
@@ -46,7 +47,7 @@ class Display {
   std::condition_variable_any changed_;
   std::optional<Shown> waiting_;
   bool idle_ = true;
-  std::jthread thread_;  ///< last: it uses what is above
+  std::jthread thread_;  ///< last member, because the thread uses the members above
 };
 
 }  // namespace parray::output

@@ -27,7 +27,7 @@ constexpr std::string_view unknown = "unknown";
 
 Vec3d vec_of(const Colour& colour) { return {colour[0], colour[1], colour[2]}; }
 
-/// What is below the map, in pixels; sizes go by those of the letters.
+/// Layout of the legend below the map, in pixels. Sizes depend on the size of the letters.
 struct LegendPlaces {
   explicit LegendPlaces(const Font& font) : em(font.size()) {
     const double line = font.cap_height();
@@ -46,7 +46,7 @@ struct LegendPlaces {
   double width, height;
 };
 
-/// From row `top` on, over the whole width.
+/// Draws the legend over the whole width, from row `top` on.
 class LegendDrawing {
  public:
   LegendDrawing(Image& image, const Font& font, const LegendPlaces& places, double top)
@@ -60,7 +60,7 @@ class LegendDrawing {
     write(word, places_.title_baseline, unknown);
     const double side = font_.cap_height();
     fill({word - places_.gap() - side, places_.title_baseline - side, side, side}, unknown_colour);
-    // By whole pixels: two halves of one would let the background through.
+    // Fills whole pixels, because two half-covered pixels would show the background.
     for (int column = static_cast<int>(std::floor(left)); column < right; ++column) {
       const double x = column;
       const double share = std::clamp((x - left) / (right - left), 0.0, 1.0);
@@ -93,7 +93,7 @@ class LegendDrawing {
   double top_;
 };
 
-/// Of one colour.
+/// Returns an image of one colour.
 Image sheet(std::size_t width, std::size_t height, const Colour& colour) {
   Image image{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height),
               std::vector<float>(3 * width * height)};

@@ -12,15 +12,16 @@ struct JobStatus;
 
 namespace parray::output {
 
-/// "0.0094 (0.0092 to 0.0096)": RMSE and its confidence interval, three digits. Empty if unknown.
+/// Returns RMSE and its confidence interval with three digits: "0.0094 (0.0092 to 0.0096)". Returns
+/// "" if they are unknown.
 std::string figures_text(const ErrorFigures& error);
 
-/// The error in a report: "error 0.0094 (0.0092 to 0.0096)", or "error not known".
+/// Returns the error in a report: "error 0.0094 (0.0092 to 0.0096)", or "error not known".
 std::string error_text(const nlohmann::json& report);
 
-/// The error of a job and its target: "error 0.021 of 0.01". The first number is the upper end of
-/// the RMSE's confidence interval. The same for a target half-width. Empty without a target, and
-/// while the error is unknown.
+/// Returns the error of a job and its target: "error 0.021 of 0.01". The first number is the upper
+/// end of the RMSE's confidence interval. Does the same for a target half-width. Returns "" without
+/// a target, and while the error is unknown.
 std::string target_text(const JobStatus& job);
 
 }  // namespace parray::output

@@ -63,24 +63,25 @@ void add_statistics(Picture& picture, const Aovs& aovs) {
   }
 }
 
-/// How many samples each pixel has.
+/// Returns the number of samples of each pixel.
 std::vector<std::uint32_t> samples_of(const Picture& picture) {
   const std::size_t pixels = picture.image.rgb.size() / 3;
   if (samples_differ(picture.report)) {
     if (picture.statistics.samples.size() == pixels) return picture.statistics.samples;
-    throw RunError("a transparent background: how many samples the pixels have is not known");
+    throw RunError(
+        "the background cannot be removed, because the number of samples per pixel is not known");
   }
   return std::vector(pixels, picture.report.at("samples_per_pixel").get<std::uint32_t>());
 }
 
-void take_out_background(Picture& picture, const PathTracer& tracer, const ExtraChannels& extra) {
+void remove_background(Picture& picture, const PathTracer& tracer, const ExtraChannels& extra) {
   const SteadyClock clock;
   const Time begin = clock.now();
   const std::vector<std::uint32_t> samples = samples_of(picture);
   const std::vector<SkySamples> sky =
       trace_sky_samples(tracer, extra.settings, samples, extra.threads, check_interrupted);
   std::vector<float> alpha =
-      take_out_sky(picture.image, sky, samples, RadianceScale(largest_radiance(*extra.scene)));
+      remove_sky(picture.image, sky, samples, RadianceScale(largest_radiance(*extra.scene)));
   const double covered = std::accumulate(alpha.begin(), alpha.end(), 0.0);
   picture.report["transparent"] = {{"image_sha256", transparent_sha256(picture.image, alpha)},
                                    {"covered", covered / static_cast<double>(alpha.size())}};
@@ -124,7 +125,7 @@ void add_channels(Picture& picture, const ExtraChannels& extra) {
   std::unique_ptr<PathTracer> tracer;
   if (extra.scene) tracer = tracer_of(extra, picture.report.at("scene_sha256"));
   if (extra.denoise) denoise_picture(picture, *tracer, extra);
-  if (extra.transparent) take_out_background(picture, *tracer, extra);
+  if (extra.transparent) remove_background(picture, *tracer, extra);
   if (!extra.aovs.empty() || !extra.for_postprocessing.empty())
     add_aovs(picture, tracer.get(), extra);
 }

@@ -10,7 +10,7 @@
 namespace parray::output {
 namespace {
 
-/// Takes a number from the front of `text`; false: there is none.
+/// Takes a number from the front of `text`. Returns false if there is none.
 bool take_number(std::string_view& text, std::uint32_t& number) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
@@ -33,12 +33,13 @@ FrameRange frame_range_from(std::string_view text) {
   if (good && take(rest, '-')) good = take_number(rest, range.last);
   if (good && take(rest, ':')) good = take_number(rest, range.step);
   if (!good || !rest.empty() || range.last < range.first || range.step == 0) {
-    throw InputError("'" + printable(text) +
-                     "' are no frames: write FIRST-LAST or FIRST-LAST:STEP, numbers from 0 to " +
-                     std::to_string(limits::max_frame));
+    throw InputError(
+        "'" + printable(text) +
+        "' is not a range of frames: write FIRST-LAST or FIRST-LAST:STEP with numbers from 0 to " +
+        std::to_string(limits::max_frame));
   }
   if (range.count() > limits::max_frames) {
-    throw InputError(std::to_string(range.count()) + " frames are more than " +
+    throw InputError(std::to_string(range.count()) + " frames are more than the limit of " +
                      std::to_string(limits::max_frames) + ": submit them in several series");
   }
   return range;

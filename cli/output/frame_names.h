@@ -8,24 +8,25 @@
 
 namespace parray::output {
 
-/// Numbers of frames: first, first + step and so on, up to last.
+/// A range of frame numbers: first, first + step and so on, up to last.
 struct FrameRange {
   std::uint32_t first = 0;
   std::uint32_t last = 0;  ///< >= first
   std::uint32_t step = 1;  ///< > 0
 
   [[nodiscard]] std::uint32_t count() const { return (last - first) / step + 1; }
-  /// The number of the frame at `place`, 0 to count() - 1.
+  /// Returns the number of the frame at `place`, 0 to count() - 1.
   [[nodiscard]] std::uint32_t number(std::uint32_t place) const { return first + place * step; }
 };
 
-/// Parses "3", "3-120" or "3-120:5"; at most limits::max_frames. Throws InputError.
+/// Parses "3", "3-120" or "3-120:5" with at most limits::max_frames frames. Throws InputError for
+/// other texts.
 FrameRange frame_range_from(std::string_view text);
 
-/// Whether a file name has a place for the frame number: one "#" or several.
+/// Returns whether a file name has a place for the frame number: one "#" or several.
 bool has_frame_number(const std::string& name);
 
-/// Inserts the number, with at least one digit for each "#": "a-0007.exr".
+/// Replaces each run of "#" by the number, with at least one digit per "#": "a-0007.exr".
 std::string with_frame_number(const std::string& name, std::uint32_t frame);
 
 }  // namespace parray::output

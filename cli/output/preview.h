@@ -25,16 +25,17 @@ struct ProgressOptions {
   [[nodiscard]] bool shows_picture() const { return !preview.empty() || !display.empty(); }
 };
 
-/// Decides when to write previews. The first one follows when every pixel has a sample. If that
-/// takes longer than a tenth of a second, an incomplete one comes before. Later ones follow at most
-/// ten times a second, and take at most a fiftieth of the time.
+/// Decides when to write previews. The first complete one follows when every pixel has a sample. If
+/// that takes longer than a tenth of a second, an incomplete one comes before. Later previews
+/// follow at most ten times a second and take at most a fiftieth of the time.
 ///
 /// Reads no clock.
 class PreviewPace {
  public:
-  /// `elapsed`: seconds since the first sample or earlier. `whole`: every pixel has a sample.
+  /// Returns whether it is time for a preview. `elapsed`: seconds since the first sample or
+  /// earlier. `whole`: every pixel has a sample.
   [[nodiscard]] bool due(double elapsed, bool whole) const;
-  /// Notes a preview that took `cost` seconds and was complete at `elapsed`.
+  /// Records a preview that took `cost` seconds and was complete at `elapsed`.
   void wrote(double elapsed, bool whole, double cost);
 
  private:
@@ -44,26 +45,27 @@ class PreviewPace {
   bool shown_whole_ = false;
 };
 
-/// Updates a file and a display with the unfinished picture of a job. The file always contains a
-/// whole picture. Pixels without a sample are filled. At the end write_outputs() writes the file.
+/// Updates a file and a viewer with the unfinished picture of a job. The file always contains a
+/// whole picture. Pixels without a sample are filled. At the end, write_outputs() writes the file.
 class Preview {
  public:
-  /// Uses preview and display of `following`. The preview file can be written (check_image_path()).
-  /// Throws InputError for a wrong address. Calls `while_writing` repeatedly; it may throw.
+  /// Uses preview and display of `following`. The preview file must be writable
+  /// (check_image_path()). Throws InputError for an invalid address. Calls `while_writing`
+  /// repeatedly; it may throw.
   explicit Preview(const ProgressOptions& following,
                    std::function<void()> while_writing = check_interrupted);
 
   [[nodiscard]] bool wanted() const { return !file_.empty() || display_; }
 
-  /// Writes the current picture if it is time. `now`: the time of `clock`.
+  /// Writes the current picture if it is time. `clock` gives the current time.
   void follow(const Clock& clock, const JobStatus& status, const std::function<Image()>& partial);
-  /// Shows the finished picture, if there is a display.
+  /// Shows the finished picture if there is a viewer.
   void finish(const Image& image);
 
  private:
   std::filesystem::path file_;
   std::unique_ptr<Display> display_;
-  std::string name_;  ///< of the window
+  std::string name_;  ///< name of the picture in the viewer
   std::function<void()> while_writing_;
   std::optional<Time> began_;  ///< time of the first samples
   PreviewPace pace_;

@@ -7,15 +7,15 @@
 
 namespace parray::output {
 
-/// Returns the value of the first line "KEY : VALUE" of a file like /proc/cpuinfo. Empty if there
-/// is no such line.
+/// Returns the value of the first line "KEY : VALUE" of a file like /proc/cpuinfo. Returns "" if
+/// there is no such line.
 std::string value_of(std::istream& lines, const std::string& key);
 
-/// The name of this machine's processor; "unknown processor" if it has none.
+/// Returns the name of this machine's processor, or "unknown processor".
 std::string processor_model();
 
-/// Shortens such a name: "AMD EPYC 9V74" of "AMD EPYC 9V74 80-Core Processor", "Intel Xeon Platinum
-/// 8375C" of "Intel(R) Xeon(R) Platinum 8375C CPU @ 2.90GHz".
+/// Shortens the name of a processor: "AMD EPYC 9V74" for "AMD EPYC 9V74 80-Core Processor", "Intel
+/// Xeon Platinum 8375C" for "Intel(R) Xeon(R) Platinum 8375C CPU @ 2.90GHz".
 std::string short_processor(const std::string& model);
 
 }  // namespace parray::output

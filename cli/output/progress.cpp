@@ -22,12 +22,12 @@ constexpr Time bar_interval = milliseconds(200);
 constexpr Time line_interval = seconds(10);
 
 std::string percent_text(double fraction) {
-  // Rounded down, so that 100 % means the end.
+  // Rounds down, so that 100 % means the end.
   const double tenths = std::floor(1000 * std::clamp(fraction, 0.0, 1.0));
   return formatted("%5.1f %%", tenths / 10);
 }
 
-/// What follows the bar.
+/// Returns the text after the bar.
 std::string facts(const JobStatus& job) {
   std::string text = percent_text(job.progress);
   if (job.frames > 0) text += "  " + frames_text(job);
@@ -103,8 +103,8 @@ void Progress::make_way() {
   drawn_ = 0;
 }
 
-/// Progress grows lease by lease, and an average over a time without growth sinks: in between, the
-/// last speed stays and the time left runs down.
+/// Returns the state to show between two leases. Progress grows only when a lease ends. Until then,
+/// the speed stays constant and the remaining time decreases.
 JobStatus Progress::between_leases(Time now, const JobStatus& job) {
   if (job.progress != last_.progress || job.state != last_.state ||
       job.waits_for != last_.waits_for) {
@@ -123,7 +123,7 @@ void Progress::show(Time now, const JobStatus& reported) {
   const JobStatus job = between_leases(now, reported);
   if (!started_) {
     started_ = true;
-    // A log does not need to hear that nothing has happened yet.
+    // A log does not need a line before the first progress.
     next_ = style_ == ProgressStyle::lines ? now + line_interval : now;
   }
   if (style_ == ProgressStyle::none || (now < next_ && !job.ended())) return;
@@ -142,12 +142,12 @@ void Progress::show(Time now, const JobStatus& reported) {
 }
 
 void Progress::draw_bar(const JobStatus& job) {
-  // The last column stays free: a cursor beyond it would begin a new line.
+  // Leaves the last column free, because a cursor beyond it would begin a new line.
   const std::size_t room = std::max<std::size_t>(columns_(), 2) - 1;
   std::string line = bar_text(job, room);
   const std::size_t length = line.size();
-  const std::size_t stood = std::min(drawn_, room);
-  if (length < stood) line.append(stood - length, ' ');  // over what stood there
+  const std::size_t previous = std::min(drawn_, room);
+  if (length < previous) line.append(previous - length, ' ');  // covers the previous line
   line.insert(line.begin(), '\r');
   out_ << line << std::flush;
   drawn_ = length;

@@ -11,31 +11,32 @@ namespace parray::output {
 
 enum class ProgressStyle {
   none,
-  lines,  ///< a line every 10 s, and the last: for logs
+  lines,  ///< a line every 10 s, and the last one: for logs
   bar,    ///< one line, redrawn
-  json    ///< for programs: progress_json(), a line each time that `bar` would be drawn
+  json    ///< for programs: a line of progress_json() whenever `bar` would be drawn
 };
 
-/// `wanted`: "bar", "lines" or "json". Empty: a bar on a terminal that can return to the start of a
-/// line, otherwise lines.
+/// Returns the style for `wanted`: "bar", "lines" or "json". Empty: a bar on a terminal that can
+/// return to the start of a line, otherwise lines.
 ProgressStyle progress_style(bool quiet, std::string_view wanted = {});
 
-/// Number of columns of the terminal behind stderr; 80 if unknown.
+/// Returns the number of columns of the terminal of stderr. Returns 80 if it is unknown.
 std::size_t terminal_columns();
 
-/// The frames of a series: "3/10 frames".
+/// Returns the progress of a series: "3/10 frames".
 std::string frames_text(const JobStatus& job);
 
-/// "[#####     ]  43.1 %  3.14 M samples/s  error 0.021 of 0.01  12 s left", at most `columns`
-/// long: the bar shrinks, then goes. Plain text: no colours, no control characters.
+/// Returns "[#####     ]  43.1 %  3.14 M samples/s  error 0.021 of 0.01  12 s left" with at most
+/// `columns` characters. A small width first shortens the bar, then omits it. Plain text without
+/// colours and control characters.
 std::string bar_text(const JobStatus& job, std::size_t columns);
 
-/// One line of JSON with the members of `show --json` that change: `state`, `progress`,
-/// `samples_per_second`, `seconds_left`, `waits_for`, `error`; for a series also `frames` and
+/// Returns one line of JSON with the changing members of `show --json`: `state`, `progress`,
+/// `samples_per_second`, `seconds_left`, `waits_for`, `error`. For a series also `frames` and
 /// `frames_done`.
 std::string progress_json(const JobStatus& job);
 
-/// Shows the progress of a job. Uses no colours, so that NO_COLOR does not matter. Not thread-safe.
+/// Shows the progress of a job. Uses no colours, so NO_COLOR does not matter. Not thread-safe.
 class Progress {
  public:
   /// Writes to `out`, which must outlive the object. `columns` returns the current width of the
@@ -46,9 +47,9 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Notes the state of a job. Shows it if it is time, and always when the job has ended.
+  /// Records the state of a job. Shows it if it is time, and always when the job has ended.
   void show(Time now, const JobStatus& reported);
-  /// Ends the line of a bar before other output.
+  /// Ends the line of a bar, so that other output can follow.
   void make_way();
 
  private:

@@ -21,10 +21,10 @@ namespace {
 
 using nlohmann::json;
 
-/// Of a value in the file.
+/// Returns the key of a value in the file.
 std::string key(std::string_view name) { return "parray:" + std::string(name); }
 
-/// Fields of the report that an image file has, too.
+/// Returns the fields of the report that an image file also contains.
 std::vector<std::string> kept_in_image() {
   std::vector<std::string> keys = {"version", "trace_version", "scene_sha256", "image_sha256"};
   const auto add = [&keys](const Setting& setting, const auto& /*rule*/) {
@@ -51,7 +51,7 @@ void add_value(ImageMetadata& metadata, const std::string& name, const json& val
   }
 }
 
-/// As option --passes takes them.
+/// Returns the numbers in the form of option --passes.
 std::string comma_list(const json& numbers) {
   std::string text;
   for (const json& number : numbers) {
@@ -75,7 +75,7 @@ class RecipeReader {
     if (value > std::numeric_limits<Whole>::max()) refuse(name);
     return static_cast<Whole>(value);
   }
-  /// 0 where there is none.
+  /// Returns the number. Returns 0 if it is missing.
   [[nodiscard]] double limit(const std::string& name) const {
     return real_in(metadata_, key(name)).value_or(0);
   }
@@ -94,8 +94,7 @@ class RecipeReader {
     return numbers;
   }
   [[noreturn]] void refuse(const std::string& name) const {
-    throw InputError(file_ + ": its recipe is damaged: " + key(name) +
-                     " is missing or no such value");
+    throw InputError(file_ + ": the recipe is damaged: " + key(name) + " is missing or not valid");
   }
 
  private:
@@ -127,7 +126,7 @@ RenderSettings settings_in(const RecipeReader& reader, bool equal_samples) {
   } else {
     settings.adaptive = true;
     settings.passes = reader.numbers("passes");
-    settings.target_half_width = reader.limit("target_half_width");  // decides where samples go
+    settings.target_half_width = reader.limit("target_half_width");  // influences where samples go
   }
   check_settings(settings);
   return settings;
@@ -136,12 +135,13 @@ RenderSettings settings_in(const RecipeReader& reader, bool equal_samples) {
 void check_there(const ImageMetadata& metadata, const RecipeReader& reader,
                  const std::string& file) {
   if (text_in(metadata, key("partial"))) {
-    throw InputError(file + ": a preview, which has no recipe: take the finished picture");
+    throw InputError(file + ": a preview has no recipe: use the finished picture");
   }
   if (!reader.has("image_sha256") || !reader.has("trace_version")) {
-    throw InputError(file +
-                     ": has no recipe: only pictures have one that ParRay has rendered, as it "
-                     "wrote them");
+    throw InputError(
+        file +
+        ": the file has no recipe: use a picture that ParRay wrote and no other program "
+        "changed");
   }
 }
 
@@ -209,7 +209,7 @@ Recipe recipe_in(const ImageMetadata& metadata, const std::string& file) {
   } catch (const InputError& error) {
     const std::string reason = error.what();
     throw InputError(reason.starts_with(file) ? reason
-                                              : file + ": its recipe is damaged: " + reason);
+                                              : file + ": the recipe is damaged: " + reason);
   }
   return recipe;
 }
@@ -217,15 +217,15 @@ Recipe recipe_in(const ImageMetadata& metadata, const std::string& file) {
 void check_recipe(const Recipe& recipe, const std::string& picture, const std::string& scene_sha256,
                   const std::string& scene) {
   if (recipe.trace_version != trace_version) {
-    throw InputError(picture + ": traced by other rules (trace_version " +
+    throw InputError(picture + ": the picture was traced by other rules (trace_version " +
                      std::to_string(recipe.trace_version) + ", here " +
                      std::to_string(trace_version) + "): use ParRay " +
                      printable(recipe.version, 40));
   }
   if (recipe.scene_sha256 != scene_sha256) {
-    throw InputError(scene + ": not the scene of " + picture + ", whose scene_sha256 is " +
+    throw InputError(scene + ": this is not the scene of " + picture + ": its scene_sha256 is " +
                      start_of(recipe.scene_sha256) + "..., not " + start_of(scene_sha256) +
-                     "...: name the scene that it was rendered from");
+                     "...: name the scene of the picture");
   }
 }
 

@@ -9,13 +9,13 @@
 #include "cli/output/picture/picture.h"
 #include "common/scene/settings.h"
 
-/// Everything that decides the bits of a picture, stored in its file. With the scene, ParRay can
+/// All values that determine the bits of a picture, stored in its file. With the scene, ParRay can
 /// reproduce the whole picture or single pixels.
 namespace parray::output {
 
 struct Recipe {
-  std::string image_sha256;   ///< of the picture's floats, as in the report
-  std::string pixels_sha256;  ///< of png_bytes() of the file's picture; empty: an EXR file
+  std::string image_sha256;   ///< hash of the picture's floats, as in the report
+  std::string pixels_sha256;  ///< hash of png_bytes() of the file's picture; empty: an EXR file
   std::string finished;       ///< postprocessing steps of the PNG file; empty: none
   /// Hash of the floats of the denoised picture. Empty: not denoised.
   std::string denoised_sha256;
@@ -28,31 +28,31 @@ struct Recipe {
   /// Settings that decide the bits of a sample, and the number of samples: `samples_per_pixel`, or
   /// `passes` if pixels have different numbers.
   RenderSettings settings;
-  std::uint64_t samples = 0;   ///< of all pixels together
-  bool equal_samples = false;  ///< every pixel has settings.samples_per_pixel
+  std::uint64_t samples = 0;   ///< total number of samples
+  bool equal_samples = false;  ///< true: every pixel has settings.samples_per_pixel
   std::uint32_t channel_samples =
       0;  ///< samples per pixel of the extra channels; 0: no such channels
 };
 
-/// Whether pixels have different numbers of samples, according to the report.
+/// Returns whether pixels have different numbers of samples, according to the report.
 bool samples_differ(const nlohmann::json& report);
 
 /// Key of the postprocessing steps in a PNG file.
 inline constexpr const char* finished_key = "parray:finished";
 
-/// The metadata of a picture: its recipe, its hashes and its error, from the report.
+/// Returns the metadata of a picture: its recipe, its hashes and its error, from the report.
 ImageMetadata recipe_metadata(const Picture& picture);
-/// The same for a PNG file that shows `shown`, with `alpha` if there is such a channel: includes
-/// the hash of its pixels.
+/// Does the same for a PNG file that shows `shown`, with `alpha` if there is such a channel.
+/// Includes the hash of its pixels.
 ImageMetadata recipe_metadata(const Picture& picture, const Image& shown,
                               const Channels& alpha = {});
 
-/// Reads the recipe of a file. `file`: its name for messages. Throws InputError if there is no
-/// recipe, or a value is missing or out of range.
+/// Reads the recipe of a file. `file` is its name for messages. Throws InputError if the recipe is
+/// missing, or a value is missing or out of range.
 Recipe recipe_in(const ImageMetadata& metadata, const std::string& file);
 
-/// Throws InputError unless this program makes the picture of the recipe from a scene of identity
-/// `scene_sha256`. `picture` and `scene`: names for messages.
+/// Throws InputError unless this program can reproduce the picture of the recipe from a scene with
+/// identity `scene_sha256`. `picture` and `scene` are names for messages.
 void check_recipe(const Recipe& recipe, const std::string& picture, const std::string& scene_sha256,
                   const std::string& scene);
 

@@ -8,13 +8,13 @@
 namespace parray::output {
 namespace {
 
-/// Three significant digits without an exponent, for 0 <= value < 1000.
+/// Returns three significant digits without an exponent, for 0 <= value < 1000.
 std::string three_digits(double value) {
   const int decimals = value < 9.995 ? 2 : (value < 99.95 ? 1 : 0);
   return formatted("%.*f", decimals, value);
 }
 
-/// Columns on a terminal: characters, not bytes, of UTF-8.
+/// Returns the number of columns on a terminal: characters of UTF-8, not bytes.
 std::size_t columns_of(std::string_view text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
@@ -36,7 +36,7 @@ std::string with_unit(double value, std::string_view unit) {
 }
 
 std::string moment_text(double since_1970) {
-  constexpr double longest = 1e11;  // some three thousand years, and safe to convert
+  constexpr double longest = 1e11;  // about 3000 years; a limit that is safe to convert
   const auto whole = static_cast<std::time_t>(std::clamp(since_1970, 0.0, longest));
   std::tm local{};
   localtime_r(&whole, &local);
@@ -47,7 +47,7 @@ std::string moment_text(double since_1970) {
 
 std::string duration_text(double length) {
   if (!std::isfinite(length) || length < 0) return "?";
-  constexpr double longest = 1e9;  // some thirty years, and safe to convert
+  constexpr double longest = 1e9;  // about 30 years; a limit that is safe to convert
   length = std::min(length, longest);
   if (length < 9.95) return formatted("%.2g s", length);
   const auto whole = static_cast<long>(std::lround(length));

@@ -13,7 +13,7 @@
 /// Numbers and tables as text for people.
 namespace parray::output {
 
-/// std::snprintf as a function: at most 63 characters.
+/// Does the same as std::snprintf, and returns at most 63 characters.
 template <typename... Values>
 std::string formatted(const char* format, Values... values) {
   std::array<char, 64> text{};
@@ -21,23 +21,24 @@ std::string formatted(const char* format, Values... values) {
   return length < 0 ? std::string() : std::string(text.data());
 }
 
-/// A number with three significant digits and an SI prefix before `unit`: "3.14 M samples/s".
-/// Below 1: no prefix. Not finite or negative: "? samples/s".
+/// Returns a number with three significant digits and an SI prefix before `unit`: "3.14 M
+/// samples/s". Below 1, uses no prefix. Returns "? samples/s" for negative and not finite numbers.
 std::string with_unit(double value, std::string_view unit);
 
-/// "0.25 s", "12 s", "3 min 20 s", "2 h 05 min", "3 d 4 h". Negative or not finite: "?".
+/// Returns a time in seconds as "0.25 s", "12 s", "3 min 20 s", "2 h 05 min" or "3 d 4 h". Returns
+/// "?" for negative and not finite numbers.
 std::string duration_text(double length);
 
-/// "2026-11-22 16:05:09", local time, of seconds since 1970.
+/// Returns the local time of seconds since 1970: "2026-11-22 16:05:09".
 std::string moment_text(double since_1970);
 
-/// "512 bytes", "23.4 KiB", "1.2 GiB".
+/// Returns a size as "512 bytes", "23.4 KiB" or "1.2 GiB".
 std::string bytes_text(std::uint64_t bytes);
 
-/// Six significant digits at most: "11111.1", "0.18", "1e+15".
+/// Returns a number with at most six significant digits: "11111.1", "0.18", "1e+15".
 std::string number_cell(double value);
 
-/// "1 sample", "16 samples".
+/// Returns a count with its noun: "1 sample", "16 samples".
 std::string counted(std::uint64_t count, std::string_view noun);
 
 /// Formats rows below a header. Spaces align the columns; the last cell of a line is not padded.
@@ -45,7 +46,7 @@ std::string counted(std::uint64_t count, std::string_view noun);
 std::string table_text(const std::vector<std::string>& header,
                        const std::vector<std::vector<std::string>>& rows);
 
-/// "name   value" lines, the values aligned. Ends in a newline.
+/// Returns "name   value" lines with aligned values. Ends with a newline.
 std::string list_text(const std::vector<std::pair<std::string, std::string>>& pairs);
 
 }  // namespace parray::output

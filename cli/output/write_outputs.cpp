@@ -25,7 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// How many samples the pixels have, and what a picture lacks that time was too short for.
+/// Returns the number of samples per pixel, and the share of pixels that were traced before a time
+/// limit.
 std::string samples_text(const json& report) {
   const auto filled = report.value("filled_pixels", std::uint64_t{0});
   std::string text =
@@ -39,7 +40,7 @@ std::string samples_text(const json& report) {
   return text;
 }
 
-void say_what_was_written(const json& report, const OutputPaths& outputs, double elapsed) {
+void print_summary(const json& report, const OutputPaths& outputs, double elapsed) {
   const fs::path& file = outputs.image.empty() ? outputs.report : outputs.image;
   std::cout << "wrote " << file.string() << ": " << report.at("width") << " x "
             << report.at("height") << " pixels, " << samples_text(report) << ", "
@@ -76,32 +77,32 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
   if (!outputs.report.empty()) check_output_path(outputs.report);
   if (!outputs.aovs.empty() && !can_hold_channels(outputs.image)) {
     throw InputError("--aov " + text_of(outputs.aovs) + ": " + outputs.image.string() +
-                     " has no room for extra channels: write an EXR file (.exr)");
+                     " cannot contain extra channels: write an EXR file (.exr)");
   }
   if (!outputs.error_map.empty()) {
     check_image_path(outputs.error_map);
-    const Font there(error_map_letters(1));  // it has a legend
+    const Font there(error_map_letters(1));  // throws if the font of the legend is missing
   }
   if (!outputs.preview.empty()) check_image_path(outputs.preview);
   if (can_hold_channels(outputs.error_map)) {
     throw InputError("--error-map " + outputs.error_map.string() + ": write a PNG file (.png)");
   }
   if (same_file(outputs.image, outputs.report)) {
-    throw InputError(outputs.report.string() + ": picture and report need two files");
+    throw InputError(outputs.report.string() + ": picture and report need different files");
   }
   if (same_file(outputs.image, outputs.error_map) || same_file(outputs.report, outputs.error_map)) {
-    throw InputError(outputs.error_map.string() + ": the map of the error needs a file of its own");
+    throw InputError(outputs.error_map.string() + ": the error map needs a separate file");
   }
   for (const fs::path& output :
        {outputs.image, outputs.report, outputs.error_map, outputs.preview}) {
     if (same_file(output, scene)) {
-      throw InputError(output.string() + " is the scene itself: name another file to write");
+      throw InputError(output.string() + " is the scene file: name another output file");
     }
   }
 }
 
-/// Adds what write_outputs() promises; writing took `write` seconds, until `end`. Returns the
-/// total.
+/// Adds the times of write_outputs() to the report. Writing took `write` seconds and ended at
+/// `end`. Returns the total.
 static double complete_seconds(json& parts, double write, Time end,
                                const std::optional<CommandTimes>& times) {
   parts["write"] = write;
@@ -121,16 +122,17 @@ static double complete_seconds(json& parts, double write, Time end,
   return total;
 }
 
-/// Whether a time limit that is nearly over leaves no time for a small file.
-static bool in_haste(const OutputPaths& outputs, const Picture& picture,
-                     const std::optional<CommandTimes>& times, Time now) {
+/// Returns whether the time limit is too close for a slow, small file.
+static bool must_hurry(const OutputPaths& outputs, const Picture& picture,
+                       const std::optional<CommandTimes>& times, Time now) {
   const double limit = picture.report.value("time_limit", 0.0);
   if (!times || !times->limited || limit == 0) return false;
   const PictureSize size{picture.image.width, picture.image.height, picture.channels.size()};
   return to_seconds(now - times->started) + write_seconds(outputs.image, size, false) > limit;
 }
 
-/// Alpha as the one channel that a PNG file has room for; none of an opaque picture.
+/// Returns alpha as the only channel that a PNG file can contain. Returns none for an opaque
+/// picture.
 static Channels alpha_alone(std::span<const float> alpha) {
   if (alpha.empty()) return {};
   return {{alpha_channel, std::vector<float>(alpha.begin(), alpha.end())}};
@@ -158,8 +160,8 @@ void write_picture(const fs::path& file, const Picture& picture, const OutputPat
   write(shown.image, std::move(metadata), alpha);
 }
 
-/// Writes the image where it was asked for. Where that fails, hours of work may be in it: it is
-/// written to another folder, and the error says to which.
+/// Writes the image. If that fails, saves the image to another folder, because it may contain hours
+/// of work. The error names the folder.
 static void write_or_save(const OutputPaths& outputs, const Picture& picture, bool fast) {
   try {
     write_picture(outputs.image, picture, outputs, fast);
@@ -173,25 +175,26 @@ static void write_or_save(const OutputPaths& outputs, const Picture& picture, bo
       } catch (const RunError&) {
         continue;
       }
-      throw RunError(std::string(failed.what()) + ": the picture is in " + saved.string());
+      throw RunError(std::string(failed.what()) + ": the picture was saved to " + saved.string());
     }
     throw;
   }
 }
 
-/// Whether the picture has the bits of the one that was to be made again; says so if not.
+/// Returns whether the picture has the bits of the original picture. Prints a warning if it does
+/// not.
 static bool has_original_bits(const json& report, const OriginalPicture& original) {
   const auto made = report.at("image_sha256").get<std::string>();
   if (original.image_sha256.empty() || made == original.image_sha256) return true;
   std::cerr << "parray: --like " + original.file +
-                   ": the new picture has other bits: image_sha256 " + made.substr(0, 16) +
+                   ": the new picture has different bits: image_sha256 " + made.substr(0, 16) +
                    ", not " + printable(original.image_sha256.substr(0, 16)) +
-                   ": its recipe was changed, or this build of ParRay differs: please report both "
+                   ": the recipe was changed, or this build of ParRay differs: please report both "
                    "files\n";
   return false;
 }
 
-/// Whether all samples were finite; says so if not.
+/// Returns whether all samples were finite. Prints a warning if they were not.
 static bool all_finite(const json& report) {
   const auto nonfinite = report.at("nonfinite_samples").get<std::uint64_t>();
   if (nonfinite == 0) return true;
@@ -214,7 +217,7 @@ int write_outputs(Picture picture, const OutputPaths& outputs, std::optional<Com
   if (!outputs.legends.empty()) report["legends"] = json::parse(outputs.legends);
   if (!outputs.image.empty()) {
     if (can_hold_channels(outputs.image)) add_sample_counts(picture);
-    write_or_save(outputs, picture, in_haste(outputs, picture, times, begin));
+    write_or_save(outputs, picture, must_hurry(outputs, picture, times, begin));
   }
   if (!outputs.preview.empty() && !same_file(outputs.preview, outputs.image)) {
     write_picture(outputs.preview, picture, outputs);
@@ -224,7 +227,7 @@ int write_outputs(Picture picture, const OutputPaths& outputs, std::optional<Com
   const double total = complete_seconds(report.at("seconds"), to_seconds(end - begin), end, times);
   if (!outputs.notes.empty()) report["notes"] = outputs.notes;
   if (!outputs.report.empty()) write_text_file(outputs.report, report.dump(2) + "\n");
-  if (!outputs.none()) say_what_was_written(report, outputs, total);
+  if (!outputs.none()) print_summary(report, outputs, total);
   const bool original_bits = has_original_bits(report, outputs.original);
   return all_finite(report) && original_bits ? 0 : 1;
 }

@@ -131,7 +131,7 @@ class Requests(HttpTest):
         self.server.close()
         self.server.close = lambda: None
         farm = parray.Farm(self.server.url, patience=0.3)
-        self.refused(parray.RenderError, "does parray-coordinator --http listen there?", lambda: list(farm.jobs()))
+        self.refused(parray.RenderError, "check that parray-coordinator --http listens there", lambda: list(farm.jobs()))
         for url in ("tcp://127.0.0.1:7400", "127.0.0.1:7480", "http://", "http://:80", "http://a:b", "http://me@a", ""):
             self.refused(parray.InputError, "give http://HOST:PORT", parray.Farm, url)
         for url in ("http://a", "https://a.b:7480", "http://[::1]:7480/", "https://a/farm/"):
@@ -167,7 +167,7 @@ class Forms(HttpTest):
         self.assertEqual(json.loads(parts["options"][1]), {"width": 30, "spp": 4, "adaptive": True, "passes": [8, 8],
                                                            "target_error": 0.5, "name": "a", "priority": 60})
         self.assertEqual(json.loads(parts["scene"][1]), SCENE)
-        self.refused(TypeError, "no option 'threads'", self.farm.submit, SCENE, threads=2)
+        self.refused(TypeError, "unknown option 'threads'", self.farm.submit, SCENE, threads=2)
 
     def test_arrays_are_sent_as_the_file_that_a_program_would_get(self):
         self.farm.submit(*cloud(100))
@@ -232,8 +232,8 @@ class Waiting(HttpTest):
         self.assertEqual(self.farm.job(7).picture().error, (0.2, 0.1, 0.3))
 
     def test_a_job_that_fails_says_why(self):
-        for state, reason, text in (("failed", "out of memory", "job 7 was not finished: failed: out of memory"),
-                                    ("cancelled", "", "job 7 was not finished: cancelled")):
+        for state, reason, text in (("failed", "out of memory", "job 7 failed: out of memory"),
+                                    ("cancelled", "", "job 7 was cancelled")):
             self.states({"state": state, "reason": reason})
             self.refused(parray.RenderError, text, self.farm.job(7).wait)
 

@@ -97,7 +97,7 @@ class Options(Test):
         self.assertEqual(options - own, names - {"--elements", "--camera", "--sky"})
 
     def test_an_unknown_keyword_names_the_nearest(self):
-        self.refused(TypeError, "no option 'widht': did you mean width?", parray.render, SCENE, widht=3)
+        self.refused(TypeError, "unknown option 'widht': did you mean width?", parray.render, SCENE, widht=3)
         self.refused(TypeError, "no_labels is now labels=False", parray.render, SCENE, no_labels=True)
         self.refused(TypeError, "opaque is now transparent=False", parray.render, SCENE, opaque=True)
 
@@ -126,7 +126,7 @@ class Options(Test):
         self.assertIn("A", parray.render(transparent, **SMALL).channels)
         self.assertNotIn("A", parray.render(transparent, transparent=False, **SMALL).channels)
 
-    def test_a_portrait_whose_camera_or_material_changes_is_framed_for_its_size_all_the_same(self):
+    def test_an_automatic_scene_with_another_camera_or_material_is_framed_for_its_size(self):
         positions, radii, _ = cloud()
         size = {"width": 30, "height": 60, "spp": 4, "precision": "f64"}
         plain = parray.render(positions, radii, **size)
@@ -145,7 +145,7 @@ class Options(Test):
         first, second = (parray.render(self.folder / "both.xyz", frame=i, camera=camera, **SMALL) for i in (0, 1))
         self.assertNotEqual(first.report["scene_sha256"], second.report["scene_sha256"])
         self.refused(parray.InputError, "no frame 2", parray.render, self.folder / "both.xyz", frame=2, **SMALL)
-        self.refused(parray.InputError, "has one frame only", parray.render, np.zeros((1, 3)), frame=2)
+        self.refused(parray.InputError, "has only one frame", parray.render, np.zeros((1, 3)), frame=2)
 
     def test_particles_are_chosen_coloured_and_seen_as_by_the_command_line(self):
         file = self.folder / "table.csv"
@@ -165,7 +165,7 @@ class Options(Test):
                 picture = parray.render(file, **options, **SMALL)
                 self.assertEqual(picture.report["image_sha256"], json.loads(report.read_text())["image_sha256"])
         self.refused(parray.InputError, "unknown view 'frnt': did you mean 'front'", parray.render, file, view="frnt")
-        self.refused(parray.InputError, "view, style: for particles", parray.render, SCENE, view="top", style="flat")
+        self.refused(parray.InputError, "view, style: these options are for particles", parray.render, SCENE, view="top", style="flat")
 
     def test_arrays_are_chosen_and_coloured_like_files(self):
         positions, radii, _ = cloud()
@@ -174,7 +174,7 @@ class Options(Test):
         self.assertEqual(part.report["legends"][0]["title"], "z")
 
     def test_a_topology_beside_a_scene_of_its_own_is_found(self):
-        """The portrait lies in another folder than the files that it names."""
+        """The automatic scene is in another folder than its files."""
         (self.folder / "names.pdb").write_bytes(HELIX.read_bytes())
         (self.folder / "atoms.pdb").write_bytes(HELIX.read_bytes())
         here = os.getcwd()
@@ -234,21 +234,21 @@ class Errors(Test):
         hole = positions.copy()
         hole[2, 1] = np.nan
         radii[3] = 0
-        cases = (("positions: an array of shape (5,)", (radii,), {}),
-                 ("positions: an array of shape (0, 3)", (positions[:0],), {}),
-                 ("positions: not an array of numbers", ([["a", "b", "c"]],), {}),
+        cases = (("positions: the array has shape (5,)", (radii,), {}),
+                 ("positions: the array has shape (0, 3)", (positions[:0],), {}),
+                 ("positions: the values are not an array of numbers", ([["a", "b", "c"]],), {}),
                  ("positions[2, 1] is nan", (hole,), {}),
                  ("radii[3] is 0.0", (positions, radii), {}),
-                 ("radii: an array of shape (4,): give (5,), or one value", (positions, radii[:4]), {}),
+                 ("radii: the array has shape (4,): give (5,), or one value", (positions, radii[:4]), {}),
                  ("colors[0, 0] is 2.5", (positions, None, colors + 2.5 - colors[0, 0]), {}),
-                 ("colors: an array of shape (5,)", (positions, None, radii), {}),
-                 ("elements: an array of shape (2,)", (positions,), {"elements": ["C", "H"]}),
+                 ("colors: the array has shape (5,)", (positions, None, radii), {}),
+                 ("elements: the array has shape (2,)", (positions,), {"elements": ["C", "H"]}),
                  ("colors: a file has its own", (HELIX, None, colors), {}),
-                 ("radii: for particles", (SCENE, 0.5), {}),
-                 ("material: for particles", (SCENE,), {"material": "plain"}),
-                 ("bad.json: no JSON: ", (self.folder / "bad.json",), {"sky": {}}),
+                 ("radii: these options are for particles", (SCENE, 0.5), {}),
+                 ("material: these options are for particles", (SCENE,), {"material": "plain"}),
+                 ("bad.json: the file is not valid JSON: ", (self.folder / "bad.json",), {"sky": {}}),
                  ("none.json: no such file", (self.folder / "none.json",), {"sky": {}}),
-                 ("the scene is no JSON", ({**SCENE, "version": float("nan")},), {}))
+                 ("the scene is not valid JSON", ({**SCENE, "version": float("nan")},), {}))
         for mentions, arguments, options in cases:
             with self.subTest(mentions):
                 self.refused(parray.InputError, mentions, parray.render, *arguments, **options)
@@ -258,7 +258,7 @@ class Errors(Test):
         before = dict(os.environ)
         self.addCleanup(os.environ.update, before)
         os.environ["PARRAY_BIN"] = str(self.folder)
-        self.refused(parray.ProgramNotFound, f"PARRAY_BIN is {self.folder}: no program there", parray.render, SCENE)
+        self.refused(parray.ProgramNotFound, f"PARRAY_BIN is {self.folder}, where no program is", parray.render, SCENE)
         os.environ["PARRAY_BIN"] = str(BIN / "parray")
         self.assertEqual(parray.find_program(), str(BIN / "parray"))
         del os.environ["PARRAY_BIN"]

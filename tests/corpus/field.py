@@ -1,5 +1,5 @@
-"""What the programs of the field say about a file: gemmi, ASE, MDAnalysis, RDKit, plyfile. One function a program and
-format; each takes a file that is not packed and gives Facts, or raises whatever that program raises."""
+"""Reads a file with the programs of the field: gemmi, ASE, MDAnalysis, RDKit, plyfile. Each program and format has a
+function. It takes an unpacked file and returns Facts, or passes on the exception of the program."""
 
 import collections
 import dataclasses
@@ -23,7 +23,7 @@ SYMBOLS = {symbol.upper(): symbol for symbol in (gemmi.Element(z).name for z in 
 
 @dataclasses.dataclass
 class Facts:
-    """Of the first frame that has atoms; lengths in angstrom, as far as the format has a unit. None: not known."""
+    """Facts about the first frame with atoms. Lengths are in angstrom if the format has a unit. None: not known."""
     program: str
     particles: int
     box: list          # [lowest x, y, z], [highest x, y, z]
@@ -32,7 +32,7 @@ class Facts:
     cell: list = None  # a, b, c, alpha, beta, gamma
     last_box: list = None  # of the last frame
     last_particles: int = None
-    span_only: bool = False  # the program moves the origin: only the box's size counts
+    span_only: bool = False  # the program moves the origin: compare only the size of the box
 
 
 def box_of(positions):
@@ -45,13 +45,13 @@ def box_of(positions):
 
 
 def counted(symbols):
-    """Count by symbol in its usual spelling; deuterium is hydrogen; what is no element is unknown."""
+    """Returns counts by symbol in its usual spelling. Deuterium counts as hydrogen, other texts as unknown."""
     spelled = ("H" if s.upper() in ("D", "T") else SYMBOLS.get(s.upper(), "") for s in map(str.strip, symbols))
     return dict(collections.Counter(spelled))
 
 
 def cell_of(values):
-    """None where it says that there is none: edges of 0 or 1."""
+    """Returns the cell. Returns None for placeholders: edges of 0 or 1."""
     values = [float(v) for v in values] if values is not None else []
     edges = values[:3]
     if len(values) != 6 or not all(map(math.isfinite, values)) or min(edges) <= 0 or edges == [1, 1, 1]:
@@ -60,7 +60,7 @@ def cell_of(values):
 
 
 def of_model(program, structure, **more):
-    """Of a gemmi structure."""
+    """Returns the facts about a gemmi structure."""
     models = [[(a.atom.pos.tolist(), a.atom.element.name) for a in model.all()] for model in structure]
     models = [model for model in models if model]
     if not models:
@@ -71,7 +71,7 @@ def of_model(program, structure, **more):
 
 
 def gemmi_pdb(path):
-    """Where the columns of elements are blank, gemmi goes by those of the name, as the standard says and many do not."""
+    """Reads PDB. If the columns of elements are blank, gemmi uses the columns of the name, as the standard says."""
     facts = of_model("gemmi", gemmi.read_pdb(str(path)))
     with open(path, "rb") as file:
         if any(line[:6] in (b"ATOM  ", b"HETATM") and not line[76:78].strip().isalpha() for line in file):
@@ -80,21 +80,21 @@ def gemmi_pdb(path):
 
 
 def gemmi_pdbqt(path):
-    """Its columns are those of PDB but for the elements."""
+    """Reads a file with the columns of PDB except those of elements."""
     facts = of_model("gemmi", gemmi.read_pdb(str(path)))
     facts.elements = None
     return facts
 
 
 def mdanalysis_pdbqt(path):
-    """It takes all models for one."""
+    """Reads a file. The program joins all models."""
     if re.search(r"^MODEL .*^MODEL ", path.read_text(errors="replace"), re.MULTILINE | re.DOTALL):
         raise ValueError("several models")
     return mdanalysis(path, "PDBQT")
 
 
 def ase_pdb(path):
-    """Frames may end in END alone."""
+    """Reads a file whose frames may end with only END."""
     facts = ase_file(path, "proteindatabank")
     facts.elements = None
     return facts
@@ -105,7 +105,7 @@ def gemmi_mmcif(path):
 
 
 def gemmi_chem_comp(path):
-    """Either of the two sets of coordinates that a component has."""
+    """Reads one of the two sets of coordinates of a component."""
     facts = []
     for block in gemmi.cif.read(str(path)):
         if not block.find_values("_chem_comp_atom.atom_id"):
@@ -123,7 +123,7 @@ def gemmi_chem_comp(path):
 
 
 def gemmi_small(path):
-    """The whole cell, and the sites that the file lists, of the first block that has some."""
+    """Reads the whole cell, and the listed sites, of the first block with sites."""
     structures = (gemmi.make_small_structure_from_block(block) for block in gemmi.cif.read(str(path)))
     small = next((structure for structure in structures if structure.sites), None)
     if small is None:
@@ -140,7 +140,7 @@ def gemmi_small(path):
 
 
 def of_atoms(program, frames, elements=True, **more):
-    """Of ASE's frames."""
+    """Returns the facts about the frames of ASE."""
     frames = [frame for frame in frames if len(frame)]
     if not frames:
         raise ValueError("no atoms")
@@ -166,21 +166,21 @@ def ase_cif(path):
 
 
 def ase_dump(path):
-    """ASE takes type numbers for elements where the file has no names."""
+    """Reads with ASE, which treats type numbers as elements if the file has no names."""
     text = head(path, 100_000)
     named = re.search(r"^ITEM: ATOMS .*\belement\b", text, re.MULTILINE)
     return of_atoms("ASE", ase.io.read(str(path), index=":", format="lammps-dump-text"), elements=bool(named))
 
 
 def ase_data(path):
-    """Where the file places the atoms, not the images that they are in."""
+    """Returns the positions in the file, without image flags."""
     atoms = ase.io.read(str(path), format="lammps-data", atom_style=style_of(path), read_image_flags=False)
     return of_atoms("ASE", [atoms], elements=False)
 
 
 def style_of(path):
-    """LAMMPS's data files may name their columns beside the section's title; five columns fit one style alone, and "full" is
-    ASE's own default."""
+    """Returns the atom style. Data files of LAMMPS may name it beside the section's title. Five columns fit only one style.
+    "full" is the default of ASE."""
     found = re.search(r"^\s*Atoms[ \t]*(?:#\s*(\w+)[^\n]*)?\n\s*\n([^\n]*)", path.read_text(errors="replace"), re.MULTILINE)
     if found and found[1]:
         return found[1]
@@ -199,7 +199,7 @@ def mdanalysis(path, kind, elements=True):
 
 
 def symbols_of(universe):
-    """The file's elements, and MDAnalysis's guess by the atom's name or type where it has none."""
+    """Returns the elements of the file. Without them, returns the guess of MDAnalysis from names or types."""
     guesser = DefaultGuesser(universe)
     atoms = universe.atoms
     names = atoms.names if hasattr(atoms, "names") else atoms.types
@@ -209,13 +209,13 @@ def symbols_of(universe):
 
 def mdanalysis_xyz(path):
     facts = mdanalysis(path, "XYZ")
-    facts.last_box = None  # it takes every frame to have as many atoms as the first
+    facts.last_box = None  # it assumes that all frames have as many atoms as the first
     return facts
 
 
 def mdanalysis_gro(path):
     facts = mdanalysis(path, "GRO")
-    facts.frames = facts.last_box = None  # it reads the first alone
+    facts.frames = facts.last_box = None  # it reads only the first frame
     return facts
 
 
@@ -298,12 +298,12 @@ READERS = {
 
 
 def read(kind, path):
-    """(facts of each program that reads the file, what the others said)."""
+    """Returns (facts of each program that reads the file, messages of the others)."""
     facts, errors = [], []
     for reader in READERS.get(kind, ()):
         try:
             got = reader(path)
             facts += got if isinstance(got, list) else [got]
-        except Exception as error:  # whatever a program of the field raises is its refusal
+        except Exception as error:  # any exception of a program counts as a refusal
             errors.append(f"{type(error).__name__}: {str(error).splitlines()[0][:200] if str(error) else ''}")
     return facts, errors

@@ -1,8 +1,8 @@
-"""Whether what ParRay says of a file is what the programs of the field say."""
+"""Compares the facts of ParRay about a file with those of the programs of the field."""
 
 import dataclasses
 
-# Keys of notes that say that atoms of the file are not among the particles; those that are hidden later are.
+# Keys of notes about atoms of the file that are not read as particles. Particles that are hidden later do count.
 LEFT_OUT = ("alternatives", "duplicates", "unplaced", "left_out", "sites_merged")
 KEPT = ("virtual", "hidden_virtual", "unknown_elements")
 GUESSED = ("guessed_elements", "unknown_elements", "mended_elements")
@@ -11,7 +11,7 @@ EMPTY_FRAMES = ("empty_frames", "unreadable_frames")
 
 @dataclasses.dataclass
 class Said:
-    """What `parray validate --json` says of one file of particles."""
+    """The facts of `parray validate --json` about a particle file."""
     particles: int
     box: list
     elements: dict = None  # count by symbol; "": unknown
@@ -24,7 +24,7 @@ class Said:
 
 
 def said(facts):
-    """Of the JSON."""
+    """Returns the facts in the JSON."""
     file = facts["particle_files"][0]
     elements = file.get("elements")
     if elements is not None:
@@ -38,12 +38,12 @@ def said(facts):
 
 
 def close(a, b):
-    """Files have three decimals, some programs single precision."""
+    """Returns whether two numbers agree. Files have three decimals; some programs use single precision."""
     return abs(a - b) <= 2e-3 + 2e-6 * max(abs(a), abs(b))
 
 
 def same_box(box, other, span_only):
-    """`span_only`: the program moves the origin."""
+    """Returns whether two boxes agree. With `span_only`, compares only sizes, because the program moves the origin."""
     if span_only:
         return all(close(h - l, oh - ol) for l, h, ol, oh in zip(*box, *other))
     return all(close(x, y) for side, other_side in zip(box, other) for x, y in zip(side, other_side))
@@ -59,16 +59,16 @@ def same_cell(cell, other):
 
 
 def otherwise_named(elements, other):
-    """Least number of atoms that have another element."""
+    """Returns the least number of atoms with different elements."""
     symbols = {*elements, *other}
     more = sum(max(0, elements.get(s, 0) - other.get(s, 0)) for s in symbols)
     return max(more, sum(max(0, other.get(s, 0) - elements.get(s, 0)) for s in symbols))
 
 
 def compared(said, last, facts):
-    """By field: None (the same, or not said by either), or (whether a note accounts for it, the difference in words)."""
+    """Returns by field: None (equal, or unknown to one of them), or (whether a note explains it, the difference as text)."""
     left_out = facts.particles - said.particles
-    # A program may leave out what ParRay keeps with a word: lone pairs and other virtual sites.
+    # A program may leave out particles that ParRay keeps with a note: lone pairs and other virtual sites.
     all_told = said.noted(LEFT_OUT) == left_out if left_out > 0 else 0 < -left_out <= said.noted(KEPT)
     found = dict.fromkeys(("particles", "box", "last box", "elements", "frames", "cell"))
 
@@ -101,7 +101,7 @@ def rounded(box):
 
 
 def verdict(said, last, facts):
-    """The verdict, and by field why it is not `same`. A field is right where one program says the same."""
+    """Returns the verdict, and by field the reason if it is not `same`. A field is right if one program agrees."""
     if said is None:
         return {"verdict": "refused alone" if facts else "refused by both", "why": {}}
     if not facts:

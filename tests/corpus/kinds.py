@@ -1,4 +1,4 @@
-"""What kind of file each of the corpus is, by its name and, where names say too little, its first lines."""
+"""Finds the kind of a file in the corpus from its name and, if the name is not enough, from its first lines."""
 
 import bz2
 import gzip
@@ -10,12 +10,12 @@ BY_ENDING = {
     "sdf": "sdf", "sd": "sdf", "mol": "mol", "xyz": "xyz", "extxyz": "xyz", "lammpstrj": "dump", "dump": "dump",
     "data": "data", "data2": "data", "ply": "ply", "dcd": "dcd", "xtc": "xtc", "trr": "trr", "nc": "netcdf", "rst7": "rst7", "ncdf": "netcdf",
     "cif": "cif", "pdbx": "cif"}
-UNPACKERS = {b"\x1f\x8b": gzip.decompress, b"BZh": bz2.decompress}  # by what a file begins with
+UNPACKERS = {b"\x1f\x8b": gzip.decompress, b"BZh": bz2.decompress}  # by the first bytes of a file
 ENDINGS = (".gz", ".bz2")
 
 
 def unpacked(path):
-    """The file's bytes; as they are where they cannot be unpacked."""
+    """Returns the unpacked bytes of the file. Returns the bytes of the file if they cannot be unpacked."""
     data = path.read_bytes()
     for start, unpack in UNPACKERS.items():
         if data.startswith(start):
@@ -27,12 +27,12 @@ def unpacked(path):
 
 
 def bare_name(path):
-    """Without the ending that says how it is packed."""
+    """Returns the name without the extension of a compressed file."""
     return pathlib.Path(path.stem if path.suffix.lower() in ENDINGS else path.name)
 
 
 def kind_of(path, text):
-    """`text`: what the file begins with. A kind of field.READERS, or the file's ending where it is none of these."""
+    """Returns a kind of field.READERS, or the extension for other files. `text` is the start of the file."""
     name = bare_name(path)
     ending = name.suffix[1:].lower()
     if name.name.startswith("dump."):

@@ -1,5 +1,5 @@
-"""Dumps, trajectories and data files that LAMMPS writes, in the spellings that its users meet: names without an ending, scaled
-and unwrapped coordinates, boxes aslant, type numbers where other XYZ files have elements, a first frame without atoms."""
+"""Makes dumps, trajectories and data files with LAMMPS in unusual forms: names without an extension, scaled and unwrapped
+coordinates, tilted boxes, type numbers instead of elements in XYZ files, a first frame without atoms."""
 
 import hashlib
 import pathlib
@@ -104,7 +104,7 @@ run.close()
 
 
 def make(base):
-    """Into base/made, once for each state of this file; without LAMMPS nothing is made."""
+    """Makes the files in base/made, once for each version of this source. Does nothing without LAMMPS."""
     where = base / "made"
     stamp = where / ".made"
     state = hashlib.sha256(pathlib.Path(__file__).read_bytes()).hexdigest()

@@ -1,7 +1,7 @@
-"""The public packages that the corpus takes files from, each pinned, and which of their files are taken.
+"""The public packages of the corpus with their versions, and the choice of their files.
 
-A package's choice is (pattern, most): paths inside the archive, below its top folder, that match the pattern; of more
-than `most`, that many spread over the sorted list. manifest.tsv holds the outcome; `collect --choose` makes it anew."""
+A choice is (pattern, most): paths inside the archive, below its top folder, that match the pattern. If more than `most`
+match, `most` of them are spread over the sorted list. manifest.tsv contains the result; `collect --choose` updates it."""
 
 import dataclasses
 import os
@@ -23,7 +23,7 @@ class Package:
 
     @property
     def folder(self):
-        """Where its files lie in the cache."""
+        """The folder of its files in the cache."""
         return f"{self.name}-{self.version}"
 
 
@@ -35,7 +35,7 @@ PACKAGES = (
         (MDA + r"(?!dssp/|windows/).*\.(pdb|ent|pdbx|cif|gro|pqr|pdbqt|mol2|sdf)" + PACKED, 200),
         (MDA + r"(?!windows/).*\.(xyz|lammpstrj|dump|data|data2|dcd|xtc|nc|ncdf)" + PACKED, 100),
         (MDA + r"windows/.*\.(pdb|lammpstrj)", 9),
-        # Formats that are none of ParRay's.
+        # Formats that ParRay does not read.
         (MDA + r".*\.(trr|h5md|gsd|mmtf|txyz|arc|mdcrd|tng|dms|rst7|inpcrd|crd)$", 14),
         (MDA + r"dlpoly/(CONFIG|HISTORY)$", 2))),
     Package("pypi", "biopython", "1.88", "biopython-1.88.tar.gz", "9aaa31c0bda4d059f7b2ee00bfdb5cbb73ade3057aa4b737a7cc0187091d071a", (
@@ -79,7 +79,7 @@ PACKAGES = (
 
 
 def chosen(package, paths):
-    """Those of a package's paths that its choices take, sorted."""
+    """Returns the paths that the choices of a package select, sorted."""
     taken = set()
     for pattern, most in package.choices:
         matching = sorted(path for path in paths if re.fullmatch(pattern, path) and path not in taken)
@@ -89,11 +89,11 @@ def chosen(package, paths):
 
 
 def folder():
-    """Where the corpus lies."""
+    """Returns the folder of the corpus."""
     cache = os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache"
     return pathlib.Path(os.environ.get("PARRAY_CORPUS") or pathlib.Path(cache) / "parray-corpus")
 
 
 def manifest():
-    """(sha256, package's folder, path) of each file."""
+    """Returns (sha256, folder of the package, path) of each file."""
     return [tuple(line.split("\t")) for line in MANIFEST.read_text().splitlines() if not line.startswith("#")]

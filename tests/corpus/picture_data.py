@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Makes the data of PICTURES.md that no package has: picture_data.py DIRECTORY
+"""Makes the data of PICTURES.md that come from no package: picture_data.py DIRECTORY
 
-box.lammpstrj  8,000 atoms of a simple cubic lattice that tremble; a shear wave is in their vx
+box.lammpstrj  8,000 atoms of a simple cubic lattice with noise; their vx contains a shear wave
 grains.csv     400 grains that do not overlap, with radius, speed and type
 """
 
@@ -12,7 +12,7 @@ import sys
 
 
 def box(cells=20, spacing=2.5):
-    """A LAMMPS dump: lattice of `cells` cubed atoms, `spacing` angstrom apart."""
+    """Returns the lines of a LAMMPS dump: a lattice of `cells` cubed atoms, `spacing` angstrom apart."""
     rng = random.Random(1)
     edge = cells * spacing
     lines = ["ITEM: TIMESTEP", "0", "ITEM: NUMBER OF ATOMS", str(cells**3), "ITEM: BOX BOUNDS pp pp pp"]
@@ -26,7 +26,7 @@ def box(cells=20, spacing=2.5):
 
 
 def grains(count=400, edge=8.0, depth=4.0):
-    """A table of spheres in a box of edge by edge by depth: large ones first, small ones between them."""
+    """Returns the rows of a table of spheres in a box of edge by edge by depth: large spheres, and small ones between."""
     rng = random.Random(4)
     placed = []
     tries = 0

@@ -1,4 +1,4 @@
-"""The table of outcomes, the list of defects, and the goal."""
+"""Formats the table of verdicts, the list of defects, and the goal."""
 
 import collections
 import datetime
@@ -6,10 +6,10 @@ import importlib.metadata
 import re
 
 VERDICTS = ("same", "told", "differs", "refused alone", "refused by both", "read alone")
-ACCEPTED = 0.98  # of what the programs read
+ACCEPTED = 0.98  # of the files that the programs read
 OURS = ("pdb", "mmcif", "chem_comp", "cif", "gro", "pqr", "pdbqt", "mol2", "sdf", "mol", "xyz", "dump", "data", "ply",
         "dcd", "xtc", "trr", "netcdf", "rst7")
-# What a refusal has to name, by the ending of files that are none of ParRay's.
+# Words that a refusal must contain, by the extension of formats that ParRay does not read.
 FOREIGN = {"arc": "Tinker|BIOSYM", "txyz": "Tinker", "crd": "CHARMM", "dms": "SQLite", "g96": "GROM", "gsd": "GSD",
            "h5md": "HDF5", "mmtf": "MMTF|MessagePack", "tng": "TNG", "bcif": "BinaryCIF|MessagePack",
            "mdcrd": "AMBER", "inpcrd": "AMBER", "": "of DL_POLY|VASP", "cfg": "AtomEye", "yaml": "YAML", "bin": "LAMMPS",
@@ -41,7 +41,7 @@ Notes that explain differences, and how many files have them: {notes}.
 
 
 def by_kind(records):
-    """Counts of verdicts by kind, ParRay's formats first, and all together at the end."""
+    """Returns counts of verdicts by kind: first the formats of ParRay, at the end the total."""
     table = collections.defaultdict(collections.Counter)
     for record in records:
         for name in (record["kind"], "all"):
@@ -64,7 +64,7 @@ def holds(records):
 
 
 def is_unnamed(record):
-    """Whether the refusal of a format that is none of ParRay's does not say what the file looks like."""
+    """Returns whether the refusal of a foreign format does not name that format."""
     words = FOREIGN.get(record["kind"])
     said = (record["refusal"] or "").partition(record["file"])[2].partition("ParRay reads")[0]
     return bool(words and record["refusal"] and not re.search(words, said))
@@ -81,7 +81,7 @@ def line_of(record):
 
 
 def table_of(records):
-    """A row a kind, in columns of equal width."""
+    """Returns a table with a row for each kind, in columns of equal width."""
     rows = [("format", "files", *VERDICTS)]
     rows += [(kind or "no ending", *(counter[v] or "-" for v in rows[0][1:])) for kind, counter in by_kind(records).items()]
     return "\n".join("| " + f"{row[0]:<10}" + "".join(f" | {cell:>15}" for cell in row[1:]) + " |" for row in rows)
@@ -93,12 +93,12 @@ def text_of(records, everything):
     listed = [line_of(r) for r in records if everything or is_defect(r)]
     return "\n".join([*listed, "", table_of(records), "",
                       f"accepted: {g['accepted']} of {g['read by the programs']} files that the programs read, "
-                      f"{100 * share:.1f} % (goal: {100 * ACCEPTED:.0f} %); differ without a word: {g['differ']} (goal: 0); "
+                      f"{100 * share:.1f} % (goal: {100 * ACCEPTED:.0f} %); differ without a note: {g['differ']} (goal: 0); "
                       f"of other formats, refused without their name: {g['refused without a name']} (goal: 0)"])
 
 
 def results_of(records, parray, packages):
-    """The text of RESULTS.md."""
+    """Returns the text of RESULTS.md."""
     g = goal(records)
     heading, *rows = table_of(records).splitlines()
     notes = collections.Counter(key for r in records if r["verdict"] == "told" for key in r["said"]["notes"])

@@ -186,7 +186,7 @@ class Refusals(CliTest):
     def test_a_place_that_cannot_be_written_to_is_refused_before_the_scene_is_read(self):
         missing = self.path("no-such-scene.json")
         for name, mentions in (("a.gif", "'.gif'"), ("a", ".exr"), ("", "directory"),
-                               ("none/a.png", "no directory"), ("x" * 300 + ".png", "too long")):
+                               ("none/a.png", "does not exist"), ("x" * 300 + ".png", "too long")):
             self.refused("render", missing, "-o", self.path(name), mentions=mentions)
             self.refused("submit", missing, "--wait", "-o", self.path(name), mentions=mentions)
             self.refused("fetch", "1", "-o", self.path(name), mentions=mentions)
@@ -194,9 +194,9 @@ class Refusals(CliTest):
         self.refused("render", missing, "-o", self.path("a.png"), "--report", self.directory,
                      mentions="directory")
         self.refused("render", missing, "-o", self.path("a.png"), "--report", self.path("a.png"),
-                     mentions="two files")
+                     mentions="different files")
         self.refused("render", self.scene, "-o", self.path("a.png"), "--report", self.scene,
-                     mentions="the scene itself")
+                     mentions="is the scene file")
         self.assertEqual(json.loads(self.scene.read_text()), SCENE)
         self.refused("render", missing, "-o", self.path("a.png"), mentions="no-such-scene.json")
 
@@ -411,7 +411,7 @@ class Failures(CliTest):
         failed = subprocess.run([*ALONE, render], capture_output=True, text=True, timeout=60)
         self.assertEqual(failed.stdout, "1\n", failed.stderr)
         self.assertEqual(failed.stderr, f"parray: writing {full}/a.png: No space left on device: "
-                         f"the picture is in {spare}/a.png\n")
+                         f"the picture was saved to {spare}/a.png\n")
         self.assertEqual(run("render", self.scene, "-q", "--width", "200", "--height", "150", "-o",
                              self.path("b.png")).returncode, 0)
         self.assertEqual(read_text(spare / "a.png")["parray:image_sha256"],

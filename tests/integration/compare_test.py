@@ -236,15 +236,15 @@ class Compare(unittest.TestCase):
         cut = self.path("cut.png")
         for length in (41, len(data) - 13):  # in the pixels, before the end
             cut.write_bytes(data[:length])
-            self.refused(whole, cut, mentions=["cut.png: a PNG file that is cut off"])
+            self.refused(whole, cut, mentions=["cut.png: the PNG file is truncated"])
         for place in (17, 50):  # in the header, in the pixels
             cut.write_bytes(data[:place] + bytes([data[place] ^ 4]) + data[place + 1:])
-            self.refused(whole, cut, mentions=["cut.png: a PNG file that is "])
+            self.refused(whole, cut, mentions=["cut.png: the PNG file is "])
 
     def test_an_output_is_checked_before_the_pictures_are_read(self):
         missing = self.path("none.exr")
         self.refused(missing, missing, "-o", self.path("v.gif"), mentions=["'.gif'"])
-        self.refused(missing, missing, "-o", self.path("none/v.png"), mentions=["no directory"])
+        self.refused(missing, missing, "-o", self.path("none/v.png"), mentions=["does not exist"])
         self.refused(missing, missing, "-o", "", mentions=["--output"])
         for inputs in ([self.reference, missing], [missing, self.reference]):
             self.refused(*inputs, "-o", self.reference,

@@ -169,7 +169,7 @@ class Display(unittest.TestCase):
         for wrong in ("viewer", "host:", ":14158", "host:0", "host:65536", "host:1x", "host:-1"):
             done = run("render", SCENE, *SIZE, "--spp", "1", *self.outputs(), "--display", wrong)
             self.assertEqual(done.returncode, 2, wrong)
-            self.assertIn(f"--display {wrong}: give the viewer's host and port", done.stderr)
+            self.assertIn(f"--display {wrong}: give the host and port of the viewer", done.stderr)
             self.assertFalse((self.directory / "picture.png").exists())
 
 

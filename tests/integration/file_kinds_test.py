@@ -84,7 +84,7 @@ class Contents(FileTest):
                       refusal("submit", "-", "--frames", "0-3", "--coordinator", "tcp://127.0.0.1:1"))
 
     def test_what_is_neither_is_told_for_what_it_looks_like(self):
-        for name, data, mentions in (("scene.json", "<!DOCTYPE html><html>", "an HTML page: was the download refused?"),
+        for name, data, mentions in (("scene.json", "<!DOCTYPE html><html>", "an HTML page: check that the download succeeded"),
                                      ("a.xyz", "version https://git-lfs.github.com/spec/v1\n", "a Git LFS pointer"),
                                      ("dump.melt", "LAMMPS (23 Jun 2022)\n", "a log of LAMMPS: name the dump"),
                                      ("a", "Dear Sir\n", "text that begins with 'Dear Sir'"),

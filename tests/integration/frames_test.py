@@ -203,7 +203,7 @@ class Troubles(FrameCase):
         still = write(self.directory / "still.json", scene())
         write(self.directory / "a.xyz", "1\n\nC 0 0 0\n")
         for arguments, says in [
-                ([still, "--frames", "5-1"], "are no frames"),
+                ([still, "--frames", "5-1"], "is not a range of frames"),
                 ([still, "--frames", "0-1", "--wait", "-o", "a.exr"], "write #### for its number"),
                 ([still, "--camera-path", "p.json"], "--camera-path"),
                 ([self.directory / "a.xyz", "--frames", "0-1"], "need one camera for all"),

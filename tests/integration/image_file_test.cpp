@@ -270,13 +270,13 @@ TEST_CASE("an unknown extension, a directory and a place that cannot be written 
   CHECK(contains(refusal("a.gif"), ".exr"));
   CHECK(contains(refusal("a"), ".png"));
   CHECK(contains(refusal(".png"), "no extension"));
-  CHECK(contains(refusal("none/a.png"), "no directory"));
+  CHECK(contains(refusal("none/a.png"), "does not exist"));
   CHECK(contains(refusal(std::string(300, 'a') + ".png"), "too long"));
   fs::create_directory(directory.path() / "d.png");
   CHECK(contains(refusal("d.png"), "is a directory"));
   CHECK(contains(refusal(""), "is a directory"));
   REQUIRE(mkfifo((directory.path() / "f.png").c_str(), 0600) == 0);
-  CHECK(contains(refusal("f.png"), "not a plain file"));
+  CHECK(contains(refusal("f.png"), "not a regular file"));
   CHECK(directory.files() == 2);
 }
 
@@ -366,10 +366,10 @@ TEST_CASE("a PNG file that is truncated or changed at any place is refused") {
   constexpr std::size_t signature = 8;
   for (std::size_t place = signature; place < whole.size(); ++place) {
     CAPTURE(place);
-    CHECK(contains(refusal_of(whole.substr(0, place)), "a.png: a PNG file that is cut off"));
+    CHECK(contains(refusal_of(whole.substr(0, place)), "a.png: the PNG file is truncated"));
     std::string changed = whole;
     changed[place] = static_cast<char>(changed[place] ^ 4);
-    CHECK(contains(refusal_of(changed), "a.png: a PNG file that is "));
+    CHECK(contains(refusal_of(changed), "a.png: the PNG file is "));
   }
   CHECK(refusal_of(whole) == "no error");
 }
@@ -378,8 +378,9 @@ TEST_CASE("a picture with a side beyond the limit is refused before its pixels a
   const TemporaryDirectory directory;
   const fs::path path = directory.path() / "wide.png";
   write_image(path, grey_row(std::vector<float>(65537, 0)), {});
-  CHECK(contains(message_of<InputError>([&] { read_image(path); }),
-                 "wide.png: 65537 x 1 pixels; at most 65536 a side and 67108864 in all"));
+  CHECK(contains(
+      message_of<InputError>([&] { read_image(path); }),
+      "wide.png: 65537 x 1 pixels are too many: use at most 65536 per side and 67108864 in total"));
 }
 
 TEST_CASE(
@@ -397,7 +398,7 @@ TEST_CASE(
   }
   std::ofstream(path, std::ios::binary) << bytes << std::string(10'000, '\0');  // a table of places
   CHECK(contains(message_of<InputError>([&] { read_image(path); }),
-                 "deep.exr: 17 channels are more than 4294967296 bytes: remove some"));
+                 "deep.exr: 17 channels have more than 4294967296 bytes: remove some"));
 }
 
 TEST_CASE("damaged files of other kinds are refused in one line") {
@@ -408,8 +409,8 @@ TEST_CASE("damaged files of other kinds are refused in one line") {
     std::ofstream(path, std::ios::binary) << bytes;
     const std::string refusal = message_of<InputError>([&] { read_image(path); });
     CAPTURE(refusal);
-    CHECK((refusal.starts_with(path.string() + ": no picture of a known kind") ||
-           refusal.starts_with(path.string() + ": no readable picture: ")));
+    CHECK((refusal.starts_with(path.string() + ": the kind of picture is not known") ||
+           refusal.starts_with(path.string() + ": the picture cannot be read: ")));
     CHECK_FALSE(contains(refusal, "\n"));
   }
 }

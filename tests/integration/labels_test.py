@@ -114,7 +114,7 @@ class Labels(CliTest):
         self.refused(*render, "-o", self.path("a.exr"), "--legend", mentions="an EXR file keeps")
         self.path("bare.json").write_text(json.dumps(SCENE))
         self.before = self.files()
-        self.refused("render", self.path("bare.json"), *out, "--legend", mentions="--legend: nothing")
+        self.refused("render", self.path("bare.json"), *out, "--legend", mentions="--legend: the scene has no colours")
         self.refused("render", self.path("bare.json"), *out, "--time-stamp", mentions="--time-stamp: ")
         self.refused("submit", self.path("bare.json"), "--frames", "1-2", "--wait", "-o",
                      self.path("a-####.png"), "--text", "a", mentions="--text: not possible for a series of frames")

@@ -85,25 +85,25 @@ class Refusals(ParticlesTest):
     def test_selections_and_colours_that_are_none_are_refused_by_option(self):
         arguments = ["convert", self.path("atoms.xyz"), self.path("a.json")]
         for option, value, mentions in (
-                ("--select", "element O und z", "--select: column 11: 'und' is no element"),
+                ("--select", "element O und z", "--select: column 11: 'und' is not an element"),
                 ("--select", "", "--select: the selection is empty"),
-                ("--select", "z > 5", "--select: none of 3 particles is left: there are z from 0 to 0"),
+                ("--select", "z > 5", "--select: the selection leaves none of 3 particles: there are z from 0 to 0"),
                 ("--select", "chain A", "--select: column 1: the file has no chains: it has elements"),
-                ("--slice", "z", "--slice: 'z' is no slice: write z=10:20"),
-                ("--hide", "hydrogen,watr", "--hide: 'watr' is no class of particles: did you mean 'water'?"),
-                ("--color-by", "charge", "--color-by: the file has no numbers 'charge'"),
+                ("--slice", "z", "--slice: 'z' is not a slice: write z=10:20"),
+                ("--hide", "hydrogen,watr", "--hide: 'watr' is not a class of particles: did you mean 'water'?"),
+                ("--color-by", "charge", "--color-by: the file has no numeric column 'charge'"),
                 ("--colormap", "virids", "did you mean 'viridis'?"),
                 ("--colormap", "viridis", "--colormap has no effect without color_by"),
-                ("--range", "5", "--range: '5' is no range")):
+                ("--range", "5", "--range: '5' is not a range")):
             with self.subTest(option=option, value=value):
                 self.refused(*arguments, option, value, mentions=mentions)
 
     def test_places_that_cannot_be_written_to_are_refused_before_anything_is_read(self):
         missing = self.path("none.xyz")
-        for name, mentions in (("a.png", ".json"), ("a", ".json"), ("none/a.json", "no directory"),
+        for name, mentions in (("a.png", ".json"), ("a", ".json"), ("none/a.json", "does not exist"),
                                ("x" * 300 + ".json", "too long")):
             self.refused("convert", missing, self.path(name), mentions=mentions)
-        self.refused("convert", self.scene, self.scene, mentions="the scene itself")
+        self.refused("convert", self.scene, self.scene, mentions="is the scene file")
         self.path("folder.json").mkdir()
         self.before = self.files()
         self.refused("convert", missing, self.path("folder.json"), mentions="directory")

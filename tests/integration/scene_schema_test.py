@@ -96,7 +96,7 @@ class Descriptions(unittest.TestCase):
                                capture_output=True, text=True)
         self.assertEqual(check.returncode, 1)
         for found in ("camera: vfov is ", "render: seed is in the schema only", "Python: other keywords",
-                      "HTTP: depth is not as described"):
+                      "HTTP: depth differs from the description"):
             self.assertIn(found, check.stderr)
 
     def test_python_knows_the_keys_of_sections(self):

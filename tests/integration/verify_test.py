@@ -329,7 +329,7 @@ class Like(VerifyTest):
                                 ("c.png", ["submit", self.scene, "--wait", "--coordinator", farm.address])):
                 result = run(*start, "--like", self.path("forged.png"), "-o", self.path(name), "-q")
                 self.assertEqual(result.returncode, 1)
-                self.assertRegex(result.stderr, r"\Aparray: --like [^\n]*forged\.png: the new picture has other bits: "
+                self.assertRegex(result.stderr, r"\Aparray: --like [^\n]*forged\.png: the new picture has different bits: "
                                  rf"image_sha256 [0-9a-f]{{16}}, not {report['image_sha256'][:16]}[^\n]*\n\Z")
                 made = read_text(self.path(name))
                 self.assertEqual(made["parray:seed"], "77")

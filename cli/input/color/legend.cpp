@@ -29,7 +29,7 @@ ordered_json json_of(const Legend& legend) {
   return out;
 }
 
-/// Both speak of the same thing, by the same scale if they have one.
+/// Returns whether two legends have the same title and the same scale.
 bool alike(const Legend& a, const Legend& b) {
   return a.title == b.title && a.unit == b.unit && a.low == b.low && a.high == b.high &&
          a.stops == b.stops;

@@ -18,11 +18,11 @@ struct LegendEntry {
   friend bool operator==(const LegendEntry&, const LegendEntry&) = default;
 };
 
-/// The meaning of particles' colours: one of these, or both.
-/// - A scale of numbers: `stops` are the colours from `low` to `high` in equal steps, at least two,
-///   with linear interpolation between them.
-/// - Categories: `entries`, in reading order. Beside a scale they explain colours outside the
-///   scale, such as "not known".
+/// The meaning of particles' colours: a scale, categories, or both.
+/// - A scale of numbers: `stops` are at least two colours from `low` to `high` in equal steps, with
+/// linear interpolation between them.
+/// - Categories: `entries`, in display order. Next to a scale, they explain colours outside the
+/// scale, such as "not known".
 struct Legend {
   std::string title{};  ///< "element", "type", "chain" or a column's name
   std::string unit{};   ///< of the numbers; empty: unknown or none
@@ -35,11 +35,11 @@ struct Legend {
   friend bool operator==(const Legend&, const Legend&) = default;
 };
 
-/// Adds a legend to others. Legends of the same title become one list, which adds up counts of
-/// equal names and colours. Equal scales appear once. An empty legend adds nothing.
+/// Adds a legend to a list. Legends with the same title and scale become one; it adds the counts of
+/// entries with equal names and colours. Ignores an empty legend.
 void add_legend(std::vector<Legend>& legends, Legend more);
 
-/// Texts list so many entries and count the rest.
+/// Number of entries that legends_text() lists. It counts the rest as "left_out".
 inline constexpr std::size_t most_listed_entries = 256;
 
 /// Returns the legends as JSON: a list of {"title", "unit"?, "low", "high", "stops": [[r, g, b],

@@ -12,7 +12,7 @@ namespace parray::input {
 namespace {
 
 constexpr const char* range_remedy =
-    " is no range: write two numbers, or the parts of the particles below them, as 1%:99%";
+    " is not a range: write two numbers, or two percentages of the particles, such as 1%:99%";
 
 bool is_category(std::string_view by) {
   return std::ranges::find(color_by_words, by) != color_by_words.end();
@@ -32,8 +32,8 @@ bool is_possible(const TextRange& range) {
 std::string color_by_from(std::string_view text) {
   std::string by = lower_case(trimmed(text));
   if (by.empty()) {
-    throw InputError("nothing to colour by: write " + list_names(color_by_words) +
-                     ", or the name of a number");
+    throw InputError("the text is empty: write " + list_names(color_by_words) +
+                     ", or the name of a numeric column");
   }
   return by;
 }
@@ -56,8 +56,8 @@ std::optional<ColoringProblem> problem_with(const ParticleColoring& coloring) {
   if (key == nullptr) return {};
   if (coloring.empty()) return ColoringProblem{key, "has no effect without color_by: add color_by"};
   if (!is_category(coloring.by)) return {};
-  return ColoringProblem{
-      key, "is for numbers, and '" + printable(coloring.by) + "' is none: leave it out"};
+  return ColoringProblem{key, "works only with numbers, and '" + printable(coloring.by) +
+                                  "' is not a number: leave it out"};
 }
 
 std::set<std::string, std::less<>> numbers_of(const ParticleColoring& coloring) {

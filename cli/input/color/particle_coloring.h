@@ -11,11 +11,12 @@
 
 namespace parray::input {
 
-/// What the colours of particles stand for. The default: nothing.
+/// What the colours of particles mean. By default, they mean nothing.
 struct ParticleColoring {
   std::string by;                 ///< one of color_by_words, or the name of a number; empty: none
-  std::optional<ColorMap> map{};  ///< for numbers; not given: viridis
-  TextRange range{};  ///< that the map's ends stand for; percent: of the particles shown; open: all
+  std::optional<ColorMap> map{};  ///< colour map for numbers; not given: viridis
+  TextRange
+      range{};  ///< numbers at the ends of the map; percent: of the particles shown; open: all
 
   [[nodiscard]] bool empty() const { return by.empty(); }
   friend bool operator==(const ParticleColoring&, const ParticleColoring&) = default;
@@ -25,19 +26,19 @@ struct ParticleColoring {
 inline constexpr std::array<std::string_view, 5> color_by_words{"element", "type", "chain",
                                                                 "residue", "atom"};
 
-/// Parse the texts of the members. Throw InputError, without a place, for invalid texts.
+/// Parse the texts of the members. Throw InputError, which names no place, for invalid texts.
 std::string color_by_from(std::string_view text);
 ColorMap color_map_from(std::string_view text);
 TextRange color_range_from(std::string_view text);
 
-/// Why the members exclude each other, and which one is wrong.
+/// A contradiction between the members, and the member that is wrong.
 struct ColoringProblem {
   std::string key;
   std::string text;
 };
 std::optional<ColoringProblem> problem_with(const ParticleColoring& coloring);
 
-/// Returns the numeric columns that the request must name.
+/// Returns the numeric columns of the file that the colouring needs.
 std::set<std::string, std::less<>> numbers_of(const ParticleColoring& coloring);
 
 }  // namespace parray::input

@@ -30,19 +30,19 @@ constexpr std::array<Vec3d, 7> okabe_ito{{
     {0.6038, 0.1912, 0.3864},  // reddish purple
 }};
 
-/// Those that follow, in sRGB.
+/// The further colours, in sRGB.
 constexpr std::array<std::uint32_t, category_color_count - okabe_ito.size()> grid_colors{
     0x882808, 0xa0ffd0, 0x385068, 0xa068ff, 0x7000a0, 0x7808f0, 0xa84838, 0x58d8ff, 0x886078,
     0xa8e098, 0x88b878, 0xc828c0, 0xf0c048, 0xd0f898, 0xe87838, 0x8090e8, 0x903088};
 
-/// A category that some particles may belong to.
+/// A category to which particles may belong.
 struct Category {
   std::string name;
   Vec3d color;
 };
 
-/// `index`: the category of each particle. Entries of the legend are in the order `reading` of the
-/// categories; those without particles are left out.
+/// Colours particles by category. `index` holds the category of each particle. The legend lists the
+/// categories that have particles, in the order `reading`.
 ParticleColors colors_by_category(std::string title, const std::vector<Category>& categories,
                                   std::vector<std::uint32_t> index,
                                   const std::vector<std::size_t>& reading) {
@@ -74,12 +74,13 @@ ParticleColors by_element(const Particles& particles) {
     categories.push_back({number == 0 ? "unknown" : std::string(entry.symbol), entry.color});
   }
   std::vector<std::size_t> reading = as_they_come(categories.size());
-  std::rotate(reading.begin(), reading.begin() + 1, reading.end());  // unknown last
+  std::rotate(reading.begin(), reading.begin() + 1, reading.end());  // "unknown" comes last
   return colors_by_category("element", categories,
                             {particles.elements.begin(), particles.elements.end()}, reading);
 }
 
-/// Numbers by value, before texts by their letters; without a name last.
+/// The order of names in a legend: numbers by value, then texts alphabetically, then the empty
+/// name.
 bool reads_before(const std::string& a, const std::string& b) {
   if (a.empty() != b.empty()) return b.empty();
   const std::optional<double> number_a = number_in(a);
@@ -89,8 +90,8 @@ bool reads_before(const std::string& a, const std::string& b) {
   return a < b;
 }
 
-/// In reading order, so that a name has its colour whichever particle comes first: frames of a
-/// trajectory may have them in any order.
+/// Assigns colours to names in the order of the legend. So a name keeps its colour in all frames of
+/// a trajectory, even if particles change their order.
 ParticleColors by_name(std::string title, const NameColumn& column) {
   std::vector<std::size_t> reading = as_they_come(column.names.size());
   std::ranges::sort(reading, [&](std::size_t a, std::size_t b) {
@@ -103,7 +104,7 @@ ParticleColors by_name(std::string title, const NameColumn& column) {
   return colors_by_category(std::move(title), categories, column.index, reading);
 }
 
-/// Residues of no group are categories of their own.
+/// Colours residues by group. Each residue name without a group is a category of its own.
 ParticleColors by_residue(const NameColumn& column) {
   std::vector<Category> categories;
   for (const std::string_view group : residue_groups()) {
@@ -122,8 +123,8 @@ ParticleColors by_residue(const NameColumn& column) {
                             as_they_come(categories.size()));
 }
 
-/// Colours by one of color_by_words. Elements have their own colours; types, chains and atom names
-/// have those of category_color(), in reading order. Residues: see residue_groups().
+/// Colours by one of color_by_words. Elements have their own colours. Types, chains and atom names
+/// get those of category_color() in the order of the legend. Residues: see residue_groups().
 ///
 /// Throws SourceError("color_by") if the particles lack the column.
 ParticleColors colored_by_category(std::string_view word, const Particles& particles) {
@@ -144,7 +145,7 @@ ParticleColors colored_by_category(std::string_view word, const Particles& parti
   return word == "residue" ? by_residue(column) : by_name(std::string(word), column);
 }
 
-constexpr std::size_t block_size = 512;  ///< of particles that are looked at together
+constexpr std::size_t block_size = 512;  ///< number of particles that are processed together
 constexpr std::size_t unknown_level = color_levels;
 
 /// Calls take(first, values) for the numbers from `begin` to `end`, block by block.
@@ -188,7 +189,7 @@ NumberBounds extent_of(const NumberSource& source, std::size_t count, int thread
   return whole;
 }
 
-/// By nearest rank, of the finite numbers, of which there is one at least.
+/// Returns a percentile of the finite numbers by nearest rank. At least one number must be finite.
 double percentile(const NumberSource& source, std::size_t count, double percent) {
   std::vector<double> finite;
   finite.reserve(count);
@@ -204,13 +205,13 @@ double percentile(const NumberSource& source, std::size_t count, double percent)
   return finite[static_cast<std::size_t>(place)];
 }
 
-/// What the ends of the map stand for: low < high.
+/// Returns the numbers at the ends of the map: low < high.
 NumberBounds scale_of(const ParticleColoring& coloring, ColorMap map, const NumberSource& source,
                       std::size_t count, int threads) {
   NumberBounds scale = extent_of(source, count, threads);
   if (scale.empty()) {
     throw SourceError("color_by", "no particle has a finite " + printable(coloring.by) +
-                                      ": colour by something else");
+                                      ": choose another column");
   }
   const TextRange& range = coloring.range;
   if (is_diverging(map) && range.open() && scale.low < 0 && scale.high > 0) {
@@ -224,15 +225,17 @@ NumberBounds scale_of(const ParticleColoring& coloring, ColorMap map, const Numb
   decide(range.high, scale.high);
   if (scale.low < scale.high) return scale;
   if (scale.low > scale.high) {
-    throw SourceError("range", "low, " + number_text(scale.low) + ", is above high, " +
-                                   number_text(scale.high) + ", in these particles: write both");
+    throw SourceError("range", "low (" + number_text(scale.low) + ") is above high (" +
+                                   number_text(scale.high) +
+                                   ") for these particles: give both ends");
   }
-  const double room = std::max(std::abs(scale.low) / 2, 0.5);  // all alike: the map's middle
+  const double room = std::max(std::abs(scale.low) / 2,
+                               0.5);  // all numbers are equal: they get the middle of the map
   constexpr double most = std::numeric_limits<double>::max();
   return {std::max(scale.low - room, -most), std::min(scale.high + room, most)};
 }
 
-/// How many numbers have no place of their own on the scale.
+/// How many numbers are unknown, and how many lie outside the scale.
 struct Misfits {
   std::uint64_t unknown = 0;
   std::uint64_t clipped = 0;
@@ -242,7 +245,7 @@ struct Misfits {
 Misfits find_levels(const NumberSource& source, const NumberBounds& scale, std::size_t begin,
                     std::size_t end, std::vector<std::uint32_t>& index) {
   Misfits misfits;
-  const double half_width = scale.high / 2 - scale.low / 2;  // halves: the width may overflow
+  const double half_width = scale.high / 2 - scale.low / 2;  // half, because the width may overflow
   const auto level_of = [&](double value) -> std::size_t {
     if (std::isnan(value)) {
       ++misfits.unknown;
@@ -266,7 +269,7 @@ Vec3d in_unit_range(const Vec3d& color) {
           std::clamp(color.z, 0.0, 1.0)};
 }
 
-/// `count` colours in equal steps.
+/// Samples `count` colours of a map in equal steps.
 std::vector<Vec3d> samples_of(ColorMap map, std::size_t count) {
   std::vector<Vec3d> colors;
   for (std::size_t i = 0; i < count; ++i) {
@@ -308,7 +311,7 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
     colors.legend.entries.push_back({"not known", color_of_unknown(map), misfits.unknown});
     particles.facts.notes.push_back({"unknown_numbers", misfits.unknown,
                                      particles_word(misfits.unknown) + " without a known " +
-                                         printable(coloring.by) + ", in a colour of their own"});
+                                         printable(coloring.by) + ", in a separate colour"});
   }
   if (misfits.clipped > 0) {
     particles.facts.notes.push_back({"clipped", misfits.clipped,

@@ -12,22 +12,23 @@
 
 namespace parray::input {
 
-/// Number of distinct colours; then they repeat.
+/// Number of distinct colours of categories. Further categories repeat them.
 inline constexpr std::size_t category_color_count = 24;
 
-/// Returns the linear RGB of a category by its number. The first seven are Okabe and Ito's ("Color
-/// Universal Design", 2008; without black, which shows no shape on a ball). Each further colour is
-/// the one of a grid in sRGB that lies farthest, in Oklab, from all before it and from the grey of
-/// unknown categories. The nearest of four observers counts: normal colour vision, and Machado,
-/// Oliveira and Fernandes's protanope, deuteranope and tritanope ("A physiologically-based model
-/// for simulation of color vision deficiency", IEEE TVCG 15(6), 2009).
+/// Returns the linear RGB of a category by its number. The first seven colours are those of Okabe
+/// and Ito ("Color Universal Design", 2008) without black, which shows no shape on a ball. Each
+/// further colour comes from a grid in sRGB. It is the one that lies farthest, in Oklab, from all
+/// previous colours and from the grey of unknown categories. The distance is the least of four
+/// observers: normal colour vision, and the protanope, deuteranope and tritanope of Machado,
+/// Oliveira and Fernandes ("A physiologically-based model for simulation of color vision
+/// deficiency", IEEE TVCG 15(6), 2009).
 Vec3d category_color(std::size_t number);
 
 /// The grey of particles without a category.
 inline constexpr Vec3d no_category_color{0.5, 0.5, 0.5};
 
-/// Number of colours for numbers, so that materials stay few. It is odd, so that the middle of a
-/// map is one of them.
+/// Number of colours for numbers. It limits the number of materials. It is odd, so that the middle
+/// of a map is one of the colours.
 inline constexpr std::size_t color_levels = 1023;
 
 /// A colour for each particle.
@@ -39,15 +40,15 @@ struct ParticleColors {
   [[nodiscard]] bool empty() const { return index.empty(); }
 };
 
-/// Colours `particles`, at least one. Notes count particles without a number ("unknown_numbers")
-/// and those outside the range, which get the colour of its end ("clipped"). The result is the same
-/// for any number of threads.
+/// Colours `particles`, at least one. Notes count particles without a number ("unknown_numbers").
+/// They also count particles outside the range, which get the colour of the nearer end ("clipped").
+/// The result is the same for any number of threads.
 ///
-/// An open end of the range is the least or largest number. If both ends are open, the map has a
-/// middle and numbers lie on both sides of 0, the range is symmetric. Percentiles are by nearest
-/// rank.
+/// An open end of the range is the least or largest number. The range is symmetric if both ends are
+/// open, the map has a middle and numbers lie on both sides of 0. Percentiles are by nearest rank.
 ///
-/// Throws SourceError for a member of the coloring, UnknownNumber for its `by`.
+/// Throws SourceError, which names a member of the colouring. Throws UnknownNumber for the member
+/// `by`.
 ParticleColors colors_of(const ParticleColoring& coloring, Particles& particles, int threads = 1);
 
 }  // namespace parray::input

@@ -17,15 +17,15 @@
 namespace parray::input {
 namespace {
 
-/// What else identifies an atom.
+/// Further columns that identify an atom.
 struct AtomIdentity {
   NameIndex& residue_names;
-  const std::vector<std::uint32_t>& atom_names;  ///< numbers, by particle
+  const std::vector<std::uint32_t>& atom_names;  ///< numbers of the names, one per particle
   const std::vector<std::uint32_t>& chains;
   const std::vector<std::int32_t>& residue_numbers;
 };
 
-/// Chain, number and insertion code.
+/// Chain, residue number and insertion code.
 using ResidueKey = std::tuple<std::uint32_t, std::int32_t, char>;
 
 ResidueKey residue_of(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
@@ -33,7 +33,7 @@ ResidueKey residue_of(const AlternativeColumns& alternatives, const AtomIdentity
   return {atoms.chains[i], atoms.residue_numbers[i], alternatives.insertions.at(i)};
 }
 
-/// The best of those that have been offered.
+/// Keeps the best of the values that were offered.
 class Best {
  public:
   Best(const AlternativeChoice& choice) : choice_(choice) {}
@@ -58,7 +58,7 @@ class Best {
   std::uint32_t value_ = 0;
 };
 
-/// One choice for each key, of the values that its particles offer.
+/// Holds one choice per key, from the values that the particles of the key offer.
 template <typename Key>
 class Choices {
  public:
@@ -77,7 +77,8 @@ class Choices {
   std::map<Key, Best> chosen_;
 };
 
-/// The doubtful atoms from `begin` on that stand together in one residue of one name.
+/// Returns the end of the run of doubtful atoms from `begin` on that are consecutive and in one
+/// residue.
 std::size_t run_end(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
                     std::size_t begin) {
   const auto& doubtful = alternatives.doubtful;
@@ -92,7 +93,7 @@ std::size_t run_end(const AlternativeColumns& alternatives, const AtomIdentity& 
   return end;
 }
 
-/// Whether `other` is an atom of the same residue as `particle`.
+/// Returns whether `other` is an atom of the same residue as `particle`.
 bool same_residue(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
                   std::size_t particle, std::size_t other) {
   const auto& names = atoms.residue_names.column().index;
@@ -112,8 +113,8 @@ bool are_locations(const AlternativeColumns& alternatives, const AtomIdentity& a
   return false;
 }
 
-/// Where a doubtful letter is the only one in its residue, and the occupancies say nothing of
-/// alternatives, it is no letter of a location but the first of the residue's name.
+/// Handles doubtful letters. If such a letter is the only one in its residue and the occupancies do
+/// not indicate alternatives, it is the first letter of the residue's name.
 void settle_doubtful(AlternativeColumns& alternatives, const AtomIdentity& atoms) {
   const auto& doubtful = alternatives.doubtful;
   for (std::size_t begin = 0; begin < doubtful.size();) {
@@ -132,9 +133,9 @@ void settle_doubtful(AlternativeColumns& alternatives, const AtomIdentity& atoms
   if (!doubtful.empty()) atoms.residue_names.drop_unused();
 }
 
-/// Which atoms stay. Locations of one atom share chain, residue and name, and differ in their
-/// letters; atoms that share the letter, too, all stay. Where the residues of the locations differ
-/// (a mutant beside the wild type), one residue is chosen first.
+/// Returns the atoms that stay. Locations of one atom share chain, residue and name but have
+/// different letters. Atoms that also share the letter all stay. If the locations belong to
+/// different residues (a mutant next to the wild type), the function first chooses a residue.
 ParticleMask chosen_locations(const AlternativeColumns& alternatives, const AtomIdentity& atoms,
                               const AlternativeChoice& choice) {
   using AtomKey = std::tuple<ResidueKey, std::uint32_t, std::uint32_t>;
@@ -143,12 +144,12 @@ ParticleMask chosen_locations(const AlternativeColumns& alternatives, const Atom
   const auto key_of = [&](const ResidueKey& residue, std::size_t i) {
     return AtomKey{residue, names[i], atoms.atom_names[i]};
   };
-  Choices<ResidueKey> residues(choice);  // the name's number
+  Choices<ResidueKey> residues(choice);  // by number of the name
   for (std::size_t i = 0; i < count; ++i) {
     if (alternatives.letters.at(i) == ' ') continue;
     residues.offer(residue_of(alternatives, atoms, i), alternatives, i, names[i]);
   }
-  Choices<AtomKey> locations(choice);  // the letter
+  Choices<AtomKey> locations(choice);  // by letter
   for (std::size_t i = 0; i < count; ++i) {
     const ResidueKey residue = residue_of(alternatives, atoms, i);
     if (!residues.has(residue)) continue;
@@ -168,7 +169,7 @@ ParticleMask chosen_locations(const AlternativeColumns& alternatives, const Atom
 
 constexpr std::uint8_t to_be_guessed = 255;
 
-/// What a function says of each pair of residue name and atom name, asked once a pair.
+/// Caches the result of a function for each pair of residue name and atom name.
 template <typename Value, typename Ask>
 class PerName {
  public:
@@ -197,10 +198,10 @@ PerName<Value, Ask> per_name(const NameColumn& residues, const NameColumn& names
   return {residues, names, std::move(ask)};
 }
 
-/// The element, where a file gives an atom of a polymer or water the symbol that its name seems to
-/// start with: "Ca" of CA in ALA.
+/// A correction for a file that takes the first letters of an atom's name in a polymer or water as
+/// its symbol: "Ca" for CA in ALA.
 struct Mended {
-  std::uint8_t from = 0;  ///< 0: nothing to mend
+  std::uint8_t from = 0;  ///< 0: no correction
   std::uint8_t to = 0;
 };
 
@@ -218,7 +219,7 @@ std::int64_t power(std::int64_t base, std::size_t exponent) {
   return value;
 }
 
-/// After 9...9 comes A0...0, in base 36.
+/// Parses hybrid-36, in which A0...0 (base 36) follows 9...9.
 std::optional<std::int64_t> hybrid_36_in(std::string_view text) {
   constexpr int base = 36;
   constexpr std::int64_t first = 10;  // "A"
@@ -300,7 +301,7 @@ void AtomColumns::guess_elements() {
     if (elements_[i] == 0 && !sites.of(i, false)) ++unknown;
   }
   note("guessed_elements", guessed, "elements guessed from names of atoms and residues");
-  note("unknown_elements", unknown, "particles of unknown element");
+  note("unknown_elements", unknown, "particles of an unknown element");
 }
 
 void AtomColumns::mend_elements() {
@@ -315,11 +316,12 @@ void AtomColumns::mend_elements() {
     ++changed;
   }
   note("mended_elements", changed,
-       "elements corrected: the file takes the first letters of names in proteins, nucleic acids "
-       "or water for symbols");
+       "elements corrected: the file uses the first letters of atom names in proteins, nucleic "
+       "acids or water as symbols");
 }
 
-/// Where the file has no types: the elements' symbols; without elements, the names.
+/// Sets the types of a file without types: the elements' symbols or, without elements, the atom
+/// names.
 void AtomColumns::name_types() {
   const bool any = std::ranges::any_of(elements_, [](std::uint8_t e) { return e != 0; });
   for (std::size_t i = 0; i < count(); ++i) {
@@ -372,12 +374,12 @@ Particles AtomColumns::finish_frame() {
 }
 
 Particles AtomColumns::finish() {
-  if (count() == 0) place_->fail("no particles: is this the right file?");
+  if (count() == 0) place_->fail("the file has no particles: check that this is the right file");
   return finish_frame();
 }
 
 std::optional<std::int32_t> residue_number_in(std::string_view text) {
-  constexpr std::size_t most = 6;  // digits that fit
+  constexpr std::size_t most = 6;  // largest number of digits
   constexpr std::size_t hybrid_width = 4;
   if (text.starts_with('+')) text.remove_prefix(1);
   if (text.empty() || text.size() > most) return {};

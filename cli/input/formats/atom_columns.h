@@ -13,10 +13,10 @@
 
 namespace parray::input {
 
-/// Stands for a number that a file does not give.
+/// Means that a file does not give a number.
 inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
-/// An atom of a molecule file. The texts must stay valid only during the call of
+/// An atom of a molecule file. The texts need to be valid only during the call of
 /// AtomColumns::add().
 struct Atom {
   Vec3d position;
@@ -27,13 +27,13 @@ struct Atom {
   char insertion = ' ';
   char alternative = ' ';                 ///< letter of the alternative location; blank: none
   bool doubtful_alternative = false;      ///< the letter may belong to the residue's name
-  bool two_letters = false;               ///< columns say that the symbol has two letters
+  bool two_letters = false;               ///< the columns indicate a two-letter symbol
   double occupancy = 1;                   ///< NaN: not known
-  std::optional<std::uint8_t> element{};  ///< 0: no element; nothing: guess it
+  std::optional<std::uint8_t> element{};  ///< 0: no element; not given: guess it
   std::string_view type{};                ///< empty: the element's symbol
 };
 
-/// A column whose values are mostly equal. It stores values up to the last unusual one.
+/// A column whose values are mostly equal. It stores the values up to the last unusual one.
 template <typename T>
 class SparseColumn {
  public:
@@ -55,7 +55,7 @@ class SparseColumn {
   std::vector<T> values_;
 };
 
-/// Distinguishes the alternative locations of atoms. Particles are added in their order.
+/// The data that distinguish alternative locations of atoms. Add particles in their order.
 struct AlternativeColumns {
   SparseColumn<char> letters{' '};
   SparseColumn<char> insertions{' '};
@@ -63,23 +63,23 @@ struct AlternativeColumns {
   std::vector<std::size_t> doubtful;  ///< particles with doubtful letters
 };
 
-/// Collects the atoms of a frame. At the end of the frame it guesses missing elements by residue
+/// Collects the atoms of a frame. At the end of the frame, it guesses missing elements from residue
 /// and name, and chooses among alternative locations. Notes count both.
 class AtomColumns {
  public:
-  /// `names`: numbers of the format; those that the request wants become columns. `place` is the
-  /// position of the reader and must outlive this.
+  /// `names` are the numbers of the format. Those that the request wants become columns. `place` is
+  /// the position of the reader and must outlive this object.
   AtomColumns(const FilePlace& place, const ParticleRequest& request,
               std::initializer_list<const char*> names = {});
 
-  /// Corrects elements of the file that cannot be right, such as "Ca" for CA in ALA.
+  /// Corrects wrong elements in the file, such as "Ca" for CA in ALA.
   void doubt_elements() { doubt_elements_ = true; }
-  /// Reserves room for `count` atoms. The reader must know that the file can hold so many.
+  /// Reserves memory for `count` atoms. Call it only if the file can contain so many atoms.
   void expect(std::uint64_t count) { columns_.expect(count); }
   void add(const Atom& atom);
-  /// Sets the numbers of the atom added last, in the order of `names`; NaN: not known.
+  /// Sets the numbers of the last atom, in the order of `names`. NaN: not known.
   void numbers(std::span<const double> values);
-  /// Sets the radius of the atom added last. 0 stands for the radius of the element.
+  /// Sets the radius of the last atom. 0 means the radius of the element.
   void radius(double radius);
   void note(std::string key, std::uint64_t count, std::string text);
 
@@ -109,14 +109,15 @@ class AtomColumns {
   bool flush_left_ = false;
   bool doubt_elements_ = false;
   std::vector<std::int32_t> residue_numbers_;
-  std::vector<std::uint8_t> two_letters_;  // by particle, up to the last that has them
+  std::vector<std::uint8_t>
+      two_letters_;  // per particle, up to the last particle with such a symbol
   AlternativeColumns alternatives_;
-  std::vector<std::optional<std::size_t>> number_columns_;  // by the names' order
+  std::vector<std::optional<std::size_t>> number_columns_;  // in the order of `names`
   std::vector<std::size_t> without_radius_;
   std::vector<ParticleNote> notes_;
 };
 
-/// Returns the number of a residue: 12, "A000" (hybrid-36: 10000), "27a1" (hexadecimal). Returns
+/// Parses the number of a residue: 12, "A000" (hybrid-36: 10000), "27a1" (hexadecimal). Returns
 /// nothing for "****" and other texts.
 std::optional<std::int32_t> residue_number_in(std::string_view text);
 

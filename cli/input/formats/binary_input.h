@@ -16,7 +16,7 @@
 
 namespace parray::input {
 
-/// Returns the number in the bytes at `from`. `swapped`: the byte order is not that of this
+/// Returns the number in the bytes at `from`. `swapped`: the bytes have the opposite order of this
 /// machine.
 template <typename T>
 T binary_value(const char* from, bool swapped) {
@@ -26,14 +26,14 @@ T binary_value(const char* from, bool swapped) {
   return std::bit_cast<T>(own);
 }
 
-/// Returns `bytes` rounded up to a multiple of four, as XDR and netCDF pad data.
+/// Returns `bytes` rounded up to a multiple of four. XDR and netCDF pad data so.
 constexpr std::uint64_t padded(std::uint64_t bytes) { return (bytes + 3) / 4 * 4; }
 
 /// Reads a particle file as numbers in one byte order, once from front to back. All members throw
 /// InputError if the file ends early.
 class BinaryInput {
  public:
-  /// `file` must outlive this.
+  /// `file` must outlive this object.
   explicit BinaryInput(PackedFile& file, std::endian order = std::endian::big)
       : input_(file), swapped_(order != std::endian::native) {}
 
@@ -57,8 +57,8 @@ class BinaryInput {
       count -= part;
     }
   }
-  /// Returns the next `count` bytes, at most ParticleInput::max_bytes_at_once. They stay valid
-  /// until the next call.
+  /// Returns the next `count` bytes, at most ParticleInput::max_bytes_at_once. Valid until the next
+  /// call.
   std::string_view bytes(std::size_t count) {
     const char* const from = input_.next_bytes(count);
     if (from == nullptr) fail_end();
@@ -70,7 +70,7 @@ class BinaryInput {
 
   /// Returns whether the file ends here.
   bool at_end() { return input_.peek_bytes(1) == nullptr; }
-  /// Fails if the file cannot have `count` more bytes.
+  /// Fails if fewer than `count` bytes remain.
   void expect(std::uint64_t count) const {
     if (input_.bytes_left().value_or(count) < count) fail_end();
   }
@@ -80,7 +80,9 @@ class BinaryInput {
   [[noreturn]] void fail(std::string_view problem) const { input_.fail(problem); }
 
  private:
-  [[noreturn]] void fail_end() const { fail("the file ends within its data: is it complete?"); }
+  [[noreturn]] void fail_end() const {
+    fail("the file ends within its data: check that the file is complete");
+  }
 
   ParticleInput input_;
   bool swapped_;
@@ -89,8 +91,9 @@ class BinaryInput {
 /// Returns `count`. Fails if it is negative or above limits::max_spheres.
 inline std::uint64_t checked_atoms(std::int64_t count, const FilePlace& place) {
   if (count < 0 || static_cast<std::uint64_t>(count) > limits::max_spheres) {
-    place.fail(std::to_string(count) + " atoms: is the file damaged? At most " +
-               std::to_string(limits::max_spheres) + " are read");
+    place.fail(std::to_string(count) +
+               " atoms: the file is probably damaged, copy it again (the limit is " +
+               std::to_string(limits::max_spheres) + " atoms)");
   }
   return static_cast<std::uint64_t>(count);
 }

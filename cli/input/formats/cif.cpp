@@ -14,7 +14,7 @@
 namespace parray::input {
 namespace {
 
-/// The first line of a CIF that says something: "data_...".
+/// Returns whether the first line that is neither blank nor a comment starts with "data_".
 bool is_cif(const FileStart& start) {
   for (const std::string_view line : start.lines()) {
     const std::string_view text = trimmed(line);
@@ -24,20 +24,21 @@ bool is_cif(const FileStart& start) {
   return false;
 }
 
-/// Of macromolecules (PDBx, whose names have a dot), of crystals (the core dictionary, whose names
-/// have none) or of components.
+/// Recognises CIF of macromolecules (PDBx, whose names have a dot), of crystals (the core
+/// dictionary, whose names have no dot) and of components.
 Confidence looks_like_cif(const FileStart& start) { return certain_if(is_cif(start)); }
 
 constexpr std::array<std::string_view, 2> operation_tags{"_space_group_symop_operation_xyz",
                                                          "_symmetry_equiv_pos_as_xyz"};
 
-/// Items outside loops that count: of the cell and its symmetry, or an only atom.
+/// Returns true for the items outside loops that ParRay uses: those of the cell and its symmetry,
+/// and those of a single atom.
 bool is_wanted(std::string_view tag) {
   return tag.starts_with("_cell_") || tag.starts_with("_symmetry_") ||
          tag.starts_with("_space_group_") || table_of(tag) != CifTable::other;
 }
 
-/// Goes through the blocks to the first that has atoms.
+/// Goes through the blocks and reads the first one with atoms.
 class CifReader : public CifVisitor {
  public:
   CifReader(const std::string& file, const ParticleRequest& request)
@@ -61,7 +62,7 @@ class CifReader : public CifVisitor {
       item_ = is_wanted(name) ? std::move(name) : "";
       return;
     }
-    if (tags_.size() == max_tags) place_.fail("a loop has too many columns: remove some");
+    if (tags_.size() == max_tags) place_.fail("a loop has more than 1000 columns: remove some");
     tags_.push_back(std::move(name));
   }
 
@@ -81,10 +82,10 @@ class CifReader : public CifVisitor {
   }
 
   void end_loop() override {
-    if (!tags_.empty()) start_rows();  // without rows
+    if (!tags_.empty()) start_rows();  // a loop without rows
     if (kind_ == Kind::atoms && row_.begun() > 0) {
       place_.fail("the last row of _atom_site has " + std::to_string(row_.begun()) + " of " +
-                  std::to_string(row_.width()) + " values: is the file complete?");
+                  std::to_string(row_.width()) + " values: check that the file is complete");
     }
     kind_ = Kind::other;
     in_loop_ = false;
@@ -94,12 +95,13 @@ class CifReader : public CifVisitor {
     end_block();
     if (!done_) {
       place_.fail(
-          "no atoms: CIF has them in _atom_site or _chem_comp_atom, with Cartesian or fractional "
+          "the file has no atoms: add _atom_site or _chem_comp_atom with Cartesian or fractional "
           "coordinates");
     }
     Particles particles = sites_.finish(crystal_);
     if (more_blocks_ > 0) {
-      particles.facts.notes.push_back({"blocks", more_blocks_, "more blocks with atoms not read"});
+      particles.facts.notes.push_back(
+          {"blocks", more_blocks_, "further blocks with atoms, which are not read"});
     }
     return particles;
   }
@@ -107,7 +109,7 @@ class CifReader : public CifVisitor {
  private:
   enum class Kind : std::uint8_t { other, atoms, operations };
 
-  /// At a loop's first value: its columns are known.
+  /// Chooses the kind of the loop at its first value, when all columns are known.
   void start_rows() {
     kind_ = Kind::other;
     const std::vector<std::string> tags = std::exchange(tags_, {});
@@ -122,7 +124,7 @@ class CifReader : public CifVisitor {
     }
   }
 
-  /// True: it is a table of atoms with coordinates.
+  /// Returns true for a table of atoms.
   bool start_atoms(const std::vector<std::string>& tags) {
     const CifTable table = table_of(tags[0]);
     if (table == CifTable::other) return false;
@@ -146,12 +148,13 @@ class CifReader : public CifVisitor {
       for (const int step : {1, 2}) {
         const CifItem axis = CifRow::after(first, step);
         if (!row_.has(first) || row_.has(axis)) continue;
-        place_.fail("no " + std::string(category).append(CifRow::axis_name(axis)) + ": add it");
+        place_.fail("the table has no column " +
+                    std::string(category).append(CifRow::axis_name(axis)) + ": add it");
       }
     }
   }
 
-  /// Items of an only atom, as a table of one row.
+  /// Reads the items of a single atom as a table with one row.
   void read_only_atom() {
     std::vector<std::string> tags;
     for (const auto& [tag, value] : items_) {
@@ -196,7 +199,7 @@ class CifReader : public CifVisitor {
     for (const char* tag :
          {"_symmetry_int_tables_number", "_space_group_it_number", "_symmetry_space_group_name_h-m",
           "_space_group_name_h-m_alt", "_symmetry_space_group_name_hall",
-          "_space_group_name_hall"}) {  // the last one given says most
+          "_space_group_name_hall"}) {  // ordered by precision: the last one given decides
       const auto found = items_.find(tag);
       if (found == items_.end() || cif_text(found->second).empty()) continue;
       const std::string name = cif_text(found->second);
@@ -208,10 +211,10 @@ class CifReader : public CifVisitor {
   CifSites sites_;
   CifRow row_;
   Crystal crystal_;
-  std::map<std::string, std::string> items_;  // of the block
+  std::map<std::string, std::string> items_;  // items of the current block
   std::vector<std::string> operations_;
-  std::vector<std::string> tags_;  // of a loop whose rows have not begun
-  std::string item_;               // whose value comes next; empty: one that does not count
+  std::vector<std::string> tags_;  // tags of a loop whose rows have not begun
+  std::string item_;               // tag of the next value; empty: ignore the value
   Kind kind_ = Kind::other;
   std::size_t column_ = 0;
   std::size_t columns_ = 0;
@@ -222,7 +225,8 @@ class CifReader : public CifVisitor {
   bool done_ = false;
 };
 
-/// The bytes of the file, with line ends of old Macintoshes ("\r") as "\n", which CIF needs.
+/// The bytes of the file. Converts the line ends of old Macintoshes ("\r") to "\n", which CIF
+/// needs.
 class CifBytes {
  public:
   explicit CifBytes(PackedFile& file) : file_(file) {}
@@ -249,14 +253,13 @@ class CifBytes {
   bool carriage_returns_ = false;
 };
 
-/// CIF, of its first block that has atoms:
-/// - mmCIF (_atom_site with Cartesian coordinates): models are frames; the cell; numbers:
-/// occupancy,
-///   b_factor, charge (formal);
-/// - CIF of crystals (_atom_site with fractional coordinates): unit_cell(); numbers: occupancy,
-///   b_factor (from U where the file gives that);
-/// - components (_chem_comp_atom), with ideal coordinates where all atoms have them, else with the
-///   model's; numbers: charge.
+/// Reads CIF. Uses the first block with atoms:
+/// - mmCIF (_atom_site with Cartesian coordinates): models are frames; reads the cell. Numbers:
+///   occupancy, b_factor, charge (formal).
+/// - CIF of crystals (_atom_site with fractional coordinates): see unit_cell(). Numbers: occupancy,
+///   b_factor (computed from U if the file gives U).
+/// - Components (_chem_comp_atom): ideal coordinates if all atoms have them, otherwise those of the
+///   model. Numbers: charge.
 Particles read_cif(PackedFile& file, const ParticleRequest& request) {
   CifReader reader(file.name(), request);
   CifBytes bytes(file);
@@ -264,7 +267,8 @@ Particles read_cif(PackedFile& file, const ParticleRequest& request) {
     parse_cif([&](char* to, std::size_t most) { return bytes.read(to, most); }, reader);
   } catch (const CifError& error) {
     reader.at_line(std::max<std::uint64_t>(error.line(), reader.place().number));
-    reader.place().fail("not CIF (" + printable(error.what()) + "): is this the right file?");
+    reader.place().fail("the file is not valid CIF (" + printable(error.what()) +
+                        "): check that this is the right file");
   }
   return reader.finish();
 }

@@ -19,7 +19,7 @@ namespace {
 
 using Name = std::pair<std::string_view, CifItem>;
 
-/// Of the dictionaries mmcif_pdbx, cif_core (both forms) and that of CCP4's monomer library.
+/// The tags of the dictionaries mmcif_pdbx, cif_core (both forms) and CCP4's monomer library.
 constexpr std::array<Name, 42> known_items{{
     {"_atom_site_cartn_x", CifItem::x},
     {"_atom_site_cartn_y", CifItem::y},
@@ -71,7 +71,7 @@ CifItem item_of(std::string_view tag) {
   return found == known_items.end() ? CifItem::count : found->second;
 }
 
-/// A type's symbol with what may follow it: "Fe3+", "O2-", "Cval".
+/// Returns the element of a type symbol, which may have a suffix: "Fe3+", "O2-", "Cval".
 std::uint8_t element_of_symbol(std::string_view type) {
   std::size_t letters = 0;
   while (letters < type.size() && ascii::is_letter(type[letters])) ++letters;
@@ -82,7 +82,7 @@ std::uint8_t element_of_symbol(std::string_view type) {
   return cased != 0 ? cased : atomic_number_of(type.substr(0, 1));
 }
 
-/// All three are there.
+/// Returns the position if the row has all three coordinates.
 std::optional<Vec3d> position_of(const CifRow& row, CifItem x, const FilePlace& place) {
   if (!row.has_position(x)) return {};
   const CifItem y = CifRow::after(x, 1);
@@ -116,7 +116,8 @@ void CifRow::start(const std::vector<std::string>& tags) {
   next_ = 0;
   for (const std::string& tag : tags) {
     CifItem item = item_of(tag);
-    if (item != CifItem::count && has(item)) item = CifItem::count;  // the first of two counts
+    if (item != CifItem::count && has(item))
+      item = CifItem::count;  // the first of two equal columns counts
     items_.push_back(item);
     if (item != CifItem::count) has_[static_cast<std::size_t>(item)] = true;
   }
@@ -177,7 +178,7 @@ void CifSites::add(const CifRow& row) {
   }
 }
 
-/// Notes new models, and begins anew at each where the last one is wanted.
+/// Records new models. If the last model is wanted, discards the atoms of the previous one.
 bool CifSites::in_chosen_model(const CifRow& row) {
   const std::string_view model = row.text(CifItem::model);
   const bool last = request_.frame && request_.frame->last;
@@ -261,21 +262,23 @@ void CifSites::add_component(const CifRow& row) {
 }
 
 Particles CifSites::finish_cartesian(const Crystal& crystal) {
-  if (models_.empty()) place_->fail("no particles: is this the right file?");
+  if (models_.empty()) place_->fail("the file has no particles: check that this is the right file");
   const bool last = request_.frame && request_.frame->last;
   const std::uint64_t frame = last ? models_.size() - 1 : request_.frame_number();
   if (!atoms_) fail_without_frame(*place_, models_.size(), frame);
   atoms_->note("unplaced", unplaced_, "atoms without coordinates left out");
   Particles particles = atoms_->finish();
   const Vec3d& edges = crystal.lengths;
-  const bool dummy = edges.x == 1 && edges.y == 1 && edges.z == 1;  // as in PDB's CRYST1
+  const bool dummy =
+      edges.x == 1 && edges.y == 1 && edges.z == 1;  // a placeholder, as in PDB's CRYST1
   if (!dummy) particles.cell = cell_from(edges, crystal.angles);
   particles.facts.frame = frame;
   if (last || request_.all) particles.facts.frames = models_.size();
   return particles;
 }
 
-/// Ideal coordinates, where all atoms that have any have them, else those of the model.
+/// Uses ideal coordinates if all atoms that have coordinates have ideal ones, otherwise those of
+/// the model.
 Particles CifSites::finish_component() {
   const auto all_ideal = std::ranges::all_of(component_, [](const ComponentAtom& atom) {
     return atom.ideal.has_value() || !atom.model.has_value();

@@ -14,15 +14,15 @@
 
 namespace parray::input {
 
-/// The columns of an atom table in CIF, under whichever name a dictionary gives them.
+/// The columns of an atom table in CIF. Dictionaries use different names for some of them.
 enum class CifItem : std::uint8_t {
   x,  // Cartesian, angstrom
   y,
   z,
-  fract_x,  // along the cell's edges
+  fract_x,  // fractions of the cell's edges
   fract_y,
   fract_z,
-  ideal_x,  // of a component without its surroundings, angstrom
+  ideal_x,  // of an isolated component, angstrom
   ideal_y,
   ideal_z,
   symbol,
@@ -53,19 +53,20 @@ enum class CifTable : std::uint8_t {
   components  ///< chem_comp_atom: one residue or ligand
 };
 
-/// Returns the tag in lower case, with '_' for the dot of later dictionaries: "_atom_site_cartn_x".
+/// Returns the tag in lower case with '_' instead of the dot of later dictionaries:
+/// "_atom_site_cartn_x".
 std::string plain_tag(std::string_view tag);
 
-/// Returns the table that a plain tag belongs to.
+/// Returns the table to which a plain tag belongs.
 CifTable table_of(std::string_view plain_tag);
 
 /// A row of an atom table. It keeps only the columns that ParRay uses.
 class CifRow {
  public:
-  /// Starts a table with these plain tags.
+  /// Begins a table with these plain tags.
   void start(const std::vector<std::string>& tags);
 
-  /// Adds the next value of the row as it stands in the file. Returns true for the last value of a
+  /// Adds the next value of the row in the form of the file. Returns true for the last value of a
   /// row.
   bool add(std::string_view value) {
     const auto item = items_[next_];
@@ -78,7 +79,7 @@ class CifRow {
   [[nodiscard]] std::size_t width() const { return items_.size(); }
 
   [[nodiscard]] bool has(CifItem item) const { return has_[static_cast<std::size_t>(item)]; }
-  /// Returns whether the table has all three coordinates; `x` is the first.
+  /// Returns whether the table has all three coordinates. `x` is the first.
   [[nodiscard]] bool has_position(CifItem x) const {
     return has(x) && has(after(x, 1)) && has(after(x, 2));
   }
@@ -86,8 +87,8 @@ class CifRow {
     return static_cast<CifItem>(static_cast<int>(item) + steps);
   }
 
-  /// Returns the value without quotes; empty for missing values, '.' and '?'. Valid until the next
-  /// call for the item.
+  /// Returns the value without quotes. Returns "" for missing values, '.' and '?'. Valid until the
+  /// next call for the same item.
   [[nodiscard]] std::string_view text(CifItem item) const;
   [[nodiscard]] std::string_view text(CifItem item, CifItem other) const {
     const std::string_view preferred = text(item);
@@ -95,15 +96,15 @@ class CifRow {
   }
   /// Returns the name of a coordinate in a table of sites: "cartn_x".
   static std::string_view axis_name(CifItem axis);
-  /// Returns a coordinate, which a standard uncertainty may follow: 1.234(5). Fails at `place` if
-  /// it is no number.
+  /// Returns a coordinate. The text may end with a standard uncertainty: 1.234(5). Fails at `place`
+  /// if the text is not a number.
   [[nodiscard]] double number(CifItem item, const FilePlace& place) const;
-  /// Returns NaN for missing values and values that are no numbers.
+  /// Returns the number. Returns NaN for missing values and other texts.
   [[nodiscard]] double number_or_unknown(CifItem item) const;
 
  private:
   static constexpr auto item_count = static_cast<std::size_t>(CifItem::count);
-  std::vector<CifItem> items_;  // by column; count: none that counts
+  std::vector<CifItem> items_;  // one per column; count: ignore the column
   std::array<bool, item_count> has_{};
   std::array<std::string, item_count> texts_;
   mutable std::array<std::string, item_count> unquoted_;
@@ -116,16 +117,16 @@ std::string_view without_uncertainty(std::string_view value);
 /// Turns the rows of the chosen atom table into particles.
 class CifSites {
  public:
-  /// `place` is the position of the reader and must outlive this.
+  /// `place` is the position of the reader and must outlive this object.
   CifSites(const ParticleRequest& request, const FilePlace& place)
       : request_(request), place_(&place) {}
 
-  /// Starts the table; `row` says which columns it has.
+  /// Begins a table with the columns of `row`.
   void start(CifTable table, const CifRow& row);
   [[nodiscard]] bool has_table() const { return kind_ != Kind::none; }
   void add(const CifRow& row);
 
-  /// Returns the model that the request chooses or, for a crystal, the content of the cell.
+  /// Returns the model that the request chooses. For a crystal, returns the content of the cell.
   /// `crystal` gives the cell and the symmetry.
   Particles finish(Crystal& crystal);
 
@@ -134,9 +135,9 @@ class CifSites {
     none,
     cartesian,   ///< models of macromolecules
     fractional,  ///< sites of a crystal
-    component    ///< a residue or ligand by itself
+    component    ///< an isolated residue or ligand
   };
-  /// An atom of a component, of which two sets of coordinates may be given.
+  /// An atom of a component. The file may give two sets of coordinates.
   struct ComponentAtom {
     std::string name;
     std::string residue;
@@ -157,8 +158,8 @@ class CifSites {
   const FilePlace* place_;
   Kind kind_ = Kind::none;
   std::optional<AtomColumns> atoms_;
-  std::vector<std::string> models_;  // their numbers, in the order of the file
-  std::size_t model_ = 0;            // the row's
+  std::vector<std::string> models_;  // model numbers in the order of the file
+  std::size_t model_ = 0;            // place of the row's model
   std::vector<CrystalSite> sites_;
   std::vector<ComponentAtom> component_;
   std::uint64_t unplaced_ = 0;

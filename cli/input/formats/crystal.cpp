@@ -18,7 +18,7 @@ namespace {
 
 bool starts_number(char c) { return ascii::is_digit(c) || c == '.'; }
 
-/// The characters of one of the three parts, blanks left out.
+/// Scans one of the three parts of an operation. Skips blanks.
 class Part {
  public:
   explicit Part(std::string_view text) : text_(text) {}
@@ -41,7 +41,7 @@ class Part {
     text_.remove_prefix(static_cast<std::size_t>(stop - text_.data()));
     return value;
   }
-  /// 0 to 2 of x, y, z.
+  /// Returns 0 to 2 for x, y, z.
   std::optional<std::size_t> axis() {
     constexpr std::string_view letters = "xyzXYZ";
     const char c = peek();
@@ -55,7 +55,7 @@ class Part {
   std::string_view text_;
 };
 
-/// A number, which may be a fraction.
+/// Parses a number or a fraction.
 std::optional<double> fraction_in(Part& part) {
   const std::optional<double> number = part.number();
   if (!number || !part.take('/')) return number;
@@ -64,7 +64,7 @@ std::optional<double> fraction_in(Part& part) {
   return *number / *denominator;
 }
 
-/// Terms such as "-x", "+1/2", "2*x", "x/2": adds them to a row.
+/// Parses terms such as "-x", "+1/2", "2*x", "x/2" and adds them to a row of the matrix.
 bool read_row(std::string_view text, double* row) {
   Part part(text);
   if (part.peek() == '\0') return false;
@@ -98,7 +98,7 @@ Vec3d placed(const ParticleCell& cell, const Vec3d& fraction) {
   return fraction.x * cell.edges[0] + fraction.y * cell.edges[1] + fraction.z * cell.edges[2];
 }
 
-/// Into [0, 1); what rounding has put just below 1 is at 0.
+/// Maps a fraction into [0, 1). A value just below 1 is a rounding error and becomes 0.
 double wrapped(double fraction) {
   constexpr double rounding = 1e-6;
   const double part = fraction - std::floor(fraction);
@@ -120,7 +120,7 @@ Vec3d image_of(const SymmetryOperation& operation, const Vec3d& f) {
   return {row(0), row(1), row(2)};
 }
 
-/// The group of each assembly that is there.
+/// Returns the chosen group of each assembly.
 std::map<std::string, std::string> chosen_groups(const std::vector<CrystalSite>& sites,
                                                  const AlternativeChoice& choice) {
   std::map<std::string, std::pair<std::string, double>> best;
@@ -145,15 +145,15 @@ std::map<std::string, std::string> chosen_groups(const std::vector<CrystalSite>&
   return groups;
 }
 
-/// Sites at one place have equal keys.
+/// Returns a key that is equal for sites at the same place.
 std::array<long, 3> site_key(const CrystalSite& site) {
-  constexpr double steps = 10000;  // along an edge
+  constexpr double steps = 10000;  // steps along an edge
   const auto key = [](double fraction) { return std::lround(steps * wrapped(fraction)); };
   return {key(site.fraction.x), key(site.fraction.y), key(site.fraction.z)};
 }
 
-/// Leaves one group of each assembly, and one of the sites at one place: that of the highest
-/// occupancy, the first of equals. Returns those that it takes out.
+/// Keeps one group of each assembly and one of several sites at the same place: that with the
+/// highest occupancy, or the first of equals. Returns the removed sites.
 std::vector<CrystalSite> leave_one(std::vector<CrystalSite>& sites,
                                    const AlternativeChoice& choice) {
   const auto groups = chosen_groups(sites, choice);
@@ -176,7 +176,7 @@ std::vector<CrystalSite> leave_one(std::vector<CrystalSite>& sites,
   return out;
 }
 
-/// Where operations put the site, in the cell and each place once.
+/// Returns the positions of the site under all operations, inside the cell and without repetitions.
 std::vector<Vec3d> images_of(const CrystalSite& site, const ParticleCell& cell,
                              const std::vector<SymmetryOperation>& operations) {
   constexpr double same_site = 0.4;  // angstrom
@@ -214,7 +214,7 @@ std::vector<SymmetryOperation> operations_of(const Crystal& crystal, const FileP
     const auto operation = symmetry_operation_in(text);
     if (!operation) {
       place.fail("'" + printable(text) +
-                 "' is not a symmetry operation: write it as 'x, y+1/2, -z'");
+                 "' is not a symmetry operation: write an operation such as 'x, y+1/2, -z'");
     }
     operations.push_back(*operation);
   }
@@ -236,13 +236,15 @@ std::optional<SymmetryOperation> symmetry_operation_in(std::string_view text) {
 Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FilePlace& place) {
   const std::optional<ParticleCell> cell = cell_from(crystal.lengths, crystal.angles);
   if (!cell) {
-    place.fail("fractional coordinates without a cell: add _cell_length_a and the others");
+    place.fail(
+        "the coordinates are fractions but the file has no cell: add _cell_length_a, "
+        "_cell_length_b, _cell_length_c and the angles");
   }
   std::vector<SymmetryOperation> operations = operations_of(crystal, place);
   AtomColumns atoms(place, request, {"occupancy", "b_factor"});
   if (operations.empty()) {
     atoms.note("unknown_symmetry", crystal.sites.size(),
-               "sites as listed: the file names no symmetry that is known");
+               "sites shown without symmetry, because the file names no known symmetry");
     operations.push_back({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
   }
   std::uint64_t left_out = 0;
@@ -257,7 +259,7 @@ Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FileP
     add_site(site, images, *cell, atoms);
     if (site.occupancy < 1) partial += images.size();
   }
-  atoms.note("alternatives", left_out, "atoms of disordered or shared sites left out");
+  atoms.note("alternatives", left_out, "atoms on disordered or shared sites left out");
   atoms.note("partial_occupancy", partial, "atoms on sites that are not fully occupied");
   Particles particles = atoms.finish();
   particles.cell = cell;

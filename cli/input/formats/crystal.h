@@ -12,7 +12,7 @@
 
 namespace parray::input {
 
-/// Maps fractions to fractions: three rows of a 3 x 3 matrix, each followed by its translation.
+/// Maps fractions to fractions: three rows of a 3 x 3 matrix, each followed by the translation.
 using SymmetryOperation = std::array<double, 12>;
 
 /// Parses "x, y+1/2, -z" or "-Y,X-Y,Z+0.333" (International Tables for Crystallography, volume A).
@@ -21,11 +21,11 @@ std::optional<SymmetryOperation> symmetry_operation_in(std::string_view text);
 
 /// A site of the asymmetric unit.
 struct CrystalSite {
-  Vec3d fraction;  ///< along the cell's edges
+  Vec3d fraction;  ///< fractions of the cell's edges
   std::string label;
   std::uint8_t element = 0;
-  std::string group;     ///< of disorder; empty: none
-  std::string assembly;  ///< groups of one assembly exclude each other
+  std::string group;     ///< disorder group; empty: none
+  std::string assembly;  ///< groups of the same assembly exclude each other
   double occupancy = 1;
   double b_factor = 0;  ///< angstrom^2; NaN: not known
 };
@@ -33,16 +33,16 @@ struct CrystalSite {
 /// The crystal of a CIF: cif_core, Hall, Allen and Brown, Acta Cryst. A47 (1991) 655.
 struct Crystal {
   std::vector<CrystalSite> sites;
-  Vec3d lengths;  ///< of the cell, angstrom; 0: not known
+  Vec3d lengths;  ///< lengths of the cell's edges, angstrom; 0: not known
   Vec3d angles{90, 90, 90};
-  std::vector<std::string> operations;  ///< "x,y,z", as the file lists them
-  std::string space_group;              ///< symbol or number, for files without operations
+  std::vector<std::string> operations;  ///< "x,y,z", as in the file
+  std::string space_group;              ///< symbol or number, used if the file has no operations
 };
 
-/// Returns the content of one cell, with fractions in [0, 1). Applies every symmetry operation to
-/// every site. Images within 0.4 angstrom of each other count as one, as in gemmi. If sites exclude
-/// each other (groups of disorder in one assembly, several sites at one place), the choice of the
-/// request decides. Numbers: occupancy, b_factor. Fails at `place`.
+/// Returns the content of one cell, with fractions in [0, 1). Applies each symmetry operation to
+/// each site. Images within 0.4 angstrom of each other count as one, as in gemmi. Some sites
+/// exclude each other: groups of disorder in one assembly, or several sites at one place. The
+/// choice of the request decides between them. Numbers: occupancy, b_factor. Fails at `place`.
 Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FilePlace& place);
 
 }  // namespace parray::input

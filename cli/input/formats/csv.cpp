@@ -9,7 +9,7 @@
 namespace parray::input {
 namespace {
 
-/// The first lines that are neither blank nor comments (#).
+/// Returns the first lines that are neither blank nor comments (#).
 Fields rows_of(const FileStart& start, std::size_t most) {
   Fields rows;
   for (const std::string_view line : start.lines()) {
@@ -29,7 +29,7 @@ Confidence looks_like_csv(const FileStart& start) {
   const auto has_name = [&](std::string_view name) { return std::ranges::count(names, name) > 0; };
   if (has_name("x") && has_name("y") && has_name("z")) return Confidence::likely;
   if (rows.size() < 2 || names.size() < 3) return Confidence::none;
-  const Fields fields = words_of(rows[1], separators);  // of a table whose columns have other names
+  const Fields fields = words_of(rows[1], separators);  // a table whose columns have other names
   const auto numbers = std::ranges::count_if(fields, is_number);
   return fields.size() == names.size() && numbers >= 3 ? Confidence::possible : Confidence::none;
 }
@@ -51,7 +51,7 @@ std::string without_unit(std::string name) {
   return std::string(trimmed(name));
 }
 
-/// Letters and digits alone: "Points:0" and "points_0" are the same.
+/// Keeps only letters and digits: "Points:0" and "points_0" become equal.
 std::string bare(std::string_view name) {
   std::string letters;
   for (const char c : name) {
@@ -60,7 +60,7 @@ std::string bare(std::string_view name) {
   return letters;
 }
 
-/// Ways to write three axes, by preference.
+/// Returns the known sets of names for three axes, by preference.
 std::vector<AxisNames> ways_to_write_axes() {
   std::vector<AxisNames> ways;
   const auto add = [&ways](const auto& name_of) {
@@ -79,10 +79,10 @@ bool has(const std::vector<std::string>& names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-/// The names of a table's columns as layout_of() knows them: in lower case, without a unit in
-/// brackets at the end ("x [nm]", "vx (m/s)"), and positions as x, y and z, which programs write as
-/// pos_x, PositionX, x_coord, Points:0 (ParaView), Position.X (OVITO) and the like. A column that
-/// is called x is the position, whatever else there is.
+/// Returns the column names in the form that layout_of() knows: lower case, without a unit in
+/// brackets at the end ("x [nm]", "vx (m/s)"). Renames position columns to x, y and z. Programs
+/// call them pos_x, PositionX, x_coord, Points:0 (ParaView), Position.X (OVITO) and so on. If a
+/// column is called x, y or z, it is the position.
 std::vector<std::string> csv_names(const std::vector<std::string_view>& header) {
   std::vector<std::string> names = lower_case(header);
   for (std::string& name : names) name = without_unit(name);
@@ -105,8 +105,8 @@ std::vector<std::string> csv_names(const std::vector<std::string_view>& header) 
 constexpr char blank_separator = ' ';
 constexpr char quote_mark = '"';
 
-/// Splits lines at a separator. Fields lose their quotes and the blanks around them; they are valid
-/// until the next line.
+/// Splits lines at a separator. Removes quotes and blanks around fields. Fields are valid until the
+/// next line.
 class Splitter {
  public:
   explicit Splitter(char separator) : separator_(separator) {}
@@ -132,13 +132,14 @@ class Splitter {
     }
   }
 
-  /// Unquotes into text_, whose size never changes once it is set: the fields point into it.
+  /// Unquotes into text_. The size of text_ stays constant for each line, because fields point into
+  /// it.
   void split_quoted(std::string_view line, const FilePlace& place, Fields& fields) {
     text_.assign(line.size(), '\0');
     std::size_t filled = 0;
     std::string_view rest = separator_ == blank_separator ? trimmed(line) : line;
     for (;;) {
-      skip(rest, " ");  // not tabs: they may separate empty fields
+      skip(rest, " ");  // not tabs, because tabs may separate empty fields
       const std::size_t start = filled;
       if (rest.starts_with(quote_mark)) {
         take_quoted(rest, filled, place);
@@ -165,7 +166,7 @@ class Splitter {
     rest.remove_prefix(1);
     for (;;) {
       const std::size_t end = rest.find(quote_mark);
-      if (end == std::string_view::npos) place.fail("a quote is not closed: close it");
+      if (end == std::string_view::npos) place.fail("the quote is not closed: add '\"'");
       filled += rest.copy(text_.data() + filled, end);
       rest.remove_prefix(end + 1);
       if (!rest.starts_with(quote_mark)) break;
@@ -174,7 +175,7 @@ class Splitter {
     }
     const std::size_t next = std::min(end_of_field(rest), rest.size());
     if (!trimmed(rest.substr(0, next)).empty()) {
-      place.fail("text after a closing quote: write a quote in a quoted field twice");
+      place.fail("text follows the closing quote: double each quote inside a quoted field");
     }
     rest.remove_prefix(next);
   }
@@ -183,7 +184,7 @@ class Splitter {
   std::string text_;
 };
 
-/// The first comma, semicolon or tab outside quotes; a blank when there is none.
+/// Returns the first comma, semicolon or tab outside quotes. Returns a blank if there is none.
 char separator_of(std::string_view header) {
   bool quoted = false;
   for (const char c : header) {
@@ -200,13 +201,15 @@ bool next_row(ParticleInput& input) {
   return false;
 }
 
-/// A table with one header line; layout_of() names the columns, in any letter case. The first
-/// comma, semicolon or tab of the header separates fields; without one, blanks do. Fields may stand
-/// in double quotes ("" is a quote). Blank lines and lines that start with # are comments. Colours
-/// are whole numbers 0 to 255 (8-bit sRGB) if any component is above 1, else linear.
+/// Reads a table with one header line. layout_of() interprets the names of the columns, in any
+/// letter case. The first comma, semicolon or tab of the header is the separator; without one,
+/// blanks separate fields. Fields may be in double quotes ("" is a quote). Ignores blank lines and
+/// comments, which start with #. If any colour component is above 1, all colours are whole numbers
+/// 0 to 255 (8-bit sRGB); otherwise they are linear.
 Particles read_csv(PackedFile& file, const ParticleRequest& request) {
   ParticleInput input(file);
-  if (!next_row(input)) input.fail("no header line: name the columns x, y and z");
+  if (!next_row(input))
+    input.fail("the file has no header line: add one that names the columns x, y and z");
   Splitter splitter(separator_of(input.line()));
   Fields row;
   splitter.split(input.line(), input.place(), row);
@@ -221,8 +224,8 @@ Particles read_csv(PackedFile& file, const ParticleRequest& request) {
   while (next_row(input)) {
     splitter.split(input.line(), input.place(), row);
     if (row.size() != names.size()) {
-      input.fail(std::to_string(row.size()) + " fields where the header has " +
-                 std::to_string(names.size()) + ": write as many");
+      input.fail(std::to_string(row.size()) + " fields, but the header has " +
+                 std::to_string(names.size()) + ": use the same number");
     }
     add_row(row, layout, input.place(), columns);
   }

@@ -9,9 +9,10 @@
 namespace parray::input {
 namespace {
 
-/// CHARMM's and NAMD's trajectory, of either byte order.
+/// Recognises trajectories of CHARMM and NAMD in either byte order.
 Confidence looks_like_dcd(const FileStart& start) {
-  constexpr std::uint32_t first_record = 84;  // bytes, as Fortran writes it before the record
+  constexpr std::uint32_t first_record =
+      84;  // length in bytes, which Fortran writes before the record
   if (start.little_endian(0) != first_record && start.big_endian(0) != first_record &&
       start.big_endian(4) != first_record) {
     return Confidence::none;
@@ -21,7 +22,7 @@ Confidence looks_like_dcd(const FileStart& start) {
 
 constexpr std::int32_t header_bytes = 84;
 
-/// The header's 20 integers that count, by their place.
+/// Places of the header's integers that ParRay uses, out of 20.
 enum Control : std::size_t {
   first_step = 1,
   steps_per_frame = 2,
@@ -32,9 +33,10 @@ enum Control : std::size_t {
   control_count = 20
 };
 
-/// The six numbers of a unit cell: lengths A, B, C and angles (in degrees; NAMD and old CHARMM:
-/// their cosines) as A, gamma, B, beta, alpha, C; CHARMM from version 25 on writes the lower
-/// triangle of a symmetric matrix, whose rows are the edges. Angles tell which.
+/// Interprets the six numbers of a unit cell. They are lengths A, B, C and angles in the order A,
+/// gamma, B, beta, alpha, C. The angles are in degrees; NAMD and old CHARMM write their cosines.
+/// CHARMM from version 25 on writes the lower triangle of a symmetric matrix whose rows are the
+/// edges. The values of the angles show which form it is.
 std::optional<ParticleCell> dcd_cell(const std::array<double, 6>& six) {
   const auto [a, gamma, b, beta, alpha, c] = six;
   const auto is_cosine = [](double x) { return std::abs(x) <= 1; };
@@ -67,7 +69,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
 
   std::uint64_t skip() override {
     if (first_ && has_fixed()) {
-      read_positions();  // later frames have only those that move
+      read_positions();  // later frames contain only moving atoms, so the positions are needed
     } else {
       input_.skip(frame_bytes());
     }
@@ -92,8 +94,11 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   void read_header() {
     find_order();
     const std::string kind(input_.bytes(4));
-    if (kind == "VELD") input_.fail("velocities, not positions: name the file of positions");
-    if (kind != "CORD") input_.fail("not a DCD file: CORD does not follow its first four bytes");
+    if (kind == "VELD")
+      input_.fail(
+          "the file contains velocities instead of positions: name the file with the positions");
+    if (kind != "CORD")
+      input_.fail("this is not a DCD file: its first four bytes are not followed by CORD");
     for (std::int32_t& value : control_) value = input_.get<std::int32_t>();
     close_record(header_bytes);
     skip_title();
@@ -103,7 +108,8 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     if (has_fixed()) read_moving();
   }
 
-  /// A count and lines of 80 bytes. Some programs write more lines than the record's length says.
+  /// Skips a count and lines of 80 bytes. Some programs write more lines than the length of the
+  /// record allows.
   void skip_title() {
     constexpr std::int32_t line_bytes = 80;
     const auto bytes = input_.get<std::int32_t>();
@@ -116,43 +122,45 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     close_record(bytes);
   }
 
-  /// The length of the first record tells the byte order.
+  /// Finds the byte order from the length of the first record.
   void find_order() {
     const std::string_view first = input_.bytes(4);
     if (binary_value<std::int32_t>(first.data(), false) == header_bytes) {
       input_.set_order(std::endian::native);
     } else if (binary_value<std::int32_t>(first.data(), true) != header_bytes) {
-      input_.fail("not a DCD file: its first record has 84 bytes");
+      input_.fail("this is not a DCD file: its first record does not have 84 bytes");
     }
   }
 
-  /// Numbers, from 1, of the atoms that frames after the first have.
+  /// Reads the numbers, from 1, of the atoms that all frames after the first contain.
   void read_moving() {
     const std::int64_t moving = static_cast<std::int64_t>(atoms_) - control_[fixed_atoms];
     if (moving < 0 || control_[fixed_atoms] < 0) {
-      input_.fail("more fixed atoms than atoms: is the file damaged?");
+      input_.fail(
+          "the header has more fixed atoms than atoms: the file is probably damaged, copy it "
+          "again");
     }
     open_record(4 * moving);
     input_.each<std::int32_t>(static_cast<std::uint64_t>(moving), [&](std::int32_t number) {
       if (number < 1 || static_cast<std::uint64_t>(number) > atoms_) {
-        input_.fail("a moving atom does not exist: is the file damaged?");
+        input_.fail("a moving atom does not exist: the file is probably damaged, copy it again");
       }
       moving_.push_back(static_cast<std::size_t>(number) - 1);
     });
     close_record(4 * moving);
   }
 
-  /// Fortran writes the length of a record before and after it.
+  /// Checks the length of a record. Fortran writes it before and after the record.
   void open_record(std::int64_t bytes) {
     if (input_.get<std::int32_t>() != bytes) fail_record();
   }
   void close_record(std::int64_t bytes) { open_record(bytes); }
   [[noreturn]] void fail_record() const {
-    input_.fail("a record has the wrong length: is the file damaged?");
+    input_.fail("a record has the wrong length: the file is probably damaged, copy it again");
   }
 
   [[nodiscard]] bool has_fixed() const { return control_[fixed_atoms] != 0; }
-  /// X-PLOR has a double where CHARMM says what a frame holds.
+  /// X-PLOR has a double where CHARMM describes the content of a frame.
   [[nodiscard]] bool says(Control what) const {
     return control_[charmm_version] != 0 && control_[what] != 0;
   }
@@ -164,7 +172,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     return (says(has_cell) ? cell_bytes + 8 : 0) + axes * (4 * axis_atoms() + 8);
   }
 
-  /// Of the frame, whose cell it returns.
+  /// Reads the positions of the frame. Returns its cell.
   std::optional<ParticleCell> read_positions() {
     std::optional<ParticleCell> cell;
     if (says(has_cell)) {
@@ -198,14 +206,14 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   std::array<std::int32_t, control_count> control_{};
   std::uint64_t atoms_ = 0;
   std::vector<std::size_t> moving_;
-  std::uint64_t frames_ = 0;  // the current one included
+  std::uint64_t frames_ = 0;  // including the current one
   bool first_ = true;
-  std::vector<Vec3d> positions_;  // of the frame read last
+  std::vector<Vec3d> positions_;  // positions of the frame that was read last
 };
 
-/// DCD (CHARMM, NAMD, X-PLOR, LAMMPS), of both byte orders, with fixed atoms and the cell in its
-/// several forms. Format: CHARMM documentation, "dynamc", trajectory files. The time is that of
-/// the frame's step.
+/// Reads DCD (CHARMM, NAMD, X-PLOR, LAMMPS) in both byte orders, with fixed atoms and all forms of
+/// the cell. Format: CHARMM documentation, "dynamc", trajectory files. The time is that of the
+/// frame's step.
 Particles read_dcd(PackedFile& file, const ParticleRequest& request) {
   return read_frame<DcdFrames>(file, request);
 }

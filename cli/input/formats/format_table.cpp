@@ -10,7 +10,7 @@
 namespace parray::input {
 namespace {
 
-/// CSV is last because any table could be CSV.
+/// CSV is last, because every table could be CSV.
 constexpr std::array<const ParticleFormat*, 19> formats{
     &ply_format,    &xyz_format,  &lammps_dump_format, &lammps_data_format, &dcd_format,
     &xtc_format,    &trr_format,  &netcdf_format,      &inpcrd_format,      &psf_format,
@@ -22,8 +22,8 @@ struct Guess {
   Confidence confidence = Confidence::none;
 };
 
-/// Returns the format with the highest confidence, the first of equals. Prefers `named`, if it is
-/// possible, to formats that are not certain.
+/// Returns the format with the highest confidence, or the first of several equal ones. Prefers
+/// `named`, if that is possible, to formats that are not certain.
 Guess best_guess(const FileStart& start, const ParticleFormat* named) {
   Guess best;
   for (const ParticleFormat* const format : formats) {
@@ -34,7 +34,7 @@ Guess best_guess(const FileStart& start, const ParticleFormat* named) {
   return fits && best.confidence != Confidence::certain ? Guess{named, Confidence::likely} : best;
 }
 
-/// Fails if `other_json` says what the file is instead of a scene.
+/// Fails if `other_json` names another kind of JSON file.
 void refuse_json(const FilePlace& place, const std::string& other_json) {
   if (!other_json.empty()) place.fail("looks like " + other_json);
 }
@@ -66,17 +66,17 @@ const ParticleFormat* particle_format_of(PackedFile& file) {
   if (first == '{' && other_json.empty()) return nullptr;
   const ParticleFormat* const named = format_by_name(file.path());
   const Guess guess = best_guess(start, named);
-  const bool is_table = guess.format == &csv_format;  // which a JSON list resembles
+  const bool is_table = guess.format == &csv_format;  // a JSON list resembles a table
   if (first == '{' || is_table) refuse_json(place, other_json);
   if (guess.confidence >= Confidence::likely) return guess.format;
   refuse_json(place, other_json);
-  if (start.bytes().empty()) place.fail("the file is empty: is it complete?");
+  if (start.bytes().empty()) place.fail("the file is empty: check that the file is complete");
   const std::string unsupported = unsupported_format(start, unpacked_name(file.path()));
   if (!unsupported.empty()) place.fail("looks like " + unsupported);
   if (named != nullptr) return named;
   if (guess.format != nullptr) return guess.format;
-  place.fail("neither a scene nor particles, but " + first_words(start) + ": ParRay reads " +
-             known_formats());
+  place.fail("the file is neither a scene nor a particle file, but " + first_words(start) +
+             ": ParRay reads " + known_formats());
 }
 
 }  // namespace parray::input

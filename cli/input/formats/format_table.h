@@ -9,14 +9,14 @@
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particles.h"
 
-/// The formats of particle files. Each has a source of its own (xyz.cpp) with its recogniser, its
-/// reader and its row of the table.
+/// The formats of particle files. Each format has its own source (xyz.cpp) with a recogniser, a
+/// reader and an entry of the table.
 namespace parray::input {
 
-/// How sure a recogniser is that a file has its format.
+/// How certain a recogniser is that a file has its format.
 enum class Confidence : std::uint8_t {
-  none,      ///< the file has another format, or nothing speaks for this one
-  possible,  ///< nothing speaks against it; the file's name must decide
+  none,      ///< the file has another format, or nothing indicates this one
+  possible,  ///< nothing contradicts the format; the file's name must decide
   likely,    ///< the first lines have the shape of the format
   certain    ///< a signature that no other format has
 };
@@ -29,16 +29,16 @@ inline Confidence certain_if(bool condition) {
 struct ParticleFormat {
   std::string_view name;                       ///< for people: "LAMMPS dump"
   std::array<std::string_view, 3> extensions;  ///< lower case, with the dot; unused ones are empty
-  bool frames = false;                         ///< a file may contain several
-  /// Judges the first bytes of a file. If several formats claim a file, at most one of them is
-  /// `likely` or better, as far as texts can be told apart.
+  bool frames = false;                         ///< true: a file may contain several frames
+  /// Judges the first bytes of a file. At most one format is `likely` or better, as far as texts
+  /// are distinguishable.
   Confidence (*confidence)(const FileStart& start) = nullptr;
-  /// Reads the frame that the request chooses. Throws InputError as read_particles() does.
+  /// Reads the frame that the request chooses. Throws the errors of read_particles().
   Particles (*read)(PackedFile& file, const ParticleRequest& request) = nullptr;
   enum class Holds : std::uint8_t {
     all,
-    names,      ///< names and elements only, for the topology of a trajectory; positions are 0
-    positions,  ///< positions only; a topology names the particles
+    names,      ///< names and elements without positions, which are 0; useful as a topology
+    positions,  ///< positions without names; a topology may give the names
   };
   Holds holds = Holds::all;
 };
@@ -67,15 +67,14 @@ extern const ParticleFormat csv_format;
 std::span<const ParticleFormat* const> particle_formats();
 
 /// Returns the format with the extension of the file's name, or nullptr. Ignores the extension of a
-/// packed file: "a.pdb.gz" is PDB.
+/// compressed file: "a.pdb.gz" is PDB.
 const ParticleFormat* format_by_name(const std::filesystem::path& path);
 
-/// Returns the format that the file's first bytes show; nullptr stands for a scene. A file whose
-/// first character after blanks and a byte order mark is a brace is a scene, and no format is
-/// asked. Otherwise the first of these counts: a format that is certain, the format of the file's
-/// name if it is possible, a format that is likely, the format of the name, a format that is
-/// possible. Throws InputError "FILE: problem: remedy" for other files, with what the file seems to
-/// be.
+/// Returns the format of the file by its first bytes, or nullptr for a scene. A file is a scene if
+/// its first character after blanks and a byte order mark is a brace. Otherwise the first of these
+/// decides: a certain format, the format of the file's name if it is possible, a likely format, the
+/// format of the name, a possible format. Throws InputError "FILE: problem: remedy" for other files
+/// and says what the file seems to be.
 const ParticleFormat* particle_format_of(PackedFile& file);
 
 }  // namespace parray::input

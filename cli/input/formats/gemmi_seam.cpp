@@ -9,8 +9,7 @@ namespace {
 namespace pegtl = tao::pegtl;
 namespace rules = gemmi::cif::rules;
 
-/// Passes what the grammar matches to the visitor. A rule without an Action of its own does
-/// nothing.
+/// Passes the matches of the grammar to the visitor. A rule without its own Action does nothing.
 template <typename Rule>
 struct Action : pegtl::nothing<Rule> {};
 
@@ -23,7 +22,8 @@ struct Action<rules::str_loop> {
   static void apply0(CifVisitor& visitor) { visitor.start_loop(); }
 };
 template <>
-struct Action<rules::loop> {  // without its text, of which the buffer has forgotten the beginning
+struct Action<rules::loop> {  // without its text, because the buffer no longer contains the start
+                              // of the text
   static void apply0(CifVisitor& visitor) { visitor.end_loop(); }
 };
 
@@ -83,8 +83,8 @@ void parse_cif(const Read& read, CifVisitor& visitor) {
     pegtl::parse<rules::file, Action, gemmi::cif::Errors>(in, visitor);
   } catch (const pegtl::parse_error& error) {
     throw CifError(std::string(error.message()), error.positions().front().line);
-  } catch (const std::overflow_error&) {  // the buffer's
-    throw CifError("a text of more than " + std::to_string(max_cif_text_bytes) + " bytes",
+  } catch (const std::overflow_error&) {  // thrown by the buffer
+    throw CifError("a text has more than " + std::to_string(max_cif_text_bytes) + " bytes",
                    in.line());
   }
 }

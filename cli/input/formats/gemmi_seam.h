@@ -10,16 +10,16 @@
 
 #include "common/rooms.h"
 
-/// The only source that includes gemmi. It is C++17, because Clang refuses gemmi's headers as
-/// C++20.
+/// The interface to gemmi. Its source is the only one that includes gemmi. The source is C++17,
+/// because Clang rejects gemmi's headers in C++20.
 namespace parray::input {
 
-/// Returns the operations of a space group, each as a SymmetryOperation (crystal.h). `name` is its
-/// number or its symbol after Hermann and Mauguin or Hall, short or long. Returns none for other
-/// texts.
+/// Returns the operations of a space group, each as a SymmetryOperation (crystal.h). `name` is the
+/// number or the symbol of the group: Hermann-Mauguin or Hall, short or long. Returns none for
+/// other texts.
 std::vector<std::array<double, 12>> operations_of_space_group(const std::string& name);
 
-/// Receives the content of a CIF file in its order. `text` includes its quotes.
+/// Receives the content of a CIF file in order. `text` includes its quotes.
 class CifVisitor {
  public:
   virtual ~CifVisitor() = default;
@@ -30,7 +30,7 @@ class CifVisitor {
   virtual void end_loop() = 0;
 };
 
-/// The text is not CIF from this line on.
+/// Error: the text is not CIF from this line on.
 class CifError : public std::runtime_error {
  public:
   CifError(const std::string& what, std::size_t line) : std::runtime_error(what), line_(line) {}
@@ -42,12 +42,13 @@ class CifError : public std::runtime_error {
 
 inline constexpr std::size_t max_cif_text_bytes = std::size_t{1} << 22;
 
-/// Parses CIF by gemmi's grammar. `read(to, bytes)` returns the next bytes of the file and their
-/// number, 0 at the end. Keeps one buffer of the file in memory. Throws CifError, also for a text
-/// or a run of comments above max_cif_text_bytes, and what `read` and `visitor` throw.
+/// Parses CIF with gemmi's grammar. `read(to, bytes)` returns the number of the next bytes of the
+/// file, and 0 at the end. Keeps one buffer of the file in memory. Throws CifError for invalid
+/// text, and for a text or a series of comments above max_cif_text_bytes. Passes on the exceptions
+/// of `read` and `visitor`.
 void parse_cif(const std::function<std::size_t(char*, std::size_t)>& read, CifVisitor& visitor);
 
-/// Returns a value without its quotes; empty for '.' and '?'.
+/// Returns a value without its quotes. Returns "" for '.' and '?'.
 std::string cif_text(const std::string& value);
 
 }  // namespace parray::input

@@ -15,9 +15,10 @@
 namespace parray::input {
 namespace {
 
-/// GROMACS reference manual, "File formats".
+/// Recognises GRO (GROMACS reference manual, "File formats").
 Confidence looks_like_gro(const FileStart& start) {
-  constexpr std::size_t names_end = 20;  // residue's number and name, atom's name and number
+  constexpr std::size_t names_end =
+      20;  // end of the residue's number and name and the atom's name and number
   if (!is_natural(trimmed(start.line(1)))) return Confidence::none;
   const std::string_view atom = start.line(2);
   if (atom.size() <= names_end || !is_natural(trimmed(atom.substr(0, 5)))) return Confidence::none;
@@ -25,7 +26,7 @@ Confidence looks_like_gro(const FileStart& start) {
   const std::size_t dot = numbers.find('.');
   const std::size_t next = dot == std::string_view::npos ? dot : numbers.find('.', dot + 1);
   if (next == std::string_view::npos) return Confidence::none;
-  const std::size_t width = next - dot;  // of a coordinate: three decimals more than GROMACS's wish
+  const std::size_t width = next - dot;  // width of a coordinate; its precision may vary
   for (std::size_t i = 0; i < 3; ++i) {
     if (numbers.size() <= i * width) return Confidence::none;
     if (!is_number(trimmed(numbers.substr(i * width, width)))) return Confidence::none;
@@ -36,7 +37,7 @@ Confidence looks_like_gro(const FileStart& start) {
 constexpr std::size_t least_line_bytes = 25;
 constexpr std::size_t numbers_start = 20;
 
-/// The number behind "t=" in the title, in picoseconds.
+/// Returns the number after "t=" in the title, in picoseconds.
 std::optional<double> time_in(std::string_view title) {
   const std::size_t at = title.rfind("t=");
   if (at == std::string_view::npos) return {};
@@ -45,18 +46,19 @@ std::optional<double> time_in(std::string_view title) {
   return words.empty() ? std::nullopt : number_in(words[0]);
 }
 
-/// Of each number of a row: the distance of the decimal points, whatever the precision.
+/// Returns the width of each number in a row: the distance of the decimal points, for any
+/// precision.
 std::size_t width_of(std::string_view line, const FilePlace& place) {
   const std::size_t first = line.find('.', numbers_start);
   const std::size_t second = first == std::string_view::npos ? first : line.find('.', first + 1);
   if (second == std::string_view::npos) {
-    place.fail("no two numbers from column 21 on: a row of GRO has x, y, z there");
+    place.fail("the row has no two numbers from column 21 on: write x, y and z there");
   }
   return second - first;
 }
 
-/// Numbers of equal precision that may run together: each ends as many digits after its decimal
-/// point as the last one.
+/// Splits numbers of equal precision that may have no blanks between them. Each has as many digits
+/// after its decimal point as the last one.
 std::vector<std::string_view> equal_numbers(std::string_view line) {
   std::vector<std::string_view> numbers;
   const std::size_t digits = line.size() - std::min(line.rfind('.'), line.size());
@@ -70,8 +72,8 @@ std::vector<std::string_view> equal_numbers(std::string_view line) {
   return numbers;
 }
 
-/// The box of the last line: its three lengths, or v1(x) v2(y) v3(z) v1(y) v1(z) v2(x) v2(z) v3(x)
-/// v3(y).
+/// Parses the box of the last line: three lengths, or v1(x) v2(y) v3(z) v1(y) v1(z) v2(x) v2(z)
+/// v3(x) v3(y).
 std::optional<ParticleCell> gro_box_in(std::string_view line, const FilePlace& place) {
   constexpr std::size_t all = 9;
   std::vector<std::string_view> words;
@@ -80,7 +82,7 @@ std::optional<ParticleCell> gro_box_in(std::string_view line, const FilePlace& p
   std::array<double, all> v{};
   if (words.size() != 3 && words.size() < all) {
     place.fail(std::to_string(words.size()) +
-               " numbers of the box where 3 or 9 are needed: is the file complete?");
+               " numbers describe the box, but 3 or 9 are needed: check that the file is complete");
   }
   for (std::size_t i = 0; i < std::min(words.size(), all); ++i) {
     v[i] = angstrom_per_nm * number_field(words[i], "the box", place);
@@ -101,11 +103,12 @@ class GroFrames final : public FramesOf<ParticleInput> {
     }
     title_ = input_.line();
     const auto count = natural_in(trimmed(title_));
-    if (blank && count) {  // the title is a blank line
+    if (blank && count) {  // the title was the blank line
       count_ = count_field(trimmed(title_), input_.place());
       return true;
     }
-    if (!input_.next_line()) input_.fail("the file ends after its title: is it complete?");
+    if (!input_.next_line())
+      input_.fail("the file ends after its title: check that the file is complete");
     count_ = count_field(trimmed(input_.line()), input_.place());
     return true;
   }
@@ -164,9 +167,9 @@ class GroFrames final : public FramesOf<ParticleInput> {
   std::uint64_t count_ = 0;
 };
 
-/// GRO of GROMACS (manual.gromacs.org, "gro"), any precision, several frames. Positions in nm
-/// become angstrom, so that van der Waals radii fit; velocities (vx, vy, vz) become angstrom per
-/// picosecond. The box is the cell; "t=" of the title is the time.
+/// Reads GRO of GROMACS (manual.gromacs.org, "gro") in any precision, with several frames. Converts
+/// positions from nm to angstrom, so that van der Waals radii fit. Converts velocities (vx, vy, vz)
+/// to angstrom per picosecond. The box becomes the cell. "t=" in the title is the time.
 Particles read_gro(PackedFile& file, const ParticleRequest& request) {
   return read_frame<GroFrames>(file, request);
 }

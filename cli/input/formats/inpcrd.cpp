@@ -9,10 +9,10 @@
 namespace parray::input {
 namespace {
 
-/// A title, a count, six coordinates of 12.7 a line.
+/// Recognises a title, a count, and lines of six coordinates in the form 12.7.
 Confidence looks_like_inpcrd(const FileStart& start) {
   constexpr std::size_t width = 12;
-  constexpr std::size_t whole = 4;  // of it before the point
+  constexpr std::size_t whole = 4;  // characters before the point
   const std::vector<std::string_view> head = words_of(start.line(1));
   if (head.empty() || head.size() > 3 || !is_natural(head[0])) return Confidence::none;
   if (!std::ranges::all_of(head, is_number)) return Confidence::none;
@@ -25,12 +25,12 @@ Confidence looks_like_inpcrd(const FileStart& start) {
   return Confidence::likely;
 }
 
-/// Numbers of 12 characters, six a line.
+/// Reads numbers of 12 characters, six per line.
 class WideNumbers {
  public:
   explicit WideNumbers(ParticleInput& input) : input_(input) {}
 
-  /// The next number; nothing at the end of the file.
+  /// Returns the next number. Returns nothing at the end of the file.
   std::optional<double> next() {
     while (trimmed(line_).empty()) {
       if (!input_.next_line()) return {};
@@ -47,7 +47,8 @@ class WideNumbers {
   std::string_view line_;
 };
 
-/// Behind the positions come as many velocities, or none, and six numbers of the box, or none.
+/// Reads the box. After the positions, the file has the same number of velocities or none, then six
+/// numbers of the box or none.
 std::optional<ParticleCell> box_in(const std::vector<double>& rest, std::size_t atoms) {
   constexpr std::size_t box_numbers = 6;
   const std::size_t velocities = rest.size() > box_numbers ? 3 * atoms : 0;
@@ -56,22 +57,24 @@ std::optional<ParticleCell> box_in(const std::vector<double>& rest, std::size_t 
   return cell_from({box[0], box[1], box[2]}, {box[3], box[4], box[5]});
 }
 
-/// Restart files of AMBER as text: a title, the number of atoms and the time, positions of 12
-/// characters per number, optional velocities, optional box. AMBER file formats,
+/// Reads restart files of AMBER in text form: a title, the number of atoms and the time, positions
+/// of 12 characters per number, optional velocities, an optional box. AMBER file formats,
 /// ambermd.org/FileFormats.php.
 Particles read_inpcrd(PackedFile& file, const ParticleRequest& /*request*/) {
   ParticleInput input(file);
   std::vector<std::string_view> words;
-  if (!input.next_line() || !input.next_line()) input.fail("no number of atoms: is it complete?");
+  if (!input.next_line() || !input.next_line())
+    input.fail("the file has no number of atoms: check that the file is complete");
   split_at_blanks(input.line(), words);
-  if (words.empty()) input.fail("no number of atoms on line 2: is this a restart file of AMBER?");
+  if (words.empty())
+    input.fail("line 2 has no number of atoms: check that this is a restart file of AMBER");
   const std::uint64_t count = count_field(words[0], input.place());
   const std::optional<double> time = words.size() > 1 ? number_in(words[1]) : std::nullopt;
   WideNumbers numbers(input);
   ParticleColumns columns(input.place());
   const auto take = [&] {
     const std::optional<double> number = numbers.next();
-    if (!number) input.fail("the file ends within its positions: is it complete?");
+    if (!number) input.fail("the file ends within its positions: check that the file is complete");
     return *number;
   };
   for (std::uint64_t i = 0; i < count; ++i) {

@@ -17,7 +17,7 @@
 namespace parray::input {
 namespace {
 
-/// LAMMPS manual, "read_data".
+/// Recognises data files (LAMMPS manual, "read_data").
 Confidence looks_like_lammps_data(const FileStart& start) {
   constexpr std::size_t header_lines = 40;
   bool atoms = false;
@@ -32,8 +32,8 @@ Confidence looks_like_lammps_data(const FileStart& start) {
 
 struct AtomStyle {
   std::string_view name;
-  std::string_view columns;  ///< before x, y, z; the first is the atom's number
-  std::string_view after{};  ///< after x, y, z
+  std::string_view columns;  ///< columns before x, y, z; the first is the atom's number
+  std::string_view after{};  ///< columns after x, y, z
 };
 
 constexpr std::array<AtomStyle, 24> styles{{
@@ -73,9 +73,9 @@ bool is_type(std::string_view text, std::uint64_t types) {
   return number && *number >= 1 && *number <= types;
 }
 
-/// The columns of a section Atoms in a LAMMPS data file, by the names of layout_of(): LAMMPS
-/// manual, "read_data", table of atom styles. Image flags may follow them. Empty: the style is not
-/// known, or has no fixed columns.
+/// Returns the columns of the section Atoms for an atom style, with the names of layout_of():
+/// LAMMPS manual, "read_data", table of atom styles. Image flags may follow these columns. Returns
+/// nothing if the style is unknown or has no fixed columns.
 std::vector<std::string> lammps_style_columns(std::string_view style) {
   const auto* const found = std::ranges::find(styles, style, &AtomStyle::name);
   if (found == styles.end()) return {};
@@ -85,8 +85,8 @@ std::vector<std::string> lammps_style_columns(std::string_view style) {
   return {words.begin(), words.end()};
 }
 
-/// The style that a row without a hint is likely to be of, by how many columns it has and what is
-/// in them; empty: none. `types`: how many atom types the file has.
+/// Guesses the style of a row without a hint from the number of columns and their content. Returns
+/// "" if no style fits. `types` is the number of atom types in the file.
 std::string_view lammps_style_of(const Fields& row, std::uint64_t types) {
   std::size_t columns = row.size();
   constexpr std::size_t flags = 3;
@@ -99,7 +99,7 @@ std::string_view lammps_style_of(const Fields& row, std::uint64_t types) {
 }
 
 constexpr double unknown_number = std::numeric_limits<double>::quiet_NaN();
-/// LAMMPS manual, "read_data": the keywords of sections.
+/// Returns whether a line is the keyword of a section (LAMMPS manual, "read_data").
 bool is_section(std::string_view text) {
   constexpr std::array<std::string_view, 11> names{"Atoms",  "Velocities", "Masses",   "Ellipsoids",
                                                    "Lines",  "Triangles",  "Bodies",   "Bonds",
@@ -130,7 +130,7 @@ class DataHeader {
     }
   }
 
-  /// LAMMPS manual, "Triclinic (non-orthogonal) simulation boxes".
+  /// Returns the box (LAMMPS manual, "Triclinic (non-orthogonal) simulation boxes").
   [[nodiscard]] std::optional<ParticleCell> cell() const {
     if (general_)
       return valid_cell({vector(origin_), {vector(rows_[0]), vector(rows_[1]), vector(rows_[2])}});
@@ -145,7 +145,7 @@ class DataHeader {
 
   static Vec3d vector(const Three& three) { return {three[0], three[1], three[2]}; }
 
-  /// Bounds along an axis, or an edge of a general box.
+  /// Reads the bounds along an axis, or an edge of a general box.
   void read_edge(std::string_view line, const Fields& words, const FilePlace& place) {
     constexpr std::array<std::string_view, 3> bounds{" xlo xhi", " ylo yhi", " zlo zhi"};
     constexpr std::array<std::string_view, 3> edges{" avec", " bvec", " cvec"};
@@ -158,27 +158,28 @@ class DataHeader {
   }
 
   static void take(const Fields& words, const FilePlace& place, std::span<double> to) {
-    if (words.size() < to.size()) place.fail("too few numbers in the header: is it complete?");
+    if (words.size() < to.size())
+      place.fail("the header line has too few numbers: check that the file is complete");
     for (std::size_t i = 0; i < to.size(); ++i) {
       to[i] = number_field(words[i], "number", place);
     }
   }
 
-  std::array<Three, 3> rows_{};  // low and high by axis, or edges
+  std::array<Three, 3> rows_{};  // bounds by axis, or edges
   Three tilt_{};
   Three origin_{};
   bool general_ = false;
 };
 
-/// A LAMMPS data file: a comment, a header, then sections, each a keyword and its lines.
+/// A LAMMPS data file: a comment, a header, then sections. Each section has a keyword and lines.
 class DataFile {
  public:
   DataFile(PackedFile& file, const ParticleRequest& request)
       : request_(request), input_(file), columns_(input_.place()) {}
 
   Particles read() {
-    if (!input_.next_line()) input_.fail("the file is empty: is it complete?");
-    std::string section;  // empty: the header
+    if (!input_.next_line()) input_.fail("the file is empty: check that the file is complete");
+    std::string section;  // empty: in the header
     while (next_line()) {
       if (is_section(text_)) {
         section = text_;
@@ -189,12 +190,13 @@ class DataFile {
         read_line_of(section);
       }
     }
-    if (!have_atoms_) input_.fail("no section Atoms: is this a LAMMPS data file?");
+    if (!have_atoms_)
+      input_.fail("the file has no section Atoms: check that this is a LAMMPS data file");
     return finish();
   }
 
  private:
-  /// The next line that is more than a comment.
+  /// Goes to the next line that contains more than a comment.
   bool next_line() {
     while (input_.next_line()) {
       const std::string_view line = input_.line();
@@ -208,7 +210,7 @@ class DataFile {
   }
 
   void read_line_of(std::string_view section) {
-    if (section == "Atoms") input_.fail("text after the last atom: is the number of atoms right?");
+    if (section == "Atoms") input_.fail("text follows the last atom: check the number of atoms");
     if (section == "Masses" && words_.size() >= 2) {
       masses_[std::string(words_[0])] = number_or_nan(words_[1]);
     } else if (section == "Velocities" && wants_velocities() && words_.size() >= 4) {
@@ -224,7 +226,7 @@ class DataFile {
   }
 
   void read_atoms(const std::string& hint) {
-    if (have_atoms_) input_.fail("two sections Atoms: remove one");
+    if (have_atoms_) input_.fail("the file has two sections Atoms: remove one");
     have_atoms_ = true;
     columns_.expect(std::min(header_.atoms, input_.bytes_left().value_or(0) / least_row_bytes + 1));
     RowLayout layout;
@@ -232,7 +234,7 @@ class DataFile {
     for (std::uint64_t i = 0; i < header_.atoms; ++i) {
       if (!next_line() || is_section(text_)) {
         input_.fail("the atoms end after " + std::to_string(i) + " of " +
-                    std::to_string(header_.atoms) + ": is the file complete?");
+                    std::to_string(header_.atoms) + ": check that the file is complete");
       }
       if (i == 0) {
         const std::vector<std::string> names = names_of_columns(hint);
@@ -247,7 +249,8 @@ class DataFile {
     }
   }
 
-  /// By the hint after "Atoms", or else by the first row, which is the current line.
+  /// Returns the columns by the hint after "Atoms". Without a hint, guesses them from the current
+  /// line, the first row.
   std::vector<std::string> names_of_columns(const std::string& hint) {
     std::string_view style = std::string_view(hint).substr(0, hint.find(' '));
     std::vector<std::string> names = lammps_style_columns(style);
@@ -256,16 +259,16 @@ class DataFile {
       names = lammps_style_columns(style);
     }
     if (!names.empty()) {
-      // A hybrid style has columns of its own after the position.
+      // A hybrid style has further columns after the position.
       while (style == "hybrid" && names.size() < words_.size()) names.emplace_back();
       return names;
     }
-    input_.fail("cannot tell the atom style from " + std::to_string(words_.size()) +
+    input_.fail("the atom style is unclear from " + std::to_string(words_.size()) +
                 " columns: write its name, such as 'Atoms # full'");
   }
 
   [[noreturn]] void fail_width(std::size_t width) const {
-    input_.fail(std::to_string(words_.size()) + " columns where the atom style has " +
+    input_.fail(std::to_string(words_.size()) + " columns, but the atom style has " +
                 std::to_string(width) + ", or " + std::to_string(width + image_flags) +
                 " with image flags: write its name, such as 'Atoms # full'");
   }
@@ -276,9 +279,8 @@ class DataFile {
     particles.cell = header_.cell();
     if (!guessed_style_.empty()) {
       particles.facts.notes.push_back({"guessed_style", particles.count(),
-                                       "atoms read as of atom style " +
-                                           std::string(guessed_style_) +
-                                           ", by their number of columns"});
+                                       "atoms read with atom style " + std::string(guessed_style_) +
+                                           ", guessed from the number of columns"});
     }
     std::vector<double> masses;
     for (std::string& name : particles.types.names) {
@@ -311,20 +313,20 @@ class DataFile {
   const ParticleRequest& request_;
   ParticleInput input_;
   ParticleColumns columns_;
-  std::string_view text_;     // of the current line
-  std::string_view comment_;  // behind it
-  Fields words_;              // of the text
+  std::string_view text_;     // text of the current line without comment
+  std::string_view comment_;  // comment of the current line
+  Fields words_;              // words of text_
   DataHeader header_;
   bool have_atoms_ = false;
   std::string_view guessed_style_;
   std::map<std::string, double> masses_;                               // by type
   std::map<std::string, std::string> labels_;                          // by type
-  std::vector<std::string> ids_;                                       // of atoms
+  std::vector<std::string> ids_;                                       // ids of the atoms
   std::unordered_map<std::string, std::array<double, 3>> velocities_;  // by id
 };
 
-/// Section Atoms of a style with fixed columns. The hint after "Atoms" names the style, else the
-/// number of columns tells it. Elements come from the masses of the types.
+/// Reads the section Atoms of a style with fixed columns. The hint after "Atoms" names the style;
+/// without a hint, the number of columns decides. Elements come from the masses of the types.
 Particles read_lammps_data(PackedFile& file, const ParticleRequest& request) {
   return DataFile(file, request).read();
 }

@@ -28,12 +28,13 @@ struct DumpLayout {
 };
 
 void next_data_line(ParticleInput& input) {
-  if (!input.next_line()) input.fail("the file ends within its header: is it complete?");
+  if (!input.next_line())
+    input.fail("the file ends within its header: check that the file is complete");
 }
 
 using BoxRows = std::array<std::array<double, 4>, 3>;
 
-/// The three lines of a box, of `needed` numbers each; `remedy` says which.
+/// Reads the three lines of a box, each with `needed` numbers. `remedy` lists these numbers.
 BoxRows read_box_rows(ParticleInput& input, std::size_t needed, const char* remedy) {
   BoxRows rows{};
   Fields fields;
@@ -41,7 +42,7 @@ BoxRows read_box_rows(ParticleInput& input, std::size_t needed, const char* reme
     next_data_line(input);
     split_at_blanks(input.line(), fields);
     if (fields.size() != needed) {
-      input.fail(std::to_string(fields.size()) + " numbers where the box needs " +
+      input.fail(std::to_string(fields.size()) + " numbers, but a line of the box needs " +
                  std::to_string(needed) + ": write " + remedy);
     }
     for (std::size_t i = 0; i < needed; ++i) {
@@ -51,8 +52,8 @@ BoxRows read_box_rows(ParticleInput& input, std::size_t needed, const char* reme
   return rows;
 }
 
-/// With tilts (xy, xz, yz), low and high bound the tilted box along x and y: LAMMPS manual,
-/// "Triclinic (non-orthogonal) simulation boxes".
+/// Reads a box. If it is tilted (xy, xz, yz), low and high are the bounds of the tilted box along x
+/// and y: LAMMPS manual, "Triclinic (non-orthogonal) simulation boxes".
 ParticleCell read_box(ParticleInput& input, bool tilted) {
   const BoxRows rows =
       read_box_rows(input, tilted ? 3 : 2, tilted ? "low, high and tilt" : "low, high");
@@ -66,14 +67,14 @@ ParticleCell read_box(ParticleInput& input, bool tilted) {
   return {low, {{{high.x - low.x, 0, 0}, {xy, high.y - low.y, 0}, {xz, yz, high.z - low.z}}}};
 }
 
-/// A general triclinic box: each line is an edge and a component of the origin.
+/// Reads a general triclinic box. Each line has an edge and a component of the origin.
 ParticleCell read_general_box(ParticleInput& input) {
   const BoxRows rows = read_box_rows(input, 4, "an edge and a component of the origin");
   const auto edge = [&](std::size_t i) { return Vec3d{rows[i][0], rows[i][1], rows[i][2]}; };
   return {{rows[0][3], rows[1][3], rows[2][3]}, {edge(0), edge(1), edge(2)}};
 }
 
-/// Columns of the first kind of position that is complete.
+/// Finds the columns of the first complete kind of position.
 void find_position(const Fields& names, DumpLayout& layout, const FilePlace& place) {
   struct Kind {
     std::array<std::string_view, 3> axes;
@@ -92,7 +93,7 @@ void find_position(const Fields& names, DumpLayout& layout, const FilePlace& pla
     layout.scaled = kind.scaled;
     return;
   }
-  place.fail("no positions: dump x y z, xu yu zu or xs ys zs");
+  place.fail("the dump has no positions: dump x y z, xu yu zu or xs ys zs");
 }
 
 DumpLayout layout_of_dump(const Fields& names, const FilePlace& place) {
@@ -105,15 +106,15 @@ DumpLayout layout_of_dump(const Fields& names, const FilePlace& place) {
   return layout;
 }
 
-/// What stands before the particles.
+/// The part of a frame before the particles.
 struct DumpHeader {
   std::optional<std::uint64_t> count;
   std::optional<ParticleCell> box;
-  std::optional<double> time;  ///< that of TIME, or else the time step
+  std::optional<double> time;  ///< value of TIME or, without it, the time step
   std::string atoms;           ///< names of the columns
 };
 
-/// Reads the item that the current line starts.
+/// Reads the item that begins on the current line.
 void read_item(ParticleInput& input, DumpHeader& header) {
   const std::string item(trimmed(input.line().substr(item_mark.size())));
   if (item == "NUMBER OF ATOMS") {
@@ -130,11 +131,12 @@ void read_item(ParticleInput& input, DumpHeader& header) {
   } else if (item == "UNITS") {
     next_data_line(input);
   } else {
-    input.fail("unknown item '" + printable(item) + "': is this a LAMMPS text dump of atoms?");
+    input.fail("unknown item '" + printable(item) +
+               "': check that this is a LAMMPS text dump of atoms");
   }
 }
 
-/// From the current line on.
+/// Reads the header of a frame from the current line on.
 DumpHeader read_header(ParticleInput& input) {
   constexpr std::string_view atoms = "ITEM: ATOMS";
   DumpHeader header;
@@ -142,17 +144,18 @@ DumpHeader read_header(ParticleInput& input) {
     const std::string_view line = input.line();
     if (!line.starts_with(item_mark)) {
       input.fail("'" + printable(line) +
-                 "' where a line 'ITEM: ...' should be: is this a LAMMPS "
-                 "text dump?");
+                 "' is not a line 'ITEM: ...': check that this is a LAMMPS "
+                 "text dump");
     }
     if (line.starts_with(atoms)) {
-      if (!header.count) input.fail("no ITEM: NUMBER OF ATOMS before the atoms: add it");
+      if (!header.count)
+        input.fail("the frame has no ITEM: NUMBER OF ATOMS before its atoms: add it");
       header.atoms = line.substr(atoms.size());
       return header;
     }
     read_item(input, header);
   } while (input.next_line());
-  input.fail("no ITEM: ATOMS: is the file complete?");
+  input.fail("the frame has no ITEM: ATOMS: check that the file is complete");
 }
 
 class DumpFrames final : public FramesOf<ParticleInput> {
@@ -198,8 +201,8 @@ class DumpFrames final : public FramesOf<ParticleInput> {
       input_.next_row(i, *header_.count, "atoms");
       split_at_blanks(input_.line(), row);
       if (row.size() != width) {
-        input_.fail(std::to_string(row.size()) + " columns where ITEM: ATOMS names " +
-                    std::to_string(width) + ": write as many");
+        input_.fail(std::to_string(row.size()) + " columns, but ITEM: ATOMS names " +
+                    std::to_string(width) + ": use the same number");
       }
       const Vec3d position = position_of(row, layout.row, input_.place());
       columns.position(layout.scaled ? at(*header_.box, position) : position);
@@ -210,18 +213,19 @@ class DumpFrames final : public FramesOf<ParticleInput> {
   void go_to_frame() {
     at_frame_ = input_.next_filled_line();
     if (at_frame_ && !input_.line().starts_with(item_mark)) {
-      input_.fail("text after the last atom: is ITEM: NUMBER OF ATOMS right?");
+      input_.fail("text follows the last atom: check ITEM: NUMBER OF ATOMS");
     }
   }
 
   const ParticleRequest& request_;
-  bool at_frame_ = false;  // at the first line of the next
+  bool at_frame_ = false;  // true: at the first line of the next frame
   DumpHeader header_;
 };
 
-/// Columns x y z, else xu yu zu, else xs ys zs, else xsu ysu zsu (scaled by the box: orthogonal,
-/// triclinic or general); radius or diameter; type; element. Others are numbers on request. The
-/// time is that of TIME, else of TIMESTEP.
+/// Reads LAMMPS dumps. Positions are the columns x y z, otherwise xu yu zu, otherwise xs ys zs,
+/// otherwise xsu ysu zsu. The last two are scaled by the box (orthogonal, triclinic or general).
+/// Also reads radius or diameter, type and element. Other columns are numbers on request. The time
+/// is that of TIME or, without it, of TIMESTEP.
 Particles read_lammps_dump(PackedFile& file, const ParticleRequest& request) {
   return read_frame<DumpFrames>(file, request);
 }

@@ -23,10 +23,10 @@ Confidence looks_like_mol2(const FileStart& start) {
       start.lines(), [](std::string_view line) { return line.starts_with("@<TRIPOS>MOLECULE"); }));
 }
 
-/// SYBYL's types: a symbol ("Cl", "Fe") and what follows a dot ("C.ar", "O.co2"); "Du", "LP",
-/// "Any", "Hal", "Het" and "Hev" are none. GAFF's, which are in lower case, start with the symbol:
-/// "ca" is an aromatic carbon. Nothing: other types (AMBER's "CA"), which the atom's name has to
-/// tell.
+/// Returns the element of an atom type. SYBYL's types are a symbol ("Cl", "Fe"), often with a
+/// suffix after a dot ("C.ar", "O.co2"); "Du", "LP", "Any", "Hal", "Het" and "Hev" are not
+/// elements. GAFF's types are in lower case and start with the symbol: "ca" is an aromatic carbon.
+/// Returns nothing for other types (AMBER's "CA"); the atom's name must decide.
 std::optional<std::uint8_t> element_of_type(std::string_view type) {
   const std::string_view symbol = type.substr(0, type.find('.'));
   for (const std::string_view none : {"Du", "LP", "Any", "Hal", "Het", "Hev"}) {
@@ -42,7 +42,8 @@ std::optional<std::uint8_t> element_of_type(std::string_view type) {
   return element != 0 ? std::optional(element) : std::nullopt;
 }
 
-/// A substructure is called by its residue's name and number: "ALA12". "<0>" stands for none.
+/// Splits the name of a substructure into the name and number of its residue: "ALA12". "<0>" means
+/// none.
 std::pair<std::string_view, std::optional<std::int32_t>> residue_in(std::string_view name) {
   if (name.starts_with('<')) return {};
   std::size_t end = name.size();
@@ -51,7 +52,7 @@ std::pair<std::string_view, std::optional<std::int32_t>> residue_in(std::string_
   return {name.substr(0, end), residue_number_in(name.substr(end))};
 }
 
-/// Molecules one after the other, each from its @<TRIPOS>MOLECULE.
+/// Reads the molecules one by one. Each begins with its @<TRIPOS>MOLECULE.
 class Mol2Frames final : public FramesOf<ParticleInput> {
  public:
   Mol2Frames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
@@ -86,14 +87,14 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
  private:
   static constexpr std::string_view mark = "@<TRIPOS>";
 
-  /// To the heading of the next section; false at the end of the file.
+  /// Goes to the heading of the next section. Returns false at the end of the file.
   bool go_to_section() {
     while (!at_heading_ && input_.next_line()) at_heading_ = input_.line().starts_with(mark);
     section_ = at_heading_ ? trimmed(input_.line().substr(mark.size())) : "";
     return std::exchange(at_heading_, false);
   }
 
-  /// The words of the section's next line that has some; false at its end.
+  /// Splits the next line with words. Returns false at the end of the section.
   bool next_row() {
     while (input_.next_line()) {
       at_heading_ = input_.line().starts_with(mark);
@@ -107,7 +108,9 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
   void add_atom(AtomColumns& atoms) const {
     constexpr std::size_t least = 6;  // id name x y z type
     if (words_.size() < least) {
-      input_.fail("an atom has number, name, x, y, z and type: is the file complete?");
+      input_.fail(
+          "the line needs number, name, x, y, z and type of an atom: check that the file is "
+          "complete");
     }
     Atom atom;
     atom.name = words_[1];
@@ -138,8 +141,8 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
   std::vector<std::string_view> words_;
 };
 
-/// MOL2 ("Tripos Mol2 File Format", 2009). Its molecules are the frames, CRYSIN the cell; numbers:
-/// charge. Types are SYBYL's, or whatever stands there.
+/// Reads MOL2 ("Tripos Mol2 File Format", 2009). Molecules are frames, CRYSIN is the cell. Numbers:
+/// charge. Types are those of SYBYL or any other text.
 Particles read_mol2(PackedFile& file, const ParticleRequest& request) {
   return read_frame<Mol2Frames>(file, request);
 }

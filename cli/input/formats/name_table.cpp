@@ -17,8 +17,8 @@ void NameTable::add(const NamedAtom& atom) {
   masses_.push_back(atom.mass);
 }
 
-/// Lighter than any atom are virtual sites, and the shells of polarizable atoms, whose masses are
-/// less by that.
+/// Guesses elements. Particles lighter than any atom are virtual sites or the shells of polarizable
+/// atoms. The mass of a shell is missing in the mass of its atom.
 std::vector<std::uint8_t> NameTable::guessed_elements(ParticleFacts& facts) const {
   constexpr double lightest = 1;
   std::vector<std::uint8_t> elements = elements_of_masses(masses_);
@@ -39,7 +39,7 @@ std::vector<std::uint8_t> NameTable::guessed_elements(ParticleFacts& facts) cons
 }
 
 Particles NameTable::finish(const ParticleRequest& request, std::vector<std::uint8_t> elements) {
-  if (masses_.empty()) place_.fail("no atoms: is this the right file?");
+  if (masses_.empty()) place_.fail("the file has no atoms: check that this is the right file");
   Particles particles;
   particles.positions.resize(masses_.size());
   if (elements.empty()) elements = guessed_elements(particles.facts);

@@ -9,7 +9,7 @@
 
 namespace parray::input {
 
-/// An atom of a file that has names but no positions.
+/// An atom in a file with names but without positions.
 struct NamedAtom {
   std::string_view name{};
   std::string_view type{};
@@ -23,13 +23,13 @@ struct NamedAtom {
 /// Collects the atoms of a topology file.
 class NameTable {
  public:
-  /// `place` is the position of the reader and must outlive this.
+  /// `place` is the position of the reader and must outlive this object.
   explicit NameTable(const FilePlace& place) : place_(place) {}
 
   void add(const NamedAtom& atom);
-  /// Returns the atoms with all positions 0. Elements come from `elements` or, if that is empty,
-  /// from the masses and then from the names. Adds the columns charge and mass if the request wants
-  /// them. Fails if there is no atom.
+  /// Returns the atoms with all positions 0. Elements come from `elements`. If that is empty, they
+  /// come from the masses, and then from the names. Adds the columns charge and mass if the request
+  /// wants them. Fails if there are no atoms.
   Particles finish(const ParticleRequest& request, std::vector<std::uint8_t> elements = {});
 
  private:

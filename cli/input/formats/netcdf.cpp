@@ -11,9 +11,9 @@
 #include "cli/input/particles/frames.h"
 #include "common/base/printable.h"
 
-/// The header is that of "The NetCDF Classic Format Specification" (OGC 10-092r3), versions 1
-/// (classic), 2 (64-bit offset) and 5 (64-bit data). ParRay has its own reader because libnetcdf
-/// brings HDF5 and curl, and opens files by their names only.
+/// The header follows "The NetCDF Classic Format Specification" (OGC 10-092r3), versions 1
+/// (classic), 2 (64-bit offset) and 5 (64-bit data). ParRay has its own reader for two reasons:
+/// libnetcdf needs HDF5 and curl, and it opens files only by name.
 namespace parray::input {
 namespace {
 
@@ -23,37 +23,38 @@ Confidence looks_like_netcdf(const FileStart& start) {
   return certain_if(start.has("CDF\1"sv) || start.has("CDF\2"sv) || start.has("CDF\5"sv));
 }
 
-/// Type of a variable's numbers.
+/// The type of a variable's numbers.
 enum class NetcdfType : std::uint8_t { other, float32, float64 };
 
 struct NetcdfVariable {
-  std::vector<std::uint64_t> shape;  ///< without the records' dimension
+  std::vector<std::uint64_t> shape;  ///< lengths of the dimensions except that of the records
   std::vector<std::string> dimensions;
   bool by_record = false;
   NetcdfType type{};
-  std::uint64_t offset = 0;  ///< of its (first) data
+  std::uint64_t offset = 0;  ///< offset of its data in the file, or in the first record
   double scale = 1;          ///< attribute scale_factor
   std::string units;
 
-  [[nodiscard]] std::uint64_t count() const;  ///< of numbers, in a record
+  [[nodiscard]] std::uint64_t count() const;  ///< number of numbers per record
   [[nodiscard]] std::uint64_t bytes() const;
 };
 
 struct NetcdfHeader {
   std::map<std::string, NetcdfVariable, std::less<>> variables;
-  std::optional<std::uint64_t> records;  ///< not given: as many as there are
+  std::optional<std::uint64_t>
+      records;  ///< number of records; not given: until the end of the file
   std::uint64_t record_bytes = 0;
 
   [[nodiscard]] const NetcdfVariable* find(std::string_view name) const;
 };
 
-constexpr std::uint64_t most_items = 10'000;  // of a list
+constexpr std::uint64_t most_items = 10'000;  // in a list
 constexpr std::uint64_t most_name_bytes = 1024;
-constexpr std::uint64_t most_numbers = std::uint64_t{1} << 40;  // of a variable
+constexpr std::uint64_t most_numbers = std::uint64_t{1} << 40;  // in a variable
 
 struct Dimension {
   std::string name;
-  std::uint64_t length = 0;  ///< 0: that of the records
+  std::uint64_t length = 0;  ///< 0: the dimension of the records
 };
 
 struct Attribute {
@@ -94,11 +95,12 @@ class HeaderReader {
   void read_version() {
     const std::string magic(input_.bytes(4));
     if (magic == "\x89HDF") {
-      input_.fail("a netCDF-4 file: convert it, for example with nccopy -k 64-bit-offset");
+      input_.fail("this is a netCDF-4 file: convert it, for example with nccopy -k 64-bit-offset");
     }
     version_ = static_cast<unsigned char>(magic[3]);
     if (!magic.starts_with("CDF") || (version_ != 1 && version_ != 2 && version_ != 5)) {
-      input_.fail("not a netCDF file: it begins with CDF and a version, 1, 2 or 5");
+      input_.fail(
+          "this is not a netCDF file: the file does not begin with CDF and version 1, 2 or 5");
     }
   }
 
@@ -112,7 +114,7 @@ class HeaderReader {
     return version_ == 5 ? input_.get<std::uint64_t>() : input_.get<std::uint32_t>();
   }
 
-  /// Calls `take` for each item of a list, which may be absent.
+  /// Calls `take` for each item of a list. The list may be absent.
   template <typename Take>
   void read_list(std::uint32_t tag, const Take& take) {
     const auto found = input_.get<std::uint32_t>();
@@ -129,7 +131,7 @@ class HeaderReader {
     return name;
   }
 
-  /// After its name.
+  /// Reads an attribute after its name.
   Attribute take_attribute() {
     const auto type = input_.get<std::uint32_t>();
     const std::uint64_t count = take_size();
@@ -177,14 +179,14 @@ class HeaderReader {
     if (type == 0 || type >= type_bytes.size()) fail_damaged();
     if (type == type_float) variable.type = NetcdfType::float32;
     if (type == type_double) variable.type = NetcdfType::float64;
-    take_size();  // its bytes, where they fit into the number
+    take_size();  // number of bytes, which is not always correct
     variable.offset = version_ == 1 ? input_.get<std::uint32_t>() : input_.get<std::uint64_t>();
     if (variable.count() > most_numbers) fail_damaged();
     if (variable.by_record) record_parts_.push_back(variable.count() * type_bytes.at(type));
     return variable;
   }
 
-  /// Each part of a record is padded, unless it is the only one.
+  /// Adds up the parts of a record. Each part is padded, unless it is the only part.
   void find_record_bytes(NetcdfHeader& header) const {
     for (const std::uint64_t bytes : record_parts_) {
       header.record_bytes += record_parts_.size() == 1 ? bytes : padded(bytes);
@@ -192,13 +194,13 @@ class HeaderReader {
   }
 
   [[noreturn]] void fail_damaged() const {
-    input_.fail("no header of netCDF: is the file damaged?");
+    input_.fail("the netCDF header is not valid: the file is probably damaged, copy it again");
   }
 
   static constexpr std::uint32_t type_char = 2;
   static constexpr std::uint32_t type_float = 5;
   static constexpr std::uint32_t type_double = 6;
-  /// By the type's number.
+  /// Bytes per number, by the number of the type.
   static constexpr std::array<std::uint64_t, 12> type_bytes{0, 1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8};
 
   BinaryInput& input_;
@@ -224,11 +226,12 @@ const NetcdfVariable* NetcdfHeader::find(std::string_view name) const {
   return found == variables.end() ? nullptr : &found->second;
 }
 
-/// Reads the header, which the file begins with. Fails for what is no such file, for netCDF-4, and
-/// for counts that cannot be.
+/// Reads the header at the beginning of the file. Fails for other files, for netCDF-4, and for
+/// impossible counts.
 NetcdfHeader read_netcdf_header(BinaryInput& input) { return HeaderReader(input).read(); }
 
-/// Trajectories and restart files of AMBER: "AMBER NetCDF Trajectory Convention", version 1.0.
+/// Reads trajectories and restart files of AMBER: "AMBER NetCDF Trajectory Convention", version
+/// 1.0.
 class NetcdfFrames final : public FramesOf<BinaryInput> {
  public:
   NetcdfFrames(PackedFile& file, const ParticleRequest& /*request*/)
@@ -236,7 +239,9 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
     positions_ = header_.find("coordinates");
     if (positions_ == nullptr || positions_->type == NetcdfType::other ||
         positions_->shape.size() != 2 || positions_->shape[1] != 3) {
-      input_.fail("no variable coordinates(..., atom, spatial): is this a trajectory of AMBER?");
+      input_.fail(
+          "the file has no variable coordinates(..., atom, spatial): check that this is a "
+          "trajectory of AMBER");
     }
     atoms_ = checked_atoms(static_cast<std::int64_t>(positions_->shape[0]), input_.place());
     for (const char* name : {"coordinates", "time", "cell_lengths", "cell_angles"}) want(name);
@@ -249,7 +254,7 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
     return true;
   }
 
-  /// A jump, but not beyond the file.
+  /// Skips the frame. Fails if the file ends within it.
   std::uint64_t skip() override {
     go_to(offset_of(*wanted_.back()));
     input_.expect(wanted_.back()->bytes());
@@ -263,7 +268,7 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
   }
 
  private:
-  /// Time and cell are optional, and as often there as positions.
+  /// Adds an optional variable, if it has one value per frame like the positions.
   void want(const char* name) {
     const NetcdfVariable* const variable = header_.find(name);
     if (variable == nullptr || variable->type == NetcdfType::other) return;
@@ -273,7 +278,7 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
 
   using Values = std::map<const NetcdfVariable*, std::vector<double>>;
 
-  /// A restart file has one, and no records.
+  /// Returns the number of frames. A restart file has one frame and no records.
   [[nodiscard]] std::uint64_t frames() {
     if (!positions_->by_record) return 1;
     if (header_.records) return *header_.records;
@@ -291,7 +296,9 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
     input_.skip(offset - input_.position());
   }
 
-  [[noreturn]] void fail_damaged() const { input_.fail("variables overlap: is the file damaged?"); }
+  [[noreturn]] void fail_damaged() const {
+    input_.fail("the variables overlap: the file is probably damaged, copy it again");
+  }
 
   std::vector<double> take(const NetcdfVariable& variable) {
     go_to(offset_of(variable));
@@ -336,7 +343,7 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
   std::uint64_t next_ = 0;
 };
 
-/// Trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
+/// Reads trajectories and restart files of AMBER in classic netCDF (versions 1, 2 and 5).
 Particles read_netcdf(PackedFile& file, const ParticleRequest& request) {
   return read_frame<NetcdfFrames>(file, request);
 }

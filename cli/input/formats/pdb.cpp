@@ -15,7 +15,7 @@ namespace {
 
 bool is_number_field(std::string_view text) { return number_in(trimmed(text)).has_value(); }
 
-/// Columns `first` to `last`, counted from 1 as PDB's description does.
+/// Returns columns `first` to `last`, counted from 1 as in the description of PDB.
 std::string_view columns(std::string_view line, std::size_t first, std::size_t last) {
   return line.size() < first ? std::string_view() : line.substr(first - 1, last - first + 1);
 }
@@ -24,7 +24,7 @@ bool is_atom(std::string_view line) {
   return line.starts_with("ATOM ") || line.starts_with("ATOM\t") || line.starts_with("HETATM");
 }
 
-/// The first line of an atom; empty where there is none.
+/// Returns the first line of an atom. Returns "" if there is none.
 std::string_view first_atom(const FileStart& start) {
   const auto found = std::ranges::find_if(start.lines(), is_atom);
   return found == start.lines().end() ? std::string_view() : *found;
@@ -45,7 +45,8 @@ bool has_two_decimals(std::string_view number) {
   return number.size() > 3 && number[number.size() - 3] == '.' && is_number_field(number);
 }
 
-/// "  1.00 20.00", as PDB writes an occupancy and a temperature factor; or nothing.
+/// Returns whether a text is an occupancy and a temperature factor in PDB's form: "  1.00 20.00".
+/// Either may be missing.
 bool is_occupancy_and_factor(std::string_view tail) {
   const std::string_view occupancy = trimmed(columns(tail, 1, 6));
   const std::string_view factor = trimmed(columns(tail, 7, 12));
@@ -58,7 +59,8 @@ bool has_position_of_pdb(std::string_view atom) {
          is_number_field(columns(atom, 47, 54));
 }
 
-/// AutoDock Vina's manual: PDB with charges in columns 71 to 76 and roots and branches.
+/// Recognises PDBQT (AutoDock Vina's manual): PDB with charges in columns 71 to 76 and with roots
+/// and branches.
 Confidence looks_like_pdbqt(const FileStart& start) {
   const std::string_view atom = first_atom(start);
   if (atom.empty() || !has_position_of_pdb(atom)) return Confidence::none;
@@ -68,13 +70,14 @@ Confidence looks_like_pdbqt(const FileStart& start) {
   return certain_if(has_charge && !trimmed(columns(atom, 78, 79)).empty());
 }
 
-/// wwPDB, "Protein Data Bank Contents Guide", version 3.30.
+/// Recognises PDB (wwPDB, "Protein Data Bank Contents Guide", version 3.30).
 Confidence looks_like_pdb(const FileStart& start) {
   const std::string_view atom = first_atom(start);
   if (atom.empty()) {
     const auto records = std::ranges::count_if(start.lines(), is_record_of_pdb);
     if (!is_record_of_pdb(start.line(0))) return Confidence::none;
-    if (trimmed(start.line(0)) == "TITLE") return Confidence::none;  // GROMOS96: PDB's has a text
+    if (trimmed(start.line(0)) == "TITLE")
+      return Confidence::none;  // GROMOS96; the record TITLE of PDB has a text
     const bool most = records >= 3 && 2 * records > std::ssize(start.lines());
     return most ? Confidence::likely : Confidence::possible;
   }
@@ -85,11 +88,12 @@ Confidence looks_like_pdb(const FileStart& start) {
   return Confidence::likely;
 }
 
-/// APBS's manual: as PDB, separated by blanks, with a charge and a radius at the end of the line.
+/// Recognises PQR (APBS's manual): PDB with blanks between fields and with a charge and a radius at
+/// the end of the line.
 Confidence looks_like_pqr(const FileStart& start) {
   const std::string_view atom = first_atom(start);
   const std::vector<std::string_view> words = words_of(atom);
-  constexpr std::size_t least = 9;  // without chain and residue's name
+  constexpr std::size_t least = 9;  // without chain and residue name
   constexpr std::size_t most = 11;
   constexpr std::size_t numbers = 5;  // position, charge, radius
   if (words.size() < least || words.size() > most ||
@@ -101,7 +105,7 @@ Confidence looks_like_pqr(const FileStart& start) {
   return as_pdb || as_occupancy ? Confidence::possible : Confidence::likely;
 }
 
-/// What tells PDB, PDBQT and PQR apart.
+/// The differences between PDB, PDBQT and PQR.
 struct Dialect {
   void (*read)(std::string_view line, const FilePlace& place, AtomRecord& record) = nullptr;
   bool radii = false;
@@ -124,7 +128,8 @@ bool ends_frame(std::string_view line) {
   return is_record(line, "endmdl") || lower_case(trimmed(line)) == "end";
 }
 
-/// CRYST1: lengths and angles, by columns. 1 x 1 x 1 stands for no cell (NMR and models).
+/// Reads lengths and angles from the columns of CRYST1. A cell of 1 x 1 x 1 is a placeholder (NMR
+/// and models).
 std::optional<ParticleCell> cell_in(std::string_view line) {
   constexpr std::array<std::pair<std::size_t, std::size_t>, 6> fields{
       {{6, 9}, {15, 9}, {24, 9}, {33, 7}, {40, 7}, {47, 7}}};
@@ -139,8 +144,8 @@ std::optional<ParticleCell> cell_in(std::string_view line) {
   return cell_from({a, b, c}, {alpha, beta, gamma});
 }
 
-/// A frame goes from MODEL, or from its first atom, to ENDMDL, END, the next MODEL or the end of
-/// the file.
+/// Reads frames. A frame begins with MODEL or its first atom. It ends with ENDMDL, END, the next
+/// MODEL or the end of the file.
 template <const Dialect& dialect>
 class PdbFrames final : public FramesOf<ParticleInput> {
  public:
@@ -170,12 +175,12 @@ class PdbFrames final : public FramesOf<ParticleInput> {
     Particles particles = atoms.finish_frame();
     particles.cell = cell_;
     go_to_frame();
-    if (!particles.cell) particles.cell = cell_;  // some programs write it behind the model
+    if (!particles.cell) particles.cell = cell_;  // some programs write CRYST1 after the model
     return particles;
   }
 
  private:
-  /// The next atom of the frame; false at its end.
+  /// Goes to the next atom of the frame. Returns false at the end of the frame.
   bool go_to_atom() {
     if (std::exchange(line_is_next_, false)) {
       if (is_atom_record(input_.line())) return true;
@@ -189,7 +194,7 @@ class PdbFrames final : public FramesOf<ParticleInput> {
     return false;
   }
 
-  /// To the MODEL or the first atom of the next frame.
+  /// Goes to the MODEL or the first atom of the next frame.
   void go_to_frame() {
     at_frame_ = line_is_next_;
     while (!at_frame_ && input_.next_line()) {
@@ -206,22 +211,22 @@ class PdbFrames final : public FramesOf<ParticleInput> {
   ParticleRequest request_;
   std::optional<ParticleCell> cell_;
   bool at_frame_ = false;
-  bool line_is_next_ = false;  // of the frame: it has not been looked at
+  bool line_is_next_ = false;  // true: the current line belongs to the frame and was not read yet
 };
 
-/// PDB as read_pdb_record() takes its records. Frames are models, or what END separates; CRYST1 is
-/// the cell; numbers: occupancy, b_factor, charge (formal).
+/// Reads PDB records with read_pdb_record(). Models are frames; END also separates frames. CRYST1
+/// is the cell. Numbers: occupancy, b_factor, charge (formal).
 Particles read_pdb(PackedFile& file, const ParticleRequest& request) {
   return read_frame<PdbFrames<pdb_dialect>>(file, request);
 }
 
-/// PDBQT of AutoDock: as PDB, with the types, and charge as partial charge.
+/// Reads PDBQT of AutoDock: like PDB, with AutoDock's types and partial charges.
 Particles read_pdbqt(PackedFile& file, const ParticleRequest& request) {
   return read_frame<PdbFrames<pdbqt_dialect>>(file, request);
 }
 
-/// PQR: as PDB, with radii and partial charges, fields separated by blanks. A radius of 0 becomes
-/// the van der Waals radius.
+/// Reads PQR: like PDB, with radii and partial charges and with blanks between fields. A radius of
+/// 0 becomes the van der Waals radius.
 Particles read_pqr(PackedFile& file, const ParticleRequest& request) {
   return read_frame<PdbFrames<pqr_dialect>>(file, request);
 }

@@ -14,7 +14,7 @@
 namespace parray::input {
 namespace {
 
-/// The types of an element that are no symbols, or other elements' symbols, between blanks.
+/// Types of an element that differ from its symbol, separated and enclosed by blanks.
 struct AutodockTypes {
   std::string_view types;
   std::uint8_t element;
@@ -25,12 +25,12 @@ constexpr std::array<AutodockTypes, 5> autodock_types{{{" HD HS ", 1},
                                                        {" OA OS OX W ", 8},
                                                        {" SA ", 16}}};
 
-/// The element of a type of atom of AutoDock and Vina; 0 for the pseudo-atoms G and CG that glue
-/// rings, and for what is no type. Source: AutoDock 4.2 User Guide, appendix "Parameters"; for W
-/// (water of hydrated docking) and the types of rings, the manual of Meeko
+/// Returns the element of an atom type of AutoDock and Vina. Returns 0 for other texts and for the
+/// pseudo-atoms G and CG that close rings. Source: AutoDock 4.2 User Guide, appendix "Parameters".
+/// Source for W (water of hydrated docking) and the types of rings: the manual of Meeko
 /// (meeko.readthedocs.io).
 std::uint8_t element_of_autodock_type(std::string_view type) {
-  // "CG0" closes a ring with the pseudo-atom "G0"; "G" alone is a carbon of older versions.
+  // "CG0" closes a ring with the pseudo-atom "G0". In older versions, "G" alone is a carbon.
   const bool numbered = !type.empty() && ascii::is_digit(type.back());
   while (!type.empty() && ascii::is_digit(type.back())) type.remove_suffix(1);
   if (numbered && type == "G") return 0;
@@ -41,7 +41,7 @@ std::uint8_t element_of_autodock_type(std::string_view type) {
   return atomic_number_of(type);
 }
 
-/// Returns columns `first` to `last`, counted from 1, without blanks at their ends.
+/// Returns columns `first` to `last`, counted from 1, without blanks at the ends.
 std::string_view record_field(std::string_view line, std::size_t first, std::size_t last) {
   return field_at(line, first - 1, last - first + 1);
 }
@@ -61,7 +61,7 @@ bool same_word(std::string_view line, std::string_view word) {
   return true;
 }
 
-/// "2+", "1-", "+2"; not known for other texts.
+/// Parses "2+", "1-" or "+2". Returns not_known for other texts.
 double formal_charge(std::string_view text) {
   if (text.size() != 2) return not_known;
   const bool sign_last = ascii::is_digit(text[0]);
@@ -85,7 +85,7 @@ std::optional<Vec3d> columns_position(std::string_view line) {
   return Vec3d{*x, *y, *z};
 }
 
-/// Columns 17 to 22: alternative location, residue, chain.
+/// Reads columns 17 to 22: alternative location, residue, chain.
 void read_residue(std::string_view line, AtomRecord& record) {
   const char letter = record_column(line, 17);
   const std::string_view three = record_field(line, 18, 20);
@@ -113,14 +113,15 @@ void read_residue(std::string_view line, AtomRecord& record) {
   record.chain = chain;
 }
 
-/// Entries from before 1998 say "1ABC  12" or, revised, "1ABCF 12" in columns 73 to 80.
+/// Returns whether columns 73 to 80 contain the entry name: "1ABC  12" or, revised, "1ABCF 12".
+/// Entries before 1998 have it.
 bool has_entry_name(std::string_view line) {
   const char sign = record_column(line, 79);
   return ascii::is_digit(record_column(line, 73)) && ascii::is_digit(record_column(line, 80)) &&
          sign != '+' && sign != '-';
 }
 
-/// Columns 23 to 27; a number of five digits takes the place of the insertion code.
+/// Reads columns 23 to 27. A number of five digits replaces the insertion code.
 void read_number(std::string_view line, AtomRecord& record) {
   const char last = record_column(line, 27);
   const bool five = ascii::is_digit(last) && ascii::is_digit(record_column(line, 26));
@@ -138,8 +139,8 @@ void read_columns(std::string_view line, const Vec3d& position, AtomRecord& reco
   record.b_factor = number_or_unknown(record_field(line, 61, 66));
 }
 
-/// Tabs as blanks up to the next multiple of eight columns, and the digits of a serial number
-/// beyond column 11 taken out, which shift what comes after it.
+/// Replaces tabs by blanks up to the next multiple of eight columns. Removes digits of a serial
+/// number beyond column 11, because they shift the rest of the line.
 std::string realigned(std::string_view line) {
   constexpr std::size_t tab = 8;
   constexpr std::size_t serial_end = 11;
@@ -155,20 +156,20 @@ std::string realigned(std::string_view line) {
   return text;
 }
 
-/// The words of a line whose fields blanks separate.
+/// The words of a line with blanks between fields.
 class RecordWords {
  public:
   explicit RecordWords(std::string_view line) {
     split_at_blanks(line, words_);
-    constexpr std::size_t longest = 6;  // "HETATM12345": the serial number follows at once
+    constexpr std::size_t longest = 6;  // "HETATM12345": no blank before the serial number
     if (!words_.empty() && words_[0].size() > longest)
       words_[0].remove_prefix(longest);
     else if (!words_.empty())
       words_.erase(words_.begin());
   }
 
-  /// Where x stands: the first word with a decimal point after the serial number and the name, if
-  /// it and the two after it are numbers.
+  /// Returns the place of x: the first word with a decimal point after the serial number and the
+  /// name. Returns nothing unless x, y and z are numbers.
   [[nodiscard]] std::optional<std::size_t> find_position() const {
     std::size_t i = 2;
     while (i < words_.size() && !has_point(i)) ++i;
@@ -188,8 +189,8 @@ class RecordWords {
   std::vector<std::string_view> words_;
 };
 
-/// The number of a residue with the chain before it or the insertion code behind it; false: it is
-/// none.
+/// Reads the number of a residue, possibly with the chain before it or the insertion code after it.
+/// Returns false for other texts.
 bool read_mixed_number(std::string_view text, AtomRecord& record) {
   if (text.size() > 1 && ascii::is_letter(text[0]) && !ascii::is_letter(text[1])) {
     record.chain = text.substr(0, 1);
@@ -204,7 +205,7 @@ bool read_mixed_number(std::string_view text, AtomRecord& record) {
   return number.has_value() || text == "****";
 }
 
-/// "ALA12" is residue 12, an ALA.
+/// Splits "ALA12" into residue name ALA and number 12.
 void split_residue(std::string_view text, AtomRecord& record) {
   std::size_t digits = 0;
   while (digits < text.size() && ascii::is_digit(text[text.size() - 1 - digits])) ++digits;
@@ -214,8 +215,8 @@ void split_residue(std::string_view text, AtomRecord& record) {
       together ? residue_number_in(text.substr(text.size() - digits)).value_or(0) : 0;
 }
 
-/// Everything before x: serial number, name, residue, chain, residue number, as far as they are
-/// there; false: it is something else.
+/// Reads the fields before x: serial number, name, residue, chain, residue number. The last three
+/// may be missing. Returns false for other fields.
 bool read_identity(const RecordWords& words, std::size_t x, AtomRecord& record) {
   record.name = words[1];
   record.two_letters = false;
@@ -240,14 +241,15 @@ bool read_words(const RecordWords& words, std::size_t x, AtomRecord& record) {
   return true;
 }
 
-/// Whether the columns of x and y are as they should be: what is wrong then is not their place.
+/// Returns whether x and y are in their columns. If they are, the fault of the line is not its
+/// alignment.
 bool has_columns(std::string_view line) {
   return record_field(line, 28, 30).empty() && number_in(record_field(line, 31, 38)) &&
          number_in(record_field(line, 39, 46));
 }
 
-/// By blanks, what columns do not tell; false: too little to be sure what is what, which takes x,
-/// y, z, occupancy and temperature factor.
+/// Reads a line with blanks between fields. Returns false unless it has x, y, z, occupancy and
+/// temperature factor, because otherwise the meaning of the fields is unclear.
 bool read_loose(std::string_view line, AtomRecord& record) {
   const RecordWords words(line);
   const auto x = words.find_position();
@@ -264,20 +266,24 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 
 [[noreturn]] void fail_position(std::string_view line, const FilePlace& place) {
   if (line.size() < 54) {
-    place.fail("the record ends before its coordinates, columns 31 to 54: is it complete?");
+    place.fail(
+        "the record ends before its coordinates, columns 31 to 54: check that the file is "
+        "complete");
   }
   for (const auto& [name, first] : {std::pair{"x", 31U}, {"y", 39U}, {"z", 47U}}) {
     number_field(record_field(line, first, first + 7), std::string(name), place);
   }
-  place.fail("text before the coordinates, which are columns 31 to 54: are the columns shifted?");
+  place.fail(
+      "text precedes the coordinates in columns 31 to 54: check that the columns are not "
+      "shifted");
 }
 
-/// The part of a PDB record that PDBQT shares; the line as its columns stand, or nothing where
-/// blanks separate its fields.
+/// Reads the part of a record that PDB and PDBQT share. Returns the line with its columns aligned.
+/// Returns nothing if blanks separate the fields.
 std::optional<std::string_view> read_shared(std::string_view line, std::string& aligned,
                                             const FilePlace& place, AtomRecord& record) {
   if (line.find('\0') != std::string_view::npos) {
-    place.fail("not a record of an atom: is a column damaged?");
+    place.fail("the line is not a valid record of an atom: check its columns");
   }
   const bool tabs = line.find('\t') != std::string_view::npos;
   auto position = tabs ? std::nullopt : columns_position(line);
@@ -340,12 +346,13 @@ void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& 
     charge = words.number(*x + 3);
     radius = words.number(*x + 4);
   }
-  if (!charge || !radius) {  // fields that run together
+  if (!charge || !radius) {  // fields without blanks between them
     std::string aligned;
     const std::string_view fixed = read_shared(line, aligned, place, record).value_or(line);
     std::vector<std::string_view> rest;
     split_at_blanks(fixed.size() > coordinates_end ? fixed.substr(coordinates_end) : "", rest);
-    if (rest.size() < 2) place.fail("no charge and radius after the coordinates: add them");
+    if (rest.size() < 2)
+      place.fail("charge and radius are missing after the coordinates: add them");
     charge = number_field(rest[0], "the charge", place);
     radius = number_field(rest[1], "the radius", place);
     record.occupancy = not_known;

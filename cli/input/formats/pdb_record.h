@@ -10,13 +10,14 @@
 
 namespace parray::input {
 
-/// The content of a line ATOM or HETATM in PDB, PDBQT or PQR. Readers use one object for all lines.
+/// The content of an ATOM or HETATM line in PDB, PDBQT or PQR. Readers use one object for all
+/// lines.
 struct AtomRecord {
   Vec3d position;
   std::string name;
   std::string residue_name;
   std::string chain;
-  std::string type;  ///< AutoDock's
+  std::string type;  ///< type of AutoDock
   std::int32_t residue_number = 0;
   char insertion = ' ';
   char alternative = ' ';
@@ -35,26 +36,27 @@ struct AtomRecord {
   }
 };
 
-/// Returns whether the line begins with "ATOM" or "HETATM" in any letter case, and a field follows.
+/// Returns whether the line begins with "ATOM" or "HETATM", in any letter case, and has a further
+/// field.
 bool is_atom_record(std::string_view line);
 
 /// Reads a PDB record by columns: "Atomic Coordinate Entry Format Description" 3.3
 /// (wwpdb.org/documentation/file-format), section 9. Also accepts these common deviations:
-/// - residue names of four letters in columns 18 to 21 (CHARMM, VMD), or in 17 to 20 if no
-///   alternative location is meant; chain names of two letters in columns 21 and 22;
+/// - residue names of four letters in columns 18 to 21 (CHARMM, VMD), or in 17 to 20 if the line
+///   has no alternative location; chain names of two letters in columns 21 and 22;
 /// - columns 73 to 76 as the chain if column 22 is blank (CHARMM's segments);
-/// - residue numbers as hybrid-36 (cci.lbl.gov/hybrid_36), in hexadecimal, or none ("****": 0);
+/// - residue numbers as hybrid-36 (cci.lbl.gov/hybrid_36), in hexadecimal, or missing ("****": 0);
 /// - serial numbers of more than five digits, which shift the line, and tabs (eight columns);
-/// - lines whose fields blanks separate, as in PQR, if columns 31 to 54 do not hold three numbers.
+/// - lines with blanks between fields, as in PQR, if columns 31 to 54 do not contain three numbers.
 void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
 /// Reads a PDBQT record (AutoDock 4.2 User Guide): PDB with the partial charge in columns 67 to 76.
-/// AutoDock's atom type follows from column 78 on and tells the element.
+/// AutoDock's atom type begins in column 78 and gives the element.
 void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
 /// Reads a PQR record ("PQR molecular structure format", pdb2pqr.readthedocs.io). Blanks separate
 /// the fields: serial, name, residue, chain (optional), residue number, x, y, z, charge, radius. If
-/// fields run together, the columns of PDB separate all up to z.
+/// blanks are missing, the columns of PDB separate the fields up to z.
 void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
 }  // namespace parray::input

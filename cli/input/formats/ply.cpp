@@ -24,7 +24,7 @@ double ply_value(const char* bytes, bool swapped) {
   return static_cast<double>(binary_value<T>(bytes, swapped));
 }
 
-/// What `use` returns for a value of the type that `type` stands for.
+/// Calls `use` with a value of the C++ type of `type` and returns the result.
 template <typename Use>
 auto with_ply_type(PlyType type, const Use& use) {
   switch (type) {
@@ -47,17 +47,17 @@ auto with_ply_type(PlyType type, const Use& use) {
   }
 }
 
-/// The vertices of binary data as rows of one size, read many at a time.
+/// Reads the vertices of binary data as rows of equal size, many at a time.
 class PlyRows {
  public:
-  /// `vertex` has no lists; `swapped`: its bytes are in the other order than this machine's. All
-  /// must outlive this.
+  /// `vertex` has no lists. `swapped`: its bytes have the opposite order of this machine. `vertex`
+  /// and `layout` must outlive this object.
   PlyRows(const PlyElement& vertex, const RowLayout& layout, bool swapped);
 
   [[nodiscard]] std::size_t row_bytes() const { return row_bytes_; }
 
-  /// Writes `count` rows to the columns of `out` that the layout has, from `first` on. False when
-  /// ParticleColumns would refuse one of them.
+  /// Writes `count` rows to the columns of `out` that the layout has, from `first` on. Returns
+  /// false if ParticleColumns would reject a row.
   bool read(const char* rows, std::size_t count, Particles& out, std::size_t first) const;
 
  private:
@@ -71,7 +71,7 @@ class PlyRows {
   const RowLayout& layout_;
   bool swapped_;
   std::size_t row_bytes_ = 0;
-  std::vector<std::size_t> offsets_;  // by property
+  std::vector<std::size_t> offsets_;  // in a row, by property
 };
 
 PlyRows::PlyRows(const PlyElement& vertex, const RowLayout& layout, bool swapped)
@@ -109,7 +109,7 @@ bool PlyRows::read_vectors(const std::array<std::size_t, 3>& properties, const c
 }
 
 bool PlyRows::read(const char* rows, std::size_t count, Particles& out, std::size_t first) const {
-  constexpr std::size_t at_once = 512;  // property by property, while they are in the cache
+  constexpr std::size_t at_once = 512;  // one property at a time, while the rows are in the cache
   bool good = true;
   for (std::size_t done = 0; good && done < count; done += at_once) {
     const char* const from = rows + done * row_bytes_;
@@ -139,14 +139,14 @@ bool PlyRows::read(const char* rows, std::size_t count, Particles& out, std::siz
 
 [[noreturn]] void fail_end(const ParticleInput& input, const PlyElement& element) {
   input.fail("the file ends within its elements '" + printable(element.name) +
-             "': is it complete, and is their count right?");
+             "': check that the file is complete and that their count is right");
 }
 
 [[noreturn]] void fail_list(const ParticleInput& input, const PlyProperty& property) {
-  input.fail("list '" + printable(property.name) + "' has no valid size: is the header right?");
+  input.fail("list '" + printable(property.name) + "' has no valid size: check the header");
 }
 
-/// Reads instances from lines of words. Only what is asked for must be a number.
+/// Reads instances from lines of words. Only the properties that are read must be numbers.
 class AsciiReader {
  public:
   explicit AsciiReader(ParticleInput& input) : input_(&input) {}
@@ -172,31 +172,31 @@ class AsciiReader {
     if (at != words_.size()) fail_width(element);
   }
 
-  /// Of a property that is no list.
+  /// Returns the value of a property that is not a list.
   [[nodiscard]] double value(std::size_t property) const {
     return number_field(texts_[property], "value", input_->place());
   }
 
-  /// The same; NaN for a text that is no number.
+  /// Does the same, but returns NaN for a text that is not a number.
   [[nodiscard]] double number(std::size_t property) const {
     return number_or_nan(texts_[property]);
   }
 
-  /// Text is read line by line.
+  /// Adds no vertices: the reader reads text line by line.
   static std::uint64_t add_blocks(const PlyElement&, const RowLayout&, ParticleColumns&, int) {
     return 0;
   }
 
   void check_end() {
     if (input_->next_filled_line()) {
-      input_->fail("text after the last element: are the counts in the header right?");
+      input_->fail("text follows the last element: check the counts in the header");
     }
   }
 
  private:
   [[noreturn]] void fail_width(const PlyElement& element) {
     input_->fail(std::to_string(words_.size()) + " values do not fit the properties of element '" +
-                 printable(element.name) + "': write one a property");
+                 printable(element.name) + "': write one value for each property");
   }
 
   ParticleInput* input_;
@@ -227,13 +227,13 @@ class BinaryReader {
     }
   }
 
-  /// Of a property that is no list.
+  /// Return the value of a property that is not a list.
   [[nodiscard]] double value(std::size_t property) const { return values_[property]; }
 
   [[nodiscard]] double number(std::size_t property) const { return values_[property]; }
 
-  /// Adds vertices in blocks, side by side, as long as all of a block are good; returns how many.
-  /// The others are left to be read one by one, which finds out what is wrong, and where.
+  /// Adds vertices in blocks, in several threads, until a block has an invalid value. Returns their
+  /// number. The caller reads the others one by one, to report the error with its place.
   std::uint64_t add_blocks(const PlyElement& vertex, const RowLayout& layout,
                            ParticleColumns& columns, int threads) {
     constexpr std::uint64_t usual_bytes = 1U << 21;
@@ -253,10 +253,11 @@ class BinaryReader {
   }
 
   void check_end() {
-    constexpr std::string_view padding = " \t\r\n";  // which some programs end a file with
+    constexpr std::string_view padding =
+        " \t\r\n";  // some programs end files with these characters
     while (const char* const byte = input_->next_bytes(1)) {
       if (padding.find(*byte) != std::string_view::npos) continue;
-      input_->fail("data after the last element: are the counts in the header right?");
+      input_->fail("data follow the last element: check the counts in the header");
     }
   }
 
@@ -291,7 +292,8 @@ class BinaryReader {
   std::vector<double> values_;  // by property
 };
 
-/// Least bytes that an instance takes: with lists empty and, as text, numbers of one digit.
+/// Returns the least number of bytes of an instance: lists are empty, numbers in text have one
+/// digit.
 std::uint64_t least_bytes(const PlyElement& element, PlyFormat format) {
   std::uint64_t bytes = 0;
   for (const PlyProperty& property : element.properties) {
@@ -300,7 +302,7 @@ std::uint64_t least_bytes(const PlyElement& element, PlyFormat format) {
   return bytes;
 }
 
-/// Refuses counts that the file is too short for, before anything is allocated for them.
+/// Fails if the file is too short for its counts, before memory is allocated for them.
 void check_size(const PlyHeader& header, const ParticleInput& input) {
   const std::optional<std::uint64_t> left = input.bytes_left();
   if (!left) return;
@@ -310,12 +312,13 @@ void check_size(const PlyHeader& header, const ParticleInput& input) {
   }
   if (header.format == PlyFormat::ascii) needed -= std::min<std::uint64_t>(needed, 1);
   if (needed > *left) {
-    input.fail("the header announces at least " + std::to_string(needed) +
-               " bytes of data, the file has " + std::to_string(*left) + ": is it complete?");
+    input.fail("the header requires at least " + std::to_string(needed) +
+               " bytes of data, but the file has " + std::to_string(*left) +
+               ": check that the file is complete");
   }
 }
 
-/// How the properties of a vertex become a particle.
+/// Maps the properties of a vertex to those of a particle.
 class VertexLayout {
  public:
   VertexLayout(const PlyElement& vertex, const ParticleRequest& request, const FilePlace& place,
@@ -332,7 +335,7 @@ class VertexLayout {
 
   [[nodiscard]] const RowLayout& rows() const { return layout_; }
 
-  /// Adds the vertex that `reader` stands at.
+  /// Adds the vertex at the position of `reader`.
   template <typename Reader>
   void add(const Reader& reader, ParticleColumns& columns) const {
     columns.position(vector_of(reader, layout_.position));
@@ -350,7 +353,7 @@ class VertexLayout {
     const bool byte = type == PlyType::uint8;
     const bool real = type == PlyType::float32 || type == PlyType::float64;
     if (type_of(1) != type || type_of(2) != type || !(byte || real)) {
-      place.fail("colours must be all uchar or all float: change their type");
+      place.fail("the colour properties must be all uchar or all float: change their types");
     }
     layout_.color_scale = byte ? ColorScale::srgb8 : ColorScale::linear;
   }
@@ -372,11 +375,13 @@ const PlyElement& vertex_of(const PlyHeader& header, const FilePlace& place) {
     if (vertex != nullptr) place.fail("two elements are named 'vertex': rename one");
     vertex = &element;
   }
-  if (vertex == nullptr) place.fail("no element 'vertex': the particles are its instances");
+  if (vertex == nullptr)
+    place.fail(
+        "the file has no element 'vertex': add one, because its instances are the particles");
   return *vertex;
 }
 
-/// What the file holds beside particles: a mesh's faces, above all.
+/// Adds notes on the content that is not particles, mostly the faces of a mesh.
 void note_other_elements(const PlyHeader& header, ParticleFacts& facts) {
   for (const PlyElement& element : header.elements) {
     if (element.name == "vertex" || element.count == 0) continue;
@@ -394,7 +399,7 @@ Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader re
                         const ParticleRequest& request) {
   const PlyElement& vertex = vertex_of(header, input.place());
   ParticleColumns columns(input.place());
-  if (input.bytes_left()) columns.expect(vertex.count);  // check_size() has seen it
+  if (input.bytes_left()) columns.expect(vertex.count);  // check_size() has checked the count
   const VertexLayout layout(vertex, request, input.place(), columns);
   for (const PlyElement& element : header.elements) {
     const bool is_vertex = &element == &vertex;
@@ -411,10 +416,10 @@ Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader re
   return particles;
 }
 
-/// PLY 1.0, ascii and binary of both byte orders. Element "vertex" has x, y, z of any scalar type;
-/// radius (or r, without g and b); red, green, blue (or r, g, b). Colours of type uchar are 8-bit
-/// sRGB, float and double are linear from 0 to 1. Ignores other properties and elements, also
-/// `scale`: programs write lengths, factors and logarithms under that name.
+/// Reads PLY 1.0, ascii and binary in both byte orders. Element "vertex" has x, y, z of any scalar
+/// type; radius (or r, without g and b); red, green, blue (or r, g, b). Colours of type uchar are
+/// 8-bit sRGB; float and double are linear from 0 to 1. Ignores other properties and elements. Also
+/// ignores `scale`, because programs use that name for lengths, factors and logarithms.
 Particles read_ply(PackedFile& file, const ParticleRequest& request) {
   ParticleInput input(file);
   const PlyHeader header = read_ply_header(input);

@@ -15,9 +15,10 @@ using Words = std::vector<std::string_view>;
 constexpr std::size_t max_elements = 64;
 constexpr std::size_t max_properties = 1024;  // of one element
 
-/// Goes to the next line of the header; its words.
+/// Goes to the next line of the header. Returns its words.
 Words next_words(ParticleInput& input) {
-  if (!input.next_line()) input.fail("the file ends before end_header: is it complete?");
+  if (!input.next_line())
+    input.fail("the file ends before end_header: check that the file is complete");
   Words words;
   split_at_blanks(input.line(), words);
   return words;
@@ -30,7 +31,7 @@ PlyFormat format_in(const Words& words, const ParticleInput& input) {
     if (words[1] == "binary_big_endian") return PlyFormat::big_endian;
   }
   input.fail(
-      "no PLY format: line 2 is 'format ascii 1.0', 'format binary_little_endian 1.0' or "
+      "line 2 is not a PLY format: write 'format ascii 1.0', 'format binary_little_endian 1.0' or "
       "'format binary_big_endian 1.0'");
 }
 
@@ -45,7 +46,7 @@ PlyType type_in(std::string_view name, const ParticleInput& input) {
 }
 
 PlyElement element_in(const Words& words, const ParticleInput& input) {
-  if (words.size() != 3) input.fail("not an element: write 'element NAME COUNT'");
+  if (words.size() != 3) input.fail("the line is not a valid element: write 'element NAME COUNT'");
   PlyElement element{std::string(words[1]), 0, {}};
   if (element.name == "vertex") {
     element.count = count_field(words[2], input.place());
@@ -63,7 +64,9 @@ PlyElement element_in(const Words& words, const ParticleInput& input) {
 PlyProperty property_in(const Words& words, const ParticleInput& input) {
   if (words.size() == 3) return {std::string(words[2]), type_in(words[1], input), {}};
   if (words.size() != 5 || words[1] != "list") {
-    input.fail("not a property: write 'property TYPE NAME' or 'property list TYPE TYPE NAME'");
+    input.fail(
+        "the line is not a valid property: write 'property TYPE NAME' or 'property list TYPE TYPE "
+        "NAME'");
   }
   const PlyType size = type_in(words[2], input);
   if (size == PlyType::float32 || size == PlyType::float64) {
@@ -73,10 +76,12 @@ PlyProperty property_in(const Words& words, const ParticleInput& input) {
 }
 
 void add_property(const Words& words, PlyHeader& header, const ParticleInput& input) {
-  if (header.elements.empty()) input.fail("a property before the first element: move it");
+  if (header.elements.empty())
+    input.fail("a property precedes the first element: move the property");
   std::vector<PlyProperty>& properties = header.elements.back().properties;
   if (properties.size() == max_properties) {
-    input.fail("more than " + std::to_string(max_properties) + " properties: remove some");
+    input.fail("the element has more than " + std::to_string(max_properties) +
+               " properties: remove some");
   }
   PlyProperty property = property_in(words, input);
   for (const PlyProperty& other : properties) {
@@ -95,7 +100,7 @@ std::size_t size_of(PlyType type) {
 
 PlyHeader read_ply_header(ParticleInput& input) {
   if (!input.next_line() || trimmed(input.line()) != "ply") {
-    input.fail("not a PLY file: its first line is 'ply'");
+    input.fail("this is not a PLY file: its first line is not 'ply'");
   }
   PlyHeader header;
   header.format = format_in(next_words(input), input);
@@ -106,14 +111,15 @@ PlyHeader read_ply_header(ParticleInput& input) {
     if (keyword == "comment" || keyword == "obj_info") continue;
     if (keyword == "element") {
       if (header.elements.size() == max_elements) {
-        input.fail("more than " + std::to_string(max_elements) + " elements: remove some");
+        input.fail("the header has more than " + std::to_string(max_elements) +
+                   " elements: remove some");
       }
       header.elements.push_back(element_in(words, input));
     } else if (keyword == "property") {
       add_property(words, header, input);
     } else {
       input.fail("'" + printable(input.line()) +
-                 "' in a PLY header: use comment, element, property, end_header");
+                 "' is unknown in a PLY header: use comment, element, property or end_header");
     }
   }
   for (const PlyElement& element : header.elements) {

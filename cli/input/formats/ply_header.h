@@ -14,19 +14,19 @@ enum class PlyFormat : std::uint8_t { ascii, little_endian, big_endian };
 
 enum class PlyType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
-/// Returns the number of bytes of a value in a binary file.
+/// Returns the size of a value in a binary file, in bytes.
 std::size_t size_of(PlyType type);
 
 struct PlyProperty {
   std::string name;
-  PlyType type{};                    ///< of the value, or of each value of a list
+  PlyType type{};                    ///< type of the value, or of each value of a list
   std::optional<PlyType> list_size;  ///< for lists: type of the count before the values
 };
 
 struct PlyElement {
   std::string name;
   std::uint64_t count = 0;
-  std::vector<PlyProperty> properties;  ///< not empty where count > 0
+  std::vector<PlyProperty> properties;  ///< not empty if count > 0
 };
 
 struct PlyHeader {
@@ -34,9 +34,9 @@ struct PlyHeader {
   std::vector<PlyElement> elements;
 };
 
-/// Reads the header of a PLY file, "ply" to "end_header" (Turk, "The PLY Polygon File Format",
-/// 1994). Throws InputError for headers that the format does not define, for more than
-/// limits::max_spheres vertices, and for elements without properties.
+/// Reads the header of a PLY file, from "ply" to "end_header" (Turk, "The PLY Polygon File Format",
+/// 1994). Throws InputError for invalid headers, for more than limits::max_spheres vertices, and
+/// for elements without properties.
 PlyHeader read_ply_header(ParticleInput& input);
 
 }  // namespace parray::input

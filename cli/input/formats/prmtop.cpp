@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, 8> wanted_flags{
     "POINTERS",      "ATOM_NAME",     "CHARGE",          "MASS",
     "ATOMIC_NUMBER", "RESIDUE_LABEL", "RESIDUE_POINTER", "AMBER_ATOM_TYPE"};
 
-/// Sections %FLAG NAME, %FORMAT(20a4), then lines of fields of one width.
+/// The sections of the file: %FLAG NAME, %FORMAT(20a4), then lines of fields of equal width.
 class Sections {
  public:
   using Fields = std::vector<std::string>;
@@ -42,41 +42,44 @@ class Sections {
     }
   }
 
-  /// Empty where the file has no such section. Fails when it has another number of fields than
-  /// `count`.
+  /// Returns the fields of a section. Returns none if the file lacks the section. Fails if the
+  /// number of fields is not `count`.
   [[nodiscard]] const Fields& of(const std::string& name, std::uint64_t count) const {
     static const Fields none;
     const auto found = sections_.find(name);
     if (found == sections_.end()) return none;
     if (found->second.size() == count) return found->second;
     input_.fail("section " + name + " has " + std::to_string(found->second.size()) +
-                " fields where there are " + std::to_string(count) + ": is the file complete?");
+                " fields instead of " + std::to_string(count) +
+                ": check that the file is complete");
   }
 
-  /// The number at a place of the section POINTERS.
+  /// Returns the number at a place of the section POINTERS.
   [[nodiscard]] std::uint64_t pointer(std::size_t place) const {
     const auto found = sections_.find("POINTERS");
     if (found == sections_.end() || found->second.size() <= place) {
-      input_.fail("no section POINTERS: is this a PRMTOP file of AMBER 7 or later?");
+      input_.fail(
+          "the file has no section POINTERS: check that this is a PRMTOP file of AMBER 7 or later");
     }
     return count_field(found->second[place], input_.place());
   }
 
  private:
-  /// 4 of "%FORMAT(20a4)", 16 of "%FORMAT(5E16.8)".
+  /// Returns the width of a field: 4 for "%FORMAT(20a4)", 16 for "%FORMAT(5E16.8)".
   std::size_t width_in(std::string_view line) const {
     constexpr std::uint64_t most = 1000;
     const std::size_t letter = line.find_first_of("aAiIeEfF", line.find('('));
     const std::string_view rest = letter < line.size() ? line.substr(letter + 1) : "";
     const auto width = natural_in(rest.substr(0, rest.find_first_of(".)")));
     if (!width || *width == 0 || *width > most) {
-      input_.fail("'" + printable(line) + "' is no format: write one such as %FORMAT(20a4)");
+      input_.fail("'" + printable(line) +
+                  "' is not a valid format: write one such as %FORMAT(20a4)");
     }
     return static_cast<std::size_t>(*width);
   }
 
   void split(std::string_view line, Fields& fields) const {
-    if (width_ == 0) input_.fail("fields before their %FORMAT: is the file complete?");
+    if (width_ == 0) input_.fail("fields precede their %FORMAT: check that the file is complete");
     while (!line.empty()) {
       const std::string_view field = line.substr(0, width_);
       if (line.size() < width_ && trimmed(field).empty()) return;
@@ -90,7 +93,7 @@ class Sections {
   std::size_t width_ = 0;
 };
 
-/// Residues by atom, from the numbers (from 1) of their first atoms.
+/// The residues of atoms. The file gives the number (from 1) of the first atom of each residue.
 class Residues {
  public:
   Residues(const Sections& sections, std::uint64_t count, const FilePlace& place)
@@ -101,7 +104,7 @@ class Residues {
     if (firsts_.size() != labels_.size()) firsts_.clear();
   }
 
-  /// Of atoms in their order.
+  /// Sets the residue of an atom. Call it for the atoms in their order.
   void enter(std::uint64_t atom, NamedAtom& to) {
     while (next_ < firsts_.size() && firsts_[next_] <= atom + 1) ++next_;
     if (next_ == 0) return;
@@ -119,7 +122,7 @@ double number_at(const std::vector<std::string>& fields, std::size_t i) {
   return i < fields.size() ? number_or_nan(fields[i]) : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Negative ones are virtual sites.
+/// Parses atomic numbers. Negative numbers are virtual sites: 0.
 std::vector<std::uint8_t> elements_in(const std::vector<std::string>& numbers) {
   std::vector<std::uint8_t> elements(numbers.size());
   std::ranges::transform(numbers, elements.begin(), [](const std::string& text) {
@@ -129,11 +132,11 @@ std::vector<std::uint8_t> elements_in(const std::vector<std::string>& numbers) {
   return elements;
 }
 
-/// PRMTOP of AMBER: names, residues, charges, and elements by atomic number or mass. Format: "AMBER
-/// file formats", ambermd.org/FileFormats.php.
+/// Reads PRMTOP of AMBER: names, residues, charges, and elements by atomic number or mass. Format:
+/// "AMBER file formats", ambermd.org/FileFormats.php.
 Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
-  constexpr std::size_t residues_place = 11;  // of POINTERS
-  constexpr double charge_unit = 18.2223;     // the file's, in elementary charges
+  constexpr std::size_t residues_place = 11;  // place in POINTERS
+  constexpr double charge_unit = 18.2223;     // units of the file per elementary charge
   ParticleInput input(file);
   const Sections sections(input);
   const std::uint64_t count = sections.pointer(0);
@@ -141,7 +144,8 @@ Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
   const auto& types = sections.of("AMBER_ATOM_TYPE", count);
   const auto& charges = sections.of("CHARGE", count);
   const auto& masses = sections.of("MASS", count);
-  if (names.empty()) input.fail("no section ATOM_NAME: is the file complete?");
+  if (names.empty())
+    input.fail("the file has no section ATOM_NAME: check that the file is complete");
   Residues residues(sections, sections.pointer(residues_place), input.place());
   NameTable atoms(input.place());
   for (std::size_t i = 0; i < names.size(); ++i) {

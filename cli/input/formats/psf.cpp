@@ -13,7 +13,7 @@ Confidence looks_like_psf(const FileStart& start) {
   return certain_if(first == "PSF" || first.starts_with("PSF "));
 }
 
-/// The number at the beginning of a text such as "42A", a residue with its insertion code.
+/// Parses the number at the beginning of a text such as "42A", a residue with its insertion code.
 std::optional<std::int32_t> leading_number(std::string_view text) {
   const std::optional<double> number =
       number_in(text.substr(0, text.find_last_of("-0123456789") + 1));
@@ -22,14 +22,15 @@ std::optional<std::int32_t> leading_number(std::string_view text) {
   return static_cast<std::int32_t>(*number);
 }
 
-/// A row is: number, segment (which may be blank), residue's number and name, name, type, charge,
-/// mass, and what is of no use here.
+/// Reads a row: number, segment (which may be blank), residue number, residue name, name, type,
+/// charge, mass. Ignores further columns.
 NamedAtom atom_in_row(const std::vector<std::string_view>& row, const FilePlace& place) {
   constexpr std::size_t least_columns = 8;
   const bool has_segment = row.size() >= least_columns && leading_number(row[2]).has_value();
   const std::size_t at = has_segment ? 2 : 1;
   if (row.size() < at + 6) {
-    place.fail(std::to_string(row.size()) + " columns where an atom of PSF has 8 or more");
+    place.fail(std::to_string(row.size()) +
+               " columns, but an atom of PSF has 8 or more: check that the file is complete");
   }
   NamedAtom atom;
   if (has_segment) atom.chain = row[1];
@@ -42,10 +43,10 @@ NamedAtom atom_in_row(const std::vector<std::string_view>& row, const FilePlace&
   return atom;
 }
 
-/// The count of the section NATOM, whose first row comes next.
+/// Returns the count of the section NATOM. The next line is its first row.
 std::uint64_t find_atoms(ParticleInput& input) {
   if (!input.next_line() || !input.line().starts_with("PSF")) {
-    input.fail("not a PSF file: it begins with PSF");
+    input.fail("this is not a PSF file: it does not begin with PSF");
   }
   std::vector<std::string_view> words;
   while (input.next_line()) {
@@ -54,11 +55,11 @@ std::uint64_t find_atoms(ParticleInput& input) {
       return count_field(words[0], input.place());
     }
   }
-  input.fail("no section !NATOM: is the file complete?");
+  input.fail("the file has no section !NATOM: check that the file is complete");
 }
 
-/// PSF of CHARMM, X-PLOR and NAMD: section NATOM; elements by mass. Format: "PSF files",
-/// NAMD tutorial, appendix; CHARMM documentation, "struct".
+/// Reads PSF of CHARMM, X-PLOR and NAMD: section NATOM. Elements come from the masses. Format: "PSF
+/// files", NAMD tutorial, appendix; CHARMM documentation, "struct".
 Particles read_psf(PackedFile& file, const ParticleRequest& request) {
   ParticleInput input(file);
   const std::uint64_t count = find_atoms(input);

@@ -19,7 +19,7 @@ Vec3d vector_of(const Fields& row, const std::array<std::size_t, 3>& columns,
   return {x, y, number_field(row[columns[2]], names[2], place)};
 }
 
-/// 0 for what is neither a symbol nor an atomic number.
+/// Parses a symbol or an atomic number. Returns 0 for other texts.
 std::uint8_t element_in(std::string_view text) {
   const std::optional<std::uint64_t> number = natural_in(text);
   if (!number) return atomic_number_of(text);
@@ -30,8 +30,9 @@ std::uint8_t strict_element_in(std::string_view text, const FilePlace& place) {
   const std::uint8_t element = element_in(text);
   const bool unknown = text.empty() || text == "X" || text == "x" || text == "0";
   if (element == 0 && !unknown) {
-    place.fail("'" + printable(text) +
-               "' is no element: write a symbol, an atomic number or X, or name the column 'type'");
+    place.fail(
+        "'" + printable(text) +
+        "' is not an element: write a symbol, an atomic number or X, or name the column 'type'");
   }
   return element;
 }
@@ -43,7 +44,7 @@ double value_of(const Fields& row, const NumberField& field) {
       Vec3d{x, number_or_nan(row[field.column + 1]), number_or_nan(row[field.column + 2])});
 }
 
-/// The columns of one header line.
+/// The columns of a header line.
 class Header {
  public:
   Header(const std::vector<std::string>& names, const FilePlace& place)
@@ -80,7 +81,7 @@ RowLayout layout_of(const std::vector<std::string>& names, const FilePlace& plac
   const auto position = header.find(axis_names);
   if (!position) {
     const auto is_missing = [&](std::string_view axis) { return !header.find(axis); };
-    place.fail("no column '" +
+    place.fail("the table has no column '" +
                std::string(*std::find_if(axis_names.begin(), axis_names.end(), is_missing)) +
                "': name the columns x, y and z");
   }

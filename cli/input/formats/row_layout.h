@@ -11,52 +11,52 @@
 
 namespace parray::input {
 
-/// A named number of a row: one column, or the length of the vector in three columns.
+/// A named number of a row: one column, or the length of a vector in three columns.
 struct NumberField {
   std::string name;
-  std::size_t column = 0;  ///< the first
-  bool length = false;
+  std::size_t column = 0;  ///< the first column
+  bool length = false;     ///< true: length of the vector in three columns
 };
 
-/// Says which column of a text table holds what. Columns count from 0.
+/// The meaning of the columns in a text table. Columns count from 0.
 struct RowLayout {
   std::array<std::size_t, 3> position{};
   std::optional<std::size_t> radius;
   std::optional<std::array<std::size_t, 3>> color;
   std::optional<std::size_t> element;
   std::optional<std::size_t> type;
-  double radius_factor = 1;  ///< 0.5 if the file holds diameters
+  double radius_factor = 1;  ///< 0.5 if the file contains diameters
   ColorScale color_scale = ColorScale::linear;
-  std::vector<NumberField> numbers;  ///< in the order of the number columns of ParticleColumns
-  bool strict_elements = false;      ///< texts that are no elements are errors, not "unknown"
+  std::vector<NumberField> numbers;  ///< in the order of the numeric columns of ParticleColumns
+  bool strict_elements = false;  ///< true: texts that are not elements are errors, not "unknown"
 };
 
 using Fields = std::vector<std::string_view>;
 
-/// Returns the position in a row, which has all columns of `layout`.
+/// Returns the position in a row. The row must have all columns of `layout`.
 Vec3d position_of(const Fields& row, const RowLayout& layout, const FilePlace& place);
 
 /// Uses the column `diameter` if there is no column of radii.
 void use_diameters(const std::vector<std::string>& names, RowLayout& layout);
 
-/// Makes `layout` and `columns` take those of `fields` that the request wants.
+/// Adds the fields that the request wants to `layout` and `columns`.
 void want_numbers(const std::vector<NumberField>& fields, const ParticleRequest& request,
                   RowLayout& layout, ParticleColumns& columns);
 
-/// Returns the columns of a table that `layout` does not use, under their own names.
+/// Returns the columns that `layout` does not use, under their own names.
 std::vector<NumberField> other_fields(const std::vector<std::string>& names,
                                       const RowLayout& layout);
 
-/// Adds everything of a particle except its position. If the layout has no types, the texts of the
+/// Adds all values of a particle except its position. If the layout has no types, the texts of the
 /// elements are the types.
 void add_attributes(const Fields& row, const RowLayout& layout, const FilePlace& place,
                     ParticleColumns& columns);
 
-/// Adds a particle. Number columns take texts that are no numbers as "not known".
+/// Adds a particle. In numeric columns, texts that are not numbers mean "not known".
 void add_row(const Fields& row, const RowLayout& layout, const FilePlace& place,
              ParticleColumns& columns);
 
-/// Returns the layout of a header line by its names (lower case): x, y, z; radius; element; type;
+/// Returns the layout for the names of a header line (lower case): x, y, z; radius; element; type;
 /// red, green, blue or r, g, b. `r` without `g` and `b` is a radius. Ignores other names. Fails at
 /// `place` if x, y or z is missing, or if a used name occurs twice.
 RowLayout layout_of(const std::vector<std::string>& names, const FilePlace& place);

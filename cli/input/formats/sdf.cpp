@@ -24,21 +24,21 @@ Confidence looks_like_sdf(const FileStart& start) {
 
 bool ends_molecule(std::string_view line) { return line.starts_with("$$$$"); }
 
-/// A line of the atom block of V2000.
+/// A line in the atom block of V2000.
 struct TableRow {
   Vec3d position;
   std::string_view symbol;
   double charge = 0;
 };
 
-/// Codes of charges; 4 is a radical.
+/// Returns the charge for its code. Code 4 is a radical.
 double charge_of_code(std::string_view code) {
   constexpr std::array<double, 8> charges{0, 3, 2, 1, 0, -1, -2, -3};
   const auto number = natural_in(code).value_or(0);
   return number < charges.size() ? charges[number] : 0;
 }
 
-/// By columns; by blanks where a program has not kept to them.
+/// Reads a line by columns, or by blanks if its columns are not valid.
 TableRow table_row(std::string_view line, const FilePlace& place) {
   constexpr std::size_t width = 10;
   const auto x = number_in(field_at(line, 0, width));
@@ -50,12 +50,13 @@ TableRow table_row(std::string_view line, const FilePlace& place) {
   }
   std::vector<std::string_view> words;
   split_at_blanks(line, words);
-  if (words.size() < 4) place.fail("not x, y, z and a symbol: is the file complete?");
+  if (words.size() < 4)
+    place.fail("the line needs x, y, z and a symbol: check that the file is complete");
   return {position_field(words, 0, place), words[3],
           words.size() > 5 ? charge_of_code(words[5]) : 0};
 }
 
-/// Molecules one after the other, each with its own header.
+/// Reads the molecules one by one. Each has its own header.
 class SdfFrames final : public FramesOf<ParticleInput> {
  public:
   SdfFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {}
@@ -94,17 +95,17 @@ class SdfFrames final : public FramesOf<ParticleInput> {
   }
 
  private:
-  /// To the line of counts, the fourth; false where nothing but blank lines is left.
+  /// Goes to the line of counts, the fourth. Returns false if only blank lines are left.
   bool read_header() {
     bool blank = true;
     for (int line = 0; line < 4; ++line) {
       if (!input_.next_line()) {
         if (blank) return false;
-        input_.fail("the file ends within a molecule's header: is it complete?");
+        input_.fail("the file ends within a molecule's header: check that the file is complete");
       }
       blank = blank && trimmed(input_.line()).empty();
     }
-    while (blank) {  // more blank lines at the end than a header has
+    while (blank) {  // the file ends with more blank lines than a header has
       if (!input_.next_line()) return false;
       blank = trimmed(input_.line()).empty();
     }
@@ -112,13 +113,15 @@ class SdfFrames final : public FramesOf<ParticleInput> {
   }
 
   void go_on() {
-    if (!input_.next_line()) input_.fail("the file ends within a molecule: is it complete?");
+    if (!input_.next_line())
+      input_.fail("the file ends within a molecule: check that the file is complete");
     if (ends_molecule(input_.line())) {
-      input_.fail("the molecule ends before its " + std::to_string(atoms_) + " atoms");
+      input_.fail("the molecule ends before its " + std::to_string(atoms_) +
+                  " atoms: check the number of atoms");
     }
   }
 
-  /// The words of a line "M  V30 ...", and of those that it is continued on.
+  /// Reads the words of a line "M  V30 ..." and of its continuation lines.
   void next_extended() {
     go_on();
     text_ = input_.line();
@@ -146,7 +149,8 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     for (std::uint64_t i = 0; i < atoms_; ++i) {
       constexpr std::size_t least = 7;  // M V30 index type x y z
       next_extended();
-      if (words_.size() < least) input_.fail("not an atom of V3000: is its count right?");
+      if (words_.size() < least)
+        input_.fail("the line is not a valid atom of V3000: check the number of atoms");
       add(position_field(words_, 4, input_.place()), words_[3], extended_charge(), atoms);
     }
   }
@@ -168,7 +172,8 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     charges_.push_back(charge);
   }
 
-  /// "M  CHG": pairs of an atom's number and its charge; they replace those of the atom block.
+  /// Reads "M  CHG": pairs of an atom's number and its charge. They replace the charges of the atom
+  /// block.
   void read_charges(std::string_view line) {
     split_at_blanks(line, words_);
     if (!std::exchange(charges_listed_, true)) std::ranges::fill(charges_, 0.0);
@@ -195,8 +200,8 @@ class SdfFrames final : public FramesOf<ParticleInput> {
   std::vector<std::string_view> words_;
 };
 
-/// MOL and SDF, V2000 and V3000 ("CTfile Formats", BIOVIA, 2020). The molecules of an SDF are its
-/// frames. Names and types are the symbols; numbers: charge (formal).
+/// Reads MOL and SDF, V2000 and V3000 ("CTfile Formats", BIOVIA, 2020). The molecules of an SDF are
+/// its frames. Names and types are the symbols. Numbers: charge (formal).
 Particles read_sdf(PackedFile& file, const ParticleRequest& request) {
   return read_frame<SdfFrames>(file, request);
 }

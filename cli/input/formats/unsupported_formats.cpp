@@ -14,16 +14,17 @@ namespace {
 
 using std::string_view_literals::operator""sv;
 
-constexpr std::string_view picture = "name a scene or a file of particles";
+constexpr std::string_view picture = "name a scene or a particle file";
 constexpr std::string_view packed =
-    "unpack them first (what gzip, bzip2, xz and zstd have packed is read as it is)";
+    "unpack them first (ParRay itself unpacks one layer of gzip, bzip2, xz or zstd)";
 constexpr std::string_view mesh =
     "a mesh has no particles: save its vertices as PLY or CSV to see them as spheres";
 constexpr std::string_view convert =
-    "this format is not read: write XYZ, PDB or another that is with the program that made it";
+    "ParRay does not read this format: write XYZ, PDB or another supported format with the program "
+    "that made it";
 constexpr std::string_view utf16 = "save the file as UTF-8";
 
-/// What a file is instead of a scene or particles. An empty `what` stands for nothing known.
+/// What a file is instead of a scene or particles. `what` is empty for unknown files.
 struct Unsupported {
   std::string_view what;
   std::string_view remedy;
@@ -35,7 +36,7 @@ struct Signature {
   Unsupported format;
 };
 
-// Each from the public description of its format.
+// Signatures from the public descriptions of the formats.
 constexpr std::array<Signature, 32> signatures{{
     {"\x89PNG\r\n", 0, {"a PNG picture", picture}},
     {"\xff\xd8\xff", 0, {"a JPEG picture", picture}},
@@ -57,15 +58,15 @@ constexpr std::array<Signature, 32> signatures{{
     {"version https://git-lfs.github.com/spec",
      0,
      {"a Git LFS pointer", "fetch the file itself with git lfs pull"}},
-    {"LAMMPS (", 0, {"a log of LAMMPS", "name the dump that the run has written"}},
+    {"LAMMPS (", 0, {"a log of LAMMPS", "name the dump file of that run"}},
     {"!BIOSYM", 0, {"a BIOSYM archive", convert}},
     {"LammpS RestartT",
      0,
      {"a restart file of LAMMPS",
-      "turn it into a data file or a dump (lmp -restart2data, -restart2dump)"}},
-    {"DUMPCUSTOM", 8, {"a binary dump of LAMMPS", "turn it into text by binary2txt of LAMMPS"}},
-    {"DUMPATOM", 8, {"a binary dump of LAMMPS", "turn it into text by binary2txt of LAMMPS"}},
-    {"---\ncreator: LAMMPS", 0, {"a YAML dump of LAMMPS", "write it by dump custom, as text"}},
+      "convert it to a data file or a dump (lmp -restart2data, -restart2dump)"}},
+    {"DUMPCUSTOM", 8, {"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}},
+    {"DUMPATOM", 8, {"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}},
+    {"---\ncreator: LAMMPS", 0, {"a YAML dump of LAMMPS", "write text with dump custom"}},
     {"Number of particles = ", 0, {"an AtomEye CFG file", convert}},
     {"mmtfVersion", 4, {"an MMTF file", convert}},
     {"encoder", 2, {"a BinaryCIF file", convert}},
@@ -75,7 +76,7 @@ constexpr std::array<Signature, 32> signatures{{
     {"\x89HDF\r\n\x1a\n",
      0,
      {"an HDF5 file",
-      "convert netCDF-4 with nccopy -k 64-bit-offset, anything else to XYZ or PDB with the program "
+      "convert netCDF-4 with nccopy -k 64-bit-offset, other files to XYZ or PDB with the program "
       "that made it"}},
     {"\xdf\x65\xdf\x65\xdf\x65\xdf\x65", 0, {"a GSD file", convert}},
 }};
@@ -88,10 +89,10 @@ constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 struct TopLevelKey {
   std::string_view name;
   std::string_view inner;
-  char value = 0;  ///< first character of its value
+  char value = 0;  ///< first character of the value
 };
 
-/// Collects the keys at the top level of a JSON object from text that may end anywhere.
+/// Collects the keys at the top level of a JSON object. The text may end anywhere.
 class KeyScanner {
  public:
   explicit KeyScanner(std::string_view text) : text_(text) {}
@@ -121,7 +122,7 @@ class KeyScanner {
     return found == std::string_view::npos ? '\0' : text_[found];
   }
 
-  /// Takes a string whose opening quote has been read. One that a colon follows is a key.
+  /// Takes a string after its opening quote. A string with a colon after it is a key.
   void take_string() {
     const std::size_t begin = at_;
     while (at_ < text_.size() && text_[at_] != '"') at_ += text_[at_] == '\\' ? 2 : 1;
@@ -150,8 +151,8 @@ bool is_scene_key(const TopLevelKey& key) {
   return std::ranges::find(scene_keys, key.name) != scene_keys.end();
 }
 
-/// The layouts that DataFrame.to_json() of pandas writes as an object: by column, by row, split,
-/// and with a schema.
+/// Returns whether the keys are those that DataFrame.to_json() of pandas writes for an object: by
+/// column, by row, split, or with a schema.
 bool is_table_of_pandas(const std::vector<TopLevelKey>& keys) {
   if (has_key(keys, "schema") && has_key(keys, "data")) return true;
   if (has_key(keys, "columns") && (has_key(keys, "data") || has_key(keys, "index"))) return true;
@@ -160,7 +161,7 @@ bool is_table_of_pandas(const std::vector<TopLevelKey>& keys) {
   return columns || rows;
 }
 
-/// A database of ASE, or atoms as ase.io.jsonio writes them.
+/// Returns whether the text is a database of ASE, or atoms in the form of ase.io.jsonio.
 bool is_atoms_of_ase(const FileStart& start, const std::vector<TopLevelKey>& keys) {
   const auto contains = [&](std::string_view text) {
     return start.bytes().find(text) != std::string_view::npos;
@@ -180,20 +181,20 @@ std::string object_without_scene(const FileStart& start, std::string_view text) 
   }
   if (may_be_scene) return {};
   if (is_atoms_of_ase(start, keys)) {
-    return "atoms of ASE as JSON, not a scene: write extended XYZ with ASE (ase convert)";
+    return "ASE atoms as JSON, not a scene: write extended XYZ with ASE (ase convert)";
   }
   if (is_table_of_pandas(keys)) {
-    return "a table as JSON (as pandas writes it), not a scene: write a CSV file with the columns "
+    return "a table as JSON (from pandas), not a scene: write a CSV file with the columns "
            "x, y and z";
   }
   if (start.bytes().find("\"@module\"") != std::string_view::npos) {
-    return "an object of pymatgen as JSON, not a scene: write CIF or XYZ with pymatgen";
+    return "a pymatgen object as JSON, not a scene: write CIF or XYZ with pymatgen";
   }
   return {};
 }
 
-/// Whether text of two or four bytes a character begins with a brace (UTF-16 or UTF-32 without a
-/// byte order mark).
+/// Returns whether a text with two or four bytes per character begins with a brace (UTF-16 or
+/// UTF-32 without a byte order mark).
 bool is_wide_json(const FileStart& start) {
   const std::size_t first = start.bytes().find_first_not_of(" \t\r\n\0"sv);
   if (first == std::string_view::npos || start.bytes()[first] != '{') return false;
@@ -217,7 +218,7 @@ bool is_stl(const FileStart& start) {
          start.bytes().find("facet") != std::string::npos;
 }
 
-/// Wavefront OBJ: vertices, three numbers each.
+/// Recognises Wavefront OBJ: vertices with three numbers each.
 bool is_obj(const FileStart& start) {
   const auto is_vertex = [](std::string_view line) {
     const auto words = words_of(line);
@@ -226,7 +227,7 @@ bool is_obj(const FileStart& start) {
   return 3 <= std::ranges::count_if(start.lines(), is_vertex);
 }
 
-/// Whether a line begins with the word, whatever its letter case.
+/// Returns whether a line begins with the word, in any letter case.
 bool has_keyword(const FileStart& start, std::string_view keyword) {
   return std::ranges::any_of(start.lines(), [&](std::string_view line) {
     const auto words = words_of(line);
@@ -246,7 +247,7 @@ bool is_gromos96(const FileStart& start) {
   return trimmed(start.line(0)) == "TITLE" && has_keyword(start, "position");
 }
 
-/// A count and a title; rows of number, name, position, type, bonds.
+/// Recognises Tinker: a count and a title; rows of number, name, position, type, bonds.
 bool is_tinker(const FileStart& start) {
   const auto head = words_of(start.line(0));
   const auto atom = words_of(start.line(1));
@@ -254,7 +255,7 @@ bool is_tinker(const FileStart& start) {
          !is_number(atom[1]) && is_number(atom[2]) && is_number(atom[4]) && is_natural(atom[5]);
 }
 
-/// Titles that begin with a star, the last one empty, and a count.
+/// Recognises CHARMM coordinates: titles that begin with a star, and a count.
 bool is_charmm(const FileStart& start) {
   std::size_t line = 0;
   while (start.line(line).starts_with('*')) ++line;
@@ -262,8 +263,8 @@ bool is_charmm(const FileStart& start) {
   return line > 0 && !count.empty() && count.size() <= 2 && is_natural(count[0]);
 }
 
-/// CONFIG and HISTORY: a title; two to five whole numbers, the keys of the trajectory and of the
-/// box (0 to 7); a box or a time step.
+/// Recognises CONFIG and HISTORY: a title; two to five whole numbers, which are the keys of the
+/// trajectory and of the box (0 to 7); a box or a time step.
 bool is_dl_poly(const FileStart& start) {
   const auto keys = words_of(start.line(1));
   const auto next = words_of(start.line(2));
@@ -275,7 +276,7 @@ bool is_dl_poly(const FileStart& start) {
   return small && (box || (!next.empty() && next[0] == "timestep"));
 }
 
-/// VASP: a title, a scale, three edges.
+/// Recognises VASP: a title, a scale, three edges.
 bool is_poscar(const FileStart& start) {
   for (std::size_t i = 1; i <= 4; ++i) {
     const auto words = words_of(start.line(i));
@@ -284,18 +285,19 @@ bool is_poscar(const FileStart& start) {
   return true;
 }
 
-/// Text without a signature; the first that fits counts.
+/// A text without a signature. The first matching shape counts.
 struct Shape {
   bool (*fits)(const FileStart& start);
   Unsupported format;
 };
 
 constexpr std::array<Shape, 10> shapes{{
-    {is_html, {"an HTML page", "was the download refused?"}},
+    {is_html, {"an HTML page", "check that the download succeeded"}},
     {is_xml, {"XML text", convert}},
     {is_stl, {"an STL mesh", mesh}},
     {is_obj, {"an OBJ mesh", mesh}},
-    {is_input_of_lammps, {"an input script of LAMMPS", "run it, and name the dump that it writes"}},
+    {is_input_of_lammps,
+     {"an input script of LAMMPS", "run it and name the dump file that it writes"}},
     {is_gromos96, {"a GROMOS96 file", convert}},
     {is_tinker, {"a Tinker file", convert}},
     {is_charmm, {"a CHARMM coordinate file", convert}},
@@ -327,11 +329,11 @@ std::string unsupported_format(const FileStart& start, const std::filesystem::pa
 }
 
 std::string first_words(const FileStart& start) {
-  if (!start.is_text()) return "binary data of a kind that is not known";
+  if (!start.is_text()) return "binary data of an unknown kind";
   constexpr std::size_t most = 40;
   const std::string_view text = start.bytes();
   const std::size_t begin = text.find_first_not_of(" \t\r\n");
-  if (begin == std::string_view::npos) return "nothing but blanks";
+  if (begin == std::string_view::npos) return "only blanks";
   const std::string_view rest = text.substr(begin);
   return "text that begins with '" + printable(rest.substr(0, rest.find_first_of("\r\n")), most) +
          "'";
@@ -361,7 +363,7 @@ std::string json_without_scene(const FileStart& start, char first) {
   if (first != '{' && first != '[') return {};
   const std::string_view bytes = start.bytes();
   const std::size_t begin = bytes.find(first);
-  if (begin == std::string_view::npos) return {};  // behind a long blank head
+  if (begin == std::string_view::npos) return {};  // the first 64 KiB are blank
   const std::string_view text = bytes.substr(begin);
   if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) {
     if (nul <= 3) return "UTF-16 text: save the file as UTF-8";

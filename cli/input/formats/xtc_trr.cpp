@@ -8,14 +8,15 @@
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
 
-/// Trajectories of GROMACS, whose lengths in nm become angstrom. They are XDR: big-endian, in units
+/// Trajectories of GROMACS. Lengths in nm become angstrom. The files are XDR: big-endian, in units
 /// of four bytes (RFC 4506). Formats: GROMACS manual, "File formats", xtc and trr.
 namespace parray::input {
 namespace {
 
 Confidence looks_like_xtc(const FileStart& start) {
   const std::uint32_t magic = start.big_endian(0);
-  const std::uint32_t atoms = start.big_endian(4);  // and again after step, time and box
+  const std::uint32_t atoms =
+      start.big_endian(4);  // the number appears again after step, time and box
   return certain_if((magic == 1995 || magic == 2023) && atoms > 0 && start.big_endian(52) == atoms);
 }
 
@@ -23,20 +24,20 @@ Confidence looks_like_trr(const FileStart& start) {
   return certain_if(start.big_endian(0) == 1993 && start.has("GMX_trn_file", 12));
 }
 
-/// What stands before the packed coordinates of a frame.
+/// The part of a frame before the packed coordinates.
 struct XtcPacking {
   std::uint64_t atoms = 0;
-  double precision = 0;  ///< coordinates are whole numbers of 1 / precision
+  double precision = 0;  ///< the unit of coordinates is 1 / precision
   std::array<std::int32_t, 3> least{};
   std::array<std::int32_t, 3> most{};
-  std::int32_t small = 0;  ///< which size of small differences comes first
+  std::int32_t small = 0;  ///< index of the first size of small differences
 };
 
 __extension__ using Wide = unsigned __int128;
 using Whole = std::array<std::int64_t, 3>;
 using Sizes = std::array<std::uint64_t, 3>;
 
-/// Sizes of differences, by their place: about 2^(place / 3), as the format has them.
+/// Sizes of small differences by their index: about 2^(index / 3). The format defines the values.
 constexpr std::array<std::uint32_t, 73> small_sizes{
     0,        0,        0,       0,       0,       0,       0,       0,       0,       8,
     10,       12,       16,      20,      25,      32,      40,      50,      64,      80,
@@ -49,15 +50,15 @@ constexpr std::array<std::uint32_t, 73> small_sizes{
 constexpr std::int32_t first_small = 9;
 
 [[noreturn]] void fail_damaged(const FilePlace& place) {
-  place.fail("impossible packed coordinates: is the file damaged?");
+  place.fail("the packed coordinates are not valid: the file is probably damaged, copy it again");
 }
 
-/// Bits from the highest of each byte to the lowest.
+/// Reads bits, from the highest to the lowest of each byte.
 class Bits {
  public:
   Bits(std::string_view bytes, const FilePlace& place) : bytes_(bytes), place_(place) {}
 
-  /// At most 32.
+  /// Returns the next `count` bits, at most 32.
   std::uint64_t take(unsigned count) {
     while (held_ < count) {
       if (next_ == bytes_.size()) fail_damaged(place_);
@@ -68,7 +69,8 @@ class Bits {
     return (held_bits_ >> held_) & ((std::uint64_t{1} << count) - 1);
   }
 
-  /// A number of `count` bits whose bytes, but for the bits of the last, go from low to high.
+  /// Returns a number of `count` bits. Its bytes go from low to high; the last one may have fewer
+  /// bits.
   Wide take_wide(unsigned count) {
     Wide value = 0;
     for (unsigned at = 0; at < count; at += 8) {
@@ -86,7 +88,7 @@ class Bits {
   unsigned held_ = 0;
 };
 
-/// Three numbers below `sizes`, as the digits of one of `bits` bits.
+/// Splits a number into three digits with the bases `sizes`.
 template <typename Number>
 Whole digits_of(Number number, const Sizes& sizes) {
   Whole digits{};
@@ -100,7 +102,7 @@ Whole digits_of(Number number, const Sizes& sizes) {
 
 Whole take_digits(Bits& bits, unsigned count, const Sizes& sizes) {
   const Wide number = bits.take_wide(count);
-  constexpr unsigned narrow = 64;  // whose division is many times faster
+  constexpr unsigned narrow = 64;  // limit for 64-bit division, which is many times faster
   return count <= narrow ? digits_of(static_cast<std::uint64_t>(number), sizes)
                          : digits_of(number, sizes);
 }
@@ -130,7 +132,7 @@ class XtcUnpacker {
  private:
   static constexpr std::int64_t widest_in_one = 0xFFFFFF;
 
-  /// A position, and the differences that follow it.
+  /// Reads a position and the differences after it.
   void take_group() {
     Whole position = sum(take_position(), least_);
     int change = 0;
@@ -144,7 +146,7 @@ class XtcUnpacker {
     } else {
       take_differences(position);
     }
-    small_ += change;  // after the last difference, perhaps beyond the sizes that there are
+    small_ += change;  // after the last difference, the index may be out of range
   }
 
   Whole take_position() {
@@ -196,21 +198,22 @@ class XtcUnpacker {
   Bits bits_;
   Whole least_{};
   Sizes sizes_{};
-  bool by_axis_ = false;  // each coordinate on its own
-  std::int32_t small_;    // place of the present size of differences
-  int run_ = 0;           // differences after each position, until another count comes
+  bool by_axis_ = false;  // true: coordinates are stored separately
+  std::int32_t small_;    // index of the current size of differences
+  int run_ = 0;           // number of differences after each position, until the next change
   std::vector<Vec3d> positions_;
 };
 
-/// The positions, in nm, that GROMACS has packed into `bytes`. Each is a whole number within the
-/// box of `least` and `most`, written as one number in a mixed base, or the difference to the
-/// position before it, whose size changes on the way; a bit, and sometimes a count of differences
-/// after it, say which. The first difference after a whole position belongs to the atom before:
-/// water has its oxygen, the middle of the molecule, written first. Format: GROMACS manual, "File
+/// Returns the positions, in nm, that GROMACS packed into `bytes`. Each position is stored in one
+/// of two forms. The first is a number in a mixed base that encodes a whole position within the box
+/// of `least` and `most`. The second is the difference to the previous position; the size of
+/// differences changes from group to group. A bit, and sometimes a count of differences, indicates
+/// the form. The first difference after a whole position belongs to the atom before it, because the
+/// format stores the oxygen of a water molecule, its middle, first. Format: GROMACS manual, "File
 /// formats", xtc; Green, "xdrf library", EMBL 1995; Spångberg, Larsson and van der Spoel, J. Mol.
 /// Model. 17 (2011) 2669.
 ///
-/// Fails at `place` for what is damaged, before anything is allocated for more than there is.
+/// Fails at `place` for damaged data, before it allocates more memory than the data can need.
 std::vector<Vec3d> unpack_xtc(const XtcPacking& packing, std::string_view bytes,
                               const FilePlace& place) {
   return XtcUnpacker(packing, bytes, place).all();
@@ -226,7 +229,7 @@ std::optional<ParticleCell> take_box(BinaryInput& input) {
   return valid_cell({{}, {edge(0), edge(3), edge(6)}});
 }
 
-/// `count` positions as numbers, in nm.
+/// Reads `count` positions as plain numbers, in nm.
 template <typename Real>
 std::vector<Vec3d> take_positions(BinaryInput& input, std::uint64_t count) {
   std::vector<Vec3d> positions;
@@ -255,10 +258,10 @@ class XtcFrames final : public FramesOf<BinaryInput> {
   bool next() override {
     if (input_.at_end()) return false;
     constexpr std::int32_t magic = 1995;
-    constexpr std::int32_t magic_of_long_frames = 2023;  // of 64 bits where they count bytes
+    constexpr std::int32_t magic_of_long_frames = 2023;  // uses 64 bits for byte counts
     const auto found = input_.get<std::int32_t>();
     if (found != magic && found != magic_of_long_frames) {
-      input_.fail("no frame of XTC where one should begin: is the file damaged?");
+      input_.fail("the data are not a frame of XTC: the file is probably damaged, copy it again");
     }
     is_long_ = found == magic_of_long_frames;
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
@@ -292,19 +295,21 @@ class XtcFrames final : public FramesOf<BinaryInput> {
   }
 
  private:
-  /// Few atoms are not packed.
+  /// Returns true if there are too few atoms for packing.
   [[nodiscard]] bool is_plain() const { return atoms_ <= 9; }
 
-  /// Their number stands there twice.
+  /// Reads the second number of atoms. Fails unless both numbers are equal.
   void check_atoms() {
     if (input_.get<std::int32_t>() == static_cast<std::int64_t>(atoms_)) return;
-    input_.fail("two different numbers of atoms in one frame: is the file damaged?");
+    input_.fail(
+        "one frame has two different numbers of atoms: the file is probably damaged, copy it "
+        "again");
   }
 
-  /// Bytes of packed coordinates, with those that fill the last unit.
+  /// Returns the number of bytes of packed coordinates, including the padding.
   std::uint64_t take_size() {
     const std::int64_t bytes = is_long_ ? input_.get<std::int64_t>() : input_.get<std::int32_t>();
-    if (bytes < 0) input_.fail("a negative size: is the file damaged?");
+    if (bytes < 0) input_.fail("the size is negative: the file is probably damaged, copy it again");
     return padded(static_cast<std::uint64_t>(bytes));
   }
 
@@ -350,7 +355,7 @@ class TrrFrames final : public FramesOf<BinaryInput> {
   Particles read() override { return is_double_ ? read_reals<double>() : read_reals<float>(); }
 
  private:
-  /// Parts of a frame, of which each has a size in its head, in the order of both.
+  /// Parts of a frame in their order. The head has a size for each.
   enum Part : std::size_t {
     input_record,
     energies,
@@ -369,15 +374,16 @@ class TrrFrames final : public FramesOf<BinaryInput> {
     constexpr std::int32_t magic = 1993;
     constexpr std::uint64_t longest_version = 64;
     if (input_.get<std::int32_t>() != magic) {
-      input_.fail("no frame of TRR where one should begin: is the file damaged?");
+      input_.fail("the data are not a frame of TRR: the file is probably damaged, copy it again");
     }
-    input_.get<std::int32_t>();  // length of the version, counted otherwise
+    input_.get<std::int32_t>();  // length of the version, in another form
     const auto version = input_.get<std::uint32_t>();
-    if (version > longest_version) input_.fail("an impossible version: is the file damaged?");
+    if (version > longest_version)
+      input_.fail("the version is not valid: the file is probably damaged, copy it again");
     input_.skip(padded(version));
     for (std::uint64_t& size : sizes_) {
       const auto bytes = input_.get<std::int32_t>();
-      if (bytes < 0) input_.fail("a negative size: is the file damaged?");
+      if (bytes < 0) input_.fail("a size is negative: the file is probably damaged, copy it again");
       size = static_cast<std::uint64_t>(bytes);
     }
     atoms_ = checked_atoms(input_.get<std::int32_t>(), input_.place());
@@ -396,7 +402,9 @@ class TrrFrames final : public FramesOf<BinaryInput> {
     is_double_ = is_double_ || sizes_[box] == 72;
     const std::uint64_t real = is_double_ ? 8 : 4;
     if (has_positions() && sizes_[positions] != 3 * real * atoms_) {
-      input_.fail("the positions do not fit the number of atoms: is the file damaged?");
+      input_.fail(
+          "the positions do not fit the number of atoms: the file is probably damaged, copy it "
+          "again");
     }
   }
 

@@ -26,12 +26,12 @@ Confidence looks_like_xyz(const FileStart& start) {
   return Confidence::possible;
 }
 
-/// How the rows of a frame look.
+/// The layout of the rows in a frame.
 struct XyzLayout {
   RowLayout row;
   std::vector<NumberField> others;  ///< numbers that a request may want
-  std::size_t columns = 4;          ///< that a row must have
-  bool exact = false;               ///< and no more
+  std::size_t columns = 4;          ///< number of columns in a row
+  bool exact = false;               ///< true: rows must not have further columns
 };
 
 constexpr std::string_view lammps_start = "Atoms. Timestep:";
@@ -44,7 +44,7 @@ struct Property {
   std::size_t count = 0;
 };
 
-/// Takes the text up to the next colon from the front of `text`.
+/// Removes the text up to the next colon from the front of `text` and returns it.
 std::string_view take_part(std::string_view& text) {
   const std::size_t end = std::min(text.find(':'), text.size());
   const std::string_view part = text.substr(0, end);
@@ -60,14 +60,14 @@ Property take_property(std::string_view& text, const FilePlace& place) {
   constexpr std::uint64_t max_count = 1000;
   const bool known_type = type.size() == 1 && types.find(type[0]) != std::string_view::npos;
   if (name.empty() || !known_type || count.value_or(0) == 0 || *count > max_count) {
-    place.fail("Properties has no NAME:TYPE:COUNT at '" + printable(name) +
-               "': write them as species:S:1:pos:R:3");
+    place.fail("Properties has no valid NAME:TYPE:COUNT at '" + printable(name) +
+               "': write for example species:S:1:pos:R:3");
   }
   return {lower_case(name), type[0], static_cast<std::size_t>(*count)};
 }
 
-/// Numbers that nothing else is made of: one, a vector (its components and its length, under its
-/// own name), or several, counted from 0.
+/// Adds the numbers of a property that has no special meaning: one number, a vector (its
+/// components, and its length under the property's name), or several numbers counted from 0.
 void enter_numbers(const Property& property, std::size_t at, XyzLayout& layout) {
   if (property.type == 'S') return;
   if (property.count == 1 || property.count == 3) {
@@ -80,7 +80,7 @@ void enter_numbers(const Property& property, std::size_t at, XyzLayout& layout) 
   }
 }
 
-/// Enters a property whose first column is `at`.
+/// Adds a property to the layout. Its first column is `at`.
 void enter(const Property& property, std::size_t at, XyzLayout& layout, bool& has_position) {
   const std::string_view name = property.name;
   const bool one = property.count == 1;
@@ -120,12 +120,12 @@ XyzLayout layout_of_properties(std::string_view properties, const FilePlace& pla
   return layout;
 }
 
-/// The value of KEY=...; `key` in lower case, with "=". Empty when it is not there.
+/// Returns the value of KEY=... `key` is in lower case, with "=". Returns "" if the key is missing.
 std::string_view value_of(std::string_view comment, std::string_view key) {
   const std::string lower = lower_case(comment);
   std::size_t at = lower.find(key);
   while (at != std::string::npos && at > 0 && !ascii::is_blank(lower[at - 1])) {
-    at = lower.find(key, at + 1);  // the end of a longer name
+    at = lower.find(key, at + 1);  // it was the end of a longer name
   }
   if (at == std::string::npos) return {};
   const std::string_view value = comment.substr(at + key.size());
@@ -136,7 +136,7 @@ std::string_view value_of(std::string_view comment, std::string_view key) {
   return value.substr(1, value.find(closing[quote], 1) - 1);
 }
 
-/// The numbers of a value; none where one of them is no number.
+/// Parses the numbers of a value. Returns none if one of them is not a number.
 std::vector<double> numbers_in(std::string_view value) {
   std::string text(value);
   std::ranges::replace(text, ',', ' ');
@@ -151,8 +151,8 @@ std::vector<double> numbers_in(std::string_view value) {
   return numbers;
 }
 
-/// As Properties says or, where there are none, a name and a position. Fails at `place` for
-/// Properties that cannot be understood, or have no positions.
+/// Returns the layout that Properties defines. Without Properties, a row has a name and a position.
+/// Fails at `place` for invalid Properties and for Properties without positions.
 XyzLayout xyz_layout(std::string_view comment, const FilePlace& place) {
   const std::string_view properties = value_of(comment, "properties=");
   if (!properties.empty()) return layout_of_properties(properties, place);
@@ -162,10 +162,11 @@ XyzLayout xyz_layout(std::string_view comment, const FilePlace& place) {
   return plain;
 }
 
-/// LAMMPS's own comment: its names are numbers of types, unless somebody has set others.
+/// Returns whether the comment is that of LAMMPS. Its names are numbers of types, unless the user
+/// has set others.
 bool is_lammps_comment(std::string_view comment) { return comment.starts_with(lammps_start); }
 
-/// Lattice and Origin; nothing where they are no cell.
+/// Returns the cell of Lattice and Origin. Returns nothing if they are not a valid cell.
 std::optional<ParticleCell> xyz_cell(std::string_view comment) {
   const std::vector<double> edges = numbers_in(value_of(comment, "lattice="));
   const std::vector<double> origin = numbers_in(value_of(comment, "origin="));
@@ -176,7 +177,7 @@ std::optional<ParticleCell> xyz_cell(std::string_view comment) {
   return valid_cell(cell);
 }
 
-/// Time, or else the step; also that of LAMMPS's own comment.
+/// Returns the time or, without it, the step. Also reads the comment of LAMMPS.
 std::optional<double> xyz_time(std::string_view comment) {
   if (is_lammps_comment(comment)) return number_in(trimmed(comment.substr(lammps_start.size())));
   for (const std::string_view key : {"time=", "step=", "timestep=", "frame="}) {
@@ -190,13 +191,13 @@ constexpr std::size_t least_row_bytes = 8;  // "C 0 0 0\n"
 
 void check_width(std::size_t found, const XyzLayout& layout, const FilePlace& place) {
   if (found == layout.columns || (found > layout.columns && !layout.exact)) return;
-  place.fail(std::to_string(found) + " columns where " + std::to_string(layout.columns) +
+  place.fail(std::to_string(found) + " columns, but " + std::to_string(layout.columns) +
              " are needed: " +
-             (layout.exact ? "write as many as Properties announces"
+             (layout.exact ? "write the number that Properties requires"
                            : "write a name and three coordinates"));
 }
 
-/// Whether they are 1, 2, 3 ... in some order, without a gap.
+/// Returns whether the names are 1, 2, 3 ... in any order, without a gap.
 bool count_from_one(const std::vector<std::string>& names) {
   std::set<std::uint64_t> numbers;
   for (const std::string& name : names) {
@@ -211,10 +212,10 @@ bool are_numbers(const std::vector<std::string>& names) {
   return std::ranges::all_of(names, [](const auto& name) { return natural_in(name).has_value(); });
 }
 
-/// LAMMPS writes numbers of types where elements stand. Numbers are such in a frame with its
-/// comment, and where they go from 1 on without a gap: no chemistry has all of H, He, Li. Others
-/// are atomic numbers.
-void tell_types_from_elements(std::string_view comment, Particles& particles) {
+/// Decides whether numbers in place of elements are types. LAMMPS writes numbers of types there.
+/// Numbers are types if the comment is that of LAMMPS, or if they go from 1 on without a gap,
+/// because no system contains all of H, He, Li. Other numbers are atomic numbers.
+void distinguish_types_from_elements(std::string_view comment, Particles& particles) {
   const std::vector<std::string>& names = particles.types.names;
   if (particles.elements.empty() || names.empty()) return;
   const bool types = is_lammps_comment(comment) ? are_numbers(names) : count_from_one(names);
@@ -224,16 +225,17 @@ void tell_types_from_elements(std::string_view comment, Particles& particles) {
     });
     if (numbers > 0) {
       particles.facts.notes.push_back({"guessed_elements", static_cast<std::uint64_t>(numbers),
-                                       "elements told by atomic numbers"});
+                                       "elements given by atomic numbers"});
     }
     return;
   }
   particles.elements = {};
-  particles.facts.notes.push_back({"numbers_as_types", particles.count(),
-                                   "names that are numbers taken for types, not for elements"});
+  particles.facts.notes.push_back(
+      {"numbers_as_types", particles.count(),
+       "particles with numbers as names, read as types and not as elements"});
 }
 
-/// Each frame is a count, a comment and so many rows.
+/// Reads frames. Each frame is a count, a comment and `count` rows.
 class XyzFrames final : public FramesOf<ParticleInput> {
  public:
   XyzFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
@@ -243,7 +245,8 @@ class XyzFrames final : public FramesOf<ParticleInput> {
   bool next() override {
     if (!at_count_) return false;
     count_ = count_field(trimmed(input_.line()), input_.place());
-    if (!input_.next_line()) input_.fail("the file ends before its comment line: is it complete?");
+    if (!input_.next_line())
+      input_.fail("the file ends before its comment line: check that the file is complete");
     return true;
   }
 
@@ -268,32 +271,32 @@ class XyzFrames final : public FramesOf<ParticleInput> {
     }
     go_to_count();
     Particles particles = columns.finish_frame();
-    tell_types_from_elements(comment, particles);
+    distinguish_types_from_elements(comment, particles);
     particles.cell = xyz_cell(comment);
     particles.facts.time = xyz_time(comment);
     return particles;
   }
 
  private:
-  /// After a frame comes another, which starts with its count, or nothing.
+  /// Goes to the count of the next frame, or to the end of the file. Fails for other text.
   void go_to_count() {
     at_count_ = input_.next_filled_line();
     if (!at_count_ || natural_in(trimmed(input_.line()))) return;
-    input_.fail("text after the last particle: is the count of the frame right?");
+    input_.fail("text follows the last particle: check the number of particles in the frame");
   }
 
   const ParticleRequest& request_;
-  bool at_count_ = false;  // of the next frame
+  bool at_count_ = false;  // true: at the count of the next frame
   std::uint64_t count_ = 0;
 };
 
-/// XYZ: a count, a comment, then a name and three numbers per line. Ignores further columns. A name
-/// is a symbol, an atomic number or any other text (element unknown). Numbers are types, with a
-/// note, if the comment is LAMMPS's own or if they go from 1 on without a gap.
-/// Extended XYZ: the comment has Properties=NAME:TYPE:COUNT:... Readers use species (element, Z),
-/// pos, type, radius and color; color is linear from 0 to 1 (type R) or 8-bit sRGB (type I). Other
-/// properties are numbers on request: vectors as name_x, name_y, name_z, and their length as name.
-/// Lattice and Origin are the cell; Time, or the step, is the time.
+/// Reads XYZ: a count, a comment, then a name and three numbers per line. Ignores further columns.
+/// A name is a symbol, an atomic number or any other text (element unknown). Numbers are types,
+/// with a note, if the comment is that of LAMMPS or if they go from 1 on without a gap.
+/// Reads extended XYZ, whose comment has Properties=NAME:TYPE:COUNT:... It uses species (element,
+/// Z), pos, type, radius and color. Colours are linear from 0 to 1 (type R) or 8-bit sRGB (type I).
+/// Other properties are numbers on request: vectors as name_x, name_y, name_z, and their length as
+/// name. Lattice and Origin are the cell. Time or, without it, the step is the time.
 Particles read_xyz(PackedFile& file, const ParticleRequest& request) {
   return read_frame<XyzFrames>(file, request);
 }

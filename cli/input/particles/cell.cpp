@@ -9,7 +9,8 @@
 namespace parray::input {
 namespace {
 
-/// Exactly 0 for a right angle, which sin and cos of a rounded pi are not.
+/// Returns the cosine of an angle in degrees, and exactly 0 for a right angle despite the rounding
+/// of pi.
 double cosine_of(double degrees) {
   return degrees == 90 ? 0 : std::cos(degrees * std::numbers::pi / 180);
 }
@@ -26,7 +27,7 @@ std::optional<ParticleCell> cell_from(const Vec3d& lengths, const Vec3d& angles)
   const double beta = cosine_of(angles.y);
   const double gamma = cosine_of(angles.z);
   const double sine = std::sqrt(1 - gamma * gamma);
-  const double across = (alpha - beta * gamma) / sine;  // of the unit vector along c
+  const double across = (alpha - beta * gamma) / sine;  // components of the unit vector along c
   const double up = std::sqrt(std::max(0.0, 1 - beta * beta - across * across));
   return valid_cell({{},
                      {Vec3d{lengths.x, 0, 0}, lengths.y * Vec3d{gamma, sine, 0},

@@ -7,11 +7,11 @@ namespace parray::input {
 
 /// Returns the cell at the origin with edges of these lengths (> 0) and the angles alpha (between b
 /// and c), beta (a and c) and gamma (a and b) in degrees. a lies along x, b in the xy plane
-/// (International Tables for Crystallography, volume B, section 3.3.1). Returns nothing if lengths
-/// and angles make no cell.
+/// (International Tables for Crystallography, volume B, section 3.3.1). Returns nothing if no cell
+/// has these lengths and angles.
 std::optional<ParticleCell> cell_from(const Vec3d& lengths, const Vec3d& angles);
 
-/// Returns `cell`, or nothing if its edges span no volume or it is not finite.
+/// Returns `cell`, or nothing if the cell has no volume or is not finite.
 std::optional<ParticleCell> valid_cell(const ParticleCell& cell);
 
 }  // namespace parray::input

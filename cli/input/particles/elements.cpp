@@ -11,19 +11,20 @@ namespace {
 /// Radii, angstrom, by source:
 ///
 /// Main group: Mantina, Chamberlin, Valero, Cramer and Truhlar, J. Phys. Chem. A 113 (2009) 5806,
-/// table 12. They keep the radii of Bondi, J. Phys. Chem. 68 (1964) 441, where he gives one, take
-/// that of hydrogen from Rowland and Taylor, J. Phys. Chem. 100 (1996) 7384, and add the others.
+/// table 12. They contain the radii of Bondi, J. Phys. Chem. 68 (1964) 441. The radius of hydrogen
+/// comes from Rowland and Taylor, J. Phys. Chem. 100 (1996) 7384.
 ///
 /// Transition metals, lanthanides, actinides to Es: Alvarez, Dalton Trans. 42 (2013) 8617, table 1.
-/// He gives none for Pm: the mean of its neighbours stands there.
+/// The table has no radius for Pm: its radius here is the mean of its neighbours.
 ///
-/// From Fm: nothing is published; 2.00.
+/// From Fm on, no radius is published: 2.00.
 ///
-/// Unknown: the radius of carbon, the commonest element of molecules, in a colour of no element.
+/// Unknown element: the radius of carbon, the most common element of molecules, in a colour that no
+/// element has.
 ///
 /// Colours, 8-bit sRGB: the table of Jmol, "Jmol colors" (jmol.sourceforge.net/jscolors), which
-/// extends the convention of Corey, Pauling and Koltun. It ends at Mt, whose colour the elements
-/// beyond share.
+/// extends the convention of Corey, Pauling and Koltun. The table ends at Mt. All later elements
+/// have the colour of Mt.
 struct Row {
   std::string_view symbol;
   double radius;
@@ -91,14 +92,14 @@ std::array<Element, periodic_table.size()> elements_of_rows() {
 constexpr std::size_t alphabet = 26;
 constexpr std::size_t symbol_places = alphabet * (alphabet + 1);
 
-/// 0 to 25, whatever its case.
+/// Returns the place of a letter in the alphabet, 0 to 25, in either case.
 std::optional<std::size_t> letter_in(char c) {
   if (c >= 'A' && c <= 'Z') return static_cast<std::size_t>(c - 'A');
   if (c >= 'a' && c <= 'z') return static_cast<std::size_t>(c - 'a');
   return {};
 }
 
-/// Of one or two letters, in a table of all of them.
+/// Returns the place of a symbol in a table of all texts of one or two letters.
 std::optional<std::size_t> place_of(std::string_view symbol) {
   if (symbol.empty() || symbol.size() > 2) return {};
   const auto first = letter_in(symbol[0]);

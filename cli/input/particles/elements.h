@@ -7,7 +7,7 @@
 
 namespace parray::input {
 
-/// A chemical element as pictures of molecules show it.
+/// A chemical element and its usual look in pictures of molecules.
 struct Element {
   std::string_view symbol;
   double radius;  ///< van der Waals radius, angstrom
@@ -16,12 +16,12 @@ struct Element {
 
 inline constexpr std::uint8_t last_element = 118;
 
-/// Returns an element by its atomic number. 0 and numbers above last_element are "unknown", with a
-/// radius and colour of its own.
+/// Returns an element by its atomic number. 0 and numbers above last_element give the element
+/// "unknown", which has its own radius and colour.
 const Element& element(std::uint8_t atomic_number);
 
-/// Returns the atomic number of a symbol in any letter case ("CL", "cl", "Cl"); 0 for other texts.
-/// D and T are hydrogen.
+/// Returns the atomic number of a symbol in any letter case ("CL", "cl", "Cl"). Returns 0 for other
+/// texts. D and T are hydrogen.
 std::uint8_t atomic_number_of(std::string_view symbol);
 
 }  // namespace parray::input

@@ -20,7 +20,7 @@ double number_field(std::string_view text, std::string_view what, const FilePlac
   const std::optional<double> value = number_in(text);
   if (!value) {
     place.fail(std::string(what) + " '" + printable(text) +
-               "' is not a finite number: write it as 0.5 or 1e3");
+               "' is not a finite number: write a number such as 0.5 or 1e3");
   }
   return *value;
 }

@@ -24,18 +24,19 @@ struct FilePlace {
   [[noreturn]] void fail(std::string_view problem) const;
 };
 
-/// Returns the number that `text` is; `what` names it. Fails at `place` if it is no finite number.
+/// Parses a number. `what` names the number in the message. Fails at `place` for other texts and
+/// for numbers that are not finite.
 double number_field(std::string_view text, std::string_view what, const FilePlace& place);
 
-/// Returns the numbers x, y and z in three words from `at` on.
+/// Parses x, y and z in the three words from `at` on.
 Vec3d position_field(const std::vector<std::string_view>& words, std::size_t at,
                      const FilePlace& place);
 
-/// Returns a number of particles from 0 to limits::max_spheres. Fails at `place` for other texts.
+/// Parses a number of particles from 0 to limits::max_spheres. Fails at `place` for other texts.
 std::uint64_t count_field(std::string_view text, const FilePlace& place);
 
-/// A file does not support what a member of a scene's item of `particles` asks for. The text gives
-/// the problem. The caller adds the place: the scene file or the option.
+/// Error: a file lacks what a member of an item of `particles` in a scene file needs. The text
+/// gives the problem. The caller adds the place: the scene file or the option.
 class SourceError : public InputError {
  public:
   SourceError(std::string key, const std::string& problem)

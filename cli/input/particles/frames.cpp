@@ -8,7 +8,7 @@
 namespace parray::input {
 namespace {
 
-/// Passes over at most `most` frames; returns how many there were.
+/// Skips at most `most` frames. Returns the number of skipped frames.
 std::uint64_t skip_frames(FrameReader& reader, std::uint64_t most) {
   std::uint64_t frames = 0;
   while (frames < most && reader.next()) {
@@ -20,11 +20,11 @@ std::uint64_t skip_frames(FrameReader& reader, std::uint64_t most) {
 
 struct FrameCount {
   std::uint64_t frames = 0;
-  std::string problem;  ///< why there are no more; empty: the file ends
+  std::string problem;  ///< why counting stopped early; empty: the file ended
 };
 
-/// Frames from where the reader stands. One that cannot be read ends the count: a simulation that
-/// still runs leaves half a frame.
+/// Counts the frames from the reader's position on. An unreadable frame ends the count, because a
+/// running simulation leaves an incomplete frame.
 FrameCount count_frames(FrameReader& reader) {
   FrameCount count;
   try {
@@ -39,21 +39,21 @@ void note_problem(const FrameCount& count, ParticleFacts& facts) {
   if (count.problem.empty()) return;
   facts.notes.push_back({"unreadable_frames", 1,
                          "frame after the first " + std::to_string(count.frames) +
-                             " cannot be read, nor any after it: " + count.problem});
+                             " cannot be read and ends the count: " + count.problem});
 }
 
-/// `frame`, which the reader has just read, is empty.
+/// Throws the error that `frame`, which the reader has just read, is empty.
 [[noreturn]] void fail_empty(FrameReader& reader, std::uint64_t frame) {
   const FilePlace place = reader.place();
   const std::string problem = "frame " + std::to_string(frame) + " has no particles";
   for (std::uint64_t later = frame + 1; reader.next(); ++later) {
     if (reader.skip() == 0) continue;
-    place.fail(problem + ": frame " + std::to_string(later) + " is the next that has some");
+    place.fail(problem + ": the next frame with particles is frame " + std::to_string(later));
   }
-  place.fail(problem + ", nor has any after it: choose one before it");
+  place.fail(problem + ", and neither has any later frame: choose an earlier frame");
 }
 
-/// The first frame that has particles; `frame` becomes its number.
+/// Returns the first frame with particles. Sets `frame` to its number.
 Particles read_filled(FrameReader& reader, std::uint64_t& frame) {
   for (frame = 0; reader.next(); ++frame) {
     Particles particles = reader.read();
@@ -61,11 +61,11 @@ Particles read_filled(FrameReader& reader, std::uint64_t& frame) {
     if (frame > 0) {
       particles.facts.notes.push_back(
           {"empty_frames", frame,
-           (frame == 1 ? "empty frame" : "empty frames") + std::string(" before it passed over")});
+           (frame == 1 ? "empty frame" : "empty frames") + std::string(" before it skipped")});
     }
     return particles;
   }
-  reader.place().fail("no particles: is this the right file?");
+  reader.place().fail("the file has no particles: check that this is the right file");
 }
 
 Particles read_numbered(FrameReader& reader, std::uint64_t frame) {
@@ -80,7 +80,7 @@ Particles read_numbered(FrameReader& reader, std::uint64_t frame) {
 
 void fail_without_frame(const FilePlace& place, std::uint64_t count, std::uint64_t asked) {
   place.fail("the file ends after " + std::to_string(count) + (count == 1 ? " frame" : " frames") +
-             ": there is no frame " + std::to_string(asked) + ", counted from 0");
+             ": it has no frame " + std::to_string(asked) + " (the first frame is 0)");
 }
 
 Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open) {

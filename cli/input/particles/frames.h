@@ -10,8 +10,8 @@
 
 namespace parray::input {
 
-/// Reads the frames of a file from front to back. Every format with several frames has its own. All
-/// members throw InputError as read_particles() does.
+/// Reads the frames of a file from front to back. Each format with several frames has its own
+/// reader. All members throw the errors of read_particles().
 class FrameReader {
  public:
   virtual ~FrameReader() = default;
@@ -26,7 +26,7 @@ class FrameReader {
   [[nodiscard]] virtual const FilePlace& place() const = 0;
 };
 
-/// A FrameReader with its input, a ParticleInput or BinaryInput.
+/// A FrameReader that owns its input, a ParticleInput or a BinaryInput.
 template <typename Input>
 class FramesOf : public FrameReader {
  public:
@@ -37,34 +37,35 @@ class FramesOf : public FrameReader {
   Input input_;
 };
 
-/// Makes a reader that stands before the first frame.
+/// Makes a reader that is positioned before the first frame.
 using OpenFrames = std::function<std::unique_ptr<FrameReader>()>;
 
-/// Returns the frame of `file` that the request chooses. Without a choice it returns the first
-/// frame with particles. `last` counts the frames first and chooses the last complete one. Sets
-/// facts.frame; sets facts.frames if the frames were counted, for `last` and for `request.all`.
+/// Returns the frame of `file` that the request chooses. Without a choice, returns the first frame
+/// with particles. `last` counts the frames first and chooses the last complete one. Sets
+/// facts.frame. Sets facts.frames if it counted the frames, that is for `last` and for
+/// `request.all`.
 ///
-/// Throws InputError for a frame that the file does not have, and for an empty frame that the
-/// request names; the message names the next frame with particles.
+/// Throws InputError if the file does not have the frame. Throws it also for an empty frame; the
+/// message names the next frame with particles.
 Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open);
 
-/// Throws InputError: the file has `count` frames, and the one that was asked for is not among
-/// them. `place` is the end of the file.
+/// Throws InputError: the file has `count` frames, and the requested frame is not one of them.
+/// `place` is the end of the file.
 [[noreturn]] void fail_without_frame(const FilePlace& place, std::uint64_t count,
                                      std::uint64_t asked);
 
-/// The same for a `Reader` with the constructor (PackedFile&, const ParticleRequest&).
+/// Does the same for a `Reader` with the constructor (PackedFile&, const ParticleRequest&).
 template <typename Reader>
 Particles read_frame(PackedFile& file, const ParticleRequest& request) {
   return read_frame(file, request, [&] { return std::make_unique<Reader>(file, request); });
 }
 
-/// Files of GROMACS and AMBER may give lengths in nm; the readers turn them into angstrom.
+/// Factor that turns the nanometres of files of GROMACS and AMBER into angstrom.
 inline constexpr double angstrom_per_nm = 10;
 
-/// Returns the note that says so of `count` particles.
+/// Returns the note that `count` particles were given in nanometres.
 inline ParticleNote nm_note(std::uint64_t count) {
-  return {"length_unit", count, "positions given in nm, turned into angstrom"};
+  return {"length_unit", count, "positions converted from nm to angstrom"};
 }
 
 }  // namespace parray::input

@@ -14,13 +14,14 @@ namespace {
 
 constexpr std::uint8_t selenium = 34;
 
-/// From the first letter on: without blanks, the digits of "1HB2" and marks.
+/// Returns the name from its first letter on: without blanks, marks and the leading digit of
+/// "1HB2".
 std::string_view from_letter(std::string_view name) {
   while (!name.empty() && !ascii::is_letter(name.front())) name.remove_prefix(1);
   return name;
 }
 
-/// The letters that a name starts with, in upper case.
+/// Returns the letters at the start of a name, in upper case.
 std::string letters_of(std::string_view name) {
   std::string letters;
   for (const char c : name) {
@@ -30,13 +31,15 @@ std::string letters_of(std::string_view name) {
   return letters;
 }
 
-/// Of organic molecules, and deuterium.
+/// Returns the element of a letter in organic molecules, including deuterium. Returns 0 for other
+/// letters.
 std::uint8_t organic(char letter) {
   constexpr std::string_view symbols = "HDCNOSPFBI";
   return symbols.find(letter) == std::string_view::npos ? 0 : atomic_number_of({&letter, 1});
 }
 
-/// Symbols of two letters with which no usual name of an atom of C, H, N, O, P or S starts.
+/// Returns true for two-letter symbols that are not the start of a usual atom name of C, H, N, O, P
+/// or S.
 bool is_plain_pair(std::string_view letters) {
   constexpr std::array<std::string_view, 42> pairs{
       "CL", "BR", "LI", "BE", "AL", "SI", "AR", "TI", "MN", "MG", "FE", "NI", "CU", "ZN",
@@ -45,12 +48,13 @@ bool is_plain_pair(std::string_view letters) {
   return std::ranges::find(pairs, letters) != pairs.end();
 }
 
-/// "SC1" to "SC6" and "BB": side chain and backbone of models with few beads a residue.
+/// Returns true for "BB" and "SC1" to "SC6", the backbone and side chain beads of coarse models.
 bool is_bead(std::string_view letters, std::string_view name) {
   return letters == "BB" || (letters == "SC" && name.size() == 3);
 }
 
-/// In residues whose atoms are known: H, C, N, O, P, S, and selenium in place of sulphur.
+/// Returns the element in residues with known atoms: H, C, N, O, P, S, or selenium instead of
+/// sulphur.
 std::uint8_t in_polymer(std::string_view name, const std::string& letters) {
   if (is_bead(letters, name)) return 0;
   if (letters.starts_with("SE")) return selenium;
@@ -62,13 +66,14 @@ std::uint8_t pair_of(const std::string& letters) {
   return letters.size() < 2 ? 0 : atomic_number_of(std::string_view(letters).substr(0, 2));
 }
 
-/// PDB's columns say that two letters are the symbol. Hydrogen is often out of its column: only
-/// "HG" itself is mercury.
+/// Returns the element when the columns of PDB indicate a two-letter symbol. Hydrogen is often out
+/// of its column, so only "HG" itself is mercury.
 std::uint8_t column_pair(std::string_view name, const std::string& letters) {
   return letters[0] == 'H' && name.size() > 2 ? 0 : pair_of(letters);
 }
 
-/// PDB before 1992: in dinucleotides A or N before the symbol names the half ("AC2", "NO1", "NP").
+/// Handles PDB files before 1992: in dinucleotides, an A or N before the symbol names the half
+/// ("AC2", "NO1", "NP").
 std::uint8_t in_half(std::string_view residue, const std::string& letters) {
   constexpr std::array<std::string_view, 6> dinucleotides{"NAD", "NAP", "NDP", "NAH", "FAD", "COA"};
   constexpr std::string_view symbols = "HCNOP";
@@ -89,9 +94,10 @@ std::uint8_t in_ligand(std::string_view name, const std::string& letters) {
   return is_plain_pair(first) ? pair_of(letters) : 0;
 }
 
-/// Labels of sites: "Ca1", "CA1", "O1W".
+/// Returns the element of a site label in a crystal: "Ca1", "CA1", "O1W".
 std::uint8_t in_crystal(std::string_view name, const std::string& letters) {
-  constexpr std::uint8_t uranium = 92;  // what comes after is a carbon or nitrogen: "CN1", "NO1"
+  constexpr std::uint8_t uranium =
+      92;  // symbols of later elements are labels of carbon or nitrogen: "CN1", "NO1"
   const bool lower = name.size() > 1 && ascii::is_lower(name[1]);
   const std::uint8_t pair = pair_of(letters);
   const bool exact = letters.size() == 2 && letters[0] != 'H' && pair <= uranium;
@@ -103,13 +109,14 @@ bool is_polymer_or_water(std::string_view residue) {
   return is_water(residue) || is_amino_acid(residue) || is_nucleotide(residue);
 }
 
-/// A residue of one particle that is called as it is, and is no ion: a bead.
+/// Returns true for a bead: a one-particle residue with the name of its particle, which is not an
+/// ion.
 bool is_lone_bead(const AtomName& atom) {
   return atom.residue == atom.name && organic(ascii::upper(atom.name[0])) == 0 &&
          atom.name.size() == 1;
 }
 
-/// By atomic number, to uranium; 0 where there is no standard weight.
+/// Standard atomic weights by atomic number, up to uranium. 0: no standard weight.
 constexpr std::array<double, 93> weights{
     0,      1.008,  4.0026, 6.94,   9.0122, 10.81,  12.011, 14.007, 15.999, 18.998, 20.180, 22.990,
     24.305, 26.982, 28.085, 30.974, 32.06,  35.45,  39.95,  39.098, 40.078, 44.956, 47.867, 50.942,
@@ -120,7 +127,7 @@ constexpr std::array<double, 93> weights{
     178.49, 180.95, 183.84, 186.21, 190.23, 192.22, 195.08, 196.97, 200.59, 204.38, 207.2,  208.98,
     0,      0,      0,      0,      0,      0,      232.04, 231.04, 238.03};
 
-/// Finer where united atoms are near: CH2 weighs 14.027, N 14.007.
+/// Smaller for light masses, because united atoms are close: CH2 weighs 14.027, N 14.007.
 double tolerance_at(double mass) { return mass < 20 ? 0.015 : 0.03; }
 
 std::uint8_t element_of_mass(double mass) {
@@ -178,7 +185,7 @@ std::vector<std::uint8_t> elements_of_masses(const std::vector<double>& masses) 
 }
 
 ParticleNote masses_note(std::uint64_t count) {
-  return {"guessed_elements", count, "elements told by their masses"};
+  return {"guessed_elements", count, "elements guessed from masses"};
 }
 
 void take_elements_of_masses(const std::vector<double>& masses, Particles& particles) {

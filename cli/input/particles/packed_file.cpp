@@ -40,8 +40,8 @@ fs::path temporary_folder() {
 }
 
 [[noreturn]] void fail_to_keep(const fs::path& folder, const FilePlace& place) {
-  place.fail("cannot be kept in " + printable(folder.string(), 4096) + " (" + last_system_error() +
-             "): set TMPDIR to a folder that has room");
+  place.fail("cannot be copied to " + printable(folder.string(), 4096) + " (" +
+             last_system_error() + "): set TMPDIR to a folder with free space");
 }
 
 OpenFile nameless_file(const fs::path& folder, const FilePlace& place) {
@@ -65,9 +65,9 @@ bool write_all(int file, const char* from, std::size_t bytes) {
   return true;
 }
 
-/// A temporary file without a name that holds what `read(to, bytes)` gives until it gives 0.
-/// Throws InputError beyond limits::max_scene_file_bytes and when the temporary folder (TMPDIR,
-/// else /tmp) does not take them.
+/// Copies the bytes that `read(to, bytes)` returns, until it returns 0, into a temporary file
+/// without a name. Throws InputError beyond limits::max_scene_file_bytes. Throws it also if the
+/// temporary folder (TMPDIR, or /tmp) cannot store the bytes.
 OpenFile temporary_copy(const std::function<std::size_t(char* to, std::size_t bytes)>& read,
                         const FilePlace& place) {
   const fs::path folder = temporary_folder();
@@ -89,7 +89,7 @@ class Gzip : public Unpacker {
   explicit Gzip(int file) {
     constexpr unsigned buffer_bytes = 1U << 17;
     lseek(file, 0, SEEK_SET);
-    const int copy = dup(file);  // gzclose() closes what it was given
+    const int copy = dup(file);  // a copy, because gzclose() closes its descriptor
     file_.reset(gzdopen(copy, "rb"));
     if (file_ == nullptr) {
       close(copy);
@@ -144,13 +144,13 @@ constexpr std::array<Packing, 4> packings{{{"gzip", "\x1f\x8b", {".gz", ".gzip"}
                                            {"xz", {"\xfd\x37zXZ\0", 6}, {".xz", ".xz"}},
                                            {"zstd", "\x28\xb5\x2f\xfd", {".zst", ".zstd"}}}};
 
-/// As read(), from a place of the file, or where it has no places (at < 0) from where it stands.
+/// Does the same as read(), at byte `at` of the file. If at < 0, reads from the current position.
 std::size_t read_some(int file, char* to, std::size_t bytes, std::int64_t at,
                       const FilePlace& place) {
   for (;;) {
     const ssize_t got = at < 0 ? ::read(file, to, bytes) : pread(file, to, bytes, at);
     if (got >= 0) return static_cast<std::size_t>(got);
-    if (errno != EINTR) place.fail("reading failed (" + last_system_error() + "): check its disk");
+    if (errno != EINTR) place.fail("reading failed (" + last_system_error() + "): check the disk");
   }
 }
 
@@ -165,8 +165,9 @@ struct stat status_of(int file, const FilePlace& place) {
 
 std::unique_ptr<Unpacker> unpacker_for(std::string_view packing, int file) {
   if (packing == "gzip") return std::make_unique<Gzip>(file);
-  static const auto unpack = reinterpret_cast<UnpackerEntry>(module_entry(
-      "unpack.so", unpacker_entry, "what expands packed files", "install ParRay again"));
+  static const auto unpack = reinterpret_cast<UnpackerEntry>(
+      module_entry("unpack.so", unpacker_entry, "the module that unpacks compressed files",
+                   "install ParRay again"));
   return std::unique_ptr<Unpacker>(unpack(file));
 }
 
@@ -234,7 +235,7 @@ PackedFile::PackedFile(const std::filesystem::path& path) : place_{path.string()
 
 PackedFile::PackedFile(StandardInput /*unused*/) : place_{"standard input"} {
   OpenFile file(dup(STDIN_FILENO));
-  if (file.number() < 0) place_.fail("is closed: name a file, or send one through a pipe");
+  if (file.number() < 0) place_.fail("is closed: name a file or send data through a pipe");
   take(std::move(file));
 }
 
@@ -255,7 +256,8 @@ void PackedFile::take(OpenFile file) {
   file_ = std::move(file);
   std::array<char, 6> first{};
   const std::size_t got = read_some(file_.number(), first.data(), first.size(), 0, place_);
-  if (got == 0 || status.st_size == 0) place_.fail("the file is empty: is it complete?");
+  if (got == 0 || status.st_size == 0)
+    place_.fail("the file is empty: check that the file is complete");
   const std::string_view bytes(first.data(), got);
   const auto is_it = [&](const Packing& known) { return bytes.starts_with(known.signature); };
   const auto* const packing = std::ranges::find_if(packings, is_it);
@@ -287,7 +289,7 @@ std::size_t PackedFile::read_packed(char* to, std::size_t bytes) {
   const std::ptrdiff_t got = unpacker_->read(to, bytes);
   if (got >= 0) return static_cast<std::size_t>(got);
   place_.fail("damaged " + std::string(packing_) + " data (" + printable(unpacker_->problem()) +
-              "): copy or pack the file again");
+              "): copy or compress the file again");
 }
 
 std::size_t PackedFile::read(char* to, std::size_t bytes) {
@@ -295,7 +297,7 @@ std::size_t PackedFile::read(char* to, std::size_t bytes) {
   position_ += done;
   total_ += done;
   if (total_ > limits::max_scene_file_bytes) {
-    place_.fail("holds more than " + std::to_string(limits::max_scene_file_bytes) +
+    place_.fail("contains more than " + std::to_string(limits::max_scene_file_bytes) +
                 " bytes: split it");
   }
   return done;

@@ -15,12 +15,12 @@
 
 namespace parray::input {
 
-/// The first bytes of a file, unpacked. They tell its format.
+/// The first unpacked bytes of a file. They identify its format.
 class FileStart {
  public:
   static constexpr std::size_t max_bytes = std::size_t{1} << 16;
 
-  /// `whole`: the file has no more bytes. `bytes` must outlive this.
+  /// `whole`: the file has no more bytes. `bytes` must outlive this object.
   FileStart(std::string_view bytes, bool whole);
 
   [[nodiscard]] std::string_view bytes() const { return bytes_; }
@@ -29,20 +29,20 @@ class FileStart {
   [[nodiscard]] bool has(std::string_view signature, std::size_t at = 0) const {
     return at <= bytes_.size() && bytes_.substr(at).starts_with(signature);
   }
-  /// Returns the four bytes at `at` as a number, least significant byte first; 0 beyond the end.
+  /// Returns the four bytes at `at` as a little-endian number; 0 beyond the end.
   [[nodiscard]] std::uint32_t little_endian(std::size_t at) const;
-  /// Returns the same, most significant byte first.
+  /// Returns the four bytes at `at` as a big-endian number; 0 beyond the end.
   [[nodiscard]] std::uint32_t big_endian(std::size_t at) const;
 
-  /// Returns whether the bytes have no control characters except blanks and ends of lines and
-  /// pages.
+  /// Returns whether the bytes contain no control characters except blanks, line ends and page
+  /// breaks.
   [[nodiscard]] bool is_text() const { return is_text_; }
-  /// Returns the complete lines of a text, at most max_lines, without their ends ("\n", "\r\n" or
-  /// "\r") and without a byte order mark. Returns none for other data.
+  /// Returns the complete lines of a text without line ends ("\n", "\r\n" or "\r") and without a
+  /// byte order mark. Returns at most max_lines lines, and none for binary data.
   [[nodiscard]] const std::vector<std::string_view>& lines() const { return lines_; }
-  /// Returns whether one of the lines is `text`, apart from blanks at its ends.
+  /// Returns whether a line equals `text` after removal of blanks at its ends.
   [[nodiscard]] bool has_line(std::string_view text) const;
-  /// Returns line i, from 0; an empty text if there is none.
+  /// Returns line i, from 0. Returns an empty text beyond the last line.
   [[nodiscard]] std::string_view line(std::size_t i) const {
     return i < lines_.size() ? lines_[i] : std::string_view();
   }
@@ -57,7 +57,7 @@ class FileStart {
   std::vector<std::string_view> lines_;
 };
 
-/// A file descriptor that closes itself.
+/// A file descriptor that closes itself. -1: none.
 class OpenFile {
  public:
   explicit OpenFile(int number = -1) : number_(number) {}
@@ -74,14 +74,14 @@ class OpenFile {
   int number_;
 };
 
-/// The bytes of a file, readable from front to back and as often as needed. Unpacks data of gzip,
+/// The bytes of a file. They can be read from front to back several times. Unpacks data of gzip,
 /// bzip2, xz and zstd, which it recognises by their first bytes, not by the name.
 class PackedFile {
  public:
-  /// Copies files that can be read only once, such as pipes, to a temporary file without a name.
-  /// Throws InputError for what cannot be opened, is a directory, or is empty.
+  /// Opens a file. Copies files that can be read only once, such as pipes, to a temporary file
+  /// without a name. Throws InputError if the file cannot be opened, is a directory, or is empty.
   explicit PackedFile(const std::filesystem::path& path);
-  /// Opens the file that a command line names; "-" is the standard input.
+  /// Opens the file that a command line names. "-" means the standard input.
   static PackedFile of_argument(const std::string& argument);
   PackedFile(const PackedFile&) = delete;
   PackedFile& operator=(const PackedFile&) = delete;
@@ -93,15 +93,15 @@ class PackedFile {
   /// Skips `bytes` bytes. Returns false if the file ends before. Takes no time unless the data are
   /// packed.
   bool skip(std::uint64_t bytes);
-  /// Goes back to the front.
+  /// Returns to the front of the file.
   void rewind();
 
-  /// Returns the first bytes. The first call goes back to the front.
+  /// Returns the first bytes. The first call also returns to the front of the file.
   const FileStart& start();
-  /// Returns the kind of packing: "gzip"; empty for plain data.
+  /// Returns the name of the compression: "gzip". Empty: not compressed.
   [[nodiscard]] std::string_view packing() const { return packing_; }
 
-  /// Returns the number of bytes that read() gives in all; nothing for packed data.
+  /// Returns the total number of bytes that read() gives. Returns nothing for packed data.
   [[nodiscard]] std::optional<std::uint64_t> size() const { return size_; }
   /// Returns the path, or "standard input", for messages.
   [[nodiscard]] const std::string& name() const { return place_.file; }
@@ -119,18 +119,18 @@ class PackedFile {
   std::filesystem::path path_;
   OpenFile file_;
   std::string_view packing_;
-  std::unique_ptr<Unpacker> unpacker_;  // of packed data
+  std::unique_ptr<Unpacker> unpacker_;  // only for packed data
   std::optional<std::uint64_t> size_;
   std::uint64_t position_ = 0;  // in the unpacked bytes
-  std::uint64_t total_ = 0;     // bytes read since the front, without those passed over
+  std::uint64_t total_ = 0;     // bytes read since the front, without skipped bytes
   std::string start_bytes_;
   std::optional<FileStart> start_;
 };
 
-/// Stands for the standard input on a command line.
+/// Means the standard input on a command line.
 inline constexpr std::string_view standard_input_argument = "-";
 
-/// Returns `path` without the extension of a packed file: "a.pdb" for "a.pdb.zst".
+/// Returns `path` without the extension of a compressed file: "a.pdb" for "a.pdb.zst".
 std::filesystem::path unpacked_name(const std::filesystem::path& path);
 
 }  // namespace parray::input

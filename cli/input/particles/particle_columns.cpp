@@ -11,7 +11,7 @@
 namespace parray::input {
 namespace {
 
-/// Appends without growing step by step where the final size is known.
+/// Appends a value. Reserves the expected size first.
 template <typename T>
 void append(std::vector<T>& column, const T& value, std::size_t expected) {
   if (column.empty()) column.reserve(expected);
@@ -40,11 +40,10 @@ std::string range_text(double low, double high) {
 void ParticleColumns::check_position(const Vec3d& position) const {
   for (const double value : {position.x, position.y, position.z}) {
     if (std::abs(value) <= limits::max_length) continue;  // false for NaN
-    place_->fail("coordinate " + number_text(value) +
-                 " is out of range: " + range_text(-limits::max_length, limits::max_length) +
-                 (std::isfinite(value)
-                      ? ", or scale all lengths, for instance from metres to parsecs"
-                      : ""));
+    place_->fail(
+        "coordinate " + number_text(value) +
+        " is out of range: " + range_text(-limits::max_length, limits::max_length) +
+        (std::isfinite(value) ? ", or scale all lengths, for example from metres to parsecs" : ""));
   }
 }
 
@@ -83,7 +82,7 @@ void ParticleColumns::color(const Vec3d& color, ColorScale scale) {
   append(particles_.colors, whole ? linear_of_srgb8(color) : color, expected_);
 }
 
-/// Notes on which scale a colour of either scale must be, and refuses a file that uses both.
+/// Records the scale that a colour of `either` scale must have. Fails if a file uses both scales.
 void ParticleColumns::check_scale(const Vec3d& color) {
   if (!above_one_ && any_component(color, [](double c) { return c > 1; })) {
     above_one_ = place_->number;
@@ -92,9 +91,9 @@ void ParticleColumns::check_scale(const Vec3d& color) {
     fraction_ = place_->number;
   }
   if (above_one_ && fraction_) {
-    place_->fail("colours on two scales (fractions on line " + std::to_string(*fraction_) +
-                 ", above 1 on line " + std::to_string(*above_one_) +
-                 "): use 0 to 1 or whole numbers 0 to 255 throughout");
+    place_->fail("the file mixes two colour scales (fractions on line " +
+                 std::to_string(*fraction_) + ", above 1 on line " + std::to_string(*above_one_) +
+                 "): use 0 to 1 for all colours, or whole numbers 0 to 255 for all");
   }
 }
 
@@ -112,7 +111,7 @@ void ParticleColumns::type(std::string_view name) {
     }
     if (type_index_.size() == max_types) {
       place_->fail("more than " + std::to_string(max_types) +
-                   " types: is this a column of types, or of names?");
+                   " types: check that this column contains types, not names");
     }
     const auto index = static_cast<std::uint32_t>(type_index_.size());
     known = type_index_.emplace(name, index).first;
@@ -128,7 +127,7 @@ std::size_t ParticleColumns::add_numbers(std::string name) {
 }
 
 Particles ParticleColumns::finish() {
-  if (count() == 0) place_->fail("no particles: is this the right file?");
+  if (count() == 0) place_->fail("the file has no particles: check that this is the right file");
   return finish_frame();
 }
 
@@ -140,7 +139,7 @@ void ParticleColumns::unknown_element() {
 Particles ParticleColumns::finish_frame() {
   if (any_element_ && unknown_elements_ > 0) {
     particles_.facts.notes.push_back(
-        {"unknown_elements", unknown_elements_, "particles of unknown element"});
+        {"unknown_elements", unknown_elements_, "particles of an unknown element"});
   }
   unknown_elements_ = 0;
   if (!any_element_) particles_.elements = {};
@@ -154,7 +153,7 @@ Particles ParticleColumns::finish_frame() {
 }
 
 void NameIndex::add(std::string_view name, const FilePlace& place) {
-  // Neighbours mostly share chain and residue.
+  // Neighbouring particles usually share chain and residue.
   if (!column_.index.empty() && column_.names[column_.index.back()] == name) {
     column_.index.push_back(column_.index.back());
     return;

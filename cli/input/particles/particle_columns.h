@@ -12,27 +12,27 @@
 
 namespace parray::input {
 
-/// Numbers by name, to be found without a copy of the name.
+/// A map from names to numbers that finds a string_view without a copy.
 struct NameHash : std::hash<std::string_view> {
   using is_transparent = void;  // NOLINT(readability-identifier-naming): the library's name
 };
 using NumbersByName = std::unordered_map<std::string, std::uint32_t, NameHash, std::equal_to<>>;
 
-/// Builds a NameColumn, which stores every name once.
+/// Builds a NameColumn, which stores each name once.
 class NameIndex {
  public:
   static constexpr std::size_t max_bytes = 256;
 
-  /// Appends a particle with that name. Fails at `place` for a name of more than max_bytes.
+  /// Appends a particle with this name. Fails at `place` if the name has more than max_bytes bytes.
   void add(std::string_view name, const FilePlace& place);
-  /// Returns the number of a name, known or new.
+  /// Returns the number of a name. Adds unknown names.
   std::uint32_t number_of(std::string_view name);
   /// Renames a particle.
   void rename(std::size_t particle, std::string_view name) {
     column_.index[particle] = number_of(name);
   }
 
-  /// Removes names that no particle has any more.
+  /// Removes names that no particle uses any more.
   void drop_unused();
 
   [[nodiscard]] const NameColumn& column() const { return column_; }
@@ -40,7 +40,7 @@ class NameIndex {
   [[nodiscard]] bool unnamed() const {
     return column_.names.empty() || (column_.names.size() == 1 && column_.names[0].empty());
   }
-  /// Returns the column; an empty one if it is unnamed().
+  /// Returns the column. Returns an empty column if it is unnamed().
   NameColumn finish();
 
  private:
@@ -48,31 +48,31 @@ class NameIndex {
   NumbersByName numbers_;
 };
 
-/// How a file writes colours.
+/// How a file stores colours.
 enum class ColorScale : std::uint8_t {
   linear,  ///< linear RGB, 0 to 1
   srgb8,   ///< 8-bit sRGB, whole numbers 0 to 255
-  either   ///< one of them for the whole file: srgb8 as soon as a component is above 1
+  either   ///< one of the two for the whole file: srgb8 if any component is above 1
 };
 
-/// Builds the columns of a file, particle by particle, and checks the values. All errors are at
-/// `place`. The other columns of a particle follow its position(), the same columns for every
-/// particle.
+/// Builds the columns of a file, particle by particle, and checks the values. Reports all errors at
+/// `place`. Call position() first for each particle, then the other columns, which must be the same
+/// for every particle.
 class ParticleColumns {
  public:
   static constexpr std::size_t max_types = std::size_t{1} << 16;
   static constexpr std::size_t max_type_bytes = 256;
 
-  /// `place` is the position of the reader and must outlive this.
+  /// `place` is the position of the reader and must outlive this object.
   explicit ParticleColumns(const FilePlace& place) : place_(&place) {}
 
-  /// Reserves room for `count` particles. The reader must know that the file can hold so many.
+  /// Reserves memory for `count` particles. Call it only if the file can contain so many particles.
   void expect(std::uint64_t count) { expected_ = static_cast<std::size_t>(count); }
 
   void position(const Vec3d& position);
   /// Adds `count` particles at once. `write(particles, first)` writes their positions, radii and
-  /// colours (if any) and all numbers into the columns from `first` on. It returns false if a value
-  /// would be refused; then rows() adds none and returns false.
+  /// colours (if any) and all numbers into the columns from `first` on. It returns false for an
+  /// invalid value. Then rows() adds no particle and returns false.
   template <typename Write>
   bool rows(std::size_t count, bool have_radii, bool have_colors, const Write& write) {
     const std::size_t first = this->count();
@@ -84,24 +84,24 @@ class ParticleColumns {
   void radius(double radius);
   void color(const Vec3d& color, ColorScale scale);
   void element(std::uint8_t atomic_number);
-  /// Adds a particle whose element the file gives in an unknown form. A note counts such particles.
+  /// Adds a particle whose element has an unknown form in the file. A note counts such particles.
   void unknown_element();
   void type(std::string_view name);
-  /// Begins a column of numbers, before the first particle. Returns its place among the number
+  /// Begins a numeric column, before the first particle. Returns its place among the numeric
   /// columns.
   std::size_t add_numbers(std::string name);
-  /// NaN: not known.
+  /// Adds a number. NaN: not known.
   void number(std::size_t column, double value) {
     particles_.numbers[column].values.push_back(value);
   }
 
   [[nodiscard]] std::size_t count() const { return particles_.count(); }
 
-  /// Returns the columns. Fails if there is no particle. Removes a column of elements without any
-  /// known element, because its texts are no elements, and number columns without any number,
-  /// because their values are texts.
+  /// Returns the columns. Fails if there is no particle. Removes the column of elements if no
+  /// element is known, because its texts are not elements. Removes numeric columns without any
+  /// number, because their values are texts.
   Particles finish();
-  /// Returns the same for a frame, which may have no particle.
+  /// Does the same for a frame, which may have no particles.
   Particles finish_frame();
 
  private:
@@ -113,9 +113,10 @@ class ParticleColumns {
   Particles particles_;
   std::size_t expected_ = 0;
   bool any_element_ = false;
-  std::uint64_t unknown_elements_ = 0;  // of the frame
+  std::uint64_t unknown_elements_ = 0;  // of the current frame
   NumbersByName type_index_;
-  std::optional<std::uint64_t> above_one_;  // where the first such component of `either` stands
+  std::optional<std::uint64_t> above_one_;  // place of the first colour component above 1 (scale
+                                            // `either`); below: of the first fraction
   std::optional<std::uint64_t> fraction_;
 };
 

@@ -20,7 +20,7 @@ bool ParticleInput::refill() {
   return got > 0;
 }
 
-/// Whether lines end with "\r" alone, as the first one tells.
+/// Finds out from the first line whether lines end with "\r" alone.
 void ParticleInput::find_line_end() {
   if (filled_ == next_) refill();
   const std::string_view text(block_.data() + next_, filled_ - next_);
@@ -45,7 +45,8 @@ bool ParticleInput::next_line() {
   const char* start = block_.data() + next_;
   std::size_t length = end != nullptr ? static_cast<std::size_t>(end - start) : filled_ - next_;
   if (length > max_line_bytes) {
-    fail("a line of more than " + std::to_string(max_line_bytes) + " bytes: is this a text file?");
+    fail("a line has more than " + std::to_string(max_line_bytes) +
+         " bytes: check that this is a text file");
   }
   if (end == nullptr && length == 0) {
     place_.number = --line_number_;
@@ -72,17 +73,17 @@ bool ParticleInput::next_filled_line() {
 
 void ParticleInput::skip_rows(std::uint64_t count) {
   for (std::uint64_t i = 0; i < count; ++i) {
-    if (!next_line()) fail("the file ends within a frame: is it complete?");
+    if (!next_line()) fail("the file ends within a frame: check that the file is complete");
   }
 }
 
 void ParticleInput::fail_within(std::uint64_t done, std::uint64_t count,
                                 std::string_view what) const {
   fail("the file ends after " + std::to_string(done) + " of " + std::to_string(count) + " " +
-       std::string(what) + ": is it complete?");
+       std::string(what) + ": check that the file is complete");
 }
 
-/// Refills until the block holds `count` bytes not taken; false when the file ends before.
+/// Refills the block until it contains `count` unread bytes. Returns false if the file ends before.
 bool ParticleInput::fill(std::size_t count) {
   while (filled_ - next_ < count) {
     if (!refill()) return false;

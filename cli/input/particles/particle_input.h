@@ -12,28 +12,29 @@
 namespace parray::input {
 
 /// Reads a particle file as lines of text and, after a header, as binary data. Keeps one block of
-/// it in memory.
+/// the file in memory.
 class ParticleInput {
  public:
-  /// Longer lines are errors: no format has them, and they show that a file is binary.
+  /// Longer lines are errors. No format has them; they show that a file is binary.
   static constexpr std::size_t max_line_bytes = std::size_t{1} << 16;
   static constexpr std::size_t max_bytes_at_once = max_line_bytes;
 
-  /// `file` must outlive this.
+  /// `file` must outlive this object.
   explicit ParticleInput(PackedFile& file);
 
   /// Goes to the next line. Returns false at the end of the file.
   bool next_line();
   /// Goes to the next line that is not blank. Returns false at the end of the file.
   bool next_filled_line();
-  /// Goes to the next line. Fails at the end of the file: `done` of `count` WHAT were there.
+  /// Goes to the next line. Fails at the end of the file. The message says that `done` of `count`
+  /// WHAT were read.
   void next_row(std::uint64_t done, std::uint64_t count, std::string_view what) {
     if (!next_line()) fail_within(done, count, what);
   }
   /// Skips `count` lines of a frame. Fails if the file ends before.
   void skip_rows(std::uint64_t count);
-  /// Returns the line without its end ("\n", "\r\n" or, if the first line ends so, "\r") and
-  /// without a byte order mark. Valid until the next call of next_line() or next_bytes().
+  /// Returns the line without its end ("\n" or "\r\n"; "\r" if the first line ends so) and without
+  /// a byte order mark. Valid until the next call of next_line() or next_bytes().
   [[nodiscard]] std::string_view line() const { return line_; }
 
   /// Returns the next `count` bytes, at most max_bytes_at_once; nullptr if the file ends before.
@@ -57,11 +58,11 @@ class ParticleInput {
   /// Skips `count` bytes. Returns false if the file ends before.
   bool skip_bytes(std::uint64_t count);
 
-  /// Returns the number of bytes not taken yet; nothing for packed data.
+  /// Returns the number of unread bytes. Returns nothing for packed data.
   [[nodiscard]] std::optional<std::uint64_t> bytes_left() const;
   /// Returns the number of bytes taken so far.
   [[nodiscard]] std::uint64_t position() const { return taken_; }
-  /// Returns the line or bytes taken last.
+  /// Returns the place of the line or bytes that were read last.
   [[nodiscard]] const FilePlace& place() const { return place_; }
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }
 
@@ -76,7 +77,7 @@ class ParticleInput {
   std::vector<char> block_;
   std::size_t next_ = 0;
   std::size_t filled_ = 0;
-  std::uint64_t taken_ = 0;  // bytes of the file before block_[next_]
+  std::uint64_t taken_ = 0;  // number of bytes of the file before block_[next_]
   std::string_view line_;
   std::uint64_t line_number_ = 0;
   char line_end_ = '\n';

@@ -21,7 +21,7 @@ namespace {
 using MaterialRule = ParticleMaterial::Rule;
 using RadiusRule = ParticleRadius::Rule;
 
-/// -0 becomes 0, as in every number that a scene file says: equal scenes have equal bytes.
+/// Turns -0 into 0, as in all numbers of a scene file, so that equal scenes have equal bytes.
 Vec3d without_negative_zero(const Vec3d& v) { return v + Vec3d{}; }
 
 Material diffuse(const Vec3d& albedo) {
@@ -33,7 +33,8 @@ void release(Column& column) {
   Column().swap(column);
 }
 
-/// Of the particles of a kind: an atomic number, or the number of a type, by rule; or all of them.
+/// Returns the material of a kind of particles. A kind is an atomic number or the number of a type,
+/// depending on the rule, or all particles.
 Material material_of(std::size_t kind, const Particles& particles, const ParticleMaterial& material,
                      const MaterialNames& names) {
   if (material.rule == MaterialRule::by_element) {
@@ -45,7 +46,7 @@ Material material_of(std::size_t kind, const Particles& particles, const Particl
   return named != nullptr ? *named : diffuse(category_color(kind % type_colors));
 }
 
-/// Of the kind of the material that the rule names, in that colour.
+/// Returns a material of the type that the rule names, in the given colour.
 Material colored_material(const Vec3d& color, const ParticleMaterial& material,
                           const MaterialNames& names) {
   Material out = diffuse(color);
@@ -56,15 +57,15 @@ Material colored_material(const Vec3d& color, const ParticleMaterial& material,
   return out;
 }
 
-/// The numbers of the particles' materials, in the order in which the particles first use them;
-/// each is looked up once.
+/// Finds the numbers of the particles' materials, in the order of first use. Looks up each material
+/// once.
 class MaterialLookup {
  public:
   MaterialLookup(const Particles& particles, const ParticleColors& colors,
                  const ParticleMaterial& material, const MaterialNames& names, MaterialTable& table)
       : particles_(particles), colors_(colors), material_(material), names_(names), table_(table) {}
 
-  /// False: there are too many materials.
+  /// Returns false if there are too many materials.
   bool find_all() {
     const bool by_color = material_.rule == MaterialRule::column;
     const bool one = material_.rule == MaterialRule::named;
@@ -87,7 +88,7 @@ class MaterialLookup {
     return true;
   }
 
-  /// Of what find_all() has found.
+  /// Returns the number of the particle's material after find_all().
   [[nodiscard]] std::uint32_t operator[](std::size_t particle) const {
     return numbers_[kind_of(particle)];
   }
@@ -106,7 +107,7 @@ class MaterialLookup {
                : material_of(kind, particles_, material_, names_);
   }
 
-  /// Of particles of one kind, the material is looked up once.
+  /// Returns the kind of a particle. All particles of a kind have the same material.
   [[nodiscard]] std::size_t kind_of(std::size_t particle) const {
     switch (material_.rule) {
       case MaterialRule::by_element:
@@ -146,7 +147,7 @@ double radius_of(const Particles& particles, const ParticleRadius& radius, std::
   throw InputError(printable(source.file, 4096) + ": more than " + std::to_string(most) + what);
 }
 
-/// "NAME has no COLUMN: use A, B or OTHERWISE".
+/// Returns "NAME has no COLUMN: use A, B or OTHERWISE", with the words whose first member is true.
 std::string lacks(const std::string& name, std::string_view column,
                   std::initializer_list<std::pair<bool, const char*>> choices,
                   std::string_view otherwise) {
@@ -200,7 +201,7 @@ std::string problem_with(const ParticleMaterial& material, const Particles& part
       }
       return base->type != MaterialType::dielectric
                  ? ""
-                 : "glass has no colour that color_by could give it: name another material";
+                 : "color_by cannot colour glass: choose another material";
     }
     case MaterialRule::by_element:
       return particles.elements.empty() ? without("elements") : "";
@@ -245,7 +246,7 @@ Legend legend_of(const Particles& particles, const ParticleMaterial& material,
   }
   Legend legend;
   legend.title = by_element ? "element" : "type";
-  const std::size_t first = by_element ? 1 : 0;  // 0 is what is unknown
+  const std::size_t first = by_element ? 1 : 0;  // 0 means unknown
   for (std::size_t i = 0; i < counts.size(); ++i) {
     const std::size_t kind = (i + first) % counts.size();
     if (counts[kind] == 0) continue;
@@ -270,7 +271,8 @@ void append_spheres(Particles particles, const ParticleColors& colors, const Par
   if (source.material.rule != MaterialRule::by_type) particles.types = {};
   if (source.radius.rule != RadiusRule::column) release(particles.radii);
   MaterialTable table;
-  for (const Material& material : scene.materials) table.intern(material);  // to the same numbers
+  for (const Material& material : scene.materials)
+    table.intern(material);  // gives the same numbers as before
   MaterialLookup surfaces(particles, colors, source.material, materials, table);
   if (!surfaces.find_all()) {
     fail_too_many(source, limits::max_materials,

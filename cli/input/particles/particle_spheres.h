@@ -13,27 +13,27 @@
 /// Turns particles into spheres: decides where their materials and radii come from.
 namespace parray::input {
 
-/// Return the rule that `automatic` stands for with these columns, or `automatic` if none of them
-/// helps. Return other rules unchanged.
+/// Return the rule that `automatic` means for these columns. Return `automatic` if the columns
+/// support no rule. Return other rules unchanged.
 ParticleMaterial decided(const ParticleMaterial& asked, const Particles& particles);
 ParticleRadius decided(const ParticleRadius& asked, const Particles& particles);
 
 /// Return why the columns of the file `name` do not support a decided rule: "NAME has no ...: use
-/// A, B or ...". Return an empty text if they do. `otherwise` is what a user can always ask for.
+/// A, B or ...". Return an empty text if they do. `otherwise` is a choice that is always possible.
 std::string problem_with(const ParticleMaterial& material, const Particles& particles,
                          const MaterialNames& materials, const std::string& name,
                          std::string_view otherwise = "the name of a material");
 std::string problem_with(const ParticleRadius& radius, const Particles& particles,
                          const std::string& name);
 
-/// Returns the meaning of the particles' colours under a decided rule without problem, except
-/// `color_by`. Elements are in the order of their numbers, unknown ones last; types are in the
+/// Returns the meaning of the particles' colours under a decided, supported rule other than
+/// `color_by`. Elements come in the order of their numbers with unknown ones last, types in the
 /// order of the file. Returns an empty legend for other rules.
 Legend legend_of(const Particles& particles, const ParticleMaterial& material,
                  const MaterialNames& materials);
 
 /// Appends a sphere for each particle, in order, to `scene`. Materials of the scene stay distinct
-/// and in the order of their first use. The rules of `source` are decided and without problem;
+/// and in the order of their first use. The rules of `source` must be decided and supported.
 /// `colors` belong to the particles if the rule is `color_by`.
 ///
 /// Frees columns that the rules do not need before it allocates. Throws InputError "FILE: problem:

@@ -30,7 +30,7 @@ NameCounts elements_in(const std::vector<std::uint8_t>& elements) {
   return counts;
 }
 
-/// Whether a residue begins at particle i.
+/// Returns whether a residue begins at particle i.
 bool begins_residue(const Particles& particles, std::size_t i) {
   const auto changes = [i](const auto& values) {
     return !values.empty() && values[i] != values[i - 1];

@@ -10,28 +10,28 @@
 
 namespace parray::input {
 
-/// Names and their counts, in the order in which the file first uses them.
+/// Names and their counts, in the order in which the file first uses the names.
 using NameCounts = std::vector<std::pair<std::string, std::uint64_t>>;
 
 /// The range of a number over all particles.
 struct NumberRangeSeen {
   std::string name;
-  std::optional<double> low{};  ///< nothing: no particle has a value
+  std::optional<double> low{};  ///< empty: no particle has a value
   std::optional<double> high{};
   std::uint64_t missing = 0;  ///< number of particles without a value
 };
 
-/// The content of a particle file, for people who want to know whether ParRay understood it.
+/// The content of a particle file, so that users can check that ParRay understood the file.
 struct ParticleSummary {
   std::uint64_t count = 0;
-  NameCounts elements;  ///< by atomic number; "unknown" last; empty: the file has none
+  NameCounts elements;  ///< by atomic number, "unknown" last; empty: the file has no elements
   NameCounts types;
-  NameCounts chains;         ///< with their particles
-  NameCounts residue_names;  ///< with their residues
+  NameCounts chains;         ///< with their numbers of particles
+  NameCounts residue_names;  ///< with their numbers of residues
   std::uint64_t residues = 0;
   Vec3d low;  ///< bounds of the positions
   Vec3d high;
-  std::vector<NumberRangeSeen> numbers;  ///< radii under the name "radius" first
+  std::vector<NumberRangeSeen> numbers;  ///< radii come first, under the name "radius"
 };
 
 /// Returns the summary. A residue is a run of particles with equal chain, residue number and

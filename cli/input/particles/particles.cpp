@@ -26,14 +26,14 @@ void keep_in(std::vector<T>& column, const ParticleMask& mask) {
 const ParticleFormat& format_of(PackedFile& file) {
   const ParticleFormat* const format = particle_format_of(file);
   if (format != nullptr) return *format;
-  FilePlace{file.name()}.fail("a scene, where particles are needed: name a file of particles");
+  FilePlace{file.name()}.fail("this is a scene file: name a particle file instead");
 }
 
 Particles read(PackedFile& file, const ParticleFormat& format, const ParticleRequest& request) {
   const std::uint64_t frame = request.frame_number();
   if (frame > 0 && !format.frames) {
-    FilePlace{file.name()}.fail("there is no frame " + std::to_string(frame) + ": a " +
-                                std::string(format.name) + " file holds one, frame 0");
+    FilePlace{file.name()}.fail("the file has no frame " + std::to_string(frame) + ": a " +
+                                std::string(format.name) + " file has one frame, number 0");
   }
   file.rewind();
   Particles particles = format.read(file, request);
@@ -58,7 +58,7 @@ Order by_number(const std::vector<double>& numbers) {
   return order;
 }
 
-/// Finds each of `wanted` among `numbers`.
+/// Finds the place of each of `wanted` in `numbers`.
 Order same_numbers(const std::vector<double>& wanted, const std::vector<double>& numbers,
                    const std::filesystem::path& topology) {
   std::unordered_map<double, std::size_t> places;
@@ -68,7 +68,7 @@ Order same_numbers(const std::vector<double>& wanted, const std::vector<double>&
     const auto found = places.find(number);
     if (found == places.end()) {
       FilePlace{topology.string()}.fail("no atom has the id " + number_text(number) +
-                                        ": is it of the same system?");
+                                        ": check that the topology belongs to the same system");
     }
     order.push_back(found->second);
   }
@@ -99,12 +99,14 @@ void take_numbers(const Particles& from, const Order& order, const ParticleReque
   }
 }
 
-/// Gives particles what the file `topology` says of the same atoms: elements, names, residues,
-/// radii and colours, and the numbers that the request wants. What it does not say stays. Where it
-/// numbers its atoms (column "id", as LAMMPS does in files of any order), particle i is the one of
-/// the i-th number, or of the same number where the particles have such a column, too.
+/// Copies to particles what the file `topology` contains for the same atoms: elements, names,
+/// residues, radii and colours, and the numbers that the request wants. Other columns stay
+/// unchanged. Some topologies number their atoms (column "id"; LAMMPS writes atoms in any order).
+/// Then particle i is the atom with the i-th smallest number or, if the particles have a column
+/// "id" too, the atom with the same number.
 ///
-/// Throws InputError when it has another number of atoms, with `file`, that of the particles.
+/// Throws InputError if the topology and the particles, from `file`, differ in their number of
+/// atoms.
 void take_topology(const std::filesystem::path& topology, const std::filesystem::path& file,
                    const ParticleRequest& request, Particles& particles) {
   ParticleRequest names{.numbers = request.numbers, .threads = request.threads};
@@ -132,7 +134,7 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
   take(std::move(from.residue_names), order, particles.residue_names);
   take(std::move(from.chains), order, particles.chains);
   take_numbers(from, order, request, particles);
-  // Its positions are not used.
+  // Removes the note on the unit of the topology's positions, because these are not used.
   std::erase_if(from.facts.notes,
                 [](const ParticleNote& note) { return note.key == "length_unit"; });
   std::ranges::move(from.facts.notes, std::back_inserter(particles.facts.notes));
@@ -181,16 +183,17 @@ Particles read_particles(const std::filesystem::path& path, const ParticleReques
 Particles read_particles(PackedFile& file, const ParticleRequest& request) {
   const ParticleFormat& format = format_of(file);
   if (format.holds == ParticleFormat::Holds::names) {
-    FilePlace{file.name()}.fail("a " + std::string(format.name) +
-                                " file has no positions: name a trajectory, and this file as its "
-                                "topology");
+    FilePlace{file.name()}.fail(
+        "a " + std::string(format.name) +
+        " file has no positions: name a trajectory, and give this file as its "
+        "topology");
   }
   if (request.topology.empty()) {
     Particles particles = read(file, format, request);
     if (format.holds == ParticleFormat::Holds::positions) {
       particles.facts.notes.push_back(
           {"nameless", particles.count(),
-           "particles of which the file says only where they are: a topology names them"});
+           "particles that have only positions in this file: add a topology to give them names"});
     }
     return particles;
   }

@@ -15,7 +15,7 @@ namespace parray::input {
 
 class PackedFile;
 
-/// Names of the particles, each stored once. Particle i has the name names[index[i]].
+/// Names of the particles, each distinct name once. Particle i has the name names[index[i]].
 struct NameColumn {
   std::vector<std::string> names;    ///< distinct, in the order of their first use
   std::vector<std::uint32_t> index;  ///< one per particle; empty: the file has no such column
@@ -24,7 +24,7 @@ struct NameColumn {
   [[nodiscard]] const std::string& of(std::size_t particle) const { return names[index[particle]]; }
 };
 
-/// Numbers of the particles, under the name that the file gives them.
+/// A numeric column of the particles, under the name in the file.
 struct NumberColumn {
   std::string name;            ///< lower case: "vx", "charge", "b_factor"
   std::vector<double> values;  ///< one per particle; NaN: not known
@@ -39,11 +39,11 @@ struct ParticleCell {
 /// A message about values that a reader guessed, corrected or left out.
 struct ParticleNote {
   std::string key;          ///< for programs: "guessed_elements"
-  std::uint64_t count = 0;  ///< number of particles, or of what the text names; > 0
+  std::uint64_t count = 0;  ///< number of particles, or of the things that the text names; > 0
   std::string text;         ///< for people, without the count: "elements guessed from names"
 };
 
-/// Facts about a file that has been read.
+/// Facts about a particle file that was read.
 struct ParticleFacts {
   std::string format;                     ///< "PDB"
   std::string packing{};                  ///< "gzip"; empty: not packed
@@ -53,8 +53,8 @@ struct ParticleFacts {
   std::vector<ParticleNote> notes{};
 };
 
-/// The content of a particle file, column by column. Positions and radii are in the file's own
-/// unit. A column that the file lacks is empty; the others have one entry per particle, in the
+/// The content of a particle file in columns. Positions and radii are in the file's own unit. A
+/// column that the file lacks is empty. All other columns have one entry per particle, in the
 /// file's order.
 struct Particles {
   std::vector<Vec3d> positions;        ///< finite, |component| <= limits::max_length
@@ -62,12 +62,12 @@ struct Particles {
   std::vector<Vec3d> colors;           ///< linear RGB in [0, 1]
   std::vector<std::uint8_t> elements;  ///< atomic number, 1 .. 118; 0: unknown
   NameColumn types;
-  // Of molecules:
+  // only for molecules:
   NameColumn atom_names;
   NameColumn residue_names;
   NameColumn chains;
   std::vector<std::int32_t> residue_numbers;
-  std::vector<NumberColumn> numbers;  ///< those that the request wants
+  std::vector<NumberColumn> numbers;  ///< the numeric columns that the request wants
   std::optional<ParticleCell> cell;
   ParticleFacts facts;
 
@@ -77,15 +77,15 @@ struct Particles {
 /// One byte per particle: 1 or 0.
 using ParticleMask = std::vector<std::uint8_t>;
 
-/// Removes the particles whose mask is 0. The order stays.
+/// Removes the particles whose mask is 0. Keeps the order.
 void keep(Particles& particles, const ParticleMask& mask);
 
-/// Says which alternative locations of an atom are read.
+/// Which alternative locations of an atom are read.
 struct AlternativeChoice {
   enum class Rule : std::uint8_t {
-    best,   ///< the location of the highest occupancy, the first of equals
+    best,   ///< the location with the highest occupancy, the first of several equal ones
     all,    ///< all of them
-    letter  ///< the location of this letter, or the best if there is none
+    letter  ///< the location with this letter, or the best location if there is none
   };
   Rule rule = Rule::best;
   char letter = ' ';
@@ -96,13 +96,13 @@ struct AlternativeChoice {
 /// Parses "best", "all" or one letter or digit. Returns nothing for other texts.
 std::optional<AlternativeChoice> alternatives_from(std::string_view text);
 
-/// Returns the text that alternatives_from() reads as this.
+/// Returns the text that alternatives_from() parses to `choice`.
 std::string text_of(const AlternativeChoice& choice);
 
-/// Stands for a file's last frame.
+/// The word for the last frame of a file.
 inline constexpr std::string_view last_frame_word = "last";
 
-/// One frame of a file.
+/// The choice of a frame.
 struct FrameChoice {
   std::uint64_t number = 0;  ///< from 0
   bool last = false;         ///< the file's last frame, whatever its number
@@ -110,13 +110,13 @@ struct FrameChoice {
   friend bool operator==(const FrameChoice&, const FrameChoice&) = default;
 };
 
-/// What to read of a file.
+/// What to read from a file.
 struct ParticleRequest {
-  std::optional<FrameChoice> frame{};            ///< not given: the first
+  std::optional<FrameChoice> frame{};            ///< not given: the first frame with particles
   std::set<std::string, std::less<>> numbers{};  ///< names of the columns that are needed
   std::filesystem::path topology{};              ///< file with names and elements; empty: none
-  AlternativeChoice alternatives{};              ///< of the locations of atoms
-  bool all = false;                              ///< every column, and the number of frames
+  AlternativeChoice alternatives{};              ///< which locations of an atom are read
+  bool all = false;                              ///< true: read every column, and count the frames
   int threads = 1;
 
   [[nodiscard]] bool wants(std::string_view number) const {
@@ -125,18 +125,18 @@ struct ParticleRequest {
   [[nodiscard]] std::uint64_t frame_number() const { return frame ? frame->number : 0; }
 };
 
-/// Reads one frame of a particle file. The sources of the formats (cli/input/formats) say what each
-/// format supports. Throws InputError "FILE:LINE: problem: remedy" (a byte offset for binary files)
-/// for values that are missing, no numbers, not finite or out of range, and for a file without
-/// particles. Memory holds the columns and one block of the file. Results and errors are the same
-/// for any number of threads.
+/// Reads one frame of a particle file. The sources of the formats (cli/input/formats) describe what
+/// each format supports. Throws InputError "FILE:LINE: problem: remedy" (a byte offset for binary
+/// files) for values that are missing, not numbers, not finite or out of range. Throws it also for
+/// a file without particles. Memory holds the columns and one block of the file. Results and errors
+/// are the same for any number of threads.
 Particles read_particles(const std::filesystem::path& path, const ParticleRequest& request = {});
 
-/// The same for an open file.
+/// Does the same for an open file.
 Particles read_particles(PackedFile& file, const ParticleRequest& request = {});
 
-/// Reads a file for everything except positions. Also accepts files without positions, such as PSF;
-/// their positions are all 0.
+/// Reads everything except positions. Also accepts files without positions, such as PSF. All
+/// positions are 0.
 Particles read_names(const std::filesystem::path& path, const ParticleRequest& request = {});
 
 }  // namespace parray::input

@@ -15,7 +15,7 @@ namespace {
 
 using Names = std::unordered_set<std::string_view>;
 
-/// A name in upper case, without blanks; names longer than any that is known become empty.
+/// A name in upper case, without blanks. Names that are longer than any known name become empty.
 class Upper {
  public:
   explicit Upper(std::string_view name) {
@@ -46,7 +46,7 @@ const Names& waters() {
 
 const Names& amino_acids() {
   static const Names names{
-      // Of the genetic code, and the ambiguous ones of PDB.
+      // The genetic code, and the ambiguous residues of PDB.
       "ALA", "ARG", "ASN", "ASP", "CYS", "GLN", "GLU", "GLY", "HIS", "ILE", "LEU", "LYS", "MET",
       "PHE", "PRO", "SER", "THR", "TRP", "TYR", "VAL", "SEC", "PYL", "ASX", "GLX", "XLE", "UNK",
       // Protonation states and bridges: AMBER, CHARMM, OPLS, GROMOS.
@@ -54,11 +54,11 @@ const Names& amino_acids() {
       "HISH", "HISP", "HYP", "CYX", "CYM", "CYN", "CYS1", "CYS2", "CYSH", "CYSX", "ASH", "ASPH",
       "ASPP", "GLH", "GLUH", "GLUP", "LYN", "LYP", "LYSH", "LSN", "ARGN", "ARN", "TYM", "NLE",
       "DAB", "ORN", "AIB",
-      // Modified.
+      // Modified amino acids.
       "MSE", "SEP", "TPO", "PTR", "SP2", "TP2", "CSO", "CSD", "CSX", "CME", "OCS", "KCX", "LLP",
       "MLY", "MLZ", "M3L", "PCA", "CGU", "TYS", "ALY", "CAS", "FME", "HIC", "NEP", "SCH", "SMC",
       "MHO", "CRO",
-      // Of D form.
+      // D-amino acids.
       "DAL", "DAR", "DSG", "DAS", "DCY", "DGL", "DGN", "DHI", "DIL", "DLE", "DLY", "MED", "DPN",
       "DPR", "DSN", "DTH", "DTR", "DTY", "DVA",
       // Caps of chains.
@@ -77,7 +77,7 @@ const Names& nucleotides() {
 
 bool has_name(const Names& names, std::string_view name) { return names.contains(name); }
 
-/// Names of ions that are not the element's symbol, with or without a charge.
+/// Names of ions that differ from the element's symbol with or without a charge.
 const std::unordered_map<std::string_view, std::uint8_t>& ions() {
   static const std::unordered_map<std::string_view, std::uint8_t> names{
       {"LIT", 3},  {"SOD", 11}, {"CIO", 11}, {"POT", 19}, {"RUB", 37}, {"CES", 55},
@@ -88,7 +88,7 @@ const std::unordered_map<std::string_view, std::uint8_t>& ions() {
   return names;
 }
 
-/// Elements that are monatomic ions in solutions and crystals of molecules.
+/// Returns whether an element forms monatomic ions in solutions and crystals of molecules.
 bool makes_ions(std::uint8_t element) {
   constexpr std::array<std::uint8_t, 36> elements{3,  9,  11, 12, 13, 17, 19, 20, 24, 25, 26, 27,
                                                   28, 29, 30, 31, 33, 35, 37, 38, 39, 46, 47, 48,
@@ -98,13 +98,13 @@ bool makes_ions(std::uint8_t element) {
 
 bool is_charge(char c) { return ascii::is_digit(c) || c == '+' || c == '-'; }
 
-/// Without the charge behind it: "NA+", "CL-1", "MG2+", "ZN2".
+/// Removes the charge at the end of a name: "NA+", "CL-1", "MG2+", "ZN2".
 std::string_view without_charge(std::string_view name) {
   while (!name.empty() && is_charge(name.back())) name.remove_suffix(1);
   return name;
 }
 
-/// The sites of water models beside O and H, and Drude particles.
+/// Sites of water models other than O and H, and Drude particles.
 const Names& water_sites() {
   static const Names names{"MW",  "MW1", "MW2", "MW4", "M",   "M1",  "M2",  "OM",  "IW",  "EPW",
                            "EP",  "EP1", "EP2", "LP",  "LP1", "LP2", "LPA", "LPB", "L1",  "L2",
@@ -112,22 +112,24 @@ const Names& water_sites() {
   return names;
 }
 
-/// `stem` and nothing but digits behind it, at least `digits` of them.
+/// Returns whether `name` is `stem` followed only by digits, at least `digits` of them.
 bool is_numbered(std::string_view name, std::string_view stem, std::size_t digits = 0) {
   return name.starts_with(stem) && name.size() >= stem.size() + digits &&
          std::all_of(name.begin() + static_cast<std::ptrdiff_t>(stem.size()), name.end(),
                      ascii::is_digit);
 }
 
-/// GROMACS: the centres of mass that carry rigid CH3, NH3, CH2 groups and rings.
+/// GROMACS: returns true for the centres of mass that carry rigid CH3, NH3 and CH2 groups and
+/// rings.
 bool is_mass_center(std::string_view name) {
   return name.starts_with("MC") || name.starts_with("MN") || is_numbered(name, "MW", 1);
 }
 
-/// X-PLOR: the mean of hydrogens that spectra do not tell apart, "QB", "QG1", "QQD".
+/// X-PLOR: returns true for the mean of hydrogens that spectra cannot distinguish: "QB", "QG1",
+/// "QQD".
 bool is_pseudo_atom(std::string_view name) { return name.starts_with('Q'); }
 
-/// Also AutoDock's G0, which glues rings.
+/// Returns true for dummy atoms and lone pairs, including AutoDock's G0, which closes rings.
 bool is_dummy(std::string_view name) {
   constexpr std::array<std::string_view, 8> stems{"LP", "EP", "DU", "DUM", "X", "XX", "VS", "G"};
   return std::ranges::any_of(stems, [&](auto stem) { return is_numbered(name, stem); }) ||
@@ -136,10 +138,10 @@ bool is_dummy(std::string_view name) {
 
 struct ResidueGroup {
   std::string_view name;
-  std::string_view residues;  ///< between blanks
+  std::string_view residues;  ///< names, separated and enclosed by blanks
 };
 
-/// Acids are red and bases blue, as charges are drawn.
+/// Acids are red and bases are blue, the usual colours of charges.
 constexpr std::array<ResidueGroup, 11> group_table{
     {{"glycine, proline, cysteine", " GLY PRO HYP CYS CYX CYM CYSH CYS1 CYS2 SEC "},
      {"polar", " SER THR ASN GLN "},
@@ -222,7 +224,7 @@ std::optional<std::size_t> residue_group(std::string_view residue_name) {
   std::string name(residue_name);
   std::ranges::transform(name, name.begin(), ascii::upper);
   if (const auto group = group_that_lists(name)) return group;
-  // AMBER's ends of chains.
+  // Residue names of AMBER at the ends of chains.
   if (is_amino_acid(name) && name.size() == 4) return group_that_lists(name.substr(1));
   if (is_nucleotide(name)) return group_that_lists(name.substr(0, name.size() - 1));
   return {};

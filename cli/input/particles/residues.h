@@ -8,8 +8,8 @@
 
 #include "common/rooms.h"
 
-/// Knows the names of residues and atoms that molecular simulation and crystallography use, in any
-/// letter case. Sources:
+/// Names of residues and atoms in molecular simulation and crystallography, in any letter case.
+/// Sources:
 ///
 /// - wwPDB Chemical Component Dictionary (wwpdb.org/data/ccd), PDB file format 3.3: HOH, DOD, ALA,
 /// MSE;
@@ -20,36 +20,37 @@
 /// - OPLS-AA and GROMOS, for names that differ: T4P, CYSH, LYSH.
 namespace parray::input {
 
-/// Returns true for "HOH", "SOL", "TIP3" and others, also for water models with virtual sites.
+/// Returns true for the names of water, such as "HOH", "SOL" and "TIP3", also for water models with
+/// virtual sites.
 bool is_water(std::string_view residue);
 
 /// Returns true for amino acids, their protonation states, common modifications and the caps of
-/// chains. Also accepts AMBER's ends of chains: N or C before a name of three letters.
+/// chains. Also accepts AMBER's names at chain ends: N or C before a name of three letters.
 bool is_amino_acid(std::string_view residue);
 
-/// Returns true for nucleotides of DNA and RNA and common modifications, also with AMBER's 5, 3 or
-/// N at the end.
+/// Returns true for nucleotides of DNA and RNA and common modifications. Also accepts AMBER's names
+/// with 5, 3 or N at the end.
 bool is_nucleotide(std::string_view residue);
 
 /// Returns the element of a monatomic ion with this atom or residue name: 11 for "SOD", "NA+" and
 /// "Na". Returns 0 for other names.
 std::uint8_t ion_element(std::string_view name);
 
-/// Returns true for a monatomic ion: both names are the ion's ("CLA" alone is also a chlorophyll),
-/// or the residue is "ION".
+/// Returns true for a monatomic ion. Both names must be those of the ion, because "CLA" alone may
+/// be a chlorophyll, or the residue is "ION".
 bool is_ion(std::string_view residue, std::string_view atom);
 
-/// Returns true for points that carry charge or constrain motion but are no atoms: the fourth and
-/// fifth sites of water (MW, EPW, OM, LP1), lone pairs, massless sites of rigid groups, dummy
-/// atoms. `element` is that of the file, 0 if it gives none. Outside water, a known element makes a
-/// point an atom.
+/// Returns true for points that carry charge or constrain motion but are not atoms. Examples are
+/// the fourth and fifth sites of water (MW, EPW, OM, LP1), lone pairs, massless sites of rigid
+/// groups and dummy atoms. `element` comes from the file; 0 if the file gives none. Outside water,
+/// a point with a known element is an atom.
 bool is_virtual_site(std::string_view residue, std::string_view atom, std::uint8_t element);
 
-/// Returns the names of groups of residues with a similar role in a molecule, in the order of their
-/// category_color().
+/// Returns the names of residue groups, in the order of their category_color(). The residues of a
+/// group have a similar role in a molecule.
 std::span<const std::string_view> residue_groups();
 
-/// Returns the place of a residue's group in residue_groups(); nothing if it is in none.
+/// Returns the place of a residue's group in residue_groups(). Returns nothing for other residues.
 std::optional<std::size_t> residue_group(std::string_view residue_name);
 
 }  // namespace parray::input

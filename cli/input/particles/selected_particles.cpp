@@ -18,8 +18,8 @@ namespace {
 
 using Rule = ParticleMaterial::Rule;
 
-/// Does `work`; where it asks for a number that is not there, the error names those that are, after
-/// the `words` that `key` takes besides.
+/// Runs `work`. If it needs an unknown number, throws an error that lists the valid names: the
+/// `words` that `key` accepts and the numbers of the file.
 template <typename Work>
 void with_remedy(const char* key, std::span<const std::string_view> words, PackedFile& file,
                  ParticleRequest request, const Work& work) {
@@ -34,18 +34,19 @@ void with_remedy(const char* key, std::span<const std::string_view> words, Packe
   }
 }
 
-/// Returns the rule that the material of `source` stands for.
+/// Returns the decided rule of the material of `source`.
 ParticleMaterial decided_material(const ParticleSource& source, const Particles& particles) {
   if (source.coloring.empty()) return decided(source.material, particles);
   const Rule rule = source.material.rule;
   if (rule != Rule::automatic && rule != Rule::named && rule != Rule::color_by) {
-    throw SourceError("color_by", "material is " + text_of(source.material) +
-                                      ", which says the colour, too: leave one of them out");
+    throw SourceError("color_by",
+                      "material is " + text_of(source.material) +
+                          ", which also sets the colour: leave out material or color_by");
   }
   return {Rule::color_by, source.material.name};
 }
 
-/// Decides the rules of `source`, which the particles then support.
+/// Decides the rules of `source`. Afterwards the particles support these rules.
 void decide(const Particles& particles, const DefaultLook* look, MaterialNames& materials,
             ParticleSource& source) {
   const auto check = [](const char* key, const std::string& problem) {
@@ -69,8 +70,8 @@ void decide(const Particles& particles, const DefaultLook* look, MaterialNames& 
   check("radius", problem_with(source.radius, particles, source.file));
 }
 
-/// Turns errors of a source into errors of the scene file: the message of the particle file says
-/// what is wrong there, the place in the scene says who asked for it.
+/// Expands one source. Errors name the place in the scene file that refers to the particle file,
+/// then the problem in the particle file.
 void expand(const ParticleSource& source, const JsonPlace& place,
             const std::filesystem::path& folder, SceneFile& file, int threads) {
   try {

@@ -7,8 +7,8 @@
 namespace parray::input {
 namespace {
 
-/// Data packed by bzip2, xz or zstd, also in several streams one after the other. libarchive bounds
-/// what a stream may ask for: 1 GiB of memory for xz, a window of 128 MiB for zstd.
+/// Unpacks data of bzip2, xz or zstd, also several concatenated streams. libarchive limits the
+/// memory of a stream: 1 GiB for xz, a window of 128 MiB for zstd.
 class Archive : public Unpacker {
  public:
   explicit Archive(int file) : archive_(archive_read_new()) {
@@ -24,7 +24,8 @@ class Archive : public Unpacker {
     archive_entry* entry = nullptr;
     const int status = archive_read_next_header(archive_.get(), &entry);
     const bool unpacks = archive_filter_code(archive_.get(), 0) != ARCHIVE_FILTER_NONE;
-    open_ = status == ARCHIVE_OK && unpacks;  // what is cut after a few bytes it takes as it is
+    open_ = status == ARCHIVE_OK &&
+            unpacks;  // libarchive accepts data that are cut after a few bytes as not packed
     empty_ = status == ARCHIVE_EOF;
   }
 
@@ -37,7 +38,7 @@ class Archive : public Unpacker {
 
   [[nodiscard]] std::string problem() const override {
     const char* const text = archive_ == nullptr ? nullptr : archive_error_string(archive_.get());
-    return text == nullptr ? "they end too early" : text;
+    return text == nullptr ? "the data end too early" : text;
   }
 
  private:

@@ -8,9 +8,8 @@
 #include "common/rooms.h"
 
 /// Unpacks data from front to back. zlib unpacks gzip and checks its checksum, which libarchive 3.6
-/// ignores. libarchive unpacks all others. It lies in a module (unpack_archive.cpp) that is loaded
-/// for the first such file, because it brings a dozen libraries that other commands must not wait
-/// for.
+/// ignores. libarchive unpacks all other data. It is in a module (unpack_archive.cpp) that ParRay
+/// loads for the first such file, because loading its dozen libraries would delay all commands.
 namespace parray::input {
 
 class Unpacker {
@@ -21,13 +20,13 @@ class Unpacker {
   virtual ~Unpacker() = default;
 
   /// Fills `to` with the next `bytes` bytes, fewer only at the end of the data. Returns their
-  /// number, or -1 if the data are damaged or incomplete: see problem().
+  /// number. Returns -1 if the data are damaged or incomplete; problem() tells why.
   virtual std::ptrdiff_t read(char* to, std::size_t bytes) = 0;
   [[nodiscard]] virtual std::string problem() const = 0;
 };
 
-/// The one function that the module exports. It returns an Unpacker of an open file, from its
-/// front. The descriptor stays open and must outlive the Unpacker.
+/// The only function that the module exports. Returns an Unpacker of an open file, from the front
+/// of the file. The descriptor stays open and must outlive the Unpacker.
 using UnpackerEntry = Unpacker* (*)(int file);
 inline constexpr const char* unpacker_entry = "parray_unpack";
 

@@ -36,28 +36,28 @@ class KeySink final : public JsonSink {
     const JsonPlace section = root_.at("cameras");
     const JsonPlace place = section.at(keys_.size());
     const JsonFields fields(child.value, place, known);
-    fields.any("frame", "the number of the frame that it is for");
+    fields.any("frame", "the number of the frame of this camera");
     CameraPath::Key key{fields.integer("frame", {0, limits::max_frame}), camera_from(fields),
                         fields.find("focus_distance") != nullptr};
     if (!keys_.empty() && key.frame <= keys_.back().frame) {
       place.at("frame").fail(fields.line(), "frame " + std::to_string(key.frame) +
-                                                " does not come after that of the camera before: "
+                                                " is not after the previous camera's frame: "
                                                 "write cameras in the order of their frames");
     }
     if (!keys_.empty() && key.camera.projection != keys_.back().camera.projection) {
       place.fail(fields.line(),
-                 "another projection than the camera before has: no curve leads from one to the "
-                 "other: write two paths");
+                 "the projection differs from that of the previous camera: "
+                 "use one projection, or write two paths");
     }
     if (keys_.size() == limits::max_frames) {
-      place.fail(fields.line(),
-                 "more than " + std::to_string(limits::max_frames) + " cameras: leave some out");
+      place.fail(fields.line(), "the path has more than " + std::to_string(limits::max_frames) +
+                                    " cameras: remove some");
     }
     keys_.push_back(key);
   }
 
   std::vector<CameraPath::Key> finish(std::uint64_t line) {
-    if (keys_.empty()) fail_missing_key("cameras", line, root_, "[ ... ], one at least");
+    if (keys_.empty()) fail_missing_key("cameras", line, root_, "[ ... ] with at least one camera");
     return std::move(keys_);
   }
 
@@ -87,8 +87,9 @@ CameraPath::CameraPath(const std::filesystem::path& file) : name_(file.string())
 Camera CameraPath::at(std::uint64_t frame) const {
   if (frame < keys_.front().frame || frame > keys_.back().frame) {
     throw InputError(printable(name_, 4096) + ": frame " + std::to_string(frame) +
-                     " is not between the first camera's, " + std::to_string(keys_.front().frame) +
-                     ", and the last's, " + std::to_string(keys_.back().frame));
+                     " is outside the path, which goes from frame " +
+                     std::to_string(keys_.front().frame) + " to " +
+                     std::to_string(keys_.back().frame));
   }
   const auto next = std::ranges::lower_bound(keys_, frame, {}, &Key::frame);
   if (next->frame == frame) return next->camera;
@@ -101,7 +102,7 @@ Camera CameraPath::at(std::uint64_t frame) const {
   return camera;
 }
 
-/// After this key, before the next.
+/// Returns the camera at a frame after key `key` and before the next key.
 Camera CameraPath::between(std::size_t key, std::uint64_t frame) const {
   const Key& a = keys_[key];
   const Key& b = keys_[key + 1];
@@ -122,7 +123,7 @@ Camera CameraPath::between(std::size_t key, std::uint64_t frame) const {
   return camera;
 }
 
-/// Cubic Hermite curve from this key to the next.
+/// Returns a point on the cubic Hermite curve from key `key` to the next key.
 Vec3d CameraPath::point(std::size_t key, double share, Vec3d Camera::*member) const {
   const double s = share;
   const double frames = frames_between(keys_[key], keys_[key + 1]);
@@ -132,7 +133,7 @@ Vec3d CameraPath::point(std::size_t key, double share, Vec3d Camera::*member) co
          (frames * s * s * (s - 1)) * tangent(key + 1, member);
 }
 
-/// At a key, per frame.
+/// Returns the tangent at a key, per frame.
 Vec3d CameraPath::tangent(std::size_t key, Vec3d Camera::*member) const {
   const Key& before = keys_[key == 0 ? 0 : key - 1];
   const Key& after = keys_[std::min(key + 1, keys_.size() - 1)];

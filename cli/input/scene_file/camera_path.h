@@ -9,27 +9,28 @@
 
 namespace parray::input {
 
-/// The camera at each frame: as written at a key, on a curve through all keys between them.
+/// The camera of each frame. At a key it is the camera in the file; between keys it follows a curve
+/// through all keys.
 ///
-/// look_from and look_at follow a Catmull-Rom spline for keys at any distance: the tangent at a key
-/// is the difference of its neighbours over their distance in frames, one-sided at the ends. vfov
-/// or view_height, aperture and focus_distance are interpolated linearly, which keeps them in their
-/// ranges. up is interpolated linearly and normalised. If neither of two keys has a focus_distance,
-/// look_at is in focus. All keys have the same projection.
+/// look_from and look_at follow a Catmull-Rom spline for keys at any distance. The tangent at a key
+/// is the difference of its neighbours divided by their distance in frames; it is one-sided at the
+/// ends. vfov or view_height, aperture and focus_distance are interpolated linearly, so they stay
+/// in their ranges. up is interpolated linearly and normalised. If neither of two keys has a
+/// focus_distance, look_at is in focus. All keys have the same projection.
 class CameraPath {
  public:
   /// Reads { "cameras": [ { "frame": N, and the keys of a scene's camera }, ... ] } with ascending
   /// frames. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
   explicit CameraPath(const std::filesystem::path& file);
 
-  /// Returns the camera at a frame. Throws InputError outside of the keys, and if the curve leads
-  /// to a camera that sees nothing.
+  /// Returns the camera at a frame. Throws InputError outside the path, and if the interpolated
+  /// camera is not valid.
   [[nodiscard]] Camera at(std::uint64_t frame) const;
 
   struct Key {
     std::uint64_t frame = 0;
     Camera camera;
-    bool focuses = false;  ///< has a focus_distance
+    bool focuses = false;  ///< true: the file gives focus_distance
   };
 
  private:

@@ -17,7 +17,7 @@ bool same_place(const Sphere& a, const Sphere& b) {
   return a.center == b.center && a.radius == b.radius;
 }
 
-/// The steps of splitmix64, over the bits of the four numbers.
+/// Returns a hash of the four numbers by the steps of splitmix64.
 /// Source: Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
 std::uint64_t hash_of(const Sphere& sphere) {
   std::uint64_t hash = 0;
@@ -30,20 +30,20 @@ std::uint64_t hash_of(const Sphere& sphere) {
   return hash;
 }
 
-/// A sphere as it is compared: most others are told apart without a look at it.
+/// The place of a sphere with a tag. Comparing tags avoids access to most spheres.
 struct Entry {
-  std::uint32_t tag;  ///< of its hash
+  std::uint32_t tag;  ///< part of the sphere's hash
   std::uint32_t place;
 };
 
-/// A sphere in the place of an earlier one.
+/// A sphere that repeats an earlier one.
 struct Repeat {
   std::uint32_t place;
   std::uint32_t of;
 };
 
-/// The spheres by the first bits of their tags: spheres in one place are in one part, and a part is
-/// small enough for a table that stays in the cache. Within a part they keep their order.
+/// The spheres, divided into parts by the first bits of their tags. Equal spheres are in the same
+/// part. The hash table of a part fits into the cache. Within a part, spheres keep their order.
 class Parts {
  public:
   Parts(const std::vector<Sphere>& spheres, int threads)
@@ -56,7 +56,7 @@ class Parts {
 
   [[nodiscard]] std::size_t count() const { return std::size_t{1} << bits_; }
 
-  /// Adds what repeats an earlier sphere of the part. `table`: room to use, and to use again.
+  /// Adds the spheres of the part that repeat an earlier one. `table` is reused memory.
   void find_repeats(std::size_t part, std::vector<std::uint32_t>& table,
                     std::vector<Repeat>& repeats) const {
     const auto entries =
@@ -89,7 +89,8 @@ class Parts {
     return a.tag == b.tag && same_place(spheres_[a.place], spheres_[b.place]);
   }
 
-  /// Counts what each band has for each part, which says where it goes, and puts it there.
+  /// Counts the entries of each band for each part, computes their places, and stores the entries
+  /// there.
   void enter() {
     std::vector<std::uint32_t> tags(spheres_.size());
     std::vector<std::vector<std::size_t>> next(bands_.count(), std::vector<std::size_t>(count()));
@@ -118,13 +119,13 @@ class Parts {
   int bits_;
   Bands bands_;
   std::vector<Entry> entries_;
-  std::vector<std::size_t> begins_;  // of the parts, and the end of the last
+  std::vector<std::size_t> begins_;  // start of each part, and the end of the last part
 };
 
-/// In the order of their places.
+/// Returns the repeats in the order of their places.
 std::vector<Repeat> repeats_in(const std::vector<Sphere>& spheres, int threads) {
   const Parts parts(spheres, threads);
-  const Bands bands(spheres.size(), threads);  // a part for each of the threads' shares
+  const Bands bands(spheres.size(), threads);  // each thread handles every n-th part
   std::vector<std::vector<Repeat>> found(bands.count());
   bands.run([&](std::size_t band, std::size_t /*begin*/, std::size_t /*end*/) {
     std::vector<std::uint32_t> table;
@@ -151,7 +152,7 @@ void erase(const std::vector<Repeat>& repeats, std::vector<Sphere>& spheres) {
   spheres.resize(kept);
 }
 
-/// Keeps the materials that spheres use, in the order in which they first do.
+/// Keeps only the materials that spheres use, in the order of first use.
 void drop_unused_materials(Scene& scene) {
   constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> numbers(scene.materials.size(), none);

@@ -6,20 +6,20 @@
 
 namespace parray::input {
 
-/// What remove_duplicates() removed. Places count from 0, in the order of the input.
+/// Which spheres remove_duplicates() removed. Places count from 0, in the order of the input.
 struct Duplicates {
   std::size_t count = 0;
   std::size_t first = 0;     ///< place of the first removed sphere
   std::size_t first_of = 0;  ///< place of the sphere that it repeats
 };
 
-/// Removes every sphere whose centre and radius equal those of an earlier one, whatever its
-/// material, and the materials that only such spheres used. The scene becomes equal to one without
-/// the duplicates. -0 equals 0.
+/// Removes each sphere whose centre and radius equal those of an earlier one; the material does not
+/// matter. Removes the materials that only such spheres used. The scene becomes equal to one
+/// without the duplicates. -0 equals 0.
 ///
 /// Rays find the earlier sphere, because ties go to the lower index. A second surface in the same
-/// place would add no light, only rounding that decides at each crossing which surface comes first.
-/// So two glass spheres in one place refract once. A coat on a sphere needs its own radius.
+/// place would add no light. Rounding would decide at each crossing which surface comes first. So
+/// two glass spheres in one place refract once. A coat on a sphere needs its own radius.
 ///
 /// Takes about linear time and less than 32 bytes per sphere. The result is the same for any number
 /// of threads.

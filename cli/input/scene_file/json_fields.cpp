@@ -29,7 +29,8 @@ std::string text_of_vec3(NumberRange range) {
                              std::string(name_of(value.kind)) + ": " + remedy);
 }
 
-/// The exact value, where it is a natural number and certainly the one that the file says.
+/// Returns the exact value of a natural number. Returns nothing for other numbers, and if the value
+/// may differ from the one in the file.
 std::optional<std::uint64_t> natural_in(const JsonValue& value) {
   constexpr double exact_integers = 9007199254740992.0;  // 2^53
   if (value.is_natural) return value.natural;

@@ -11,35 +11,36 @@
 
 namespace parray::input {
 
-/// Each reads `value`, which stands at `place`, as what its name says, or throws InputError that
-/// says what was expected there.
+/// Each function reads `value`, which is at `place`, as the type in its name. Otherwise it throws
+/// InputError with the expected type or range.
 /// A negative zero becomes zero, so that equal scenes have equal bytes.
 double read_number(const JsonValue& value, const JsonPlace& place, NumberRange range);
-/// Takes 100, 100.0 and 1e2; beyond 2^53, where doubles skip integers, digits alone.
+/// Accepts 100, 100.0 and 1e2. Beyond 2^53, where doubles skip integers, accepts only digits.
 std::uint64_t read_integer(const JsonValue& value, const JsonPlace& place, IntegerRange range);
-/// An array of three numbers, each in `range`.
+/// Reads an array of three numbers, each in `range`.
 Vec3d read_vec3(const JsonValue& value, const JsonPlace& place, NumberRange range);
 const std::string& read_string(const JsonValue& value, const JsonPlace& place);
 bool read_boolean(const JsonValue& value, const JsonPlace& place);
 
-/// Throws InputError: `key`, written on `line` of the object at `object`, is not among `known`.
+/// Throws InputError: the key `key` on `line` of the object at `object` is not in `known`.
 [[noreturn]] void fail_unknown_key(std::string_view key, std::uint64_t line,
                                    const JsonPlace& object,
                                    std::span<const std::string_view> known);
 
-/// Throws InputError: the object that starts on `line` lacks `key`, which is `expectation`.
+/// Throws InputError: the object that starts on `line` lacks `key`. `expectation` describes its
+/// value.
 [[noreturn]] void fail_missing_key(std::string_view key, std::uint64_t line,
                                    const JsonPlace& object, std::string_view expectation);
 
-/// The members of one object, read by key. Refers to the value and its place, which must outlive
-/// it. The readers throw InputError for a missing key.
+/// Reads the members of an object by key. Refers to the value and its place, which must outlive
+/// this object. The readers throw InputError for a missing key.
 class JsonFields {
  public:
-  /// Throws InputError unless `value` is an object whose keys are all among `known`.
+  /// Throws InputError unless `value` is an object whose keys are all in `known`.
   JsonFields(const JsonValue& value, const JsonPlace& place,
              std::span<const std::string_view> known);
 
-  /// Null when the object has no such key.
+  /// Returns the value of a key. Returns nullptr if the object has no such key.
   const JsonValue* find(std::string_view key) const;
   std::uint64_t line() const { return value_.line; }
   const JsonPlace& place() const { return place_; }

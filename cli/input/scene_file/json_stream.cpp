@@ -13,7 +13,7 @@
 namespace parray::input {
 namespace {
 
-/// What follows "syntax error while parsing X - ", without the token and what comes after it.
+/// Returns the reason after "syntax error while parsing X - ", without the token and the rest.
 std::string_view reason_in(std::string_view what) {
   constexpr std::string_view dash = " - ";
   const std::size_t start = what.find(dash, std::min(what.size(), what.find("syntax error")));
@@ -22,7 +22,7 @@ std::string_view reason_in(std::string_view what) {
   return what.substr(0, what.find("; last read: '"));
 }
 
-/// NaN, Infinity, inf, nan, -Infinity, cut where the lexer gave up.
+/// Returns whether a token is NaN, Infinity, inf, nan or -Infinity, cut where the lexer stopped.
 bool looks_like_infinity_or_nan(std::string_view token) {
   return token.ends_with('N') || token.ends_with('I') || token.ends_with('i') ||
          token.ends_with("na");
@@ -31,24 +31,25 @@ bool looks_like_infinity_or_nan(std::string_view token) {
 std::string_view remedy_for(std::string_view reason, std::string_view token) {
   const bool bad_word = reason.starts_with("invalid literal") || reason.starts_with("invalid num");
   if (bad_word && looks_like_infinity_or_nan(token)) {
-    return "JSON has no NaN or Infinity, write a finite number";
+    return "JSON has no NaN or Infinity; write a finite number";
   }
-  if (bad_word && (token.ends_with('/') || token.ends_with('#'))) return "JSON has no comments";
+  if (bad_word && (token.ends_with('/') || token.ends_with('#')))
+    return "JSON has no comments; remove them";
   if (bad_word && token.ends_with('\'')) return "write strings in double quotes";
   if (bad_word && (token.ends_with('\xff') || token.ends_with('\xfe'))) {
-    return "it looks like UTF-16, save the file as UTF-8";
+    return "the text looks like UTF-16; save the file as UTF-8";
   }
-  if (bad_word) return "write a number as 0.5 or 1e3, a string in double quotes";
+  if (bad_word) return "write a number such as 0.5 or 1e3, or a string in double quotes";
   if (reason.starts_with("unexpected ']'") || reason.starts_with("unexpected '}'")) {
-    return "is there a comma too many before it?";
+    return "remove the comma before it";
   }
   if (reason.find("UTF-8") != std::string_view::npos) return "save the file as UTF-8";
   return "look for a missing quote, comma or bracket";
 }
 
-/// The end of what the lexer read: at most a few words of the line that is wrong.
+/// Returns the end of the text that the lexer read: at most a few words of the wrong line.
 std::string_view last_words(std::string_view token) {
-  constexpr std::string_view line_end = "<U+000A>";  // as the lexer spells it
+  constexpr std::string_view line_end = "<U+000A>";  // the lexer's form of a newline
   constexpr std::size_t most = 24;
   const std::size_t line = token.rfind(line_end);
   if (line != std::string_view::npos && line + line_end.size() < token.size()) {
@@ -59,14 +60,14 @@ std::string_view last_words(std::string_view token) {
   return token;
 }
 
-/// nlohmann's description of a syntax error as one of ours: "not JSON (REASON): REMEDY".
+/// Turns nlohmann's description of a syntax error into ParRay's form: "not JSON (REASON): REMEDY".
 ///
-/// `what`: its message, "[...] parse error at ...: syntax error while parsing X - REASON[; last
-/// read: 'TOKEN'][; expected Y]". `last_token`: the text that the lexer had read by then, any
-/// bytes.
+/// `what` is nlohmann's message, "[...] parse error at ...: syntax error while parsing X - REASON[;
+/// last read: 'TOKEN'][; expected Y]". `last_token` is the text that the lexer had read. It may
+/// contain any bytes.
 std::string describe_syntax_error(std::string_view what, std::string_view last_token) {
   const std::string_view reason = reason_in(what);
-  std::string out = "not JSON (" + printable(reason, 200);
+  std::string out = "the text is not JSON (" + printable(reason, 200);
   if (what.find("; last read: '") != std::string_view::npos) {
     out += " at '" + printable(last_words(last_token)) + "'";
   }
@@ -76,8 +77,8 @@ std::string describe_syntax_error(std::string_view what, std::string_view last_t
 
 using Json = nlohmann::json;
 
-/// Input iterator over a ByteSource, as nlohmann::json::sax_parse takes it. Copies share the
-/// source; a default-constructed one is the end.
+/// An input iterator over a ByteSource for nlohmann::json::sax_parse. Copies share the source. A
+/// default-constructed iterator is the end.
 class ByteIterator {
  public:
   using iterator_category = std::input_iterator_tag;
@@ -105,8 +106,8 @@ class ByteIterator {
   ByteSource* source_ = nullptr;
 };
 
-/// nlohmann's SAX interface, turned into deliveries. Its text parser is iterative, so the depth
-/// check here is the only one, and enough.
+/// Turns nlohmann's SAX events into deliveries. nlohmann's text parser is iterative, so only this
+/// class must limit the depth.
 class SaxHandler {
  public:
   SaxHandler(ByteSource& source, const std::string& file, JsonSink& sink)
@@ -120,7 +121,7 @@ class SaxHandler {
     out.is_true = value;
     return put(std::move(out));
   }
-  bool binary(Json::binary_t&) { return put(make(JsonKind::null)); }  // not in JSON text
+  bool binary(Json::binary_t&) { return put(make(JsonKind::null)); }  // does not occur in JSON text
 
   bool number_integer(Json::number_integer_t number) {
     JsonValue value = make(JsonKind::number);
@@ -157,12 +158,12 @@ class SaxHandler {
   bool parse_error(std::size_t, const std::string& last_token, const Json::exception& error);
 
  private:
-  /// An array or object whose end has not been read.
+  /// An array or object whose end was not read yet.
   struct Frame {
     JsonValue value;
-    std::string key;             // of the member that is being read
-    std::uint64_t key_line = 0;  // of that key
-    std::size_t count = 0;       // complete children
+    std::string key;             // key of the current member
+    std::uint64_t key_line = 0;  // line of that key
+    std::size_t count = 0;       // number of complete children
   };
 
   JsonValue make(JsonKind kind) {
@@ -189,8 +190,8 @@ class SaxHandler {
   const std::string& file_;
   JsonSink& sink_;
   std::vector<Frame> frames_;
-  JsonDelivery delivery_ = JsonDelivery::whole;  // of the top-level member that is being read
-  std::size_t values_ = 0;                       // in the delivery that is being built
+  JsonDelivery delivery_ = JsonDelivery::whole;  // of the current top-level member
+  std::size_t values_ = 0;                       // number of values in the current delivery
   std::uint64_t start_line_ = 1;
   bool started_ = false;
 };
@@ -213,15 +214,16 @@ bool SaxHandler::key(std::string& text) {
 bool SaxHandler::open(JsonKind kind) {
   JsonValue value = make(kind);
   if (frames_.empty()) {
-    if (kind != JsonKind::object) fail("expected an object, found an array: is this a scene?");
+    if (kind != JsonKind::object)
+      fail("expected an object, found an array: check that this is a scene");
     start_line_ = value.line;
     started_ = true;
   } else if (is_section()) {
     check_section_kind(kind);
   }
   if (frames_.size() >= limits::max_json_depth) {
-    fail("nested deeper than " + std::to_string(limits::max_json_depth) +
-         " levels: no scene needs that");
+    fail("values are nested deeper than " + std::to_string(limits::max_json_depth) +
+         " levels: remove levels");
   }
   const bool is_streamed = is_section() && delivery_ != JsonDelivery::whole;
   if (!is_streamed) count_value();
@@ -235,16 +237,17 @@ bool SaxHandler::close() {
   frames_.pop_back();
   if (frames_.empty()) return true;
   if (is_section() && delivery_ != JsonDelivery::whole) {
-    ++frames_.back().count;  // its children have been handed over already
+    ++frames_.back().count;  // its children were delivered already
     return true;
   }
-  --values_;  // counted when it was opened
+  --values_;  // open() counted it
   return put(std::move(value));
 }
 
 bool SaxHandler::put(JsonValue value) {
   if (frames_.empty()) {
-    fail("expected an object, found " + std::string(name_of(value.kind)) + ": is this a scene?");
+    fail("expected an object, found " + std::string(name_of(value.kind)) +
+         ": check that this is a scene");
   }
   count_value();
   Frame& parent = frames_.back();
@@ -253,7 +256,8 @@ bool SaxHandler::put(JsonValue value) {
     sink_.on_member({parent.key, parent.key_line, std::move(value)});
     values_ = 0;
   } else if (is_child()) {
-    const bool is_object = value.kind == JsonKind::object;  // whose end is all that has been read
+    const bool is_object =
+        value.kind == JsonKind::object;  // the end of an object is the last byte read so far
     sink_.on_child({parent.key, parent.key_line, std::move(value)});
     if (is_object && delivery_ == JsonDelivery::by_item) parent.count += sink_.take_items(source_);
     values_ = 0;
@@ -268,7 +272,7 @@ bool SaxHandler::put(JsonValue value) {
   return true;
 }
 
-/// A section that is streamed must be of the kind that is streamed.
+/// Fails if the section is delivered in pieces but has another kind than its delivery needs.
 void SaxHandler::check_section_kind(JsonKind kind) const {
   if (delivery_ == JsonDelivery::whole) return;
   const JsonKind due = delivery_ == JsonDelivery::by_item ? JsonKind::array : JsonKind::object;
@@ -279,8 +283,8 @@ void SaxHandler::check_section_kind(JsonKind kind) const {
 
 void SaxHandler::count_value() {
   if (++values_ <= max_json_values_per_delivery) return;
-  fail("more than " + std::to_string(max_json_values_per_delivery) +
-       " values in one place: no scene needs that");
+  fail("one value has more than " + std::to_string(max_json_values_per_delivery) +
+       " parts: remove some");
 }
 
 std::string SaxHandler::pointer() const {
@@ -296,11 +300,11 @@ std::string SaxHandler::pointer() const {
 bool SaxHandler::parse_error(std::size_t, const std::string& last_token,
                              const Json::exception& error) {
   if (started_ && frames_.empty()) {
-    fail("text after the end of the scene: remove it");
+    fail("text follows the end of the scene: remove it");
   }
   if (source_.end_was_reached()) {
-    fail(started_ ? "the file ends in the middle of the scene: is it complete?"
-                  : "the file is empty: a scene is a JSON object");
+    fail(started_ ? "the file ends in the middle of the scene: check that the file is complete"
+                  : "the file is empty: write a scene, which is a JSON object");
   }
   constexpr int number_overflow = 406;
   if (error.id == number_overflow) {
@@ -319,7 +323,7 @@ bool ByteSource::refill() {
   if (blocks_total_ - token_start_ > max_token_bytes) {
     fail_at(file_, line_, "",
             "a text or a run of blanks is longer than " + std::to_string(max_token_bytes) +
-                " bytes: is this a scene?");
+                " bytes: check that this is a scene");
   }
   next_ = filled_ = 0;
   load();
@@ -327,11 +331,11 @@ bool ByteSource::refill() {
   return !end_was_reached_;
 }
 
-/// Fills the rest of the block.
+/// Fills the rest of the block from the stream.
 void ByteSource::load() {
   stream_->read(block_.data() + filled_, static_cast<std::streamsize>(block_.size() - filled_));
   if (stream_->bad()) {
-    fail_at(file_, line_, "", "reading failed here: check the file and its disk");
+    fail_at(file_, line_, "", "reading failed here: check the file and the disk");
   }
   const auto got = static_cast<std::size_t>(stream_->gcount());
   filled_ += got;
@@ -355,7 +359,7 @@ std::string_view ByteSource::ahead(std::size_t least) {
 }
 
 void ByteSource::fail_zero_byte() const {
-  fail_at(file_, line_, "", "a NUL byte, which JSON text never has: save the file as UTF-8");
+  fail_at(file_, line_, "", "the text contains a NUL byte: save the file as UTF-8");
 }
 
 std::uint64_t parse_json(std::istream& input, const std::string& file, JsonSink& sink) {

@@ -13,35 +13,35 @@ namespace parray::input {
 
 /// Reads the bytes of a stream once, in blocks, and counts lines.
 ///
-/// Throws InputError for a zero byte (JSON text has none, and the parser takes it for the end of
-/// the input), for more than limits::max_scene_file_bytes bytes, for more than max_token_bytes
-/// bytes since the last mark_token() and for a failing read.
+/// Throws InputError for a zero byte, because JSON text has none and the parser would treat it as
+/// the end of the input. Throws it also for more than limits::max_scene_file_bytes bytes, for more
+/// than max_token_bytes bytes since the last mark_token(), and for a failing read.
 class ByteSource {
  public:
-  /// Bounds the buffer of the JSON lexer, which grows with a string and with a run of blanks.
+  /// Limits the buffer of the JSON lexer, which grows with strings and with runs of blanks.
   static constexpr std::size_t max_token_bytes = std::size_t{1} << 20;
 
-  /// `stream` must outlive this; `file` names it in messages.
+  /// `stream` must outlive this object. `file` names it in messages.
   ByteSource(std::istream& stream, std::string file);
 
   bool at_end() { return next_ == filled_ && !refill(); }
 
-  /// Returns the next byte; only if !at_end().
+  /// Returns the next byte. Requires !at_end().
   char peek() const { return block_[next_]; }
 
   void advance() {
     const char c = block_[next_++];
-    // The lexer reads one byte beyond a number. A line therefore ends not with its newline, but
-    // with the byte after that: the number still belongs to the line on which it stands.
+    // The lexer reads one byte beyond a number. Therefore the line number changes not at the
+    // newline but at the byte after it. So the number is reported on its own line.
     line_ += after_newline_ ? 1 : 0;
     after_newline_ = c == '\n';
     if (c == '\0') fail_zero_byte();
   }
 
-  /// Returns the next bytes, at least `least` of them unless the stream ends before.
+  /// Returns the next bytes. They are at least `least` unless the stream ends before.
   std::string_view ahead(std::size_t least);
 
-  /// Skips bytes that ahead() returned: JSON text that does not end with a newline.
+  /// Skips bytes that ahead() returned. They are JSON text that does not end with a newline.
   void skip(std::size_t bytes, std::size_t newlines) {
     line_ += newlines + (after_newline_ ? 1 : 0);
     after_newline_ = false;
@@ -49,10 +49,10 @@ class ByteSource {
     mark_token();
   }
 
-  /// Returns the line of the byte read last, from 1.
+  /// Returns the line of the last byte read, from 1.
   std::uint64_t line() const { return line_; }
 
-  /// Returns whether the parser asked for a byte beyond the last.
+  /// Returns whether the parser asked for a byte beyond the end.
   bool end_was_reached() const { return end_was_reached_; }
 
   void mark_token() { token_start_ = blocks_total_ - (filled_ - next_); }
@@ -67,52 +67,53 @@ class ByteSource {
   std::vector<char> block_;
   std::size_t next_ = 0;
   std::size_t filled_ = 0;
-  std::uint64_t blocks_total_ = 0;  // bytes read so far, those in the block included
+  std::uint64_t blocks_total_ = 0;  // bytes read so far, including those in the block
   std::uint64_t token_start_ = 0;
   std::uint64_t line_ = 1;
   bool after_newline_ = false;
   bool end_was_reached_ = false;
 };
 
-/// How a sink gets the value of a top-level key.
+/// How a sink receives the value of a top-level key.
 enum class JsonDelivery : std::uint8_t {
-  whole,     ///< at once, when it is complete
+  whole,     ///< in one piece, when the value is complete
   by_item,   ///< an array, item by item
   by_member  ///< an object, member by member
 };
 
-/// Receives a JSON document piece by piece. An exception of a member function ends the parse and
-/// reaches the caller of parse_json().
+/// Receives a JSON document in pieces. An exception of a member function ends the parse and reaches
+/// the caller of parse_json().
 class JsonSink {
  public:
   virtual ~JsonSink() = default;
 
-  /// Announces the top-level key `key` on line `line`. Keys come in file order. The sink must
-  /// refuse repeated ones itself, also in on_child().
+  /// Announces the top-level key `key` on line `line`. Keys come in the order of the file. The sink
+  /// must reject repeated keys itself, here and in on_child().
   virtual JsonDelivery on_key(const std::string& key, std::uint64_t line) = 0;
 
   /// Delivers a whole top-level member.
   virtual void on_member(const JsonMember& member) = 0;
 
-  /// Delivers the next item or member of the section that on_key() named last. `child.key` is empty
-  /// for an item.
+  /// Delivers the next item or member of the section that on_key() announced last. `child.key` is
+  /// empty for an item.
   virtual void on_child(const JsonMember& child) = 0;
 
-  /// Called after on_child() with an item that is an object. May take more items of the text
-  /// itself, each with the comma before it, as long as they are valid. Returns their number. The
-  /// parser delivers the rest.
+  /// Called after on_child() with an item that is an object. May read further items from the text,
+  /// each with the comma before it, while they are valid. Returns their number. The parser delivers
+  /// the others.
   virtual std::size_t take_items(ByteSource& /*source*/) { return 0; }
 };
 
-/// Largest number of values in one delivery, itself included. The largest of a scene has 13.
+/// Largest number of values in one delivery, including the delivered value. The largest in a valid
+/// scene is 13.
 inline constexpr std::size_t max_json_values_per_delivery = 256;
 
-/// Parses one JSON document (RFC 8259, UTF-8, a byte order mark is skipped) whose top is an object,
-/// and delivers it to `sink`. Memory does not grow with the document.
+/// Parses a JSON document (RFC 8259, UTF-8, an optional byte order mark) whose top level is an
+/// object. Delivers it to `sink`. Memory does not grow with the document.
 ///
 /// Returns the line on which the document starts. Throws InputError "FILE:LINE: POINTER: PROBLEM"
-/// for text that is not JSON, a number beyond double's range, a key twice in one object, nesting
-/// deeper than limits::max_json_depth, and for what ByteSource refuses.
+/// for text that is not JSON, a number beyond double's range, a repeated key in an object, and
+/// nesting deeper than limits::max_json_depth. Throws the errors of ByteSource.
 std::uint64_t parse_json(std::istream& input, const std::string& file, JsonSink& sink);
 
 }  // namespace parray::input

@@ -5,10 +5,10 @@
 
 namespace parray::input {
 std::string problem_with_label_text(std::string_view text, std::size_t longest) {
-  if (text.empty()) return "empty: write what is to be shown";
+  if (text.empty()) return "the text is empty: write the text to be shown";
   if (text.size() <= longest) return "";
-  return std::to_string(text.size()) + " bytes: at most " + std::to_string(longest) +
-         " are shown: make it shorter";
+  return "the text has " + std::to_string(text.size()) + " bytes, more than " +
+         std::to_string(longest) + ": shorten it";
 }
 
 std::string_view unit_sign(std::string_view unit) {
@@ -17,8 +17,8 @@ std::string_view unit_sign(std::string_view unit) {
 }
 
 std::string_view length_unit_of(std::string_view format) {
-  // What the formats' definitions say, of GRO, what its reader makes of nanometres, or, of XYZ,
-  // what everybody writes.
+  // The unit follows from the definition of the format. The reader of GRO converts nanometres.
+  // Files of XYZ are in angstrom by convention.
   constexpr std::array<std::string_view, 9> in_angstrom{"PDB",   "mmCIF", "CIF",  "XYZ", "PQR",
                                                         "PDBQT", "SDF",   "MOL2", "GRO"};
   return std::ranges::find(in_angstrom, format) != in_angstrom.end() ? "angstrom" : "";

@@ -62,7 +62,7 @@ std::string_view MaterialNames::name_of(std::uint32_t number) const {
 
 std::string MaterialNames::remedy_for_undefined(std::string_view name,
                                                 std::span<const std::string_view> words) const {
-  // In alphabetical order, for a message that does not hang on the order of the file.
+  // Sorts the names, so that the message does not depend on the order of the file.
   std::vector<std::string_view> known(words.begin(), words.end());
   for (const NamedMaterial& material : defined()) known.push_back(material.name);
   std::ranges::sort(known);

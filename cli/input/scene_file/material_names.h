@@ -15,21 +15,21 @@
 namespace parray::input {
 
 struct NamedMaterial {
-  std::string_view name;  ///< refers to the MaterialNames
+  std::string_view name;  ///< refers to the MaterialNames object
   Material material;
 };
 
-/// The named materials of a scene. Uses and definitions come in any order. The number of a name is
-/// its place in the order of first mention.
+/// The named materials of a scene. Uses and definitions may come in any order. The number of a name
+/// is its place in the order of first mention.
 class MaterialNames {
  public:
   struct Entry {
-    std::optional<Material> value;  ///< nothing: not defined so far
-    std::size_t first_sphere = 0;   ///< the first use, where there is one
-    std::uint64_t first_line = 0;   ///< 0: not used so far
+    std::optional<Material> value;  ///< nothing: not defined yet
+    std::size_t first_sphere = 0;   ///< the first sphere that uses the name, if first_line > 0
+    std::uint64_t first_line = 0;   ///< line of that use; 0: not used yet
   };
 
-  /// Notes that sphere `sphere` uses `name` on `line`. Returns the number of the name.
+  /// Records that sphere `sphere` uses `name` on `line`. Returns the number of the name.
   std::uint32_t use(const std::string& name, std::size_t sphere, std::uint64_t line);
 
   /// Returns the number of a name that a sphere has already used.
@@ -41,13 +41,13 @@ class MaterialNames {
   const Entry& operator[](std::uint32_t number) const { return entries_[number]; }
   std::size_t size() const { return entries_.size(); }
 
-  /// Returns the material; nullptr if the name is not defined.
+  /// Returns the material. Returns nullptr if the name is not defined.
   const Material* find(const std::string& name) const;
   /// Returns the defined materials in the order of their numbers.
   std::vector<NamedMaterial> defined() const;
 
-  /// Returns the remedy for an undefined name, as the end of a message. `words` would be valid,
-  /// too.
+  /// Returns the remedy for an undefined name, as the end of a message. `words` are further valid
+  /// texts.
   std::string remedy_for_undefined(std::string_view name,
                                    std::span<const std::string_view> words = {}) const;
   std::string_view name_of(std::uint32_t number) const;

@@ -11,8 +11,8 @@ std::size_t MaterialHash::operator()(const Material& material) const {
   std::uint64_t hash = static_cast<std::uint64_t>(material.type);
   for (const double x :
        {material.albedo.x, material.albedo.y, material.albedo.z, material.fuzz, material.ior}) {
-    // Adding zero gives -0 and +0, which compare equal, one hash. The multiplier is the golden
-    // ratio's (Knuth, TAOCP 3, 6.4); the shift brings its good high bits down.
+    // Adding zero gives -0 and +0, which are equal, the same hash. The multiplier comes from the
+    // golden ratio (Knuth, TAOCP 3, 6.4). The shift moves its well-mixed high bits down.
     hash = (hash ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9E3779B97F4A7C15U;
     hash ^= hash >> 32;
   }

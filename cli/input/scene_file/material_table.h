@@ -10,19 +10,19 @@
 
 namespace parray::input {
 
-/// Equal for equal materials; the same on every machine.
+/// A hash of materials that is equal for equal materials and the same on every machine.
 struct MaterialHash {
   std::size_t operator()(const Material& material) const;
 };
 
-/// Distinct materials by value, numbered in the order in which they come.
+/// Distinct materials, numbered in the order of their first use.
 class MaterialTable {
  public:
-  /// The number of `material`, new or known. Nothing when it is new and the table holds
-  /// limits::max_materials already.
+  /// Returns the number of `material`. Adds new materials. Returns nothing for a new material if
+  /// the table already has limits::max_materials.
   std::optional<std::uint32_t> intern(const Material& material);
 
-  /// Empties the table.
+  /// Returns the materials and empties the table.
   std::vector<Material> take();
 
  private:

@@ -28,7 +28,7 @@ FrameChoice read_frame_choice(const JsonValue& value, const JsonPlace& place) {
   }
   if (value.text == last_frame_word) return {0, true};
   place.fail(value.line,
-             "'" + printable(value.text) + "' is no frame: write its number, from 0, or \"last\"");
+             "'" + printable(value.text) + "' is not a frame: write a number, from 0, or \"last\"");
 }
 
 AlternativeChoice read_alternatives(const JsonValue& value, const JsonPlace& place) {
@@ -43,12 +43,14 @@ TextRange range_in(const JsonValue& value, const JsonPlace& place) {
     try {
       return color_range_from(read_string(value, place));
     } catch (const InputError&) {
-      place.fail(value.line, "no range: write [low, high], or a text such as \"1%:99%\"");
+      place.fail(value.line,
+                 "this is not a range: write [low, high], or a text such as \"1%:99%\"");
     }
   }
   constexpr NumberRange finite{std::numeric_limits<double>::lowest(),
                                std::numeric_limits<double>::max()};
-  if (value.items.size() != 2) place.fail(value.line, "not two numbers: write [low, high]");
+  if (value.items.size() != 2)
+    place.fail(value.line, "the array does not have two numbers: write [low, high]");
   const TextRange range{RangeEnd{read_number(value.items[0], place.at(0), finite)},
                         RangeEnd{read_number(value.items[1], place.at(1), finite)}};
   if (!(range.low->value < range.high->value))
@@ -56,8 +58,8 @@ TextRange range_in(const JsonValue& value, const JsonPlace& place) {
   return range;
 }
 
-/// Sets `member` to what `from` makes of the text of `key`, if the key is there. Its errors get the
-/// place.
+/// If the key exists, sets `member` to the result of `from` for its text. Adds the place to errors
+/// of `from`.
 template <typename Member, typename From>
 void take(const JsonFields& fields, const char* key, const From& from, Member& member) {
   const JsonValue* const value = fields.find(key);
@@ -78,7 +80,8 @@ ParticleFilter read_filter(const JsonFields& fields) {
   if (hide == nullptr) return out;
   const JsonPlace place = fields.place().at("hide");
   if (hide->kind != JsonKind::array) {
-    place.fail(hide->line, "not a list: write words in brackets, as [\"virtual\", \"water\"]");
+    place.fail(hide->line,
+               "this is not a list: write words in brackets, such as [\"virtual\", \"water\"]");
   }
   out.hide.emplace();
   for (std::size_t i = 0; i < hide->items.size(); ++i) {
@@ -154,7 +157,7 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
   out.file = fields.string("file");
   out.file_line = out.line_of("file");
   if (out.file.empty()) {
-    place.at("file").fail(out.file_line, "the name is empty: write that of a particle file");
+    place.at("file").fail(out.file_line, "the name is empty: write the name of a particle file");
   }
   if (fields.find("topology") != nullptr) out.topology = fields.string("topology");
   if (const JsonValue* material = fields.find("material")) {

@@ -19,14 +19,14 @@ struct ParticleMaterial {
   enum class Rule : std::uint8_t {
     automatic,   ///< the first of column, by_element, by_type that the file supports
     named,       ///< one material of the scene for all
-    by_element,  ///< diffuse, of the element's colour
-    by_type,     ///< the scene's material of the type's name, or else a colour for each type
-    column,      ///< diffuse, of the file's colour
-    color_by     ///< in the colour that `color_by` gives it
+    by_element,  ///< diffuse, in the element's colour
+    by_type,     ///< the scene's material with the name of the type, otherwise one colour per type
+    column,      ///< diffuse, in the colour of the file
+    color_by     ///< in the colour that `color_by` assigns
   };
   Rule rule = Rule::automatic;
-  /// Name of the material for `named`. For `color_by`: name of the material that gives the kind of
-  /// surface; empty for diffuse.
+  /// For `named`: the name of the material. For `color_by`: the name of the material that gives the
+  /// kind of surface; empty means diffuse.
   std::string name;
 };
 
@@ -34,12 +34,12 @@ struct ParticleMaterial {
 struct ParticleRadius {
   enum class Rule : std::uint8_t {
     automatic,   ///< the first of column, by_element that the file supports
-    fixed,       ///< one for all
+    fixed,       ///< one radius for all
     by_element,  ///< the element's van der Waals radius
     column       ///< the file's radius
   };
   Rule rule = Rule::automatic;
-  double value = 0;  ///< where the rule is `fixed`; in ranges::length
+  double value = 0;  ///< radius if the rule is `fixed`; in ranges::length
 };
 
 /// An item of the scene's section `particles`: a file whose particles become spheres.
@@ -47,16 +47,16 @@ struct ParticleSource {
   std::string file;  ///< relative to the folder of the scene file, or absolute
   ParticleMaterial material;
   ParticleRadius radius;
-  std::string topology{};  ///< file with names and elements, relative as `file`; empty: none
-  AlternativeChoice alternatives{};                           ///< of the locations of atoms
-  std::optional<FrameChoice> frame{};                         ///< not given: the first
-  ParticleFilter filter{};                                    ///< what of it is shown
-  ParticleColoring coloring{};                                ///< what its colours mean
-  std::uint64_t line = 0;                                     ///< of the item in the scene file
-  std::uint64_t file_line = 0;                                ///< of its member `file`
-  std::map<std::string, std::uint64_t, std::less<>> lines{};  ///< of its other members, by key
+  std::string topology{};  ///< file with names and elements, relative like `file`; empty: none
+  AlternativeChoice alternatives{};    ///< which locations of atoms are read
+  std::optional<FrameChoice> frame{};  ///< not given: the first frame with particles
+  ParticleFilter filter{};             ///< which particles are shown
+  ParticleColoring coloring{};         ///< what the colours mean
+  std::uint64_t line = 0;              ///< line of the item in the scene file
+  std::uint64_t file_line = 0;         ///< line of its member `file`
+  std::map<std::string, std::uint64_t, std::less<>> lines{};  ///< lines of its members, by key
 
-  /// Returns the line of the member `key`, or of the item if the member is not given.
+  /// Returns the line of the member `key`. Returns the line of the item if the member is not given.
   [[nodiscard]] std::uint64_t line_of(std::string_view key) const {
     const auto found = lines.find(key);
     return found == lines.end() ? line : found->second;
@@ -72,10 +72,11 @@ ParticleMaterial particle_material_from(std::string_view text);
 /// Parses one of particle_radius_words. Returns nothing for other texts.
 std::optional<ParticleRadius> particle_radius_from(std::string_view text);
 
-/// Returns the word or the material's name that is read as this; empty for `automatic`, and for
-/// `color_by` without a name.
+/// Returns the text that particle_material_from() parses to `material`. Returns "" for `automatic`,
+/// and for `color_by` without a name.
 std::string text_of(const ParticleMaterial& material);
-/// Returns the word that is read as this; empty for `automatic` and `fixed`.
+/// Returns the word that particle_radius_from() parses to `radius`. Returns "" for `automatic` and
+/// `fixed`.
 std::string text_of(const ParticleRadius& radius);
 
 /// Reads an item. Throws InputError with the place and the line in the scene file.

@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::string_view points_unit = "pt";
 
-/// `what` says which numbers there are; a word gets the nearest known one.
+/// Parses a number in `range`. Otherwise throws InputError that suggests the nearest word, or
+/// numbers as `what` describes.
 double number_within(std::string_view text, NumberRange range, const std::string& what) {
   double value = 0;
   const char* const end = text.data() + text.size();
@@ -23,7 +24,7 @@ double number_within(std::string_view text, NumberRange range, const std::string
   static constexpr std::array<std::string_view, 2> words{"on", "off"};
   NearestWord nearest(text);
   for (const std::string_view word : words) nearest.offer(word);
-  throw InputError("'" + printable(text) + "' is no such value: " +
+  throw InputError("'" + printable(text) + "' is not a valid value: " +
                    (nearest.best().empty() ? "write on, off or " + what
                                            : "did you mean '" + nearest.best() + "'?"));
 }
@@ -39,10 +40,10 @@ LineWidth line_width_from(std::string_view text) {
   if (text == "off") return {};
   const bool points = text.ends_with(points_unit);
   const std::string_view number = points ? text.substr(0, text.size() - points_unit.size()) : text;
-  return {
-      points ? LineWidth::Unit::points : LineWidth::Unit::pixels,
-      number_within(number, drawing_ranges::line_width,
-                    "pixels" + bounds_of(drawing_ranges::line_width) + ", or points, as 0.5pt")};
+  return {points ? LineWidth::Unit::points : LineWidth::Unit::pixels,
+          number_within(
+              number, drawing_ranges::line_width,
+              "pixels" + bounds_of(drawing_ranges::line_width) + ", or points, such as 0.5pt")};
 }
 
 double depth_cue_from(std::string_view text) {

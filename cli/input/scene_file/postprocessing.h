@@ -7,26 +7,26 @@
 
 #include "common/scene/number_range.h"
 
-/// What is done to a picture of a scene before it is looked at. EXR files keep what was traced.
+/// Postprocessing of a picture. EXR files stay as traced.
 namespace parray::input {
 
-/// Of lines that are drawn.
+/// The width of drawn lines.
 struct LineWidth {
   enum class Unit : std::uint8_t {
     none,       ///< no lines
-    automatic,  ///< a 450th of the picture's height, and at least a pixel
+    automatic,  ///< 1/450 of the picture's height, at least one pixel
     pixels,
-    points  ///< 72 of them are an inch of print
+    points  ///< 72 points are an inch of print
   };
   Unit unit = Unit::none;
-  double value = 0;  ///< of pixels and points; in drawing_ranges::line_width
+  double value = 0;  ///< number of pixels or points; in drawing_ranges::line_width
 
   friend bool operator==(const LineWidth&, const LineWidth&) = default;
 };
 
 struct Postprocessing {
-  LineWidth outline{};   ///< around spheres, where something is farther away
-  double depth_cue = 0;  ///< share of the background that the farthest surface fades to; 0: none
+  LineWidth outline{};   ///< width of lines around spheres in front of something farther away
+  double depth_cue = 0;  ///< share of the background in the colour of the farthest surface; 0: off
 
   friend bool operator==(const Postprocessing&, const Postprocessing&) = default;
 };
@@ -38,17 +38,18 @@ inline constexpr NumberRange line_width{0.1, 100};
 inline constexpr NumberRange depth_cue{0, 1};
 }  // namespace drawing_ranges
 
-/// "on", "off", a number of pixels or, as "0.5pt", of points. Throws InputError.
+/// Parses "on", "off", a number of pixels, or a number of points such as "0.5pt". Throws InputError
+/// for other texts.
 LineWidth line_width_from(std::string_view text);
-/// "on", "off" or a number. Throws InputError.
+/// Parses "on", "off" or a number. Throws InputError for other texts.
 double depth_cue_from(std::string_view text);
 
-/// A scene's section `finishing`; what it does not name is not set.
+/// The section `finishing` of a scene file. Members that the file does not name are not set.
 struct PostprocessingSection {
   std::optional<LineWidth> outline{};
   std::optional<double> depth_cue{};
 
-  /// Laid over what a style has.
+  /// Returns `other` with the members that are set here replaced.
   [[nodiscard]] Postprocessing over(const Postprocessing& other) const;
 };
 

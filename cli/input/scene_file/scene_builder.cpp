@@ -27,15 +27,15 @@
 namespace parray::input {
 namespace {
 
-/// The scene format of the program that ParRay grew from: {"spheres": [{"sphere": {"location":
-/// {x, y, z}, "material": {...}, "radius": r}}]} and nothing else. Camera, image and settings are
-/// the defaults of Camera and RenderSettings.
+/// The seed format, the scene format of the program from which ParRay developed: {"spheres":
+/// [{"sphere": {"location": {x, y, z}, "material": {...}, "radius": r}}]} and nothing else. Camera,
+/// image and settings are the defaults of Camera and RenderSettings.
 struct SeedSphere {
   Sphere sphere;  ///< `material` is not set
   Material material;
 };
 
-/// {"x": 1, "y": 2, "z": 3}, or the same with other names.
+/// Reads {"x": 1, "y": 2, "z": 3}, or an object with other names.
 Vec3d read_named_vec3(const JsonFields& parent, std::string_view key,
                       const std::array<std::string_view, 3>& names, NumberRange range) {
   const JsonPlace place = parent.place().at(key);
@@ -76,12 +76,12 @@ Material read_seed_material(const JsonValue& value, const JsonPlace& place) {
   return material;
 }
 
-/// Whether an item of "spheres" has this format's shape.
+/// Returns whether an item of "spheres" has the shape of the seed format.
 bool is_seed_sphere(const JsonValue& value) {
   return std::ranges::find(value.members, "sphere", &JsonMember::key) != value.members.end();
 }
 
-/// Throws InputError as the readers of scene_sections.h do, in the same ranges.
+/// Reads a sphere of the seed format. Ranges and errors are those of scene_sections.h.
 SeedSphere read_seed_sphere(const JsonValue& value, const JsonPlace& place) {
   static constexpr std::array<std::string_view, 1> outer_keys{"sphere"};
   static constexpr std::array<std::string_view, 3> keys{"location", "material", "radius"};
@@ -96,14 +96,14 @@ SeedSphere read_seed_sphere(const JsonValue& value, const JsonPlace& place) {
   return out;
 }
 
-/// Builds a scene from the pieces of its JSON, in whichever of the two formats they come.
+/// Builds a scene from the pieces of its JSON, in either format.
 ///
-/// The format shows in the pieces: an item {"sphere": ...} is the seed's, everything else but the
-/// key "spheres" is version 1's; both in one file are an error. Every member function throws
-/// InputError that names the place and the line.
+/// The pieces show the format. An item {"sphere": ...} belongs to the seed format. All keys except
+/// "spheres" belong to version 1. A file with both is an error. Every member function throws
+/// InputError with the place and the line.
 class SceneBuilder final : public JsonSink {
  public:
-  /// `file` names the input in messages and must outlive this.
+  /// `file` names the input in messages and must outlive this object.
   explicit SceneBuilder(const std::string& file) : file_(file), root_(file_) {}
 
   JsonDelivery on_key(const std::string& key, std::uint64_t line) override;
@@ -111,7 +111,8 @@ class SceneBuilder final : public JsonSink {
   void on_child(const JsonMember& child) override;
   std::size_t take_items(ByteSource& source) override;
 
-  /// Once, after the last piece. `start_line` is where the document starts.
+  /// Completes the scene. Call it once, after the last piece. `start_line` is the line where the
+  /// document starts.
   SceneFile finish(std::uint64_t start_line);
 
  private:
@@ -129,12 +130,13 @@ class SceneBuilder final : public JsonSink {
 
   const std::string& file_;
   JsonPlace root_;
-  std::vector<std::string> keys_;  // the top-level keys so far; the last is being read
+  std::vector<std::string> keys_;  // the top-level keys so far; the last is the current one
   Format format_ = Format::unknown;
   SceneFile out_;
   std::optional<Style> style_;
   PostprocessingSection postprocessing_;
-  MaterialNames names_;  // version 1; a sphere's material is a number of these until finish()
+  MaterialNames
+      names_;  // of version 1; until finish(), a sphere's material is a number of these names
   MaterialTable table_;
 };
 
@@ -146,12 +148,12 @@ struct RequiredKey {
 constexpr std::array<RequiredKey, 4> required_keys{{
     {"version", "\"version\": 1", false},
     {"camera", "{ ... } with look_from, look_at and vfov", false},
-    {"materials", "{ ... } with the surfaces by name", true},
+    {"materials", "{ ... } with the materials by name", true},
     {"spheres", "[ ... ], which may be empty", true},
 }};
 
 constexpr std::string_view too_many_materials =
-    "more distinct materials than this program holds: let spheres share some";
+    "the scene has too many distinct materials: let spheres share materials";
 
 bool SceneBuilder::has_key(std::string_view key) const {
   return std::ranges::find(keys_, key) != keys_.end();
@@ -166,9 +168,10 @@ JsonDelivery SceneBuilder::on_key(const std::string& key, std::uint64_t line) {
   keys_.push_back(key);
   if (key == "spheres") return JsonDelivery::by_item;
   if (format_ == Format::seed) {
-    place.fail(line,
-               "a key of version 1 after spheres in the seed program's format: write the "
-               "spheres as {\"center\", \"radius\", \"material\"}");
+    place.fail(
+        line,
+        "this key belongs to version 1, but the spheres have the seed program's format: write "
+        "spheres as {\"center\", \"radius\", \"material\"}");
   }
   format_ = Format::version_1;
   if (key == "particles") return JsonDelivery::by_item;
@@ -204,7 +207,7 @@ void SceneBuilder::on_child(const JsonMember& child) {
   }
 }
 
-/// Spheres of materials that others have used before, as most files write them.
+/// Takes further spheres in the usual form whose materials earlier spheres have used.
 std::size_t SceneBuilder::take_items(ByteSource& source) {
   if (keys_.back() != "spheres" || format_ != Format::version_1) return 0;
   constexpr std::size_t usual_bytes = 4096;
@@ -236,8 +239,8 @@ void SceneBuilder::add_sphere(const JsonValue& value) {
   const JsonPlace section = root_.at("spheres");
   const JsonPlace place = section.at(index);
   if (index == limits::max_spheres) {
-    place.fail(value.line,
-               "more than " + std::to_string(limits::max_spheres) + " spheres: split the scene");
+    place.fail(value.line, "the scene has more than " + std::to_string(limits::max_spheres) +
+                               " spheres: split the scene");
   }
   if (format_ == Format::unknown) {
     format_ = is_seed_sphere(value) ? Format::seed : Format::version_1;
@@ -260,7 +263,7 @@ void SceneBuilder::add_seed_sphere(const JsonValue& value, const JsonPlace& plac
 void SceneBuilder::add_named_sphere(const JsonValue& value, const JsonPlace& place) {
   if (is_seed_sphere(value)) {
     place.fail(value.line,
-               "a sphere in the seed program's format in a scene of version 1: write "
+               "the sphere has the seed program's format, but the scene has version 1: write "
                "it as {\"center\", \"radius\", \"material\"}");
   }
   const NamedSphere read = read_sphere(value, place);
@@ -274,14 +277,14 @@ void SceneBuilder::add_particles(const JsonValue& value) {
   const JsonPlace section = root_.at("particles");
   const JsonPlace place = section.at(out_.particles.size());
   if (out_.particles.size() == limits::max_particle_files) {
-    place.fail(value.line, "more than " + std::to_string(limits::max_particle_files) +
-                               " files of particles: join some");
+    place.fail(value.line, "the scene has more than " + std::to_string(limits::max_particle_files) +
+                               " particle files: join some");
   }
   out_.particles.push_back(read_particle_source(value, place));
 }
 
 SceneFile SceneBuilder::finish(std::uint64_t start_line) {
-  // No spheres and nothing else: the seed's format, with no item to show it.
+  // No spheres and no other key: the file has the seed format, although no item shows it.
   const bool is_bare = format_ == Format::unknown && has_key("spheres");
   if (format_ == Format::seed || is_bare) {
     out_.seed_format = true;
@@ -305,7 +308,7 @@ void SceneBuilder::finish_version_1(std::uint64_t start_line) {
   out_.materials = std::move(names_);
 }
 
-/// Turns names into numbers of distinct materials, in the order in which spheres first use them.
+/// Replaces names by numbers of distinct materials, in the order in which spheres first use them.
 void SceneBuilder::resolve_materials() {
   std::vector<std::optional<std::uint32_t>> numbers(names_.size());
   for (Sphere& sphere : out_.scene.spheres) {
@@ -317,7 +320,9 @@ void SceneBuilder::resolve_materials() {
 
 std::uint32_t SceneBuilder::resolve_material(std::uint32_t name) {
   const MaterialNames::Entry& entry = names_[name];
-  if (entry.value) return *table_.intern(*entry.value);  // no more values than names
+  if (entry.value)
+    return *table_.intern(
+        *entry.value);  // the table has room: there are at most as many values as names
   const JsonPlace section = root_.at("spheres");
   const JsonPlace sphere = section.at(entry.first_sphere);
   sphere.at("material")
@@ -325,7 +330,7 @@ std::uint32_t SceneBuilder::resolve_material(std::uint32_t name) {
                                   "': " + names_.remedy_for_undefined(names_.name_of(name)));
 }
 
-/// A file, expanded if it is packed, as a stream.
+/// A stream over a file, which is unpacked if necessary.
 class FileBuffer : public std::streambuf {
  public:
   explicit FileBuffer(PackedFile& file) : file_(&file), block_(std::size_t{1} << 16) {}
@@ -362,13 +367,14 @@ SceneFile read_scene(std::istream& input, const std::string& name, int threads) 
 
 SceneFile read_scene_file(PackedFile& file, int threads) {
   if (file.size().value_or(0) > limits::max_scene_file_bytes) {
-    FilePlace{file.name()}.fail("has " + std::to_string(*file.size()) + " bytes, more than " +
+    FilePlace{file.name()}.fail("the file has " + std::to_string(*file.size()) +
+                                " bytes, more than " +
                                 std::to_string(limits::max_scene_file_bytes) + ": split it");
   }
   file.rewind();
   FileBuffer buffer(file);
   std::istream input(&buffer);
-  input.exceptions(std::ios::badbit);  // passes on what the file throws
+  input.exceptions(std::ios::badbit);  // passes on exceptions of the file
   return read_scene(input, file.name(), threads);
 }
 

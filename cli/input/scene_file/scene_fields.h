@@ -8,16 +8,16 @@
 #include "common/scene/scene.h"
 #include "common/scene/settings_fields.h"
 
-/// The descriptions of a scene file's sections: of each member its key, its rule, and the help of
-/// its option if it has one. They are made like those of settings.
+/// Descriptions of the sections of a scene file. Each member has a key, a rule, and the help text
+/// of its option if it has one. They work like the descriptions of settings.
 namespace parray::input {
 
 // Rules.
-struct Flag {};                          ///< a boolean; its option has no value
+struct Flag {};                          ///< a boolean; its option takes no value
 struct Vec3Range : NumberRange {};       ///< three numbers
-struct LineWidthRange : NumberRange {};  ///< as line_width_from() has it
-struct ShareRange : NumberRange {};      ///< as depth_cue_from() has it
-/// As problem_with_label_text() has it; empty: none.
+struct LineWidthRange : NumberRange {};  ///< the texts of line_width_from()
+struct ShareRange : NumberRange {};      ///< the texts of depth_cue_from()
+/// A text that problem_with_label_text() accepts. Empty: none.
 struct LabelText {
   std::size_t longest;
 };
@@ -37,7 +37,7 @@ void camera_fields(F&& f, S&... s) {
   f({"look_at", nullptr, required}, point, s.look_at...);
   f({"up"}, point, s.up...);
   f({"projection"}, scene_words::projection, s.projection...);
-  // Each projection requires one of these and refuses the other.
+  // Each projection requires one of these two keys and forbids the other.
   f({"vfov", nullptr, if_set}, ranges::vfov, s.vfov...);
   f({"view_height", nullptr, if_set}, ranges::length, s.view_height...);
   f({"aperture"}, ranges::aperture, s.aperture...);
@@ -50,7 +50,7 @@ void sky_fields(F&& f, S&... s) {
   f({"zenith"}, Vec3Range{ranges::radiance}, s.zenith...);
 }
 
-/// Of a material of that type.
+/// Visits the members of a material of type `type`.
 template <typename F, typename... S>
 void material_fields(F&& f, MaterialType type, S&... s) {
   using namespace traits;
@@ -63,7 +63,7 @@ void material_fields(F&& f, MaterialType type, S&... s) {
   if (type == MaterialType::metal) f({"fuzz"}, ranges::unit_interval, s.fuzz...);
 }
 
-/// Sections `image` and `render`: settings, and whether the picture is transparent.
+/// Visits the sections `image` and `render`: settings, and whether the picture is transparent.
 template <typename F, typename S, typename... T>
 void image_fields(F&& f, S& settings, T&... transparent) {
   stop_fields(f, settings);
@@ -74,41 +74,43 @@ void image_fields(F&& f, S& settings, T&... transparent) {
 template <typename F, typename... S>
 void postprocessing_fields(F&& f, S&... s) {
   f({"outline",
-     "Dark lines where spheres end before others that are farther away, so many pixels or, with "
-     "--dpi, points (0.5pt) wide; on: a 450th of the picture's height",
+     "Draw dark lines around spheres in front of others that are farther away. WIDTH in pixels or, "
+     "with --dpi, in points (0.5pt); on: 1/450 of the picture's height",
      0, "on|off|WIDTH"},
     LineWidthRange{drawing_ranges::line_width}, s.outline...);
-  f({"depth_cue", "What is far fades into the background, the farthest by that share; on: 0.6", 0,
+  f({"depth_cue",
+     "Fade distant particles into the background; SHARE is that of the farthest; on: 0.6", 0,
      "on|off|SHARE"},
     ShareRange{drawing_ranges::depth_cue}, s.depth_cue...);
 }
 
 template <typename F, typename... S>
 void label_fields(F&& f, S&... s) {
-  f({"legend", "What the particles' colours mean: a bar of colours with numbers, or names"}, Flag{},
-    s.legend...);
+  f({"legend", "Show what the particles' colours mean: a colour bar with numbers, or names"},
+    Flag{}, s.legend...);
   f({"scale_bar",
-     "A round length; with a perspective camera that of things as far away as look_at"},
+     "Show a round length; for a perspective camera, it holds at the distance of look_at"},
     Flag{}, s.scale_bar...);
   f({"unit",
-     "Unit of lengths, as it is to be written; angstrom and um are known (default: that of the "
+     "Unit of lengths, any text; angstrom and um get their signs (default: the unit of the "
      "file's format)",
      0, "UNIT"},
     LabelText{longest_unit}, s.unit...);
-  f({"time_stamp", "Which frame it is, and at which step or time"}, Flag{}, s.time_stamp...);
+  f({"time_stamp", "Show the number of the frame, and its step or time"}, Flag{}, s.time_stamp...);
   f({"cell",
-     "Outline of the simulation's box or the crystal's cell, hidden behind what is nearer, and the "
+     "Show the outline of the simulation box or crystal cell, behind nearer particles, and the "
      "axes x, y, z"},
     Flag{}, s.cell...);
-  f({"text", "A text; \\n begins a new line", 0, "TEXT"}, LabelText{longest_label_text}, s.text...);
+  f({"text", "Show a text; \\n begins a new line", 0, "TEXT"}, LabelText{longest_label_text},
+    s.text...);
   f({"font_size", "Size of letters in print, in points (default: 8)", 0, "PT"},
     drawing_ranges::font_size, s.font_size...);
   f({"width_mm",
-     "Width of the picture in print: without --width it has as many pixels as --dpi says "
+     "Width of the picture in print; without --width, --dpi gives the number of pixels "
      "(default: 300)",
      0, "MM"},
     drawing_ranges::print_width, s.width_mm...);
-  f({"dpi", "Pixels an inch in print, for sizes and the file's metadata", 0, "N"},
+  f({"dpi", "Pixels per inch in print, for sizes and the file's metadata", 0, "N"},
     drawing_ranges::dpi, s.dpi...);
 }
 

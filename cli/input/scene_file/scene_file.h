@@ -20,10 +20,10 @@ namespace parray::input {
 
 class PackedFile;
 
-/// A particle file that has become part of a scene.
+/// A particle file that is part of a scene.
 struct ParticleFile {
   std::filesystem::path path;  ///< empty: the standard input
-  ParticleSource source;       ///< the item that asked for it
+  ParticleSource source;       ///< the item that refers to the file
   std::uint64_t count = 0;     ///< number of particles in the scene
   ParticleFacts facts;
 };
@@ -35,33 +35,33 @@ struct SceneFile {
   Scene scene;
   RenderSettings settings;
   bool transparent = false;  ///< pictures have no background
-  bool seed_format = false;  ///< the seed program's format, recognised by its shape
-  MaterialNames materials;   ///< the section of that name; the seed's format has none
+  bool seed_format = false;  ///< true: the seed program's format, recognised by its shape
+  MaterialNames materials;   ///< the section `materials`; empty for the seed format
   /// Particle files that are not in the scene yet: see expand_particles().
   std::vector<ParticleSource> particles;
   Postprocessing postprocessing;  ///< postprocessing of the picture
   LabelSettings labels;           ///< labels on the picture
   // Of its particles, once they are in the scene:
-  std::vector<Legend> legends;               ///< what their colours mean
+  std::vector<Legend> legends;               ///< meaning of the particles' colours
   std::vector<ParticleFile> particle_files;  ///< in order
-  std::optional<ParticleCell> cell;          ///< of the first file that has one
-  /// Number of the first spheres that are the scenery of an auto scene.
+  std::optional<ParticleCell> cell;          ///< of the first file with a cell
+  /// Number of spheres at the start that are the scenery of an automatic scene.
   std::uint32_t scenery = 0;
-  Duplicates duplicates;  ///< spheres of the file that were removed
+  Duplicates duplicates;  ///< the spheres of the file that were removed
 };
 
 /// Reads scene JSON v1 (scenes/schema/scene.v1.schema.json) or the seed program's format.
 ///
-/// Unknown, missing and duplicate keys, wrong types, numbers out of range and impossible cameras
-/// are errors. Removes spheres in the same place as an earlier one, so that every command and the
-/// scene's identity use the same scene. Never holds the spheres as JSON. The result is the same for
-/// any number of threads. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
+/// Unknown, missing and duplicate keys, wrong types, numbers out of range and invalid cameras are
+/// errors. Removes spheres in the same place as an earlier one, so that every command and the
+/// scene's identity use the same scene. Never stores the spheres as JSON. The result is the same
+/// for any number of threads. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
 SceneFile read_scene_file(const std::filesystem::path& path, int threads = 1);
 
-/// The same for an open file.
+/// Does the same for an open file.
 SceneFile read_scene_file(PackedFile& file, int threads = 1);
 
-/// The same for an open stream; `name` stands for the file in messages.
+/// Does the same for an open stream. `name` stands for the file in messages.
 SceneFile read_scene(std::istream& input, const std::string& name, int threads = 1);
 
 }  // namespace parray::input

@@ -14,8 +14,8 @@
 namespace parray::input {
 namespace {
 
-/// Least sine of the angle between `up` and the view. Any nearer, and the last digits of `up`
-/// decide how the picture is turned.
+/// Least sine of the angle between `up` and the view. At smaller angles, rounding of `up` would
+/// determine the rotation of the picture.
 constexpr double min_up_sine = 1e-6;
 
 }  // namespace
@@ -23,10 +23,11 @@ constexpr double min_up_sine = 1e-6;
 std::string problem_with(const Camera& camera) {
   const Vec3d view = camera.look_at - camera.look_from;
   const double distance = length(view);
-  if (distance == 0) return "look_from and look_at are the same point: move one";
+  if (distance == 0) return "look_from and look_at are the same point: move one of them";
   if (distance < limits::min_radius || distance > limits::max_length) {
-    return "look_from and look_at are " + number_text(distance) + " apart: bring that between " +
-           number_text(limits::min_radius) + " and " + number_text(limits::max_length);
+    return "look_from and look_at are " + number_text(distance) +
+           " apart: use a distance between " + number_text(limits::min_radius) + " and " +
+           number_text(limits::max_length);
   }
   const double up_length = length(camera.up);
   if (up_length < limits::min_radius) return "up is zero: write a direction such as [0, 1, 0]";
@@ -41,16 +42,18 @@ double tan_half_of(double vfov) { return std::tan(vfov / 2 * (std::numbers::pi /
 void read_version(const JsonValue& value, const JsonPlace& place) {
   const std::uint64_t version = read_integer(value, place, {1, 1'000'000});
   if (version == 1) return;
-  place.fail(value.line, "version " + std::to_string(version) +
-                             " is newer than this program: use one that knows it, or version 1");
+  place.fail(value.line,
+             "version " + std::to_string(version) +
+                 " is newer than this ParRay supports: install a newer ParRay, or write version 1");
 }
 
 namespace {
 
-/// Whether a section has the setting; 0 stands for sections of their own.
+/// Returns whether a section has the setting. 0 means a section other than `image` and `render`.
 bool is_in(unsigned section, const Setting& setting) { return section == 0 || setting.is(section); }
 
-/// A description's visitor that sets what a section names. Throws InputError with the place.
+/// A visitor of a description that sets the members that a section names. Throws InputError with
+/// the place.
 class SectionReader {
  public:
   explicit SectionReader(const JsonFields& fields, unsigned section = 0)
@@ -98,7 +101,7 @@ class SectionReader {
     return fields_.number(key, range);
   }
 
-  /// What `from` makes of a switch or a text.
+  /// Returns the result of `from` for a boolean or a text.
   template <typename T>
   T from_words(const char* key, T (*from)(std::string_view)) const {
     const JsonValue& value = *fields_.find(key);
@@ -118,7 +121,7 @@ class SectionReader {
   unsigned section_;
 };
 
-/// The keys that `describe(visitor)` visits, of that section.
+/// Returns the keys that `describe(visitor)` visits and that belong to `section`.
 template <typename Describe>
 std::vector<std::string_view> keys_of(const Describe& describe, unsigned section = 0) {
   std::vector<std::string_view> keys;
@@ -134,15 +137,15 @@ void refuse(const JsonFields& fields, std::string_view key, const std::string& p
   if (value != nullptr) fields.place().at(key).fail(value->line, problem);
 }
 
-/// What depends on the projection: which of vfov and view_height there has to be.
+/// Checks that the camera has vfov or view_height as its projection requires.
 void check_view(const JsonFields& fields, const Camera& camera) {
   if (camera.projection == Projection::orthographic) {
     refuse(fields, "vfov",
-           "an orthographic camera has no angle of view: leave it out, and give view_height");
+           "an orthographic camera has no angle of view: remove vfov and give view_height");
     static_cast<void>(fields.number("view_height", ranges::length));
   } else {
     refuse(fields, "view_height",
-           "a perspective camera has an angle of view instead: leave it out, and give vfov, or "
+           "a perspective camera has an angle of view: remove view_height and give vfov, or set "
            "\"projection\": \"orthographic\"");
     static_cast<void>(fields.number("vfov", ranges::vfov));
   }
@@ -193,9 +196,10 @@ LabelSettings read_labels(const JsonValue& value, const JsonPlace& place) {
   LabelSettings labels;
   label_fields(SectionReader(fields), labels);
   if (labels.dpi && labels.width_mm) {
-    place.at("dpi").fail(fields.find("dpi")->line,
-                         "the picture's width in pixels and width_mm say how many pixels an inch "
-                         "has: leave one of them out");
+    place.at("dpi").fail(
+        fields.find("dpi")->line,
+        "width_mm and the picture's width in pixels already determine the pixels per "
+        "inch: leave out dpi or width_mm");
   }
   return labels;
 }
@@ -208,7 +212,7 @@ void read_settings(const JsonValue& value, const JsonPlace& place, bool image,
   image_fields(SectionReader(JsonFields(value, place, keys), section), settings, transparent);
   try {
     check_settings(settings);
-  } catch (const InputError& error) {  // each is in its range, so it is some of them together
+  } catch (const InputError& error) {  // each setting is in its range, so the combination is wrong
     place.fail(value.line, error.what());
   }
 }

@@ -12,27 +12,27 @@
 #include "common/scene/scene.h"
 #include "common/scene/settings.h"
 
-/// The sections of scene JSON v1, each from its JSON. What they take is what
-/// scenes/schema/scene.v1.schema.json says, and what a schema cannot say: cameras that look
-/// nowhere, images of too many pixels.
+/// Readers of the sections of scene JSON v1. They accept what scenes/schema/scene.v1.schema.json
+/// allows. They also reject what a schema cannot express: invalid cameras and images with too many
+/// pixels.
 namespace parray::input {
 
-/// Each throws InputError that names the place and the line in the file.
+/// Each throws InputError with the place and the line in the file.
 void read_version(const JsonValue& value, const JsonPlace& place);
 Camera read_camera(const JsonValue& value, const JsonPlace& place);
-/// The keys of a camera.
+/// Returns the keys of a camera.
 std::span<const std::string_view> camera_keys();
-/// The same of an object that may have other keys, too.
+/// Reads a camera from an object that may have further keys.
 Camera camera_from(const JsonFields& fields);
 Sky read_sky(const JsonValue& value, const JsonPlace& place);
 PostprocessingSection read_postprocessing(const JsonValue& value, const JsonPlace& place);
 LabelSettings read_labels(const JsonValue& value, const JsonPlace& place);
-/// Sets what the section `image`, or else `render`, names.
+/// Sets the settings that the section `image` (or `render` if `image` is false) names.
 void read_settings(const JsonValue& value, const JsonPlace& place, bool image,
                    RenderSettings& settings, bool& transparent);
 Material read_material(const JsonValue& value, const JsonPlace& place);
 
-/// A sphere whose material is still a name.
+/// A sphere whose material is a name.
 struct NamedSphere {
   Sphere sphere;                ///< `material` is not set
   const std::string* material;  ///< refers to the JSON
@@ -40,10 +40,10 @@ struct NamedSphere {
 };
 NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place);
 
-/// Why a camera sees nothing, with the remedy; empty: it does.
+/// Returns why a camera is not valid, with the remedy. Returns "" for a valid camera.
 std::string problem_with(const Camera& camera);
 
-/// tan(vfov / 2), vfov in degrees.
+/// Returns tan(vfov / 2), with vfov in degrees.
 double tan_half_of(double vfov);
 
 }  // namespace parray::input

@@ -21,7 +21,7 @@ std::string json_text(std::string_view text) {
     return nlohmann::json(text).dump();
   } catch (const nlohmann::json::type_error&) {
     throw InputError("'" + printable(text, 4096) +
-                     "' is not UTF-8, as all names in a scene are: rename it");
+                     "' is not UTF-8, but all names in a scene must be: rename it");
   }
 }
 
@@ -29,7 +29,8 @@ std::string array_text(const Vec3d& v) {
   return "[" + number_text(v.x) + "," + number_text(v.y) + "," + number_text(v.z) + "]";
 }
 
-// The JSON of a value by its rule; empty: a reader assumes the value anyway.
+// Functions that return the JSON of a value by its rule. Empty: the value is the default of the
+// reader.
 std::string text_of(IntegerRange /*range*/, std::uint64_t value) { return std::to_string(value); }
 std::string text_of(NumberRange /*range*/, const std::optional<double>& value) {
   return value ? number_text(*value) : "";
@@ -54,7 +55,8 @@ std::string text_of(ShareRange /*range*/, double value) {
   return value > 0 ? number_text(value) : "";
 }
 
-/// The JSON object, on one line, of what `describe(visitor)` visits of that section; 0: all.
+/// Returns the JSON object, on one line, of the members that `describe(visitor)` visits for
+/// `section`. 0: all members.
 template <typename Describe>
 std::string object_text(const Describe& describe, const char* separator = ", ",
                         unsigned section = 0) {
@@ -142,7 +144,7 @@ std::string head_text(const SceneFile& file) {
   return text;
 }
 
-/// A section's items, one on a line, written in blocks.
+/// Writes the items of a section, one per line, in blocks.
 class Section {
  public:
   Section(std::ostream& out, const std::function<void()>& poll, const char* start)
@@ -174,7 +176,7 @@ class Section {
   bool first_ = true;
 };
 
-/// Writes the section `materials`; returns the JSON text of the name of each of the scene's.
+/// Writes the section `materials`. Returns the name of each material of the scene, as JSON text.
 std::vector<std::string> write_materials(const SceneFile& file, Section section) {
   std::unordered_map<Material, std::string, MaterialHash> names;
   for (const NamedMaterial& named : file.materials.defined()) {

@@ -10,7 +10,7 @@ namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Goes through a text; a member function that returns false leaves it nowhere in particular.
+/// Reads a text from front to back. After a function returns false, the position is undefined.
 class Scanner {
  public:
   explicit Scanner(std::string_view text) : at_(text.data()), end_(text.data() + text.size()) {}
@@ -18,7 +18,7 @@ class Scanner {
   [[nodiscard]] const char* at() const { return at_; }
   [[nodiscard]] std::size_t newlines() const { return newlines_; }
 
-  /// Blanks, then `c`.
+  /// Skips blanks, then takes `c`.
   bool take(char c) {
     skip_blanks();
     if (at_ == end_ || *at_ != c) return false;
@@ -68,7 +68,7 @@ class Scanner {
     return true;
   }
 
-  /// By the grammar of RFC 8259, section 6, which is stricter than std::from_chars.
+  /// Skips a number by the grammar of RFC 8259, section 6, which is stricter than std::from_chars.
   bool pass_number() {
     pass("-");
     if (!pass("0") && !pass_digits()) return false;

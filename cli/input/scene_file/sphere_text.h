@@ -16,10 +16,10 @@ struct SphereText {
   std::size_t newlines = 0;   ///< number of newlines in it
 };
 
-/// Reads the comma and the item at the start of `text`, apart from blanks: an object with the keys
-/// center, radius and material, each once, with numbers in range and a name of printable ASCII
-/// without escapes. Returns nothing for other texts; the JSON parser then reads them and reports
-/// errors.
+/// Reads the comma and the item at the start of `text`; skips blanks. The item is an object with
+/// the keys center, radius and material, each once. Its numbers are in range, and its name is
+/// printable ASCII without escapes. Returns nothing for other texts; the JSON parser then reads
+/// them and reports errors.
 std::optional<SphereText> next_sphere_text(std::string_view text);
 
 }  // namespace parray::input

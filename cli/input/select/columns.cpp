@@ -21,7 +21,8 @@ struct Fraction {
   Vec3d slope;
 };
 
-/// Along an edge of the cell, between the planes of the other two.
+/// Returns the fraction along an edge of the cell: 0 at the plane of the other two edges, 1 at the
+/// opposite plane. Returns nothing for a flat cell.
 std::optional<Fraction> fraction_of(const ParticleCell& cell, std::size_t axis) {
   const auto& edges = cell.edges;
   const Vec3d normal = cross(edges[(axis + 1) % 3], edges[(axis + 2) % 3]);
@@ -30,7 +31,8 @@ std::optional<Fraction> fraction_of(const ParticleCell& cell, std::size_t axis) 
   return Fraction{cell.origin, (1 / volume) * normal};
 }
 
-/// Of the box around the centres; 0 everywhere where that is flat.
+/// Returns the fraction along an axis of the box around all centres. The fraction is 0 if the box
+/// is flat there.
 Fraction fraction_of(const std::vector<Vec3d>& positions, std::size_t axis) {
   const auto [low, high] = std::ranges::minmax(
       positions, {}, [axis](const Vec3d& position) { return component(position, axis); });

@@ -11,16 +11,16 @@
 
 #include "cli/input/particles/particles.h"
 
-/// The columns of particles as selections, colour options and messages call them.
+/// Names of the columns of particles in selections, colour options and messages.
 namespace parray::input {
 
 /// Returns the column for one of the words "type", "name", "resname" and "chain".
 const NameColumn& name_column(std::string_view word, const Particles& particles);
 
-/// Returns "chains" for "chain"; for the words of name_column().
+/// Returns the plural of a word that name_column() knows: "chains" for "chain".
 std::string plural_of(std::string_view word);
 
-/// Returns "particle" or "particles", to follow that number.
+/// Returns "particle" or "particles", as it follows that number.
 inline std::string particles_word(std::uint64_t count) {
   return count == 1 ? "particle" : "particles";
 }
@@ -28,18 +28,19 @@ inline std::string particles_word(std::uint64_t count) {
 /// Returns the columns that the particles have: "elements, types, z". Leaves positions out.
 std::string columns_of(const Particles& particles);
 
-/// Returns true for a numeric column, which the request must name.
+/// Returns true for a numeric column of the file, which the reader loads only on request.
 bool is_number_column(std::string_view name);
 
-/// A number that each particle has: a numeric column of the file, or x, y, z; radius; index, from
-/// 0; resid, the residue's number; fx, fy, fz. The last three are fractions of the cell along its
-/// edges a, b, c or, without a cell, of the box around all centres. The particles must outlive it.
+/// A number that each particle has. It is a numeric column of the file or one of: x, y, z, radius,
+/// index (from 0), resid (the residue's number), fx, fy, fz. The last three are fractions of the
+/// cell along its edges a, b, c. Without a cell they are fractions of the box around all centres.
+/// The particles must outlive this object.
 class NumberSource {
  public:
   /// Returns nothing if these particles have no such number.
   static std::optional<NumberSource> of(std::string_view name, const Particles& particles);
 
-  /// Writes the numbers of `out.size()` particles from `begin` on; NaN: not known.
+  /// Writes the numbers of `out.size()` particles from `begin` on. NaN: not known.
   void values(std::size_t begin, std::span<double> out) const;
 
  private:
@@ -48,12 +49,12 @@ class NumberSource {
   const Particles* particles_ = nullptr;
   Kind kind_ = Kind::component;
   std::size_t axis_ = 0;
-  Vec3d origin_{};  // of fractions: dot(position - origin, slope)
+  Vec3d origin_{};  // for fractions: dot(position - origin, slope)
   Vec3d slope_{};
   const std::vector<double>* column_ = nullptr;
 };
 
-/// Returns the names that NumberSource::of() knows, for messages.
+/// Returns the names that NumberSource::of() accepts for these particles.
 std::vector<std::string> number_names(const Particles& particles);
 
 }  // namespace parray::input

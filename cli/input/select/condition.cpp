@@ -16,7 +16,7 @@
 namespace parray::input {
 namespace {
 
-/// What tells the class of a particle.
+/// The names and the element that determine the class of a particle.
 struct ParticleNames {
   std::string_view residue;
   std::string_view atom;
@@ -39,7 +39,7 @@ bool is_of(ParticleClass wanted, const ParticleNames& names) {
   return is_virtual_site(names.residue, names.atom, names.element);
 }
 
-/// Answers a question once for each distinct combination of names.
+/// Computes the class of each distinct combination of names once and remembers it.
 class Answers {
  public:
   Answers(ParticleClass wanted, const Particles& particles)
@@ -75,14 +75,15 @@ class Answers {
   ParticleClass wanted_;
   const Particles& particles_;
   std::unordered_map<std::uint64_t, bool> answers_;
-  bool known_ = false;  // of the particle before: neighbours are alike
+  bool known_ =
+      false;  // the members below hold the previous particle's values: neighbours are often equal
   std::uint32_t residue_ = 0;
   std::uint32_t atom_ = 0;
   std::uint8_t element_ = 0;
   bool answer_ = false;
 };
 
-/// "water", "protein", "nucleic", "ion".
+/// Returns the class for one of the words "water", "protein", "nucleic", "ion".
 ParticleClass class_of(std::string_view word) {
   if (word == "water") return ParticleClass::water;
   if (word == "protein") return ParticleClass::protein;
@@ -91,10 +92,11 @@ ParticleClass class_of(std::string_view word) {
 
 using Kind = Expression::Kind;
 
-/// `text` is `pattern`, in which '*' stands for any characters, none included.
+/// Returns whether `text` matches `pattern`. A '*' stands for any number of characters, including
+/// none.
 bool matches(std::string_view pattern, std::string_view text) {
   std::size_t star = std::string_view::npos;
-  std::size_t after_star = 0;  // in the text: where the last star's characters end
+  std::size_t after_star = 0;  // end of the characters that the last star covers, in `text`
   std::size_t p = 0;
   for (std::size_t t = 0; t < text.size();) {
     if (p < pattern.size() && pattern[p] == '*') {
@@ -113,7 +115,7 @@ bool matches(std::string_view pattern, std::string_view text) {
   return pattern.find_first_not_of('*', p) == std::string_view::npos;
 }
 
-/// Particle `i` is in the residue of the particle before it.
+/// Returns whether particle `i` is in the same residue as particle `i` - 1.
 bool continues_residue(const Particles& particles, std::size_t i) {
   const auto same = [i](const auto& column) {
     return column.empty() || column[i] == column[i - 1];
@@ -237,7 +239,7 @@ void Condition::bind_same_residue() {
 }
 
 void Condition::fail_without(const std::string& what) const {
-  const std::size_t column = expression_->column;  // 0: of no text
+  const std::size_t column = expression_->column;  // 0: the expression comes from no text
   throw InputError((column == 0 ? "" : "column " + std::to_string(column) + ": ") +
                    "the file has no " + what + ": it has " + columns_of(*particles_));
 }

@@ -15,23 +15,23 @@
 
 namespace parray::input {
 
-/// Classes of particles of molecules, which residues.h tells by residue and atom names.
+/// Classes of particles in molecules. residues.h defines them by residue and atom names.
 enum class ParticleClass : std::uint8_t { water, protein, nucleic, ion, virtual_site };
 
-/// Returns the particles of a class. Returns an empty mask if none has the names that tell it.
+/// Returns the particles of a class. Returns an empty mask if no particle belongs to the class.
 ParticleMask class_mask(ParticleClass wanted, const Particles& particles);
 
-/// An expression, bound to the columns of particles that it asks about. Refers to both.
+/// An expression that is bound to the columns of particles. Refers to both.
 class Condition {
  public:
-  /// Throws as Selection::mask() does.
+  /// Throws the errors of Selection::mask().
   Condition(const Expression& expression, const Particles& particles, int threads);
 
   /// Returns the result for all particles.
   [[nodiscard]] ParticleMask mask() const;
 
  private:
-  /// Particles that are looked at together.
+  /// Number of particles that are evaluated together.
   static constexpr std::size_t block = 256;
 
   void take_table(const NameColumn& column, const std::vector<std::uint8_t>& table);
@@ -54,9 +54,10 @@ class Condition {
   int threads_;
   std::vector<Condition> parts_;
   std::optional<NumberSource> number_;
-  const std::vector<std::uint32_t>* index_ = nullptr;  ///< into the table; none: elements
-  std::vector<std::uint8_t> table_;                    ///< 1 for what the condition holds for
-  ParticleMask mask_;                                  ///< of all particles, where it is known
+  const std::vector<std::uint32_t>* index_ =
+      nullptr;                       ///< column of indices into `table_`; none: elements
+  std::vector<std::uint8_t> table_;  ///< 1 for each entry that satisfies the condition
+  ParticleMask mask_;  ///< of all particles; empty if the condition is evaluated in blocks
 };
 
 }  // namespace parray::input

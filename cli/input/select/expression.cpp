@@ -55,7 +55,8 @@ std::vector<WholeRange> in_order(std::vector<WholeRange> ranges) {
   return out;
 }
 
-/// "5", "5:9", "5:" or ":9"; nothing when it is none, or ends before it begins.
+/// Parses "5", "5:9", "5:" or ":9". Returns nothing for other texts and for a range that ends
+/// before it begins.
 std::optional<WholeRange> whole_range(std::string_view text) {
   using Limits = std::numeric_limits<std::int64_t>;
   const std::size_t colon = text.find(':');
@@ -68,7 +69,7 @@ std::optional<WholeRange> whole_range(std::string_view text) {
   return WholeRange{*least, *most};
 }
 
-/// A recursive descent, one function a rule of the grammar.
+/// A recursive descent parser with one function for each rule of the grammar.
 class SelectionParser {
  public:
   explicit SelectionParser(std::string_view text) : scanner_(text) {
@@ -82,11 +83,11 @@ class SelectionParser {
     if (scanner_.at_end()) return out;
     fail_here(
         "unexpected '" + scanner_.shown(scanner_.next()) + "': " +
-        (scanner_.next_is(")") ? "no parenthesis is open" : "join conditions with 'and' or 'or'"));
+        (scanner_.next_is(")") ? "no parenthesis is open" : "join conditions by 'and' or 'or'"));
   }
 
  private:
-  /// Counts how deep rules call each other.
+  /// Counts how deeply the rules call each other.
   class Level {
    public:
     explicit Level(SelectionParser& parser) : parser_(parser) {
@@ -110,7 +111,7 @@ class SelectionParser {
     return series(Kind::both, "and", "&", [this] { return opposite(); });
   }
 
-  /// Parts with the word, or the sign once or twice, between them.
+  /// Parses parts that are separated by the word, or by the sign once or twice.
   template <typename Part>
   Expression series(Kind kind, std::string_view word, std::string_view sign, const Part& part) {
     const std::size_t column = scanner_.column();
@@ -131,7 +132,7 @@ class SelectionParser {
     return made(Kind::opposite, column, condition(opposite()));
   }
 
-  /// A chain such as 10 < z <= 20 holds when each of its comparisons does.
+  /// A chain such as 10 < z <= 20 holds if all of its comparisons hold.
   Expression comparison() {
     const std::size_t column = scanner_.column();
     Expression left = sum();
@@ -150,7 +151,7 @@ class SelectionParser {
 
   struct Comparison {
     Kind kind;
-    bool swapped;  ///< the right side stands first
+    bool swapped;  ///< true: the right side is the first part
   };
   std::optional<Comparison> take_comparison() {
     static constexpr std::array<std::pair<std::string_view, Comparison>, 7> signs{
@@ -223,7 +224,7 @@ class SelectionParser {
     return out;
   }
 
-  // What begins with a word.
+  // Rules that begin with a word.
 
   Expression from_word(const std::string& word, std::size_t column) {
     if (word == "all") return leaf(Kind::all, column);
@@ -257,7 +258,7 @@ class SelectionParser {
       const std::uint8_t number = atomic_number_of(*symbol);
       if (number == 0 && lower_case(*symbol) != "unknown") {
         scanner_.fail(start, "'" + printable(*symbol) +
-                                 "' is no element: write symbols, as C N O, or unknown");
+                                 "' is not an element: write symbols such as C N O, or unknown");
       }
       out.ranges.push_back({number, number});
     }
@@ -272,7 +273,7 @@ class SelectionParser {
          start = scanner_.next()) {
       const std::optional<WholeRange> range = whole_range(*text);
       if (!range) {
-        scanner_.fail(start, "'" + printable(*text) + "' is no whole number or range: write " +
+        scanner_.fail(start, "'" + printable(*text) + "' is not a whole number or a range: write " +
                                  word + " 5 10:20");
       }
       out.ranges.push_back(*range);
@@ -281,7 +282,7 @@ class SelectionParser {
     return out;
   }
   bool next_is_range() {
-    if (scanner_.at_end()) fail_here("no number follows: write 5 or 10:20");
+    if (scanner_.at_end()) fail_here("a number is missing: write 5 or 10:20");
     return scanner_.next_is_digit() || scanner_.next_is("-") || scanner_.next_is(":");
   }
 
@@ -289,7 +290,7 @@ class SelectionParser {
     const std::size_t start = scanner_.next();
     const double distance = scanner_.next_is_digit() ? scanner_.number() : 0;
     if (!(distance > 0)) {
-      scanner_.fail(start, "no distance above 0: write within 5 of chain A");
+      scanner_.fail(start, "the distance must be above 0: write within 5 of chain A");
     }
     scanner_.expect_word("of", "within 5 of chain A");
     Expression out = made(Kind::within, column, condition(opposite()));
@@ -304,7 +305,7 @@ class SelectionParser {
     return made(Kind::same_residue, column, condition(opposite()));
   }
 
-  // What parts are made to.
+  // Construction of expressions.
 
   template <typename... Parts>
   Expression made(Kind kind, std::size_t column, Parts... parts) {
@@ -323,13 +324,13 @@ class SelectionParser {
     if (!expression.is_number()) return expression;
     if (expression.kind == Kind::property) fail_as_condition(expression);
     SelectionScanner::fail_at_column(
-        expression.column, "a number stands where a condition is needed: compare it, as z > 10");
+        expression.column, "a condition is needed, but this is a number: compare it, as in z > 10");
   }
   static Expression number(Expression expression) {
     if (expression.is_number()) return expression;
     SelectionScanner::fail_at_column(
         expression.column,
-        "a condition stands where a number is needed: compare numbers, as z > 10");
+        "a number is needed, but this is a condition: compare numbers, as in z > 10");
   }
 
   // Errors.
@@ -340,19 +341,20 @@ class SelectionParser {
     for (const std::string_view word : other_words) nearest.offer(word);
     const std::string shown = printable(property.word);
     SelectionScanner::fail_at_column(property.column,
-                                     "'" + shown + "' is no condition: " +
+                                     "'" + shown + "' is not a condition: " +
                                          (nearest.best().empty() || nearest.best() == property.word
-                                              ? "compare it with a number, as " + shown + " > 0"
+                                              ? "compare it with a number, as in " + shown + " > 0"
                                               : "did you mean '" + nearest.best() + "'?"));
   }
   [[noreturn]] void fail_without_condition(std::size_t start) {
     const bool end = start == scanner_.next() && scanner_.at_end();
     scanner_.fail(start, "a condition is missing" +
                              (end ? "" : " before '" + scanner_.shown(start) + "'") +
-                             ": write one, as chain A or z > 10");
+                             ": write one, such as chain A or z > 10");
   }
   [[noreturn]] void fail_without_names(const std::string& word) {
-    fail_here("no name follows '" + word + "': write at least one, in quotes if it is unusual");
+    fail_here("a name is missing after '" + word +
+              "': write at least one, in quotes if it has special characters");
   }
   [[noreturn]] void fail_deep() {
     fail_here("nested deeper than " + std::to_string(max_selection_depth) + ": simplify it");

@@ -17,30 +17,31 @@ struct WholeRange {
   std::int64_t most = 0;
 };
 
-/// A selection, or a part of it, as it was written: a condition that holds for a particle or does
+/// A selection or a part of it in the form of a tree: a condition that each particle satisfies or
 /// not, or a number that each particle has. Plain data.
 struct Expression {
   enum class Kind : std::uint8_t {
     // Conditions:
     all,
     none,
-    both,      ///< all of the parts hold
-    either,    ///< one of them does
-    opposite,  ///< the one part does not
-    less,      ///< compare the two parts; false for unknown numbers
+    both,      ///< all parts hold
+    either,    ///< at least one part holds
+    opposite,  ///< the only part does not hold
+    less,      ///< compares the two parts; false if a number is unknown
     less_equal,
     equal,
     unequal,
     names,         ///< the particle's name in the column `word` is one of `words`
-    elements,      ///< its element is one of `ranges`
-    ranges,        ///< its number `word` ("index", "resid") is in one of `ranges`
-    residues,      ///< its residue is of the kind `word`: "water", "protein", "nucleic", "ion"
+    elements,      ///< the particle's element is one of `ranges`
+    ranges,        ///< the particle's number `word` ("index", "resid") is in one of `ranges`
+    residues,      ///< the particle's residue is of the kind `word`: "water", "protein", "nucleic",
+                   ///< "ion"
     sites,         ///< the particle is a virtual site
-    within,        ///< within the distance `number` of a particle for which the part holds
-    same_residue,  ///< in one residue with a particle for which the part holds
+    within,        ///< within the distance `number` of a particle that satisfies the part
+    same_residue,  ///< in the same residue as a particle that satisfies the part
     // Numbers:
     constant,  ///< `number`
-    property,  ///< the particle's number `word`, as in columns.h
+    property,  ///< the particle's number `word` (columns.h)
     add,
     subtract,
     multiply,
@@ -51,27 +52,27 @@ struct Expression {
     square_root,
   };
   Kind kind = Kind::all;
-  std::size_t column = 1;  ///< in the text, from 1, counted in characters; 0: in no text
-  std::size_t depth = 1;   ///< of the tree of parts below, this included
+  std::size_t column = 1;  ///< place in the text: characters, from 1; 0: from no text
+  std::size_t depth = 1;   ///< depth of this tree, including this node
   double number = 0;
   std::string word{};
-  std::vector<std::string> words{};  ///< in these, '*' stands for any characters
-  std::vector<WholeRange> ranges{};  ///< in order, apart from each other
+  std::vector<std::string> words{};  ///< names, in which '*' stands for any characters
+  std::vector<WholeRange> ranges{};  ///< ascending and disjoint
   std::vector<Expression> parts{};
 
   [[nodiscard]] bool is_number() const { return kind >= Kind::constant; }
 };
 
-/// Longest text of a selection in bytes, and its deepest nesting.
+/// Limits of a selection: length of its text in bytes, depth of its tree.
 inline constexpr std::size_t max_selection_bytes = std::size_t{1} << 20;
 inline constexpr std::size_t max_selection_depth = 64;
 
-/// Parses a selection and returns a condition. scenes/README.md describes the language.
+/// Parses a selection. Returns a condition. scenes/README.md describes the language.
 ///
 /// Throws InputError "column N: problem: remedy"; N counts characters from 1.
 Expression parse_selection(std::string_view text);
 
-/// Returns the words that are conditions by themselves: "water", "protein", ...
+/// Returns the words that are conditions on their own: "water", "protein", ...
 std::span<const std::string_view> selection_classes();
 
 /// Returns a condition on the class `word`, one of selection_classes().

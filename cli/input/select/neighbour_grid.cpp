@@ -27,7 +27,7 @@ NeighbourGrid::NeighbourGrid(const std::vector<Vec3d>& points, double distance)
   }
   const Vec3d extent = high_ - low_;
   const double widest = std::max({extent.x, extent.y, extent.z});
-  constexpr double slack = 1 + 1e-6;  // near points stay in neighbouring cells however one rounds
+  constexpr double slack = 1 + 1e-6;  // close points stay in neighbouring cells despite rounding
   edge_ = std::max(distance, widest / static_cast<double>(max_cells - 1)) * slack;
   entries_.reserve(points.size());
   for (const Vec3d& p : points) {
@@ -52,7 +52,7 @@ bool NeighbourGrid::near(const Vec3d& position) const {
   const std::int64_t x = cell(position.x, low_.x);
   const std::int64_t y = cell(position.y, low_.y);
   const std::int64_t z = cell(position.z, low_.z);
-  constexpr std::array<std::int64_t, 3> steps{0, -1, 1};  // one's own row first
+  constexpr std::array<std::int64_t, 3> steps{0, -1, 1};  // the row of `position` first
   for (const std::int64_t dz : steps) {
     for (const std::int64_t dy : steps) {
       if (near_in_row(position, x, y + dy, z + dz)) return true;

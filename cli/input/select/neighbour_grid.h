@@ -8,8 +8,8 @@
 
 namespace parray::input {
 
-/// Stores points in cells of a regular grid, to find out whether one of them is near. Only cells
-/// with points take memory.
+/// Stores points in the cells of a regular grid and finds out whether a point is close to a
+/// position. Only cells with points take memory.
 class NeighbourGrid {
  public:
   /// `points` are finite; `distance` > 0.
@@ -32,7 +32,7 @@ class NeighbourGrid {
   double edge_ = 1;
   Vec3d low_{};
   Vec3d high_{};
-  std::vector<Entry> entries_;  // by key: cells along x follow each other
+  std::vector<Entry> entries_;  // sorted by key: cells along x are adjacent
 };
 
 }  // namespace parray::input

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* hidden_by_default = "virtual";
 
-/// Throws SourceError instead of other InputErrors: `key` is at fault.
+/// Runs `work`. Turns InputErrors other than UnknownNumber into SourceErrors of `key`.
 template <typename Work>
 auto blaming(const char* key, const Work& work) {
   try {
@@ -32,7 +32,7 @@ std::uint64_t count_of(const ParticleMask& mask) {
   return static_cast<std::uint64_t>(std::ranges::count(mask, 1));
 }
 
-/// Takes those of `mask` out of `shown`; returns how many that are.
+/// Removes the particles of `mask` from `shown`. Returns their number.
 std::uint64_t take_out(const ParticleMask& mask, ParticleMask& shown) {
   std::uint64_t taken = 0;
   for (std::size_t i = 0; i < mask.size(); ++i) {
@@ -42,7 +42,7 @@ std::uint64_t take_out(const ParticleMask& mask, ParticleMask& shown) {
   return taken;
 }
 
-/// Which particles are shown, and a note for every reason why others are not.
+/// Collects which particles are shown, and a note for each reason why others are hidden.
 class Shown {
  public:
   Shown(Particles& particles, int threads) : particles_(particles), threads_(threads) {}
@@ -61,9 +61,9 @@ class Shown {
 
   void hide(const std::string& word) {
     blaming("hide", [&] {
-      if (word == hidden_by_default) {  // which every file can be asked for
+      if (word == hidden_by_default) {  // the default must work for every file
         const ParticleMask sites = class_mask(ParticleClass::virtual_site, particles_);
-        if (count_of(sites) == particles_.count()) return;  // a model of beads: nothing else to see
+        if (count_of(sites) == particles_.count()) return;  // a bead model: nothing else to show
         return take(sites, "hidden_virtual", "hidden (virtual)");
       }
       const Selection selection = Selection::any_of({word});
@@ -71,12 +71,12 @@ class Shown {
     });
   }
 
-  /// Leaves those that are shown.
+  /// Removes the hidden particles and adds the notes.
   void finish() {
     if (notes_.empty()) return;
     if (left() == 0) {
       throw SourceError("hide", "all " + std::to_string(particles_.count()) +
-                                    " particles are hidden: hide fewer classes, or none");
+                                    " particles are hidden: hide fewer classes or write none");
     }
     keep(particles_, mask_);
     auto& notes = particles_.facts.notes;
@@ -97,13 +97,13 @@ class Shown {
     return mask_.empty() ? particles_.count() : count_of(mask_);
   }
   [[noreturn]] void fail_empty(const std::string& what_there_is) const {
-    throw InputError("none of " + std::to_string(particles_.count()) + " particles is left: " +
-                     (what_there_is.empty() ? "select more" : what_there_is));
+    throw InputError("the selection leaves none of " + std::to_string(particles_.count()) +
+                     " particles: " + (what_there_is.empty() ? "select more" : what_there_is));
   }
 
   Particles& particles_;
   int threads_;
-  ParticleMask mask_;  // empty: all
+  ParticleMask mask_;  // empty: all particles are shown
   std::vector<ParticleNote> notes_;
 };
 
@@ -111,7 +111,7 @@ class Shown {
 
 std::string select_from(const std::string& text) {
   if (trimmed(text).empty())
-    throw InputError("the selection is empty: write an expression, or all");
+    throw InputError("the selection is empty: write an expression, or \"all\"");
   static_cast<void>(Selection(text));
   return text;
 }

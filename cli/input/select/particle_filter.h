@@ -10,30 +10,33 @@
 
 namespace parray::input {
 
-/// Says which particles of a file are shown. The default shows all except virtual sites.
+/// Which particles of a file are shown. By default, all particles except virtual sites are shown.
 struct ParticleFilter {
-  std::string select;                              ///< as in selection.h; empty: all
-  std::string slice;                               ///< as in slice_as_selection(); empty: all
-  std::optional<std::vector<std::string>> hide{};  ///< selection_classes(); not given: "virtual"
+  std::string select;  ///< a selection (selection.h); empty: all particles
+  std::string slice;   ///< a slice (slice_as_selection()); empty: all particles
+  std::optional<std::vector<std::string>>
+      hide{};  ///< words of selection_classes(); not given: "virtual"
 
   friend bool operator==(const ParticleFilter&, const ParticleFilter&) = default;
 };
 
-/// Check the texts of the filter's members. Throw InputError, without a place, for invalid texts.
+/// Check the texts of the filter's members and return them. Throw InputError, which names no place,
+/// for invalid texts.
 std::string select_from(const std::string& text);
 std::string slice_from(const std::string& text);
-/// Returns the words of a list with commas, and "virtual". "none" hides nothing.
+/// Returns the words of a list with commas, and "virtual". Returns nothing for "none".
 std::vector<std::string> hide_from(std::string_view text);
-/// Throws InputError if one of the words is none of selection_classes().
+/// Throws InputError if a word is not in selection_classes().
 void check_hidden(const std::vector<std::string>& words);
 
-/// Returns the numeric columns that the request must name.
+/// Returns the numeric columns of the file that the filter needs.
 std::set<std::string, std::less<>> numbers_of(const ParticleFilter& filter);
 
-/// Removes the particles that the filter does not show. Notes count them under "hidden_CLASS" and
-/// "not_selected". The result is the same for any number of threads.
+/// Removes the particles that the filter hides. Notes count them as "hidden_CLASS", "not_in_slice"
+/// and "not_in_select". The result is the same for any number of threads.
 ///
-/// Throws UnknownNumber, and SourceError if the particles lack a column or none is left.
+/// Throws UnknownNumber. Throws SourceError if the particles lack a column or if no particle
+/// remains.
 void apply(const ParticleFilter& filter, Particles& particles, int threads = 1);
 
 }  // namespace parray::input

@@ -26,7 +26,7 @@ void collect_numbers(const Expression& expression, std::set<std::string, std::le
   for (const Expression& part : expression.parts) collect_numbers(part, numbers);
 }
 
-/// "A, B, C and 5 more".
+/// Returns at most ten names: "A, B, C and 5 more".
 std::string some_of(const std::vector<std::string>& names) {
   constexpr std::size_t most = 10;
   std::string text;
@@ -48,7 +48,7 @@ std::vector<std::string> symbols_of(const Particles& particles) {
   return symbols;
 }
 
-/// "z from 0 to 31.5"; empty when no number is known.
+/// Returns "z from 0 to 31.5". Returns "" if no number is known.
 std::string extent_of(const std::string& name, const Particles& particles) {
   const std::optional<NumberSource> source = NumberSource::of(name, particles);
   if (!source) return {};
@@ -65,7 +65,8 @@ std::string extent_of(const std::string& name, const Particles& particles) {
   return printable(name) + " from " + number_text(low) + " to " + number_text(high);
 }
 
-/// What the particles have of the leaves of an expression, each once.
+/// Adds to `texts` the values that the particles have for each leaf of an expression, without
+/// repetition.
 void describe(const Expression& expression, const Particles& particles,
               std::vector<std::string>& texts) {
   std::string text;
@@ -84,10 +85,10 @@ void describe(const Expression& expression, const Particles& particles,
 
 [[noreturn]] void fail_slice(std::string_view part) {
   throw InputError("'" + printable(part) +
-                   "' is no slice: write z=10:20, or z=40%:60% for a part of the cell");
+                   "' is not a slice: write z=10:20, or z=40%:60% for a part of the cell");
 }
 
-/// "fz >= 0.4" for 40% of z.
+/// Returns a comparison with one end of a slice: "fz >= 0.4" for 40% of z.
 std::string compared(const RangeEnd& end, const char* sign, char axis) {
   return std::string(end.percent ? "f" : "") + axis + " " + sign + " " +
          number_text(end.percent ? end.value / 100 : end.value);
@@ -96,7 +97,7 @@ std::string compared(const RangeEnd& end, const char* sign, char axis) {
 }  // namespace
 
 UnknownNumber::UnknownNumber(std::string name, const std::string& place)
-    : InputError(place + "the file has no numbers '" + printable(name) + "'"),
+    : InputError(place + "the file has no numeric column '" + printable(name) + "'"),
       name_(std::move(name)) {}
 
 std::string UnknownNumber::with_remedy(const std::vector<std::string>& known) const {
@@ -113,8 +114,8 @@ Selection Selection::any_of(const std::vector<std::string>& classes) {
   root.kind = Kind::either;
   for (const std::string& word : classes) {
     if (std::ranges::find(selection_classes(), word) == selection_classes().end()) {
-      throw InputError("'" + printable(word) +
-                       "' is no class of particles: " + remedy_for_name(word, selection_classes()));
+      throw InputError("'" + printable(word) + "' is not a class of particles: " +
+                       remedy_for_name(word, selection_classes()));
     }
     root.parts.push_back(class_condition(word, 0));
   }

@@ -11,12 +11,12 @@
 
 namespace parray::input {
 
-/// A selection or colouring asks for a number that the particles do not have.
+/// Error: a selection or colouring asks for a number that the particles do not have.
 class UnknownNumber : public InputError {
  public:
-  /// `place`: of the name, in front of the message, such as "column 5: "; may be empty.
+  /// `place` precedes the message, such as "column 5: ". It may be empty.
   explicit UnknownNumber(std::string name, const std::string& place = {});
-  /// Returns the message with a remedy. `known`: the names that would be valid.
+  /// Returns the message with a remedy. `known` are the names that would be valid.
   [[nodiscard]] std::string with_remedy(const std::vector<std::string>& known) const;
 
  private:
@@ -29,21 +29,21 @@ class Selection {
   /// Throws InputError "column N: problem: remedy"; N counts characters from 1.
   explicit Selection(std::string_view text);
   /// Selects particles of any of these classes: "water", "hydrogens". Throws InputError for an
-  /// unknown word and names the nearest known one.
+  /// unknown word and suggests the nearest known one.
   static Selection any_of(const std::vector<std::string>& classes);
 
-  /// Returns the numeric columns that the request must name.
+  /// Returns the numeric columns of the file that the selection needs.
   [[nodiscard]] const std::set<std::string, std::less<>>& numbers() const { return numbers_; }
 
-  /// Returns the selected particles; the same for any number of threads. Takes linear time, except
-  /// `within`, which sorts the particles that it measures from.
+  /// Returns the selected particles. The result is the same for any number of threads. Takes linear
+  /// time. `within` also sorts the particles from which it measures.
   ///
-  /// Throws UnknownNumber, and InputError "column N: problem: remedy" if the particles lack a
-  /// column that the selection asks about.
+  /// Throws UnknownNumber. Throws InputError "column N: problem: remedy" if the particles lack a
+  /// column that the selection uses.
   [[nodiscard]] ParticleMask mask(const Particles& particles, int threads = 1) const;
 
-  /// Returns what the particles have instead, for a selection that selects none: "there are chains
-  /// A, B; z from 0 to 31.5". Leaves out columns that they lack.
+  /// Describes the values that the particles have in the columns that the selection uses: "there
+  /// are chains A, B; z from 0 to 31.5". Helps a user whose selection is empty.
   [[nodiscard]] std::string what_there_is(const Particles& particles) const;
 
  private:
@@ -53,8 +53,8 @@ class Selection {
   std::set<std::string, std::less<>> numbers_;
 };
 
-/// Returns a slice such as "z=10:20" or "x=40%:60%,z=:5" as a selection. The bounds are included;
-/// percentages are fractions of the cell (see columns.h); each bound may be left out.
+/// Translates a slice such as "z=10:20" or "x=40%:60%,z=:5" into a selection. The slice includes
+/// its bounds. Percentages are fractions of the cell (columns.h). Either bound may be missing.
 ///
 /// Throws InputError "problem: remedy".
 std::string slice_as_selection(std::string_view text);

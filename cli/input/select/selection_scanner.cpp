@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view blank_characters = " \t\n\r";
 constexpr std::string_view digit_characters = "0123456789";
-/// What ends a name that is not in quotes.
+/// Characters that end a name without quotes.
 constexpr std::string_view name_ends = " \t\n\r(),\"&|<>=!";
 
 bool is_among(char c, std::string_view characters) {
@@ -22,7 +22,7 @@ bool is_among(char c, std::string_view characters) {
 }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 
-/// A list of names ends before them.
+/// Returns whether a name is a word that ends a list of names.
 bool joins_conditions(std::string_view name) {
   constexpr std::array<std::string_view, 3> joints{"and", "or", "not"};
   return std::ranges::find(joints, lower_case(name)) != joints.end();
@@ -78,7 +78,7 @@ double SelectionScanner::number() {
   double value = 0;
   const auto [end, error] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
   if (error != std::errc() || !std::isfinite(value)) {
-    fail(start, "'" + shown(start) + "' is not a finite number: write one");
+    fail(start, "'" + shown(start) + "' is not a finite number: write a number");
   }
   at_ = static_cast<std::size_t>(end - text_.data());
   return value;
@@ -87,7 +87,7 @@ double SelectionScanner::number() {
 std::string SelectionScanner::quoted() {
   const std::size_t start = next();
   const std::size_t end = text_.find('"', start + 1);
-  if (end == std::string_view::npos) fail(start, "a quote is not closed: close it");
+  if (end == std::string_view::npos) fail(start, "the quote is not closed: add '\"'");
   at_ = end + 1;
   return std::string(text_.substr(start + 1, end - start - 1));
 }

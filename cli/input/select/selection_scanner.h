@@ -9,15 +9,15 @@
 
 namespace parray::input {
 
-/// Reads the words, signs and numbers of a selection from front to back. The parser asks for what
-/// may come next, because words depend on whether names are being listed. All members skip blanks
+/// Reads the words, signs and numbers of a selection from front to back. The parser asks for one
+/// kind at a time, because the meaning of a word depends on the context. All members skip blanks
 /// first.
 class SelectionScanner {
  public:
-  /// The text must outlive this.
+  /// The text must outlive this object.
   explicit SelectionScanner(std::string_view text) : text_(text) {}
 
-  /// Return where the next word begins: its byte, and its character from 1.
+  /// Return the start of the next word: its byte offset, and its column (characters from 1).
   std::size_t next();
   std::size_t column();
   bool at_end() { return next() == text_.size(); }
@@ -26,9 +26,10 @@ class SelectionScanner {
   bool next_is_digit();
   bool next_is_letter();
   bool take_sign(std::string_view sign);
-  /// Takes the word `known` (lower case) in any letter case.
+  /// Takes the word `known` (lower case) if it comes next, in any letter case. Returns whether it
+  /// did.
   bool take_word(std::string_view known);
-  /// Fails unless that word comes: "'of' is missing: write FORM".
+  /// Takes the word `known`. Otherwise throws InputError "'of' is missing: write FORM".
   void expect_word(std::string_view known, std::string_view form);
 
   /// Returns a word in lower case, with the index that LAMMPS writes: c_stress[1]. A letter must
@@ -38,12 +39,12 @@ class SelectionScanner {
   double number();
   /// Returns a text in double quotes, which must come next.
   std::string quoted();
-  /// Returns the next name of a list, which blanks and commas separate; nothing at its end.
+  /// Returns the next name of a list with blanks or commas. Returns nothing at the end of the list.
   std::optional<std::string> name();
 
-  /// Returns what stands at byte `at`, for messages.
+  /// Returns the text at byte `at` in a form for messages.
   [[nodiscard]] std::string shown(std::size_t at) const;
-  /// Throw InputError "column N: PROBLEM", the first for byte `at`.
+  /// Throw InputError "column N: PROBLEM". The first takes byte `at`, the second the column.
   [[noreturn]] void fail(std::size_t at, const std::string& problem) const;
   [[noreturn]] static void fail_at_column(std::size_t column, const std::string& problem);
   [[nodiscard]] std::size_t column_of(std::size_t at) const;
@@ -54,7 +55,7 @@ class SelectionScanner {
 
   std::string_view text_;
   std::size_t at_ = 0;
-  // The column that was asked for last: the next lies a little farther on, mostly.
+  // Cache of the last column_of(): the next call usually asks for a place shortly after it.
   mutable std::size_t known_at_ = 0;
   mutable std::size_t known_characters_ = 0;
 };

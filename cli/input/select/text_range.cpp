@@ -6,7 +6,7 @@
 namespace parray::input {
 namespace {
 
-/// False when the text is no end.
+/// Parses one end of a range. An empty text leaves `end` open. Returns false for an invalid text.
 bool read_end(std::string_view text, std::optional<RangeEnd>& end) {
   text = trimmed(text);
   if (text.empty()) return true;

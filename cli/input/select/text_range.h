@@ -16,7 +16,7 @@ struct RangeEnd {
   friend bool operator==(const RangeEnd&, const RangeEnd&) = default;
 };
 
-/// A range such as "10:20", "40%:60%" or ":5". An end that is not given is open.
+/// A range such as "10:20", "40%:60%" or ":5". A missing end is open.
 struct TextRange {
   std::optional<RangeEnd> low{};
   std::optional<RangeEnd> high{};
@@ -28,7 +28,7 @@ struct TextRange {
 /// Parses a range. Returns nothing for other texts and for a range without ends.
 std::optional<TextRange> text_range(std::string_view text);
 
-/// Returns the text that text_range() reads as this.
+/// Returns the text that text_range() parses to `range`.
 std::string text_of(const TextRange& range);
 
 }  // namespace parray::input

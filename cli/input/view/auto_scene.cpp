@@ -17,7 +17,7 @@
 namespace parray::input {
 namespace {
 
-/// The cell's corners.
+/// Returns the eight corners of the cell.
 std::vector<Vec3d> corners_of(const ParticleCell& cell) {
   std::vector<Vec3d> corners{cell.origin};
   for (const Vec3d& edge : cell.edges) {
@@ -27,8 +27,8 @@ std::vector<Vec3d> corners_of(const ParticleCell& cell) {
   return corners;
 }
 
-/// Along each edge particles reach as far as three quarters of it: a box of a simulation. What is
-/// in a crystal's cell but for its repetitions does not.
+/// Returns whether particles extend over at least three quarters of each edge. Boxes of simulations
+/// are filled. The cell of a crystal is usually not filled before its symmetry is applied.
 bool is_filled(const ParticleCell& cell, const std::vector<Vec3d>& positions) {
   constexpr double share = 0.75;
   const auto& [a, b, c] = cell.edges;

@@ -12,7 +12,7 @@ namespace {
 using Matrix = std::array<std::array<double, 3>, 3>;
 
 Vec3d mean_center(std::span<const Sphere> spheres) {
-  // Relative to the first: far from the origin, digits are few.
+  // Uses differences from the first centre, which are precise even far from the origin.
   const Vec3d first = spheres.front().center;
   Vec3d sum;
   for (const Sphere& sphere : spheres) sum = sum + (sphere.center - first);
@@ -34,17 +34,18 @@ Matrix covariance_of(std::span<const Sphere> spheres, const Vec3d& mean) {
   return sum;
 }
 
-/// A lattice in a cube spreads alike along every direction, but for noise, and noise shall not
-/// decide how it stands: each axis gets a little more spread than the next.
+/// Gives each axis a little more spread than the next. A cubic lattice has equal spread in all
+/// directions except for noise. Without this bias, the noise would determine its orientation.
 void lean_to_coordinate_axes(Matrix& covariance) {
-  constexpr double lean = 0.03;  // of the whole spread; noise of 10 000 random centres is 0.01
+  constexpr double lean =
+      0.03;  // share of the total spread; the noise of 10 000 random centres is 0.01
   const double whole = covariance[0][0] + covariance[1][1] + covariance[2][2];
   covariance[0][0] += lean * whole;
   covariance[1][1] += lean / 2 * whole;
 }
 
-/// Turns rows and columns p < q of the symmetric `a` so that a[p][q] becomes 0; the columns of
-/// `vectors` turn along. Only the upper triangle is used.
+/// Rotates rows and columns p < q of the symmetric matrix `a` so that a[p][q] becomes 0. Rotates
+/// the columns of `vectors` as well. Uses only the upper triangle.
 void rotate(Matrix& a, Matrix& vectors, std::size_t p, std::size_t q) {
   if (a[p][q] == 0) return;
   const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
@@ -54,7 +55,7 @@ void rotate(Matrix& a, Matrix& vectors, std::size_t p, std::size_t q) {
   a[p][p] -= t * a[p][q];
   a[q][q] += t * a[p][q];
   a[p][q] = 0;
-  const std::size_t r = 3 - p - q;  // the third
+  const std::size_t r = 3 - p - q;  // the third index
   double& rp = a[std::min(r, p)][std::max(r, p)];
   double& rq = a[std::min(r, q)][std::max(r, q)];
   const double old = rp;
@@ -74,7 +75,8 @@ Vec3d with_largest_component_positive(const Vec3d& v) {
   return largest < 0 ? -v : v;
 }
 
-/// Where the increasing polynomial 1 + v + a v^2 + b v^3 (a, b >= 0) takes the value `target` > 1.
+/// Returns the v for which the increasing polynomial 1 + v + a v^2 + b v^3 (a, b >= 0) equals
+/// `target` > 1.
 double solve(double a, double b, double target) {
   double low = 0;
   double high = target - 1;
@@ -92,7 +94,7 @@ Axes principal_axes(std::span<const Sphere> spheres, bool leaning) {
   Matrix a = covariance_of(spheres, center);
   if (leaning) lean_to_coordinate_axes(a);
   Matrix vectors{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  constexpr int sweeps = 10;  // convergence is quadratic: five do
+  constexpr int sweeps = 10;  // convergence is quadratic: five sweeps suffice
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     rotate(a, vectors, 0, 1);
     rotate(a, vectors, 0, 2);
@@ -108,7 +110,7 @@ Axes principal_axes(std::span<const Sphere> spheres, bool leaning) {
   Axes frame;
   frame.center = center;
   frame.back = normalize(axis(2));
-  frame.right = normalize(cross(axis(1), frame.back));  // at right angles to the last digit
+  frame.right = normalize(cross(axis(1), frame.back));  // orthogonal to the last digit
   frame.up = cross(frame.back, frame.right);
   return frame;
 }
@@ -122,9 +124,10 @@ double lattice_radius(std::span<const Sphere> spheres) {
   const double determinant = c[0][0] * (c[1][1] * c[2][2] - c[1][2] * c[1][2]) -
                              c[0][1] * (c[0][1] * c[2][2] - c[1][2] * c[0][2]) +
                              c[0][2] * (c[0][1] * c[1][2] - c[1][1] * c[0][2]);
-  // n points s apart on a line have the variance s^2 (n^2 - 1) / 12. So the count of a lattice is
-  // the product of sqrt(12 variance / s^2 + 1) over its axes, whose square is the determinant of
-  // 12 covariance / s^2 + 1: solved for v = 12 trace / s^2.
+  // n points in steps of s on a line have the variance s^2 (n^2 - 1) / 12. So the number of points
+  // of a lattice is the product of sqrt(12 variance / s^2 + 1) over its axes. The square of that
+  // product is the determinant of 12 covariance / s^2 + 1. The code solves it for v = 12 trace /
+  // s^2.
   const double count = static_cast<double>(spheres.size());
   const double v = solve(std::max(0.0, minors / (trace * trace)),
                          std::max(0.0, determinant / (trace * trace * trace)), count * count);

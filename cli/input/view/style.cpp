@@ -29,16 +29,17 @@ Style read_style(const JsonValue& value, const JsonPlace& place) {
     place.fail(value.line, error.what());
   }
   if (style == Style::night) {
-    place.fail(value.line,
-               "night puts a dark wall behind a file of particles, and a scene has spheres of its "
-               "own: leave it out, and write sky and finishing");
+    place.fail(
+        value.line,
+        "night works only with a particle file, because it puts a dark wall behind the particles: "
+        "leave style out and set sky and finishing");
   }
   return style;
 }
 
 Sky sky_of(Style style) {
-  // Beside a flag a white surface is to be white nevertheless; but where the sky is seen, what is
-  // smaller than a pixel is not to drown in more than white.
+  // Light blockers darken white surfaces; a brighter sky keeps them white. But where the picture
+  // shows the sky, more than white would outshine details smaller than a pixel.
   const bool seen = style == Style::flat || style == Style::publication;
   return even(seen ? 1 : 1.15);
 }

@@ -17,22 +17,22 @@ namespace parray::input {
 namespace {
 
 inline constexpr double auto_scene_vfov =
-    20;  ///< degrees: a long lens, so that near looks no larger
+    20;  ///< degrees; a long lens, so that near parts look no larger than far ones
 
-/// The spheres' extremes along one axis of the picture, as lines through the eye see them.
+/// Extremes of the spheres along one axis of the picture, measured along lines through the eye.
 ///
-/// A sphere at (x, z), z towards the eye, lies inside a half-plane through the eye at (ex, ez) that
-/// leans by the tangent t if x + t z + r sqrt(1 + t^2) <= ex + t ez; and with -x if -ex. With t = 0
-/// the lines are parallel: extents as an orthographic camera sees them.
+/// A sphere at (x, z), with z towards the eye, lies inside a half-plane through the eye at (ex, ez)
+/// with the slope t if x + t z + r sqrt(1 + t^2) <= ex + t ez. The other side uses -x and -ex. For
+/// t = 0 the lines are parallel: extents of an orthographic camera.
 struct Wedge {
   explicit Wedge(double tangent) : t(tangent), secant(square_root(1 + tangent * tangent)) {}
 
   void add(double x, double z, double radius);
   void add(const Wedge& other);
-  /// Nearest z of an eye that has everything in the wedge, t > 0; and the x that centres it.
+  /// The nearest z of an eye that sees the whole wedge (t > 0), and the x that centres the wedge.
   [[nodiscard]] double distance() const { return (right + left) / (2 * t); }
   [[nodiscard]] double middle() const { return (right - left) / 2; }
-  [[nodiscard]] double width() const { return right + left; }  ///< t = 0
+  [[nodiscard]] double width() const { return right + left; }  ///< for t = 0
 
   double t;
   double secant;
@@ -40,22 +40,22 @@ struct Wedge {
   double left = -std::numeric_limits<double>::infinity();
 };
 
-/// The extremes of all spheres, which are the same in any order.
+/// The extremes of all spheres. They do not depend on the order of the spheres.
 struct Extent {
   Extent(Projection projection, double aspect);
 
   void add(const Sphere& sphere, const Viewpoint& view);
-  /// `later`: of spheres after those of this one.
+  /// Adds the extremes of spheres that come after the spheres of this object.
   void add(const Extent& later);
 
   Wedge vertical;
   Wedge horizontal;
-  double reach = 0;  ///< radius, around the frame's centre, of a ball that holds all spheres
+  double reach = 0;  ///< radius of the ball around the frame's centre that contains all spheres
   double bottom = std::numeric_limits<double>::infinity();
-  Sphere lowest{};  ///< the first of those farthest towards the ground
+  Sphere lowest{};  ///< the sphere that reaches farthest towards the ground; the first of several
 };
 
-constexpr double filled = 0.85;  ///< part of the picture's width or height
+constexpr double filled = 0.85;  ///< share of the picture's width or height that the spheres fill
 
 double tangent_of(Projection projection) {
   return projection == Projection::orthographic ? 0 : filled * tan_half_of(auto_scene_vfov);
@@ -98,8 +98,8 @@ void Extent::add(const Extent& later) {
   }
 }
 
-/// Of spheres and of points, as the corners of a cell, in a picture `aspect` times as wide as high.
-/// The same for any number of `threads`.
+/// Returns the extremes of spheres and points, such as the corners of a cell. `aspect` is the width
+/// of the picture divided by its height. The result is the same for any number of threads.
 Extent extent_of(std::span<const Sphere> spheres, std::span<const Vec3d> points,
                  const Viewpoint& view, Projection projection, double aspect, int threads) {
   const Extent none(projection, aspect);
@@ -116,8 +116,8 @@ Extent extent_of(std::span<const Sphere> spheres, std::span<const Vec3d> points,
   return whole;
 }
 
-/// A pinhole that has all of `extent` in the middle 85 % of its picture, along the tighter axis
-/// exactly.
+/// Returns a pinhole camera that shows `extent` in the middle 85 % of its picture. Along the
+/// tighter axis, the extent fills these 85 %.
 Camera camera_for(const Extent& extent, const Viewpoint& view, Projection projection,
                   double aspect) {
   const Wedge& horizontal = extent.horizontal;
@@ -128,7 +128,8 @@ Camera camera_for(const Extent& extent, const Viewpoint& view, Projection projec
   if (projection == Projection::orthographic) {
     camera.vfov = 0;
     camera.view_height = std::max(vertical.width(), horizontal.width() / aspect) / filled;
-    // As far as a perspective camera would be, so above the ground, and before every sphere.
+    // The distance of a perspective camera keeps the camera above the ground. The second term keeps
+    // it in front of every sphere.
     camera.focus_distance = std::max(camera.view_height / (2 * tangent), 2 * extent.reach);
   } else {
     camera.vfov = auto_scene_vfov;
@@ -138,7 +139,8 @@ Camera camera_for(const Extent& extent, const Viewpoint& view, Projection projec
   const Axes& frame = view.frame;
   camera.look_at = frame.center + horizontal.middle() * frame.right + vertical.middle() * frame.up;
   camera.look_from = camera.look_at + camera.focus_distance * frame.back;
-  camera.up = frame.up + Vec3d{};  // a negative zero, which files do not keep, becomes zero
+  camera.up =
+      frame.up + Vec3d{};  // turns negative zeros into zeros, because files do not keep their sign
   camera.aperture = 0;
   return camera;
 }
@@ -148,18 +150,18 @@ constexpr std::string_view wall_name = "wall";
 constexpr Material pale{MaterialType::diffuse, {0.75, 0.75, 0.75}, 0, 1};
 constexpr Material black{MaterialType::diffuse, {0, 0, 0}, 0, 1};
 constexpr Material dark{MaterialType::diffuse, {0.006, 0.008, 0.014}, 0, 1};  ///< sRGB 17, 22, 31
-// In radii of the group:
-constexpr double ground_radius = 500;          ///< flat to the eye
-constexpr double far = 400;                    ///< of a flag and a wall: beyond any camera
-constexpr double studio_blocker_radius = 300;  ///< 49 degrees around its direction
-constexpr double free_blocker_radius = 345;    ///< 60 degrees: no floor is below to give light back
+// Lengths in radii of the group of spheres:
+constexpr double ground_radius = 500;  ///< so large that it looks flat
+constexpr double far = 400;  ///< distance of a light blocker and a wall: beyond any camera
+constexpr double studio_blocker_radius = 300;  ///< covers 49 degrees around its direction
+constexpr double free_blocker_radius = 345;    ///< covers 60 degrees: no floor reflects light
 
-/// As the picture sees them: right, up, towards the viewer.
+/// Directions in the axes of the picture: right, up, towards the viewer.
 constexpr Vec3d studio_blocker{0.85, 0, 0.5};
 constexpr Vec3d free_blocker{0.62, -0.62, 0.48};
 
 Sphere ground_below(const Extent& extent, const Viewpoint& view) {
-  // Tangent to the plane that the lowest sphere stands on: all others are above that.
+  // The ground touches the lowest sphere; all other spheres lie above its tangent plane.
   const double radius = ground_radius * extent.reach;
   const Sphere& lowest = extent.lowest;
   return {lowest.center - (lowest.radius + radius) * view.off_ground, radius, 0};
@@ -174,11 +176,12 @@ Sphere light_blocker(const Axes& view, double reach, bool free) {
           (free ? free_blocker_radius : studio_blocker_radius) * reach, 0};
 }
 
-/// Covers what the camera sees, and little more: what it does not cover gives light to the rims.
+/// Covers slightly more than the camera sees. The sky around the wall lights the edges of the
+/// particles.
 Sphere wall_behind(const Axes& view, double reach, const Camera& camera, double aspect) {
   constexpr double least_sine = 0.6;
-  constexpr double most_sine = 0.97;  // nothing of it is before the group
-  // Of half of the picture's diagonal, with a tenth more.
+  constexpr double most_sine = 0.97;  // keeps the wall behind the group
+  // The tangent of half of the picture's diagonal angle, plus a tenth.
   const double tangent = 1.1 * tan_half_of(auto_scene_vfov) * square_root(1 + aspect * aspect);
   const double sine =
       std::clamp(tangent / square_root(1 + tangent * tangent), least_sine, most_sine);
@@ -199,14 +202,15 @@ void check(const Surroundings& around) {
     reach = std::max({reach, largest_component(object.sphere.center), object.sphere.radius});
   }
   if (reach > limits::max_length) {
-    throw InputError("camera and ground of a portrait would reach " + number_text(reach) +
-                     ", beyond " + number_text(limits::max_length) +
-                     ": scale the coordinates down");
+    throw InputError("the camera and the ground of the automatic scene would reach " +
+                     number_text(reach) + ", above the limit of " +
+                     number_text(limits::max_length) + ": scale the coordinates down");
   }
   const double distance = length(camera.look_from - camera.look_at);
   constexpr double most_rounding = 1e-3;
   if (std::abs(distance - camera.focus_distance) > most_rounding * camera.focus_distance) {
-    throw InputError("the particles are too far from the origin for their size: move them nearer");
+    throw InputError(
+        "the particles are too far from the origin for their size: move them closer to it");
   }
 }
 

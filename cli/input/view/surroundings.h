@@ -11,59 +11,59 @@
 
 namespace parray::input {
 
-/// How an auto scene looks at its particles.
+/// How an automatic scene shows its particles.
 struct Viewing {
   View view = View::automatic;
   Style style = Style::studio;
-  /// Not given: perspective for the automatic view, else orthographic.
+  /// Not given: perspective for the automatic view, orthographic for all others.
   std::optional<Projection> projection{};
   bool transparent = false;  ///< no floor and no wall
-  bool whole_cell = false;   ///< the particles' cell is in the picture, too
+  bool whole_cell = false;   ///< the picture includes the particles' cell
 };
 
-/// What an auto scene shows, beside spheres.
+/// What an automatic scene shows besides spheres.
 struct Subject {
   bool molecule = true;          ///< see viewpoint_of()
-  std::vector<Vec3d> corners{};  ///< further points of the picture
+  std::vector<Vec3d> corners{};  ///< points that the picture must include
 };
 
-/// A sphere that stands around the particles: floor, wall or light blocker.
+/// A sphere around the particles: a floor, a wall or a light blocker.
 struct SceneryObject {
-  std::string_view name;  ///< of its material: "ground", "wall" or, for the light blocker, "flag"
+  std::string_view name;  ///< of the material: "ground", "wall" or "flag" (the light blocker)
   Material material;
   Sphere sphere{};  ///< `material` is not set
 };
 
-/// Returns the scenery of such a view in its order. The spheres are not placed yet.
+/// Returns the scenery of a view in its order. The spheres have no position yet.
 std::vector<SceneryObject> scenery_of(const Viewing& viewing);
 
-/// Camera, light and scenery for a picture of spheres as a paper would print it. The camera looks
-/// from where the spheres show most, or from where the user wants, through a long lens. Every
-/// sphere is inside the picture.
+/// Camera, light and scenery for a picture of spheres in the style of a publication. The camera
+/// looks from the direction in which the spheres spread most, or from a direction that the user
+/// chose. It has a long lens. Every sphere is inside the picture.
 ///
-/// - ground: a pale floor under the lowest sphere or, for a view that does not look down on it, a
-/// pale
-///   wall behind the farthest sphere. It fills the background.
-/// - wall: a dark wall behind all spheres. It fills the background and is too far away for shadows.
-/// - flag (as photographers call a light blocker): a black sphere outside the picture that blocks
-/// the
-///   light of the sky from one side. So light comes from the upper left of the picture.
+/// - ground: a pale floor under the lowest sphere. For a view that does not look down on the floor,
+///   it is a pale wall behind the farthest sphere. It fills the background.
+/// - wall: a dark wall behind all spheres. It fills the background. No shadow falls on it, because
+///   it is too far away.
+/// - flag (the photographers' word for a light blocker): a black sphere outside the picture. It
+///   blocks the light of the sky from one side, so that light comes from the upper left of the
+///   picture.
 struct Surroundings {
   Camera camera;  ///< a pinhole; tan_half_vfov is set
   Sky sky;
-  std::vector<SceneryObject> scenery;  ///< those of scenery_of(), placed
+  std::vector<SceneryObject> scenery;  ///< the objects of scenery_of(), with positions
 };
 
-/// The material of particles of which only positions are known.
+/// The material of particles that have only positions.
 inline constexpr Material plain_material{MaterialType::diffuse, {0.35, 0.48, 0.65}, 0, 1};
 
-/// Returns the surroundings of `spheres`, which are not empty, for a picture `aspect` (> 0) times
-/// as wide as high. Scaling spheres by a power of two scales them exactly, except for rounding at
-/// the ends of double's range.
+/// Returns the surroundings of `spheres`, which are not empty. `aspect` (> 0) is the width of the
+/// picture divided by its height. Scaling the spheres by a power of two scales the surroundings
+/// exactly, except for rounding at the ends of double's range.
 ///
-/// Throws InputError, without a file's name, if camera or scenery would lie beyond
-/// limits::max_length, or if the group is too far from the origin for the precision of its
-/// coordinates.
+/// Throws InputError, which names no file, if camera or scenery would lie beyond
+/// limits::max_length. Throws it also if the group is too far from the origin for the precision of
+/// its coordinates.
 Surroundings surroundings_of(std::span<const Sphere> spheres, double aspect,
                              const Viewing& viewing = {}, const Subject& subject = {},
                              int threads = 1);

@@ -12,15 +12,16 @@
 namespace parray::input {
 namespace {
 
-constexpr double flatness = 0.1;  ///< of the third extent to the second
-/// Least sine between the direction of view and the ground's plane: more than half of the angle of
-/// view.
+constexpr double flatness =
+    0.1;  ///< largest ratio of the third extent to the second for a flat group
+/// Least sine of the angle between the direction of view and the ground plane. The angle is larger
+/// than half of the angle of view.
 constexpr double least_sine = 0.28;
 
 constexpr std::array<View, 6> views_of_axes{View::right, View::left, View::back,
                                             View::front, View::top,  View::bottom};
 
-/// Sines of how far the camera goes up, and to the right.
+/// Sines of the camera's elevation and azimuth (to the right).
 struct Turn {
   double elevation;
   double azimuth;
@@ -28,7 +29,7 @@ struct Turn {
 constexpr Turn molecule_turn{0.3, 0.2};  ///< 17 and 12 degrees
 constexpr Turn box_turn{0.35, 0.45};     ///< 20 and 27 degrees: a box shows three sides
 
-/// The frame as the camera sees it: turned about `up`, then about `right`.
+/// Returns the frame after a rotation about `up` and a rotation about `right`.
 Axes turned(const Axes& frame, const Turn& turn) {
   const auto cosine = [](double sine) { return square_root(1 - sine * sine); };
   const Vec3d level = cosine(turn.azimuth) * frame.back + turn.azimuth * frame.right;
@@ -40,7 +41,7 @@ Axes turned(const Axes& frame, const Turn& turn) {
   return view;
 }
 
-/// How far centres reach along three axes.
+/// Extents of centres along three axes.
 class Reach {
  public:
   Reach(std::span<const Sphere> spheres, const Axes& axes) : axes_{axes.right, axes.up, axes.back} {
@@ -58,8 +59,8 @@ class Reach {
     for (std::size_t i = 0; i < 3; ++i) middle = middle + ((low_[i] + high_[i]) / 2) * axes_[i];
     return middle;
   }
-  /// The axis, if any, across which the centres are flat. What is as thin along two of them is a
-  /// rod.
+  /// Returns the axis along which the centres are flat, if any. A group that is thin along two axes
+  /// is a rod, which is not flat.
   [[nodiscard]] std::optional<std::size_t> flat_axis() const {
     std::array<std::size_t, 3> order{0, 1, 2};
     const auto extent = [&](std::size_t i) { return high_[i] - low_[i]; };
@@ -77,7 +78,7 @@ class Reach {
   static std::array<double, 3> filled(double x) { return {x, x, x}; }
 };
 
-/// Coordinates as they are: x right, y up, z back.
+/// The coordinate axes: x right, y up, z back.
 constexpr Axes coordinates{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {}};
 
 Axes around(Axes frame, const Vec3d& center) {
@@ -119,7 +120,7 @@ View view_from(std::string_view name) {
 std::string_view name_of(View view) { return view_names[static_cast<std::size_t>(view)]; }
 
 Axes axes_of(View view) {
-  switch (view) {  // without negative zeros, which files do not keep
+  switch (view) {  // no negative zeros, because files do not keep their sign
     case View::front:
       return {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {}};
     case View::back:

@@ -14,22 +14,22 @@
 namespace parray::denoise {
 namespace {
 
-// What the kernels count on.
+// Windows of the kernels must stay inside the margin.
 static_assert(Plane::margin >= filter_reach + patch_reach);
 static_assert(Plane::tile % tile_width == 0 && Plane::tile % tile_height == 0);
 static_assert(filter_features == feature_count);
 
 using Radiance = std::vector<Plane>;  ///< R, G, B
 
-/// What a half becomes with the degrees of smoothing.
+/// A half with each degree of smoothing.
 using Grades = std::array<Radiance, filter_grades>;
 
 Radiance radiance_planes(std::uint32_t width, std::uint32_t height) {
   return {3, Plane(width, height)};
 }
 
-/// Of two, so that nothing is rounded: brings the picture's largest value to 1 .. 2, and with it
-/// all squares into the range of a float.
+/// Returns a power of two, so that scaling rounds nothing. It brings the picture's largest value to
+/// 1 .. 2. Then all squares fit the range of a float.
 float scale_of(const Replicates& replicates) {
   float most = 0;
   for (const std::vector<float>& mean : replicates.mean) {
@@ -52,8 +52,8 @@ void (*filter_for(Isa isa))(const FilterPlanes&, int, int, float*) {
   }
 }
 
-/// How far the ways from a coarse to a fine and to a raw picture lead towards a goal: sums of
-/// products, from which the mixture of the three follows that is closest to it.
+/// Sums of products of the differences from a coarse picture to a fine picture, a raw picture and a
+/// goal. They give the mixture of the three pictures that is closest to the goal.
 class Agreement {
  public:
   void add(double fine, double raw, double goal) {
@@ -70,7 +70,7 @@ class Agreement {
     double fine = 0;
     double raw = 0;
   };
-  /// Neither is negative, and together they are 1 at most.
+  /// Returns the shares of fine and raw. Neither is negative, and their sum is at most 1.
   [[nodiscard]] Shares shares() const {
     const double determinant = fine_fine_ * raw_raw_ - fine_raw_ * fine_raw_;
     if (determinant > 1e-9 * fine_fine_ * raw_raw_) {
@@ -78,7 +78,7 @@ class Agreement {
                           (raw_goal_ * fine_fine_ - fine_goal_ * fine_raw_) / determinant};
       if (inside.fine >= 0 && inside.raw >= 0 && inside.fine + inside.raw <= 1) return inside;
     }
-    // Else the best lies on an edge of the triangle.
+    // Otherwise the best mixture lies on an edge of the triangle.
     const double between = fine_fine_ - 2 * fine_raw_ + raw_raw_;
     const double from_raw = share(fine_goal_ - raw_goal_ - fine_raw_ + raw_raw_, between);
     const std::array<Shares, 3> edges{{{share(fine_goal_, fine_fine_), 0},
@@ -99,7 +99,7 @@ class Agreement {
   static double share(double way, double square) {
     return square > 0 ? std::clamp(way / square, 0.0, 1.0) : 0.0;
   }
-  /// Square distance from the goal, but for a constant.
+  /// Returns the square distance from the goal, except for a constant.
   [[nodiscard]] double excess(const Shares& at) const {
     return at.fine * at.fine * fine_fine_ + 2 * at.fine * at.raw * fine_raw_ +
            at.raw * at.raw * raw_raw_ - 2 * (at.fine * fine_goal_ + at.raw * raw_goal_);
@@ -112,7 +112,7 @@ class Agreement {
   double raw_goal_ = 0;
 };
 
-/// Filters one picture.
+/// Filters a picture.
 class Denoiser {
  public:
   Denoiser(const Replicates& replicates, const Features& features, int threads, Isa isa,
@@ -154,7 +154,7 @@ class Denoiser {
     return planes;
   }
 
-  /// A half with each degree of smoothing.
+  /// Returns a half with each degree of smoothing.
   [[nodiscard]] Grades smoothed(std::size_t half) const {
     Grades grades{radiance_planes(width_, height_), radiance_planes(width_, height_)};
     const char* const plain = features_.plain_sky.empty() ? nullptr : features_.plain_sky.data();
@@ -203,8 +203,8 @@ class Denoiser {
     return std::move(grades.back());
   }
 
-  /// Makes of the coarser grade the mixture of it, the finer one and the half that brings the
-  /// pixels around, but not in it, closest to `other`.
+  /// Replaces the coarser grade by the mixture of the coarser grade, the finer grade and the half.
+  /// The mixture is closest to `other` in the pixels around each pixel, without the pixel itself.
   void mix(Grades& grades, const Radiance& half, const Radiance& other) const {
     std::vector<Agreement> agreements(std::size_t{width_} * height_);
 #pragma omp parallel num_threads(threads_)
@@ -259,12 +259,12 @@ class Denoiser {
     }
   }
 
-  /// The mean of both halves, and its error by the identity of denoise.h.
+  /// Returns the mean of both halves and its error by the identity in denoise.h.
   [[nodiscard]] Denoised result(const Radiance& f, const Radiance& g) const {
     Denoised out;
     out.rgb.resize(3 * std::size_t{width_} * height_);
     double square = 0;
-    double scatter = 0;  // of the terms whose mean is 0, by D in the place of the truth
+    double scatter = 0;  // of the terms with mean 0, with D instead of the truth
     float* value = out.rgb.data();
     for (std::uint32_t y = 0; y < height_; ++y) {
       for (std::uint32_t x = 0; x < width_; ++x) {
@@ -284,8 +284,8 @@ class Denoiser {
       }
     }
     const double values = static_cast<double>(out.rgb.size());
-    // With D in the place of the truth a pixel that stays raw has (A - B)^2 / 4 for a product of
-    // two errors, whose mean square is 3/4 of that.
+    // With D instead of the truth, a raw pixel has (A - B)^2 / 4 for a product of two errors. The
+    // mean square of that product is 3/4 of this value.
     constexpr double least_seen = 0.75;
     const double half_width = normal_95 * std::sqrt(scatter / least_seen);
     const auto rmse_of = [&](double sum) {

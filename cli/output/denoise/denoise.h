@@ -38,10 +38,10 @@ struct Denoised {
   double high = 0;
 };
 
-/// Denoises a picture. `replicates` and `features` belong to the same picture. `isa`: one that this
-/// machine has, or automatic. The bits are the same for any `threads` and `isa`. Calls
-/// `between_bands`, if set, several times a second; an exception ends the work. Memory: about 200
-/// bytes per pixel, including the features.
+/// Denoises a picture. `replicates` and `features` belong to the same picture. `isa` is automatic
+/// or one that this machine has. The bits are the same for any `threads` and `isa`. Calls
+/// `between_bands`, if set, several times a second; an exception of it ends the work. Uses about
+/// 200 bytes of memory per pixel, including the features.
 Denoised denoise(const Replicates& replicates, const Features& features, int threads,
                  Isa isa = Isa::automatic, const std::function<void()>& between_bands = {});
 

@@ -10,10 +10,11 @@
 namespace parray::denoise {
 namespace {
 
-/// Depth, in distances from the eye to what it looks at, below which nothing is told apart.
+/// Smallest depth, relative to the distance between the eye and its target. Smaller depths count as
+/// equal.
 constexpr double nearest = 1e-6;
 
-/// In the place of a sphere's number.
+/// Value instead of a sphere's number: the samples met several spheres.
 constexpr std::uint32_t several_spheres = no_sphere - 1;
 
 using Values = std::array<double, feature_count>;
@@ -22,7 +23,7 @@ FeaturePlanes planes_of(const RenderSettings& settings) {
   return {feature_count, Plane(settings.width, settings.height)};
 }
 
-/// Features of one picture. Rows are filled independently: threads share none.
+/// Computes the features of a picture. Rows are independent: threads share no row.
 class FeatureRows {
  public:
   FeatureRows(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,
@@ -40,7 +41,7 @@ class FeatureRows {
                   planes_of(settings),
                   std::vector<char>(spheres_.size())} {}
 
-  /// `hits` is the calling thread's.
+  /// Computes a row of the features. `hits` belongs to the calling thread.
   void fill(std::uint32_t y, std::vector<FirstHit>& hits) {
     const SampleRange own{0, samples_};
     look(tracer_, {y, 0, width_}, own, hits);
@@ -52,7 +53,7 @@ class FeatureRows {
     look_few(y, hits);
   }
 
-  /// Once fill() has seen all rows.
+  /// Adds steady samples to a row where needed. Call it after fill() for all rows.
   void refine(std::uint32_t y, std::vector<FirstHit>& hits) {
     const SampleRange more{few_steady_samples, many_steady_samples};
     for (std::uint32_t begin = 0; begin < width_;) {
@@ -101,7 +102,7 @@ class FeatureRows {
             depth > nearest ? 1 / depth : 1 / nearest};
   }
 
-  /// Of the hits first, first + step ...
+  /// Returns the mean of the hits first, first + step and so on.
   [[nodiscard]] Values mean_of(std::span<const FirstHit> hits, std::size_t first,
                                std::size_t step) const {
     Values sum{};
@@ -133,7 +134,7 @@ class FeatureRows {
     }
   }
 
-  /// `hits` are those of the samples beyond the few.
+  /// Updates a pixel with `hits`, the samples after the few steady ones.
   void refine_pixel(std::uint32_t y, std::uint32_t x, std::span<const FirstHit> hits) {
     const Values more = mean_of(hits, 0, 1);
     constexpr double share = static_cast<double>(few_steady_samples) / many_steady_samples;
@@ -148,7 +149,7 @@ class FeatureRows {
     features_.plain_sky[pixel] = sky ? 1 : 0;
   }
 
-  /// Whether all samples of a pixel and of those around it have met the same sphere.
+  /// Returns whether all samples of a pixel and of its neighbours met the same sphere.
   [[nodiscard]] bool one_sphere(std::uint32_t y, std::uint32_t x) const {
     const std::uint32_t sphere = spheres_[std::size_t{y} * width_ + x];
     const std::uint32_t bottom = std::min(y + 1, features_.steady[0].height() - 1);
@@ -161,7 +162,7 @@ class FeatureRows {
     return sphere != several_spheres;
   }
 
-  /// To a standard deviation of 1, by the steady features alone.
+  /// Scales depth to a standard deviation of 1 over the steady features.
   void scale_depth() {
     Plane& steady = features_.steady.back();
     const double pixels = static_cast<double>(width_) * steady.height();
@@ -193,15 +194,15 @@ class FeatureRows {
   std::uint32_t samples_;
   Vec3d forward_;
   double length_;
-  /// Depth at which rays begin. Parallel ones may begin at surfaces that are as large in the
-  /// picture as any: one over their depth is not to dwarf all others.
+  /// Depth at which rays begin. Parallel rays may begin at surfaces that look large. The reciprocal
+  /// of their depth must not dominate all others.
   double begin_;
-  /// That all of the few steady samples of a pixel have met.
+  /// The sphere that all of the few steady samples of a pixel met.
   std::vector<std::uint32_t> spheres_;
   Features features_;
 };
 
-/// Calls visit(y, hits) for all rows; each thread has hits of its own.
+/// Calls visit(y, hits) for all rows. Each thread has its own `hits`.
 template <typename Visit>
 void for_rows(const RenderSettings& settings, int threads,
               const std::function<void()>& between_bands, Visit&& visit) {

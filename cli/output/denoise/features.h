@@ -28,7 +28,7 @@ class Plane {
 
   [[nodiscard]] std::uint32_t width() const { return width_; }
   [[nodiscard]] std::uint32_t height() const { return height_; }
-  /// Distance between rows.
+  /// Returns the distance between rows.
   [[nodiscard]] std::size_t stride() const { return stride_; }
   [[nodiscard]] float* row(std::size_t y) { return values_.data() + start(y); }
   [[nodiscard]] const float* row(std::size_t y) const { return values_.data() + start(y); }
@@ -59,7 +59,7 @@ struct Features {
   std::array<FeaturePlanes, 2> own;
   /// From many other samples, which neither half contains.
   FeaturePlanes steady;
-  /// In image order, whether all these samples hit only sky, which has almost no noise. Empty:
+  /// In image order: whether all these samples hit only sky, which has almost no noise. Empty:
   /// false everywhere.
   std::vector<char> plain_sky;
 };
@@ -71,20 +71,20 @@ inline constexpr std::uint32_t own_feature_samples = 16;
 inline constexpr std::uint32_t few_steady_samples = 8;
 inline constexpr std::uint32_t many_steady_samples = 64;
 
-/// Traces the features with the accelerator of `tracer`, which was made for `scene` and `settings`.
+/// Traces the features with the accelerator of `tracer`, which belongs to `scene` and `settings`.
 /// Each pixel of the picture has at least `samples` samples, 2 or more. The result is the same for
-/// any number of threads. Calls `between_bands`, if set, several times a second; an exception ends
-/// the work.
+/// any number of threads. Calls `between_bands`, if set, several times a second; an exception of it
+/// ends the work.
 Features trace_features(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, std::uint32_t samples, int threads,
                         const std::function<void()>& between_bands = {});
 
-/// The same with another tracer for the steady features: steady_tracer(), or a part of it.
+/// Does the same with another tracer for the steady features: steady_tracer(), or a part of it.
 Features trace_features(const PathTracer& tracer, const PathTracer& steady, const Scene& scene,
                         const RenderSettings& settings, std::uint32_t samples, int threads,
                         const std::function<void()>& between_bands = {});
 
-/// Returns a tracer of samples that the picture does not have.
+/// Returns a tracer of samples that the picture does not contain.
 std::unique_ptr<PathTracer> steady_tracer(const PathTracer& tracer, const Scene& scene,
                                           const RenderSettings& settings);
 

@@ -1,5 +1,5 @@
-/// Compiled once for each instruction set. Nothing that other files share may be left out of line
-/// here (see common/math/inline.h), so there is no library in it.
+/// Compiled once for each instruction set. All functions must be inline, because other files must
+/// not share this code (common/math/inline.h). Therefore it uses no library.
 #include "cli/output/denoise/filter_kernel.h"
 
 #include "common/math/lanes.h"
@@ -16,32 +16,32 @@ constexpr int terms = features + 1;  ///< a constant and the slopes
 constexpr int pairs = terms * (terms + 1) / 2;
 constexpr int lanes = Float::count;
 constexpr int window = 2 * filter_reach + 1;
-/// Distances of patches, in what noise alone makes them, at which weights have fallen to 1 / e.
+/// Squared distances of patches, relative to pure noise, at which weights are 1 / e.
 constexpr float grades[filter_grades] = {0.8F * 0.8F, 2.0F * 2.0F};
-/// Of a feature, squared: slopes that rest on less than that are drawn to 0.
+/// A squared difference of features. Slopes that rest on smaller differences tend to 0.
 constexpr float ridge = 3e-5F;
-/// Distance of a patch beyond the picture: its weight is 0.
+/// Distance of a patch beyond the picture. Its weight is 0.
 constexpr float beyond = 1e30F;
 
 static_assert(tile_width % lanes == 0 && lanes % Double::count == 0);
 
-/// Of the pixels in the lanes, over their windows.
+/// Sums over the windows of the pixels in the lanes.
 struct Sums {
-  Float moments[pairs];      ///< of 1 and the features' differences from the pixel's, by pairs
-  Float products[terms][3];  ///< of these with the radiance
+  Float moments[pairs];  ///< of 1 and the differences of features from those of the pixel, by pairs
+  Float products[terms][3];  ///< of these values with the radiance
 };
 
 /// A row of the windows of the pixels in the lanes.
 struct WindowRow {
-  Float differences[features][window];  ///< of features, from the pixel's
+  Float differences[features][window];  ///< of features from those of the pixel
   Float radiance[3][window];
 };
 
-/// Of a tile's pixel (x, y), by row.
+/// Returns the place of pixel (x, y) in a tile stored by rows.
 PARRAY_INLINE std::ptrdiff_t place(int x, int y) { return std::ptrdiff_t{y} * tile_width + x; }
 PARRAY_INLINE int smaller(int a, int b) { return a < b ? a : b; }
 
-/// exp(-x) for x >= 0 as (1 - x / 16)^16, which is 0 from 16 on.
+/// Approximates exp(-x) for x >= 0 by (1 - x / 16)^16, and 0 from 16 on.
 PARRAY_INLINE Float falling(Float x) {
   Float y = max_of(Float(1) - x * Float(1 / 16.0F), Float(0));
   y = y * y;
@@ -56,8 +56,8 @@ PARRAY_INLINE Float sum_of_five(const float* first, std::ptrdiff_t step) {
   return sum;
 }
 
-/// Of the patches around the tile's pixels and around those (dx, dy) away: mean over pixels and
-/// channels of the squared difference. The patches may lie beyond the picture.
+/// Compares the patches around the tile's pixels with the patches (dx, dy) away: mean squared
+/// difference over pixels and channels. The patches may extend beyond the picture.
 PARRAY_INLINE void compare_patches(const FilterPlanes& planes, int x, int y, int dx, int dy,
                                    float* distances) {
   static_assert(patch_reach == 2);
@@ -93,7 +93,7 @@ PARRAY_INLINE void compare_patches(const FilterPlanes& planes, int x, int y, int
   }
 }
 
-/// What lies (dx, dy) away and beyond the picture is not like anything.
+/// Sets the distance of patches beyond the picture to `beyond`.
 PARRAY_INLINE void cut_off(const FilterPlanes& planes, int x, int y, int dx, int dy,
                            float* distances) {
   const bool columns_inside = x + dx >= 0 && x + dx + tile_width <= planes.width;
@@ -108,7 +108,7 @@ PARRAY_INLINE void cut_off(const FilterPlanes& planes, int x, int y, int dx, int
   }
 }
 
-/// Adds what a row of the window says, by its weights.
+/// Adds a row of the window with its weights.
 PARRAY_INLINE void add_row(const WindowRow& row, const Float (&weights)[window], Sums& sums) {
   for (int a = 0; a < terms; ++a) {
     Float weighted[window];
@@ -145,8 +145,8 @@ PARRAY_INLINE void load_row(const FilterPlanes& planes, std::ptrdiff_t at, int d
   }
 }
 
-/// `distances` are those of the first pixel of the row of windows: `tile_size` from one to the
-/// next.
+/// Computes the weights of a row. `distances` belongs to the first pixel of the row of windows.
+/// Consecutive distances are `tile_size` apart.
 PARRAY_INLINE void weigh_row(const float* distances, Float by_noise, Float scale,
                              Float (&weights)[window]) {
   for (int k = 0; k < window; ++k) {
@@ -155,8 +155,8 @@ PARRAY_INLINE void weigh_row(const float* distances, Float by_noise, Float scale
   }
 }
 
-/// Cholesky's factor of the moments: L with its diagonal's reciprocals on the diagonal. `i`: the
-/// first of the lanes that are meant.
+/// Computes Cholesky's factor of the moments: L with the reciprocals of its diagonal on the
+/// diagonal. `i` is the first lane.
 PARRAY_INLINE void factorise(const Sums& sums, int i, Double (&factor)[pairs]) {
   const auto moment = [&](int pair) {
     float values[lanes];
@@ -181,7 +181,7 @@ PARRAY_INLINE void factorise(const Sums& sums, int i, Double (&factor)[pairs]) {
   }
 }
 
-/// What the fit says of the pixels at `at` with the steady features.
+/// Evaluates the fit for the pixels at `at` with the steady features.
 PARRAY_INLINE Double predict(const FilterPlanes& planes, std::ptrdiff_t at,
                              const Double (&factor)[pairs], Double (&z)[terms]) {
   for (int a = 0; a < terms; ++a) {
@@ -200,7 +200,7 @@ PARRAY_INLINE Double predict(const FilterPlanes& planes, std::ptrdiff_t at,
   return max_of(sum, Double(0));
 }
 
-/// Solves the fits of the pixels at `at`, and writes what they say.
+/// Solves the fits of the pixels at `at` and writes their results.
 PARRAY_INLINE void solve(const FilterPlanes& planes, std::ptrdiff_t at, const Sums& sums,
                          float* const (&out)[3]) {
   double values[3][lanes];
@@ -220,7 +220,7 @@ PARRAY_INLINE void solve(const FilterPlanes& planes, std::ptrdiff_t at, const Su
   for (int c = 0; c < 3; ++c) Float::narrow(values[c]).store(out[c] + at);
 }
 
-/// Filters the pixels at `at`; `distances` are their patches'.
+/// Filters the pixels at `at`. `distances` are those of their patches.
 PARRAY_INLINE void filter_pixels(const FilterPlanes& planes, std::ptrdiff_t at,
                                  const float* distances) {
   Sums sums[filter_grades];
@@ -250,14 +250,14 @@ PARRAY_INLINE void filter_pixels(const FilterPlanes& planes, std::ptrdiff_t at,
   }
 }
 
-/// A run of pixels of one row.
+/// A run of pixels in one row.
 struct Run {
   int x;
   int y;
   int count;
 };
 
-/// Copies those that stay as they are. Returns how many do.
+/// Copies the pixels that are not filtered. Returns their number.
 PARRAY_INLINE int keep_plain(const FilterPlanes& planes, const Run& run) {
   if (planes.plain == nullptr) return 0;
   int kept = 0;

@@ -29,7 +29,8 @@ double widest(const Font& font, const std::vector<std::string>& lines) {
   return width;
 }
 
-/// From the top of the first line's capitals to the last line's lowest letters.
+/// Returns the height from the top of the first line's capitals to the lowest letters of the last
+/// line.
 double height_of_lines(const Font& font, std::size_t count) {
   return font.cap_height() + static_cast<double>(count - 1) * font.line_height() + font.descent();
 }
@@ -48,7 +49,7 @@ std::string title_of(const Legend& legend, int exponent) {
   return legend.title + (unit.empty() ? "" : " (" + unit + ")");
 }
 
-/// Where the parts of a legend are, from its upper left corner.
+/// The places of the parts of a legend, from its upper left corner.
 class LegendLayout {
  public:
   LegendLayout(const BlockStyle& style, const Legend& legend)
@@ -79,7 +80,7 @@ class LegendLayout {
 
   void place_scale(const BlockStyle& style) {
     bar_ = {line_, height_ + line_, 1.1 * em_, bar_.height};
-    // The outermost numbers reach beyond the bar.
+    // The outermost numbers extend beyond the bar.
     const double half = style.font.cap_height() / 2;
     bar_.y += std::max(0.0, half - y_of(ticks_.values.back()) + bar_.y);
     numbers_ = bar_.width + 2 * line_ + 0.6 * em_;
@@ -89,7 +90,7 @@ class LegendLayout {
     if (!legend_.entries.empty()) height_ += 0.6 * em_;
   }
 
-  /// Rows until the room ends, then another column.
+  /// Places entries in rows, and in further columns when the height is used up.
   void place_entries(const BlockStyle& style) {
     entries_top_ = height_;
     const std::size_t count = legend_.entries.size();
@@ -144,8 +145,8 @@ class LegendLayout {
   double height_ = 0;
 };
 
-/// Returns the unit vector along it. One that points at whoever looks, or away, is a point with a
-/// name beside it.
+/// Draws an arrow. Returns the unit vector along it. An arrow towards or away from the viewer is a
+/// point, with the name beside it.
 Point draw_arrow(Pen& pen, const Point& from, const Point& to) {
   const Point way = to - from;
   const double length = std::hypot(way.x, way.y);
@@ -160,7 +161,7 @@ Point draw_arrow(Pen& pen, const Point& from, const Point& to) {
   return along;
 }
 
-/// Until they are that far from each other, about.
+/// Moves the points until they are about `distance` apart.
 void move_apart(std::array<Point, 3>& points, double distance) {
   for (int round = 0; round < 8; ++round) {
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -182,7 +183,7 @@ bool overlap(const Box& a, const Box& b) {
 
 [[noreturn]] void fail_to_fit(const Block& block, double width, double height,
                               const std::string& other) {
-  throw InputError(block.name + ": does not fit into " + number_text(width) + " x " +
+  throw InputError(block.name + ": the label does not fit into " + number_text(width) + " x " +
                    number_text(height) + " pixels" + (other.empty() ? "" : " beside " + other) +
                    ": use a smaller --font-size or a larger picture");
 }
@@ -260,7 +261,7 @@ std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, doub
                   is_top(block.corner) ? margin + used : height - margin - used - block.height,
                   block.width, block.height};
     used += block.height + gap;
-    constexpr double rounding = 1e-6;  // what is placed at the margin may be beyond it by that
+    constexpr double rounding = 1e-6;  // tolerance for blocks at the margin
     const double least = margin - rounding;
     const bool inside = box.x >= least && box.y >= least && box.x + box.width <= width - least &&
                         box.y + box.height <= height - least;

@@ -30,21 +30,21 @@ struct BlockStyle {
   double room_y;
 };
 
-/// Lines of text.
+/// Returns lines of text.
 Block text_block(const BlockStyle& style, const std::string& name, Corner corner,
                  const std::string& text);
 
-/// A legend: the colours of the scale as a bar from the bottom up, with round numbers beside it and
-/// its title above. Names with their colours stand below the bar, or alone, in as many columns as
-/// they need. The block may be larger than the available space.
+/// Returns a legend. The scale is a vertical bar with the lowest value at the bottom, round numbers
+/// beside it and the title above. Names with their colours are below the bar, or alone, in as many
+/// columns as necessary. The block may be larger than the available space.
 Block legend_block(const BlockStyle& style, const Legend& legend);
 
-/// A scale bar of `length` in the scene's unit, `pixels` wide, with its length above it. `unit` may
-/// be empty.
+/// Returns a scale bar of `length` in the scene's unit, `pixels` wide, with its length above it.
+/// `unit` may be empty.
 Block scale_bar_block(const BlockStyle& style, double length, double pixels,
                       const std::string& unit);
 
-/// The scene's axes x, y and z as arrows, in the directions that the camera sees.
+/// Returns the scene's axes x, y and z as arrows in the directions that the camera sees.
 Block axes_block(const BlockStyle& style, const CameraFilm& film);
 
 /// A label with its place.
@@ -53,8 +53,8 @@ struct Placed {
   Box box;
 };
 
-/// Places every block in its corner of a picture of width x height pixels, `margin` from the edges
-/// and `gap` apart. Blocks in the upper corners go downwards in their order, those in the lower
+/// Places every block in its corner of a picture of width x height pixels. Blocks are `margin` away
+/// from the edges and `gap` apart. Blocks in the upper corners follow downwards, those in the lower
 /// corners upwards. Throws InputError, which names the option, if a block leaves the picture or
 /// overlaps another.
 std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, double height,

@@ -15,21 +15,21 @@ class CameraFilm {
   /// `camera` is valid; the picture has width x height pixels.
   CameraFilm(const Camera& camera, double width, double height);
 
-  /// A point in the camera's coordinates, in the scene's unit: x to the right, y up, z the distance
-  /// from the camera's plane along its viewing direction (as channel "Z").
+  /// Returns a point in the camera's coordinates, in the scene's unit: x to the right, y up, z the
+  /// distance from the camera's plane along its viewing direction (as channel "Z").
   [[nodiscard]] Vec3d seen(const Vec3d& point) const;
-  /// A direction of the scene in the camera's coordinates.
+  /// Returns a direction of the scene in the camera's coordinates.
   [[nodiscard]] Vec3d turned(const Vec3d& direction) const;
 
-  /// The place in the picture of a point from seen(), in pixels from the upper left corner. A
-  /// perspective camera needs z > 0.
+  /// Returns the place in the picture of a point from seen(), in pixels from the upper left corner.
+  /// A perspective camera needs z > 0.
   [[nodiscard]] Point shown(const Vec3d& seen) const;
   [[nodiscard]] bool perspective() const { return perspective_; }
 
-  /// Pixels per unit of length parallel to the picture: at distance z for a perspective camera,
-  /// anywhere for an orthographic one.
+  /// Returns the pixels per unit of length parallel to the picture: at distance z for a perspective
+  /// camera, anywhere for an orthographic one.
   [[nodiscard]] double pixels_per_unit(double z) const;
-  /// The distance of look_at.
+  /// Returns the distance of look_at.
   [[nodiscard]] double distance() const { return distance_; }
 
  private:

@@ -56,7 +56,8 @@ bool Canvas::is_light(const Box& box) const {
        ++y) {
     for (int x = std::max(static_cast<int>(box.x), 0); x < end(box.x + box.width, image_.width);
          ++x) {
-      // A pixel that is nearly black does not outweigh many that are not: as eyes see it.
+      // The cube root matches the perception of brightness, so a few bright pixels do not outweigh
+      // many dark ones.
       sum += std::cbrt(luminance(x, y));
       ++count;
     }

@@ -30,8 +30,8 @@ class Canvas {
   /// Mixes `color` into one pixel. Does nothing outside the picture.
   void paint(int x, int y, const Vec3d& color, double share);
 
-  /// Whether to use dark ink in the box: the picture is light there on average. Transparent pixels
-  /// count as paper.
+  /// Returns whether to use dark ink in the box, because the picture is light there on average.
+  /// Transparent pixels count as paper.
   [[nodiscard]] bool is_light(const Box& box) const;
   [[nodiscard]] double luminance(int x, int y) const;
 
@@ -50,7 +50,7 @@ Ink ink_for(bool light_background);
 /// Writes and draws one label: black with a white halo, or white with a black halo.
 class Pen {
  public:
-  /// `line`: width of lines in pixels. `area`: of the label.
+  /// `line` is the width of lines in pixels, `area` the area of the label.
   Pen(const Font& font, double line, const Box& area);
 
   [[nodiscard]] const Font& font() const { return font_; }
@@ -81,7 +81,7 @@ class Pen {
   std::vector<Colored> colored_;
 };
 
-/// Width of the halo around letters of `size` pixels per em.
+/// Returns the width of the halo around letters of `size` pixels per em.
 double halo_width(double size);
 
 }  // namespace parray::labels

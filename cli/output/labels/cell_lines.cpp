@@ -8,7 +8,7 @@
 namespace parray::labels {
 namespace {
 
-/// A pixel under a line, and how much of it the line covers.
+/// A pixel under a line, and the share of it that the line covers.
 struct LinePixel {
   int x, y;
   double share;
@@ -19,7 +19,7 @@ bool hides(const DepthMap& map, std::size_t pixel, double z) {
   return map.sphere.empty() || map.sphere[pixel] >= map.scenery;
 }
 
-/// The part of a line from `least` z on. None: all of it lies before.
+/// Returns the part of a line with z >= `least`. Returns nothing if there is no such part.
 std::optional<std::pair<Vec3d, Vec3d>> clipped(Vec3d from, Vec3d to, double least) {
   if (from.z < least && to.z < least) return std::nullopt;
   const auto cut = [least](const Vec3d& outside, const Vec3d& inside) {
@@ -31,8 +31,8 @@ std::optional<std::pair<Vec3d, Vec3d>> clipped(Vec3d from, Vec3d to, double leas
   return std::pair(from, to);
 }
 
-/// The part of a line that lies in the picture, grown by `margin`. By Liang and Barsky, "A New
-/// Concept and Method for Line Clipping", ACM Transactions on Graphics 3 (1984) 1.
+/// Returns the part of a line inside the picture, grown by `margin`. Source: Liang and Barsky, "A
+/// New Concept and Method for Line Clipping", ACM Transactions on Graphics 3 (1984) 1.
 std::optional<std::pair<double, double>> part_inside(const CellLine& line, const Canvas& canvas,
                                                      double margin) {
   double begin = 0;
@@ -50,13 +50,13 @@ std::optional<std::pair<double, double>> part_inside(const CellLine& line, const
   return some ? std::optional(std::pair(begin, end)) : std::nullopt;
 }
 
-/// z at a share of the way in the picture: with perspective, 1 / z is what changes evenly there.
+/// Returns z at a share of the way in the picture. With perspective, 1 / z is linear there.
 double depth_at(const CellLine& line, double share, bool perspective) {
   if (!perspective) return line.from_z + share * (line.to_z - line.from_z);
   return 1 / ((1 - share) / line.from_z + share / line.to_z);
 }
 
-/// Calls `visit` for every pixel of the picture that the line covers and nothing hides.
+/// Calls `visit` for every pixel of the picture that the line covers and that nothing hides.
 template <typename Visit>
 void each_visible(const Canvas& canvas, const CellLine& line, bool perspective, const DepthMap& map,
                   double width, const Visit& visit) {
@@ -66,7 +66,8 @@ void each_visible(const Canvas& canvas, const CellLine& line, bool perspective, 
   const double dy = line.to.y - line.from.y;
   const double length = std::hypot(dx, dy);
   if (!part || !(length > 0)) return;
-  const bool flat = std::abs(dx) >= std::abs(dy);  // a step to the side at a time, or downwards
+  const bool flat =
+      std::abs(dx) >= std::abs(dy);  // true: one column per step; false: one row per step
   const double slope = flat ? dy / dx : dx / dy;
   const auto major = [&](double share) {
     return flat ? line.from.x + share * dx : line.from.y + share * dy;
@@ -106,14 +107,15 @@ Vec3d corner(const ParticleCell& cell, unsigned bits) {
 }
 
 std::optional<CellLine> line_between(const Vec3d& from, const Vec3d& to, const CameraFilm& film) {
-  // Nearer than this a line would be drawn as wide as it is far, were it a thing of the scene.
+  // Parts nearer than this are cut off, because their projection would be almost infinitely far
+  // away.
   const double least = film.perspective() ? 1e-3 * film.distance() : -1e300;
   const auto part = clipped(film.seen(from), film.seen(to), least);
   if (!part) return std::nullopt;
   return CellLine{film.shown(part->first), film.shown(part->second), part->first.z, part->second.z};
 }
 
-/// A colour that is met on the way to what is below.
+/// Returns whether the picture below the lines is light on average.
 bool is_light_below(const Canvas& canvas, const std::vector<CellLine>& lines, bool perspective,
                     const DepthMap& map, double width) {
   double sum = 0;

@@ -25,20 +25,20 @@ struct CellLine {
   double from_z, to_z;  ///< distances from the camera's plane
 };
 
-/// The twelve edges of a cell, without the parts behind the camera.
+/// Returns the twelve edges of a cell, without the parts behind the camera.
 std::vector<CellLine> cell_lines(const ParticleCell& cell, const CameraFilm& film);
 
-/// The places of the names of edges a, b and c. Of four parallel edges the outermost one in the
-/// picture gets the name, beside its middle and `gap` pixels away from the middle of the cell.
-/// Edges behind the camera, or seen end-on, have no name.
+/// Returns the places of the names of edges a, b and c. Of four parallel edges, the outermost one
+/// in the picture gets the name. The name is beside the middle of the edge, `gap` pixels away, on
+/// the side away from the cell. Edges behind the camera, or seen end-on, have no name.
 struct EdgeName {
   char name;
   Point middle;
 };
 std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& film, double gap);
 
-/// Draws the lines, `width` pixels wide, in an ink that contrasts with the picture below. `film`:
-/// as for the lines.
+/// Draws the lines, `width` pixels wide, in an ink that contrasts with the picture below. `film` is
+/// the one of the lines.
 void draw_lines(Canvas& canvas, const std::vector<CellLine>& lines, const CameraFilm& film,
                 const DepthMap& map, double width);
 

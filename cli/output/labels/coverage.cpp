@@ -7,7 +7,7 @@
 namespace parray::labels {
 namespace {
 
-/// How much of [i, i + 1] lies in [begin, end].
+/// Returns the share of [i, i + 1] that lies in [begin, end].
 double overlap(int i, double begin, double end) {
   return std::max(std::min(i + 1.0, end) - std::max<double>(i, begin), 0.0);
 }
@@ -63,7 +63,7 @@ void Coverage::add_line(const Point& from, const Point& to, double width) {
       const double across = std::abs(px * dy - py * dx) / length;
       const double inside_ends = std::clamp(std::min(along, length - along) + 0.5, 0.0, 1.0);
       const auto share = static_cast<float>(line_share(across, width) * inside_ends);
-      if (share > at(x, y)) add(x, y, share - at(x, y));  // lines that meet are one shape
+      if (share > at(x, y)) add(x, y, share - at(x, y));  // lines that meet form one shape
     }
   }
 }
@@ -85,7 +85,7 @@ Coverage Coverage::grown(double radius) const {
   for (int y = top_; y < top_ + height_; ++y) {
     for (int x = left_; x < left_ + width_; ++x) {
       const float share = at(x, y);
-      // What is near to the inside of a shape is nearer to its edge.
+      // Points near the inside of a shape are nearer to its edge.
       const float around = std::min({at(x - 1, y), at(x + 1, y), at(x, y - 1), at(x, y + 1)});
       if (share <= 0 || (share >= 1 && around >= 1)) continue;
       for (const Step& step : disc) {

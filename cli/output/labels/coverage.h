@@ -32,16 +32,16 @@ struct Box {
 /// The coverage of a part of a picture. Shapes outside that part are ignored.
 class Coverage {
  public:
-  /// The part: all pixels that `box` touches.
+  /// Covers all pixels that `box` touches.
   explicit Coverage(const Box& box);
 
-  // Of the part, in the picture's pixels.
+  // Bounds of the part, in the picture's pixels.
   [[nodiscard]] int left() const { return left_; }
   [[nodiscard]] int top() const { return top_; }
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
 
-  /// The covered share, in [0, 1]; 0 outside the part.
+  /// Returns the covered share, in [0, 1]. Returns 0 outside the part.
   [[nodiscard]] float at(int x, int y) const { return inside(x, y) ? values_[index(x, y)] : 0; }
   /// Adds a share of a pixel. Shapes must not overlap.
   void add(int x, int y, float share);
@@ -54,7 +54,7 @@ class Coverage {
   /// Returns the shapes grown by `radius` pixels on all sides.
   [[nodiscard]] Coverage grown(double radius) const;
 
-  /// The covered area, in pixels.
+  /// Returns the covered area, in pixels.
   [[nodiscard]] double area() const;
 
  private:
@@ -70,7 +70,8 @@ class Coverage {
   std::vector<float> values_;
 };
 
-/// The covered share of a pixel whose centre is `distance` from the middle of a line of that width.
+/// Returns the covered share of a pixel whose centre is `distance` from the middle of a line of
+/// width `width`.
 double line_share(double distance, double width);
 
 }  // namespace parray::labels

@@ -15,11 +15,11 @@
 namespace parray::labels {
 namespace {
 
-constexpr double units = 64;  // FreeType's parts of a pixel
+constexpr double units = 64;  // FreeType's units per pixel
 constexpr char32_t replacement = 0xFFFD;
 
-/// The character that `text` begins with is taken off. None: it is not UTF-8 (RFC 3629); then a
-/// byte is taken off.
+/// Removes the first character from `text` and returns it. If the text is not UTF-8 (RFC 3629),
+/// removes one byte and returns nothing.
 std::optional<char32_t> take_character(std::string_view& text) {
   const auto byte = [&](std::size_t i) {
     return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
@@ -50,7 +50,8 @@ struct Font::Library {
     if (library != nullptr) FT_Done_FreeType(library);
   }
 
-  /// Calls `visit(x)` for each letter, loaded, at its x from 0 on. Returns where the next would be.
+  /// Loads each letter and calls `visit(x)` with its position, from 0 on. Returns the position
+  /// after the last letter.
   template <typename Visit>
   double each_letter(std::string_view text, const Visit& visit) const {
     double x = 0;
@@ -76,15 +77,15 @@ Font::Font(double size, const std::filesystem::path& file)
     : library_(std::make_unique<Library>()), size_(size) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) {
-    throw RunError("labels are written in DejaVu Sans, and " + file.string() +
-                   " is not there: install fonts-dejavu-core");
+    throw RunError(file.string() +
+                   ": the font of labels, DejaVu Sans, is missing: install fonts-dejavu-core");
   }
   const auto em = static_cast<FT_F26Dot6>(std::lround(size * units));
   if (FT_Init_FreeType(&library_->library) != 0 ||
       FT_New_Face(library_->library, file.c_str(), 0, &library_->face) != 0 ||
       FT_Set_Char_Size(library_->face, em, em, 72, 72) != 0) {
     throw RunError(file.string() +
-                   ", the font of labels, cannot be read: install fonts-dejavu-core again");
+                   ": the font of labels cannot be read: install fonts-dejavu-core again");
   }
 }
 
@@ -120,12 +121,13 @@ void Font::draw(Coverage& coverage, const Point& origin, std::string_view text) 
 void Font::check(std::string_view text, const std::string& what) const {
   while (!text.empty()) {
     const std::optional<char32_t> code = take_character(text);
-    if (!code) throw InputError(what + ": not UTF-8: write it in that encoding");
+    if (!code) throw InputError(what + ": the text is not UTF-8: save it in that encoding");
     const bool control = *code < 0x20 || (*code >= 0x7F && *code < 0xA0);
     if (!control && FT_Get_Char_Index(library_->face, *code) != 0) continue;
     char name[16];
     static_cast<void>(std::snprintf(name, sizeof name, "U+%04X", static_cast<unsigned>(*code)));
-    throw InputError(what + ": DejaVu Sans has no character " + name + ": use another");
+    throw InputError(what + ": the font DejaVu Sans has no character " + name +
+                     ": use another character");
   }
 }
 

@@ -17,23 +17,23 @@ inline constexpr const char* label_font = "/usr/share/fonts/truetype/dejavu/Deja
 /// that need more are drawn letter by letter. Text is UTF-8.
 class Font {
  public:
-  /// `size`: pixels per em, >= 1. Throws RunError, which names the package, if the file is missing
-  /// or no font.
+  /// `size` is in pixels per em, >= 1. Throws RunError, which names the package, if the file is
+  /// missing or is not a font.
   explicit Font(double size, const std::filesystem::path& file = label_font);
   ~Font();
   Font(const Font&) = delete;
   Font& operator=(const Font&) = delete;
 
   [[nodiscard]] double size() const { return size_; }
-  /// Height of capitals above the baseline.
+  /// Returns the height of capitals above the baseline, in pixels.
   [[nodiscard]] double cap_height() const;
-  /// Depth of usual letters below the baseline, > 0.
+  /// Returns the depth of usual letters below the baseline, in pixels, > 0.
   [[nodiscard]] double descent() const;
-  /// Distance between baselines.
+  /// Returns the distance between baselines, in pixels.
   [[nodiscard]] double line_height() const { return 1.3 * size_; }
 
-  /// Width of the text in pixels, up to the origin of a next letter. A character that the font
-  /// lacks counts as U+FFFD.
+  /// Returns the width of the text in pixels, up to the origin of the next letter. A character that
+  /// the font lacks counts as U+FFFD.
   [[nodiscard]] double width(std::string_view text) const;
   /// Draws text from `origin` on, which is on the baseline.
   void draw(Coverage& coverage, const Point& origin, std::string_view text) const;

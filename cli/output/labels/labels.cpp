@@ -16,14 +16,14 @@ constexpr double points_an_inch = 72;
 constexpr double line_points = 0.6;
 constexpr double cell_line_points = 0.8;
 
-/// In pixels.
+/// Returns the size of letters in pixels.
 double letter_size(const LabelSettings& settings, double dpi, double height) {
   const double points = settings.font_size.value_or(usual_font_size);
   const double size = points * dpi / points_an_inch;
   if (size > height) {
     throw InputError("--font-size: letters of " + number_text(points) + " points are " +
-                     number_text(std::round(size)) + " pixels high, and the picture " +
-                     number_text(height) + ": use smaller ones, or a larger picture");
+                     number_text(std::round(size)) + " pixels high, but the picture only " +
+                     number_text(height) + ": use smaller letters or a larger picture");
   }
   return std::max(size, 1.0);
 }
@@ -89,14 +89,16 @@ void Labels::Parts::make_blocks() {
   if (!wanted.text.empty()) add_text("--text", wanted.text);
   if (wanted.time_stamp) {
     if (content.time_stamp.empty()) {
-      fail_without("--time-stamp", "the scene's particles have neither a time nor several frames");
+      fail_without("--time-stamp",
+                   "the scene's particles have no time and only one frame: leave out --time-stamp");
     }
     add_text("--time-stamp", content.time_stamp);
   }
   if (wanted.legend) add_legends();
   if (wanted.scale_bar) add_scale_bar();
   if (wanted.cell) {
-    if (!content.cell) fail_without("--cell", "the scene's particles have no box and no cell");
+    if (!content.cell)
+      fail_without("--cell", "the scene's particles have no box and no cell: leave out --cell");
     blocks.push_back(axes_block(style, film));
   }
 }
@@ -104,8 +106,8 @@ void Labels::Parts::make_blocks() {
 void Labels::Parts::add_legends() {
   if (content.legends.empty()) {
     fail_without("--legend",
-                 "nothing in the scene is coloured by a rule: color particles by element, type or "
-                 "a number");
+                 "the scene has no colours to explain: colour particles by element, type or "
+                 "number");
   }
   for (const Legend& legend : content.legends) {
     blocks.push_back(legend_block(style, legend));

@@ -14,7 +14,7 @@
 
 namespace parray::labels {
 
-/// Everything that labels show.
+/// The content of labels.
 struct LabelContent {
   LabelSettings settings;
   std::vector<Legend> legends{};
@@ -27,15 +27,15 @@ struct LabelContent {
   std::uint32_t scenery = 0;  ///< number of the scene's first spheres that are ground and lights
 };
 
-/// Pixels per inch for a picture of that width: from `settings`, otherwise for a print 120 mm wide,
-/// but at least 96 as on a screen.
+/// Returns the pixels per inch for a picture of width `width`: from `settings`, otherwise for a
+/// print 120 mm wide, but at least 96 as on a screen.
 double dots_per_inch(const LabelSettings& settings, double width);
 
-/// The length of a scale bar: the largest round length that takes at most `most_pixels`.
+/// Returns the length of a scale bar: the largest round length of at most `most_pixels`.
 double scale_bar_length(double pixels_per_unit, double most_pixels);
 
 /// The labels of a picture with their places. They are made before tracing, so that errors come
-/// before any work, and drawn after it.
+/// early. They are drawn after tracing.
 class Labels {
  public:
   /// Needs `content.settings.any()`. Throws InputError, which names the option, if the scene lacks

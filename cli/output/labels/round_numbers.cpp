@@ -10,11 +10,11 @@ namespace parray::labels {
 namespace {
 
 constexpr std::array<double, 4> steps = {1, 2, 5, 10};
-constexpr double slack = 1e-6;  // a float of 0.1 is 0.1
+constexpr double slack = 1e-6;  // tolerance for values that were floats: 0.1 as a float is 0.1
 
 double power_below(double value) { return std::pow(10, std::floor(std::log10(value))); }
 
-/// With so many decimals; a minus sign as it is printed.
+/// Formats a number with `decimals` decimals and a typographic minus sign.
 std::string fixed(double value, int decimals) {
   std::array<char, 400> text{};
   static_cast<void>(std::snprintf(text.data(), text.size(), "%.*f", decimals, std::abs(value)));
@@ -38,9 +38,10 @@ double round_above(double value) {
 }
 
 Ticks ticks_between(double low, double high, int most) {
-  const double range = high / most - low / most;  // their difference may overflow
+  const double range =
+      high / most - low / most;  // divides first, because the difference may overflow
   double step = round_above(range);
-  if (!(step > 0)) {  // nothing is as small as a part of the range
+  if (!(step > 0)) {  // a share of the range is too small for a double
     return {{low}, {fixed(low, 0)}, 0};
   }
   const auto first = [&] { return std::ceil(low / step - slack); };
@@ -61,7 +62,7 @@ Ticks ticks_between(double low, double high, int most) {
     ticks.values.push_back(std::clamp(value, low, high));
     ticks.texts.push_back(fixed(value / unit, decimals));
   }
-  if (ticks.values.empty()) {  // the ends of double's range have no numbers between
+  if (ticks.values.empty()) {  // at the ends of double's range there are no numbers between
     ticks.values = {low};
     ticks.texts = {fixed(low / unit, decimals)};
   }

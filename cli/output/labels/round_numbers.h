@@ -8,9 +8,9 @@
 /// Round numbers: 1, 2 or 5 times a power of ten.
 namespace parray::labels {
 
-/// The largest round number not above `value`, which is > 0 and finite.
+/// Returns the largest round number not above `value`, which is > 0 and finite.
 double round_below(double value);
-/// The smallest round number not below `value`.
+/// Returns the smallest round number not below `value`.
 double round_above(double value);
 
 /// Marks along a scale.
@@ -20,11 +20,11 @@ struct Ticks {
   int exponent = 0;                ///< value = text times 10^exponent
 };
 
-/// Returns one to `most` (>= 2) marks from `low` to `high`, finite and low < high. Extracts a power
-/// of ten if the numbers would be long: from 100,000 on, and below 0.01.
+/// Returns at least one and at most `most` (>= 2) marks from `low` to `high`, which are finite, low
+/// < high. Extracts a power of ten if the numbers would be long: from 100,000 on, and below 0.01.
 Ticks ticks_between(double low, double high, int most);
 
-/// "10" and a superscript.
+/// Returns "10" with a superscript.
 std::string power_of_ten(int exponent);
 
 }  // namespace parray::labels

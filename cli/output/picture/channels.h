@@ -28,15 +28,15 @@ inline constexpr const char* samples_channel = "samples";
 enum class Aov : std::uint8_t { depth, normal, albedo, sphere, cost, samples, half_width };
 using Aovs = std::set<Aov>;
 
-/// Whether the channel follows from the statistics of the picture. All others are traced from the
-/// scene.
+/// Returns whether the channel follows from the statistics of the picture. All others are traced
+/// from the scene.
 inline bool is_statistic(Aov aov) { return aov == Aov::samples || aov == Aov::half_width; }
 
-/// The name in options and reports.
+/// Returns the name in options and reports.
 std::string_view name_of(Aov aov);
 
-/// Parses "depth,normal,...", in any order. Throws InputError, which names an unknown name and the
-/// nearest known one, or all.
+/// Parses "depth,normal,...", in any order. Throws InputError for an unknown name. The message
+/// suggests the nearest known name or lists all.
 Aovs aovs_from(std::string_view names);
 
 /// Formats the names, in a fixed order.

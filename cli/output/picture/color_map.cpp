@@ -51,14 +51,14 @@ constexpr std::array<std::string_view, 5> map_tables{
     "afa471b3a670b6a96fb9ab6dbcae6cbfb06bc2b369c5b568c8b866ccba64cfbd62d2c060d5c25ed9c55cdcc859"
     "dfca57e2cd54e6d051e9d34eedd54af0d846f3db42f7de3efbe138fee434fee838",
 };
-constexpr std::size_t color_digits = 6;  ///< of a colour
+constexpr std::size_t color_digits = 6;  ///< digits per colour
 
 double srgb_component(std::string_view two_digits) {
   const auto value = [](char c) { return c <= '9' ? c - '0' : c - 'a' + 10; };
   return (16 * value(two_digits[0]) + value(two_digits[1])) / 255.0;
 }
 
-/// Interpolated as it is encoded, which is how such tables are drawn elsewhere.
+/// Interpolates the encoded values, as other programs do with such tables.
 Vec3d from_table(std::string_view table, double share) {
   const std::size_t last = table.size() / color_digits - 1;
   const double place = share * static_cast<double>(last);
@@ -109,7 +109,8 @@ Vec3d dark_to_light(double share) {
   return linear_rgb(between(dark, light, share));
 }
 
-/// Of CIE L*a*b* under D65, by the inverse of its definition and the matrix of IEC 61966-2-1.
+/// Returns the linear RGB of CIE L*a*b* under D65, by the inverse of its definition and the matrix
+/// of IEC 61966-2-1.
 Vec3d linear_rgb(double lightness, double a, double b) {
   const auto cubed = [](double f) {
     constexpr double bend = 6.0 / 29;

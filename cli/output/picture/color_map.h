@@ -9,7 +9,7 @@
 
 namespace parray::picture {
 
-/// Colours for numbers, from low to high. Equal steps of the number look alike.
+/// Colour maps for numbers, from low to high. Equal steps of the number look equal.
 enum class ColorMap : std::uint8_t {
   // The first four are by Smith, van der Walt and Firing, made for matplotlib and released under
   // CC0;
@@ -24,25 +24,25 @@ enum class ColorMap : std::uint8_t {
   blue_red,
   /// From dark to light: a straight line in Oklab.
   grey,
-  /// Violet, blue, green, yellow. In CIE L*a*b* (D65) L* rises evenly from 16 to 90, so that the
-  /// order is seen whatever colours are not, and in print without any; a* and b* go along a cubic
-  /// Bezier curve whose points were chosen so that equal steps look alike.
+  /// Violet, blue, green, yellow. In CIE L*a*b* (D65), L* rises evenly from 16 to 90. So the order
+  /// is visible with every kind of colour vision, and in print without colours. a* and b* follow a
+  /// cubic Bezier curve, so that equal steps look equal.
   violet_yellow
 };
 
-/// The names for users, in the order of the enumeration.
+/// Returns the names for users, in the order of the enumeration.
 std::span<const std::string_view> color_map_names();
 std::optional<ColorMap> color_map_named(std::string_view name);
 std::string_view name_of(ColorMap map);
 
-/// Whether the middle of the map has a meaning of its own, such as 0. It is then the lightest
+/// Returns whether the middle of the map has a special meaning, such as 0. Then it is the lightest
 /// colour.
 bool is_diverging(ColorMap map);
 
-/// The colour at `share` of the way, 0 to 1. Linear RGB in [0, 1].
+/// Returns the colour at `share` of the way, 0 to 1. Linear RGB in [0, 1].
 Vec3d color_at(ColorMap map, double share);
 
-/// The colour of an unknown number, linear RGB: grey, or another colour for the grey map.
+/// Returns the colour of an unknown number, linear RGB: grey, or another colour for the grey map.
 Vec3d color_of_unknown(ColorMap map);
 
 }  // namespace parray::picture

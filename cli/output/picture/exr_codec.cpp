@@ -35,12 +35,12 @@ namespace {
 
 constexpr std::array<const char*, 3> rgb_names = {"R", "G", "B"};
 
-/// Every picture is written by its caller's thread: a pool only costs.
+/// The calling thread writes the picture. A thread pool would only add cost.
 constexpr int no_threads = 0;
 
 // ---- Writing ---------------------------------------------------------------------------------
 
-/// A file that fails with the system's reason.
+/// A stream that reports errors with the reason of the system.
 class CheckedStream final : public Imf::OStream {
  public:
   CheckedStream(std::FILE* file, const std::string& name) : OStream(name.c_str()), file_(file) {}
@@ -93,13 +93,13 @@ Imf::Header header_of(const Image& image, const ImageMetadata& metadata, const C
   return header;
 }
 
-/// Where the library finds, or puts, values that stand `stride` values apart; the first is that of
-/// pixel `origin`.
+/// Describes where the library finds or stores values that are `stride` values apart. `values`
+/// points to the value of pixel `origin`.
 template <typename Value>
 Imf::Slice slice_of(const Value* values, std::size_t width, std::size_t stride,
                     const Imath::V2i& origin = {0, 0}) {
   static_assert(sizeof(Value) == 4);
-  // It writes through the pointer only where it reads a file.
+  // OpenEXR writes through the pointer only when it reads a file.
   return Imf::Slice::Make(std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT, values, origin,
                           static_cast<std::int64_t>(width), 1, stride * sizeof(Value),
                           width * stride * sizeof(Value));
@@ -120,7 +120,8 @@ Imf::FrameBuffer frame_of(const Image& image, const Channels& channels,
   return frame;
 }
 
-/// A few milliseconds of compression; a multiple of zip's block of 16 rows.
+/// Returns a number of rows that takes a few milliseconds to compress. It is a multiple of zip's
+/// block of 16 rows.
 int rows_in_strip(std::size_t width, std::size_t channels) {
   constexpr std::size_t values = 3U << 18;
   constexpr std::size_t block = 16;
@@ -158,7 +159,7 @@ std::string write(const std::string& name, const Image& image, const ImageMetada
 
 // ---- Reading ---------------------------------------------------------------------------------
 
-/// The library's reason. Its first sentence repeats the file's name and is left out.
+/// Returns OpenEXR's reason without its first sentence, which repeats the file's name.
 std::string reason_of(const std::exception& error) {
   std::string text = error.what();
   if (const std::size_t name_end = text.find("\". "); name_end != std::string::npos) {
@@ -190,18 +191,18 @@ void check_readable(const std::string& path, const Imf::Header& header, const Ar
     ++channels;
     if (it.channel().xSampling != 1 || it.channel().ySampling != 1) {
       throw InputError(path + ": channel " + it.name() + " has fewer values than the picture has " +
-                       "pixels: save it in full resolution");
+                       "pixels: save the channel in full resolution");
     }
   }
   const bool rgb = std::ranges::all_of(
       rgb_names, [&](const char* name) { return header.channels().findChannel(name) != nullptr; });
   if (!rgb || (header.hasType() && Imf::isDeepData(header.type()))) {
-    throw InputError(path + ": not an RGB image");
+    throw InputError(path + ": the file is not an RGB image");
   }
   check_image_limits(path, area.width, area.height, channels);
 }
 
-/// Room for the channels beside R, G and B, in the order of the file, which is by name.
+/// Allocates the channels other than R, G and B, in the order of the file, which is by name.
 Channels empty_channels(const Imf::Header& header, std::size_t pixels) {
   Channels channels;
   for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
@@ -214,7 +215,7 @@ Channels empty_channels(const Imf::Header& header, std::size_t pixels) {
   return channels;
 }
 
-/// Single text and numbers.
+/// Returns the single texts and numbers in the header.
 ImageMetadata metadata_of(const Imf::Header& header) {
   ImageMetadata metadata;
   for (auto it = header.begin(); it != header.end(); ++it) {
@@ -255,7 +256,7 @@ ImageFile read(const std::string& path) {
   try {
     return read_parts(path);
   } catch (const Iex::BaseExc& error) {
-    throw InputError(path + ": an EXR file that is cut off or damaged: " + reason_of(error));
+    throw InputError(path + ": the EXR file is truncated or damaged: " + reason_of(error));
   }
 }
 

@@ -11,14 +11,14 @@
 namespace parray::picture {
 
 struct ExrCodec {
-  /// Writes a file. Returns an empty text, or why it failed. Arguments as checked by write_image();
-  /// `metadata`: as_kept(). Exceptions of `between_strips` pass through.
+  /// Writes a file. Returns "" on success, otherwise the reason. write_image() has checked the
+  /// arguments. `metadata` has the form of as_kept(). Passes on exceptions of `between_strips`.
   std::string (*write)(const std::string& file, const Image& image, const ImageMetadata& metadata,
                        const Channels& channels, const std::function<void()>& between_strips,
                        bool fast);
-  /// Reads the first part of an EXR file, as read_image() does.
+  /// Reads the first part of an EXR file, like read_image().
   ImageFile (*read)(const std::string& file);
-  /// The version of OpenEXR: "3.1.5".
+  /// Returns the version of OpenEXR: "3.1.5".
   std::string (*version)();
 };
 

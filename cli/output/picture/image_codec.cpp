@@ -19,10 +19,11 @@
 namespace parray::picture {
 namespace {
 
-/// Pictures are written while no core is idle, or by small clients: a pool only costs.
+/// Pictures are written by small clients, or while all cores are busy. A thread pool would only add
+/// cost.
 void keep_library_single_threaded() { OIIO::attribute("threads", 1); }
 
-/// The library's messages may have several lines; ours have one.
+/// Joins the lines of a library's message, because ParRay's messages have one line.
 std::string one_line(std::string text) {
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0) {
     text.pop_back();
@@ -63,8 +64,8 @@ std::string write(const std::string& name, const OtherPicture& picture) {
   return "";
 }
 
-/// Of whole numbers up to `most`, which the library has made fractions of 1: colours have the sRGB
-/// curve. The same values as those of a PNG file.
+/// Undoes the sRGB curve of colours. The values are whole numbers up to `most`, which the library
+/// has divided by `most`. The results equal those of a PNG file.
 void undo_curve(std::vector<float>& values, std::size_t channels, double most) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double fraction = std::round(values[i] * most) / most;
@@ -90,7 +91,7 @@ void take_pixels(const std::vector<float>& values, std::size_t channels, bool cu
   }
 }
 
-/// Single text and numbers.
+/// Returns the single texts and numbers in the file.
 ImageMetadata metadata_of(const OIIO::ImageSpec& spec) {
   ImageMetadata metadata;
   for (const auto& attribute : spec.extra_attribs) {
@@ -112,17 +113,17 @@ ImageMetadata metadata_of(const OIIO::ImageSpec& spec) {
 ImageFile read(const std::string& path) {
   keep_library_single_threaded();
   OIIO::ImageSpec hints;
-  hints.attribute("oiio:UnassociatedAlpha", 1);  // as it is written, not rounded once more
+  hints.attribute("oiio:UnassociatedAlpha", 1);  // values as stored, without another rounding
   const auto in = OIIO::ImageInput::open(path, &hints);
   if (!in) {
     const std::string why = one_line(OIIO::geterror());
     const bool unknown = why.find("could not find a format reader") != std::string::npos;
-    throw InputError(path +
-                     (unknown ? ": no picture of a known kind" : ": no readable picture: " + why));
+    throw InputError(path + (unknown ? ": the kind of picture is not known"
+                                     : ": the picture cannot be read: " + why));
   }
   const OIIO::ImageSpec& spec = in->spec();
   if (spec.nchannels < 3 || spec.width < 1 || spec.height < 1 || spec.depth > 1) {
-    throw InputError(path + ": not an RGB image");
+    throw InputError(path + ": the file is not an RGB image");
   }
   ImageFile file;
   file.image.width = static_cast<std::uint32_t>(spec.width);

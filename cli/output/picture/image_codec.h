@@ -26,11 +26,11 @@ struct OtherPicture {
 };
 
 struct ImageCodec {
-  /// Writes a file. Returns an empty text, or why it failed.
+  /// Writes a file. Returns "" on success, otherwise the reason.
   std::string (*write)(const std::string& file, const OtherPicture& picture);
-  /// Reads any file that the library knows, as read_image() does.
+  /// Reads any file that the library supports, like read_image().
   ImageFile (*read)(const std::string& file);
-  /// image_library_version().
+  /// Returns the value of image_library_version().
   std::string (*version)();
 };
 

@@ -27,7 +27,7 @@
 namespace parray::picture {
 namespace {
 
-/// 0 at the end of the file.
+/// Returns the next number. Returns 0 at the end of the file.
 std::uint32_t next_number(std::ifstream& in) {
   std::array<char, sizeof(std::uint32_t)> bytes{};
   in.read(bytes.data(), bytes.size());
@@ -36,8 +36,8 @@ std::uint32_t next_number(std::ifstream& in) {
 
 void skip_text(std::ifstream& in) { in.ignore(std::numeric_limits<std::streamsize>::max(), '\0'); }
 
-/// True: past a header's end, false: past that of the file. A header is attributes (name, type,
-/// size, value) and a zero.
+/// Skips a header: attributes (name, type, size, value) and a zero. Returns true at the end of the
+/// header, false at the end of the file.
 bool skip_header(std::ifstream& in, std::uint64_t file_bytes, const std::filesystem::path& path) {
   while (in.peek() > 0) {
     skip_text(in);
@@ -46,8 +46,9 @@ bool skip_header(std::ifstream& in, std::uint64_t file_bytes, const std::filesys
     if (!in) return false;
     const std::uint64_t left = file_bytes - static_cast<std::uint64_t>(in.tellg());
     if (size > left) {
-      throw InputError(path.string() + ": an attribute of " + std::to_string(size) +
-                       " bytes where " + std::to_string(left) + " follow: is the file complete?");
+      throw InputError(path.string() + ": an attribute has " + std::to_string(size) +
+                       " bytes, but only " + std::to_string(left) +
+                       " bytes follow: check that the file is complete");
     }
     in.seekg(size, std::ios::cur);
   }
@@ -55,13 +56,14 @@ bool skip_header(std::ifstream& in, std::uint64_t file_bytes, const std::filesys
 }
 
 /// Throws InputError "FILE: reason" for an EXR file with an attribute that is longer than the rest
-/// of the file: OpenEXR allocates and clears the stated size, up to 2 GiB, before it reads the
+/// of the file. OpenEXR would allocate and clear the stated size, up to 2 GiB, before it reads the
 /// attribute. The library finds all other errors.
 ///
 /// Format: https://openexr.com/en/latest/OpenEXRFileLayout.html
 void check_exr_attributes(const std::filesystem::path& path) {
   constexpr std::uint32_t magic = 20000630;
-  constexpr std::uint32_t many_parts = 0x1000;  // each with a header; an empty one ends them
+  constexpr std::uint32_t many_parts =
+      0x1000;  // flag: several parts, each with a header; an empty header ends them
   std::error_code error;
   const std::uint64_t file_bytes = std::filesystem::file_size(path, error);
   std::ifstream in(path, std::ios::binary);
@@ -75,7 +77,7 @@ namespace fs = std::filesystem;
 
 enum class Format { exr, png, tiff, jpeg, jpeg2000, unknown };
 
-/// What to write, by the file's name.
+/// Returns the format to write, by the file's extension.
 Format format_of(const fs::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -87,7 +89,7 @@ Format format_of(const fs::path& path) {
   return extension == ".jp2" ? Format::jpeg2000 : Format::unknown;
 }
 
-/// What a file really is, whatever its name, by its first bytes.
+/// Returns the real format of a file, by its first bytes.
 Format format_in(const fs::path& path) {
   constexpr std::string_view exr{"\x76\x2f\x31\x01"};
   constexpr std::string_view png{"\x89PNG\r\n\x1a\n"};
@@ -101,7 +103,7 @@ Format format_in(const fs::path& path) {
   return found == png ? Format::png : Format::unknown;
 }
 
-/// Throws std::logic_error unless the file can hold the channels as they are.
+/// Throws std::logic_error unless the file can contain the channels.
 void check_channels(const fs::path& path, const Image& image, const Channels& channels) {
   const std::size_t pixels = std::size_t{image.width} * image.height;
   for (const Channel& channel : channels) {
@@ -114,17 +116,17 @@ void check_channels(const fs::path& path, const Image& image, const Channels& ch
   }
 }
 
-/// Both stay loaded until the program ends.
+/// Loads a module, which stays loaded until the program ends.
 const ExrCodec& exr_codec() {
   static const ExrCodec& loaded = *reinterpret_cast<ExrCodecEntry>(
-      module_entry("exr_codec.so", exr_codec_entry, "what reads and writes EXR pictures",
+      module_entry("exr_codec.so", exr_codec_entry, "the module that reads and writes EXR pictures",
                    "install ParRay and OpenEXR again"))();
   return loaded;
 }
 const ImageCodec& codec() {
-  static const ImageCodec& loaded = *reinterpret_cast<ImageCodecEntry>(
-      module_entry("image_codec.so", image_codec_entry, "what reads and writes such pictures",
-                   "install ParRay and OpenImageIO again"))();
+  static const ImageCodec& loaded = *reinterpret_cast<ImageCodecEntry>(module_entry(
+      "image_codec.so", image_codec_entry, "the module that reads and writes such pictures",
+      "install ParRay and OpenImageIO again"))();
   return loaded;
 }
 
@@ -133,7 +135,7 @@ OtherKind other_kind(Format format) {
   return format == Format::jpeg ? OtherKind::jpeg : OtherKind::jpeg2000;
 }
 
-/// Metadata of a TIFF file, as the JSON map that its description is.
+/// Key of the description of a TIFF file, which contains the metadata as a JSON map.
 constexpr std::string_view description = "ImageDescription";
 
 std::string description_of(const ImageMetadata& metadata) {
@@ -142,7 +144,7 @@ std::string description_of(const ImageMetadata& metadata) {
   return texts.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
-/// The metadata that a description holds; `found` if it holds none.
+/// Returns the metadata in a description. Returns `found` if the description contains none.
 ImageMetadata described(ImageMetadata found) {
   const auto text = text_in(found, description);
   const auto map = nlohmann::json::parse(text.value_or(""), nullptr, false);
@@ -170,7 +172,7 @@ void check_image_path(const fs::path& path) {
   if (format_of(path) == Format::unknown) {
     const std::string extension = path.extension().string();
     throw InputError(path.string() + ": " +
-                     (extension.empty() ? "no extension says which kind of image to write"
+                     (extension.empty() ? "the name has no extension that gives the kind of image"
                                         : "unknown kind of image '" + extension + "'") +
                      ": use .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bit, sRGB)");
   }
@@ -223,7 +225,7 @@ void write_preview(const fs::path& path, const Image& image,
 std::string image_library_version() { return codec().version(); }
 std::string exr_library_version() { return exr_codec().version(); }
 
-/// What opens, or seems to, and is no file.
+/// Throws InputError for a path that does not exist or is a directory.
 static void check_file(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);

@@ -14,22 +14,22 @@ namespace parray::picture {
 /// .tiff, .jpg, .jpeg or .jp2, in either case, and the place is writable (check_output_path()).
 void check_image_path(const std::filesystem::path& path);
 
-/// Whether the file can hold more channels than RGB: .exr.
+/// Returns whether the file can contain more channels than RGB: .exr.
 bool can_hold_channels(const std::filesystem::path& path);
-/// Whether the file can hold alpha: all formats except JPEG.
+/// Returns whether the file can contain alpha: all formats except JPEG.
 bool can_hold_alpha(const std::filesystem::path& path);
 
-/// The size of a picture, as far as it decides how long writing takes.
+/// The properties of a picture that determine how long writing takes.
 struct PictureSize {
   std::uint64_t width = 0;
   std::uint64_t height = 0;
   std::size_t channels = 0;  ///< in addition to RGB
 };
 
-/// About how long write_image() takes, in seconds, on an idle core of 2 GHz.
+/// Returns about how long write_image() takes, in seconds, on an idle core of 2 GHz.
 double write_seconds(const std::filesystem::path& path, const PictureSize& size, bool fast);
 
-/// Writes `image`. `path` always shows the whole file or the previous one, never a part.
+/// Writes `image`. `path` always contains the whole new file or the previous one.
 ///
 /// EXR: the exact floats, linear RGB with the chromaticities of Rec. ITU-R BT.709, compressed
 /// without loss (zip) unless `fast`, and all `channels`, as FLOAT or UINT. Each channel has a value
@@ -64,7 +64,7 @@ struct ImageFile {
 /// it has fewer than 3 channels, or if it exceeds common/scene/limits.h.
 ImageFile read_image(const std::filesystem::path& path);
 
-/// Versions of the loaded OpenImageIO and OpenEXR: "2.4.7".
+/// Return the versions of the loaded OpenImageIO and OpenEXR: "2.4.7".
 std::string image_library_version();
 std::string exr_library_version();
 

@@ -8,7 +8,7 @@
 namespace parray::picture {
 namespace {
 
-/// Up to here every whole number is a double.
+/// Largest range of integers in which a double represents each one.
 constexpr std::uint64_t most_exact = std::uint64_t{1} << 53;
 
 MetadataValue kept_in_exr(const MetadataValue& value) {

@@ -22,16 +22,16 @@ using ImageMetadata = std::vector<std::pair<std::string, MetadataValue>>;
 /// Pixels per inch in print, a real number > 0.
 inline constexpr const char* dpi_key = "parray:dpi";
 
-/// The value as text. A number becomes the shortest decimal text that reads back as the same
-/// number.
+/// Returns the value as text. A number becomes the shortest decimal text that reads back as the
+/// same number.
 std::string text_of(const MetadataValue& value);
 
-/// The values as a file can store them. EXR: an integer as `int`, from 2^31 on as `double`, from
-/// 2^53 on as text; a real number as `double`. PNG: text only.
+/// Returns the values in the form that a file can store. EXR: an integer as `int`, from 2^31 on as
+/// `double`, from 2^53 on as text; a real number as `double`. PNG: only text.
 ImageMetadata as_kept(const ImageMetadata& metadata, bool exr);
 
-/// Returns the value that a file has stored under a name, whatever its type in the file. Nothing if
-/// the name is absent or the value has another kind.
+/// Return the value that a file has stored under a name, for any type in the file. Return nothing
+/// if the name is missing or the value has another kind.
 std::optional<std::string> text_in(const ImageMetadata& metadata, std::string_view name);
 std::optional<std::uint64_t> whole_in(const ImageMetadata& metadata, std::string_view name);
 std::optional<double> real_in(const ImageMetadata& metadata, std::string_view name);

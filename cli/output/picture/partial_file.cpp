@@ -21,11 +21,12 @@ std::string reason_of(int error) { return std::generic_category().message(error)
   throw RunError("writing " + target.string() + ": " + reason_of(error));
 }
 
-/// File systems report some failures (disk full over a network, say) only here.
+/// Waits for the disk. File systems report some failures only here, such as a full disk of a
+/// server.
 void flush_to_disk(const fs::path& file, const fs::path& target) {
   const int fd = open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) fail(target, errno);
-  const bool failed = fsync(fd) != 0 && errno != EINVAL;  // EINVAL: it cannot be flushed
+  const bool failed = fsync(fd) != 0 && errno != EINVAL;  // EINVAL: the file cannot be flushed
   const int error = errno;
   close(fd);
   if (failed) fail(target, error);
@@ -41,20 +42,21 @@ void check_output_path(const fs::path& path) {
     throw InputError(name + " is a directory: name a file in it");
   }
   if (fs::exists(status) && !fs::is_regular_file(status)) {
-    throw InputError(name + " is not a plain file: name another");
+    throw InputError(name + " is not a regular file: name another file");
   }
   if (!path.has_filename()) {
-    throw InputError("'" + name + "' does not name a file");
+    throw InputError("'" + name + "' does not name a file: add a file name");
   }
   const fs::path directory = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (!fs::is_directory(directory, error)) {
-    throw InputError(name + ": there is no directory " + directory.string() + ": make it first");
+    throw InputError(name + ": the directory " + directory.string() +
+                     " does not exist: create it first");
   }
-  // Trying is the one sure test: rights, read-only file systems, names that are too long.
+  // Only a trial shows permissions, read-only file systems and too long names.
   const PartialFile probe(path);
   const int fd = open(probe.path().c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
   if (fd < 0) {
-    throw InputError(name + ": cannot make a file in directory " + directory.string() + ": " +
+    throw InputError(name + ": cannot create a file in directory " + directory.string() + ": " +
                      reason_of(errno));
   }
   close(fd);
@@ -66,7 +68,7 @@ PartialFile::PartialFile(fs::path target)
                                         std::to_string(getpid()) + target_.extension().string())) {}
 
 PartialFile::~PartialFile() {
-  std::error_code ignored;  // there may be nothing to remove
+  std::error_code ignored;  // the file may not exist
   fs::remove(partial_, ignored);
 }
 

@@ -8,10 +8,10 @@
 
 namespace parray::picture {
 
-/// A finished picture and the coordinator's report of it.
+/// A finished picture and the coordinator's report about it.
 struct Picture {
   Image image;
-  PictureStatistics statistics;  ///< empty unless they were requested or came anyway
+  PictureStatistics statistics;  ///< may be empty unless requested
   nlohmann::json report;
   Channels channels{};  ///< extra channels of the file; the client adds them
   Channels traced{};    ///< channels for postprocessing; no file contains them

@@ -28,8 +28,8 @@
 namespace parray::picture {
 namespace {
 
-/// libpng's writer. A step that fails jumps back into attempt(), so steps hold nothing that would
-/// have to be destroyed.
+/// Writes with libpng. A step that fails jumps back into attempt(). Therefore steps must not have
+/// objects with destructors.
 class PngWriter {
  public:
   explicit PngWriter(std::FILE* file)
@@ -54,8 +54,8 @@ class PngWriter {
                    alpha ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                    PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
       png_set_sRGB_gAMA_and_cHRM(png_, info_, PNG_sRGB_INTENT_PERCEPTUAL);
-      // Of noise no string of bytes comes twice: looking for them takes five times as long and
-      // saves nothing.
+      // In noise, byte sequences do not repeat. Searching for repetitions would take five times as
+      // long and save nothing.
       png_set_compression_level(png_, fast ? Z_NO_COMPRESSION : Z_BEST_SPEED);
       png_set_compression_strategy(png_, Z_RLE);
       png_set_compression_buffer_size(png_, std::size_t{1} << 16);
@@ -72,7 +72,7 @@ class PngWriter {
     attempt([&] { png_write_row(png_, row); });
   }
 
-  /// Empty if all of it has reached the system, else why not.
+  /// Returns "" if the system has accepted all data, otherwise the reason.
   std::string finish() {
     attempt([&] { png_write_end(png_, nullptr); });
     if (problem_.empty() && std::fflush(file_) != 0) note_errno();
@@ -86,7 +86,8 @@ class PngWriter {
     if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
   }
 
-  /// Latin-1 is what plain text chunks are; ours is UTF-8.
+  /// Uses an international text chunk, because plain text chunks are Latin-1 and ParRay's texts are
+  /// UTF-8.
   static png_text text_chunk(const std::pair<std::string, MetadataValue>& entry) {
     const auto& text = std::get<std::string>(entry.second);
     const bool ascii = std::all_of(text.begin(), text.end(), [](char c) { return c > 0; });
@@ -120,7 +121,7 @@ class PngWriter {
   png_infop info_;
 };
 
-/// libpng's reader, of 8-bit RGB or RGBA whatever the file has. As PngWriter.
+/// Reads with libpng as 8-bit RGB or RGBA, for any form of the file. For errors see PngWriter.
 class PngReader {
  public:
   explicit PngReader(std::FILE* file)
@@ -147,7 +148,7 @@ class PngReader {
            png_get_valid(png_, info_, PNG_INFO_tRNS) != 0;
   }
 
-  /// Three bytes a pixel, or four with alpha, top row first.
+  /// Reads three bytes per pixel, or four with alpha, top row first.
   void read(std::uint8_t* bytes) {
     const std::size_t row = std::size_t{width()} * (has_alpha() ? 4 : 3);
     const std::uint32_t rows = height();
@@ -226,18 +227,18 @@ ImageFile read_png(const std::string& path) {
                                                                std::fclose);
   if (!stream) refuse(std::generic_category().message(errno));
   PngReader reader(stream.get());
-  if (!reader.problem().empty()) refuse("a damaged PNG file: " + reader.problem());
-  if (!reader.has_colours()) refuse("not an RGB image");
+  if (!reader.problem().empty()) refuse("the PNG file is damaged: " + reader.problem());
+  if (!reader.has_colours()) refuse("the file is not an RGB image");
   const std::size_t stride = reader.has_alpha() ? 4 : 3;
   check_image_limits(path, reader.width(), reader.height(), stride);
   ImageFile file;
   file.image.width = reader.width();
   file.image.height = reader.height();
-  // Untouched until there is something to put in.
+  // Memory stays untouched until data arrive.
   const auto bytes = std::make_unique_for_overwrite<std::uint8_t[]>(std::size_t{reader.width()} *
                                                                     reader.height() * stride);
   reader.read(bytes.get());
-  if (!reader.problem().empty()) refuse("a damaged PNG file: " + reader.problem());
+  if (!reader.problem().empty()) refuse("the PNG file is damaged: " + reader.problem());
   set_linear(bytes.get(), stride, file.image);
   if (stride == 4) apply_alpha(bytes.get(), file);
   file.metadata = reader.metadata();
@@ -283,17 +284,17 @@ void check_png_chunks(const std::filesystem::path& path) {
   };
   std::error_code error;
   std::uint64_t left = std::filesystem::file_size(path, error) - signature.size();
-  if (error) return;  // no file whose size is known
+  if (error) return;  // the size of the file is unknown
   const auto next = [&in](std::span<unsigned char> bytes) {
     in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   };
   std::vector<unsigned char> block(std::size_t{1} << 16);
   for (;;) {
-    if (left < around) refuse("a PNG file that is cut off");
+    if (left < around) refuse("the PNG file is truncated");
     std::array<unsigned char, 8> begin{};
     next(begin);
     std::uint64_t data = png_get_uint_32(begin.data());
-    if (data > left - around) refuse("a PNG file that is cut off");
+    if (data > left - around) refuse("the PNG file is truncated");
     left -= data + around;
     uLong sum = crc32(0, begin.data() + 4, 4);
     while (data > 0) {
@@ -304,8 +305,8 @@ void check_png_chunks(const std::filesystem::path& path) {
     }
     std::array<unsigned char, 4> end{};
     next(end);
-    if (!in) refuse("a PNG file that cannot be read");
-    if (png_get_uint_32(end.data()) != sum) refuse("a PNG file that is damaged");
+    if (!in) refuse("the PNG file cannot be read");
+    if (png_get_uint_32(end.data()) != sum) refuse("the PNG file is damaged");
     if (std::memcmp(begin.data() + 4, "IEND", 4) == 0) return;
   }
 }

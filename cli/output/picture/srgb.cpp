@@ -8,8 +8,8 @@
 namespace parray::picture {
 namespace {
 
-/// Floats from `lowest`, below which the code is 0, to 1, in groups of like leading bits, each so
-/// narrow that the code rises once in it at most.
+/// A table of codes. Floats from `lowest` (below, the code is 0) to 1 form groups with equal
+/// leading bits. In each group, the code rises at most once.
 class CodeTable {
  public:
   CodeTable() {
@@ -35,7 +35,7 @@ class CodeTable {
   static constexpr std::size_t group_count =
       (std::bit_cast<std::uint32_t>(1.0F) - lowest_bits) / (1U << shift);
 
-  /// The first of the floats with bits in (first, last] that has a higher code than `first`.
+  /// Returns the first float with bits in (first, last] that has a higher code than `first`.
   static float rise(std::uint32_t first, std::uint32_t last) {
     const auto code = [](std::uint32_t bits) { return srgb_byte(std::bit_cast<float>(bits)); };
     const std::uint8_t before = code(first);
@@ -48,8 +48,8 @@ class CodeTable {
   }
 
   struct Group {
-    std::uint8_t code;  ///< of its first float
-    float rise;         ///< where the next code begins; infinity: not in here
+    std::uint8_t code;  ///< code of the first float
+    float rise;         ///< float at which the next code begins; infinity: not in this group
   };
   std::array<Group, group_count> groups_{};
 };

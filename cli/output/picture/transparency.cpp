@@ -36,9 +36,8 @@ TransparentPixel without_sky(const std::array<float, 3>& mean, const SkySamples&
   return pixel;
 }
 
-std::vector<float> take_out_sky(Image& image, std::span<const SkySamples> sky,
-                                std::span<const std::uint32_t> samples,
-                                const RadianceScale& scale) {
+std::vector<float> remove_sky(Image& image, std::span<const SkySamples> sky,
+                              std::span<const std::uint32_t> samples, const RadianceScale& scale) {
   std::vector<float> alpha(samples.size());
   for (std::size_t pixel = 0; pixel < alpha.size(); ++pixel) {
     std::size_t source = pixel;

@@ -19,7 +19,7 @@ namespace parray::picture {
 /// The channel of alpha in EXR files.
 inline constexpr const char* alpha_channel = "A";
 
-/// The values of that channel. Empty: the picture has its background.
+/// Returns the values of that channel. Empty: the picture has its background.
 std::span<const float> alpha_of(const Channels& channels);
 
 /// Premultiplied colour and alpha.
@@ -36,21 +36,21 @@ TransparentPixel without_sky(const std::array<float, 3>& mean, const SkySamples&
 /// Removes the background from a picture and returns alpha. `sky` and `samples` have an entry for
 /// each pixel, in image order. A pixel without a sample shows the corner of its block (lattice.h)
 /// and uses the corner's background.
-std::vector<float> take_out_sky(Image& image, std::span<const SkySamples> sky,
-                                std::span<const std::uint32_t> samples, const RadianceScale& scale);
+std::vector<float> remove_sky(Image& image, std::span<const SkySamples> sky,
+                              std::span<const std::uint32_t> samples, const RadianceScale& scale);
 
-/// SHA-256 of a transparent picture: its premultiplied colours, top row first, then alpha, as
-/// little-endian float32.
+/// Returns the SHA-256 of a transparent picture: its premultiplied colours, top row first, then
+/// alpha, as little-endian float32.
 std::string transparent_sha256(const Image& image, std::span<const float> alpha);
 
-/// 8-bit codes of a transparent picture for PNG, in the order red, green, blue, alpha. Colours are
-/// divided by alpha (unassociated) and encoded with sRGB; all codes are 0 where alpha's code is 0.
-/// The result is the same for the values that read_image() returns.
+/// Returns the 8-bit codes of a transparent picture for PNG, in the order red, green, blue, alpha.
+/// Divides colours by alpha (unassociated) and encodes them with sRGB. All codes are 0 where the
+/// code of alpha is 0. The result is the same for the values that read_image() returns.
 std::vector<std::uint8_t> transparent_bytes(std::span<const float> rgb,
                                             std::span<const float> alpha);
 
-/// The codes in a PNG file of a picture: transparent_bytes() if `channels` has alpha, otherwise
-/// srgb_bytes().
+/// Returns the codes in a PNG file of a picture: transparent_bytes() if `channels` has alpha,
+/// otherwise srgb_bytes().
 std::vector<std::uint8_t> png_bytes(const Image& image, const Channels& channels);
 
 }  // namespace parray::picture

@@ -8,7 +8,7 @@
 namespace parray::postprocess {
 namespace {
 
-/// True when it holds of a pixel and of those left, right, above and below of it.
+/// Returns whether the test is true for a pixel and its left, right, upper and lower neighbours.
 template <typename Test>
 bool all_around(std::size_t pixel, std::size_t width, std::size_t count, const Test& test) {
   return test(pixel) && (pixel % width == 0 || test(pixel - 1)) &&

@@ -40,8 +40,8 @@ class DepthFade {
   double strength_ = 0;
 };
 
-/// The mean colour of pixels that show background and have only such neighbours, no channel above
-/// 1. Without such pixels, the sky in the viewing direction.
+/// Returns the mean colour of pixels that show background and have only such neighbours. No channel
+/// exceeds 1. Without such pixels, returns the sky in the viewing direction.
 Vec3d background_color(const Image& image, const SeenSpheres& seen, const Scene& scene);
 
 /// Mixes `background` into every pixel that shows a surface. With `alpha` (not empty), distant

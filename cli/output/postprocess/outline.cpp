@@ -13,32 +13,33 @@ namespace {
 
 constexpr std::uint32_t sky = UINT32_MAX;
 constexpr double infinity = std::numeric_limits<double>::infinity();
-/// Of a silhouette's radius: a step in depth below the first draws nothing, from the second on all.
+/// In radii of a silhouette: a smaller step in depth draws nothing, a step of the second size or
+/// more draws the full line.
 constexpr double least_step = 0.02;
 constexpr double full_step = 0.3;
-/// Pixels beside a silhouette where it is asked what is seen there.
+/// Distance from a silhouette, in pixels, at which the neighbourhood is examined.
 constexpr double beside = 0.75;
 
 struct Shape {
-  Vec3d center;  ///< as the camera has it
+  Vec3d center;  ///< in camera coordinates
   double radius;
 };
 
-/// A line of sight, as the camera has it: through `origin`, along a direction whose z is 1.
+/// A line of sight in camera coordinates: through `origin`, along a direction with z = 1.
 struct Sight {
   Vec3d origin;
   Vec3d direction;
 
-  /// Depth at which it comes nearest to the sphere's centre.
+  /// Returns the depth at which the line is nearest to the sphere's centre.
   [[nodiscard]] double nearest_depth(const Shape& shape) const {
     const Vec3d to_center = shape.center - origin;
     return origin.z + dot(to_center, direction) / dot(direction, direction);
   }
-  /// How far from its centre.
+  /// Returns its distance from the sphere's centre.
   [[nodiscard]] double distance(const Shape& shape) const {
     return length(cross(shape.center - origin, direction)) / length(direction);
   }
-  /// Depth at which it enters the sphere.
+  /// Returns the depth at which the line enters the sphere.
   [[nodiscard]] std::optional<double> entry_depth(const Shape& shape) const {
     const double off = distance(shape);
     if (off >= shape.radius) return {};
@@ -47,9 +48,9 @@ struct Sight {
   }
 };
 
-/// A silhouette near a point of the picture.
+/// The silhouette of a sphere near a point of the picture.
 struct Silhouette {
-  double distance;  ///< of the point, in pixels; negative inside
+  double distance;  ///< distance of the point, in pixels; negative inside
   Point outwards;   ///< unit vector in the picture
   Point nearest;    ///< point of the silhouette
 };
@@ -71,7 +72,7 @@ class Outliner {
         line_width_(line_width),
         fade_(fade) {}
 
-  /// Of the pixel, with what is seen up to `reach` pixels from it.
+  /// Returns the covered share of the pixel. Considers spheres seen up to `reach` pixels away.
   [[nodiscard]] float share(int x, int y, int reach, std::vector<std::uint32_t>& near) const {
     collect(x, y, reach, near);
     double share = 0;
@@ -81,7 +82,7 @@ class Outliner {
     return static_cast<float>(share);
   }
 
-  /// Pixels whose right or lower neighbour shows another sphere.
+  /// Returns whether the right or lower neighbour of the pixel shows another sphere.
   [[nodiscard]] bool at_edge(int x, int y) const {
     const std::uint32_t here = at(x, y);
     return (x + 1 < width_ && at(x + 1, y) != here) || (y + 1 < height_ && at(x, y + 1) != here);
@@ -107,7 +108,7 @@ class Outliner {
     return {film, {0, 0, 1}};
   }
 
-  /// The spheres, each once, that are seen up to `reach` pixels away.
+  /// Collects the spheres that are seen up to `reach` pixels away, without repetition.
   void collect(int x, int y, int reach, std::vector<std::uint32_t>& near) const {
     near.clear();
     for (int v = std::max(y - reach, 0); v <= std::min(y + reach, height_ - 1); ++v) {
@@ -122,7 +123,8 @@ class Outliner {
     }
   }
 
-  /// From the first terms of Taylor's series, which is exact enough some pixels away.
+  /// Computes the silhouette from the first terms of Taylor's series. It is precise enough some
+  /// pixels away.
   [[nodiscard]] std::optional<Silhouette> silhouette(const Shape& shape, const Point& from) const {
     constexpr double step = 0.25;
     const auto off = [&](double dx, double dy) {
@@ -138,8 +140,7 @@ class Outliner {
         distance, outwards, {from.x - distance * outwards.x, from.y - distance * outwards.y}};
   }
 
-  /// Calls with what is seen in the pixel of a point and those around it, as far as the picture
-  /// goes.
+  /// Calls `use` with the sphere in the pixel of a point and in its neighbours inside the picture.
   template <typename Use>
   void around(const Point& point, const Use& use) const {
     const int x = static_cast<int>(std::floor(point.x));
@@ -149,8 +150,8 @@ class Outliner {
     }
   }
 
-  /// How far behind the silhouette, at `depth`, what is seen beside it lies; 0 where nothing of the
-  /// sphere itself is seen, or something is in front.
+  /// Returns the distance in depth from the silhouette, at `depth`, to what is visible beside it.
+  /// Returns 0 if no part of the sphere is visible, or if something is in front.
   [[nodiscard]] double step_at(std::uint32_t number, const Silhouette& line, double depth) const {
     bool visible = false;
     around({line.nearest.x - beside * line.outwards.x, line.nearest.y - beside * line.outwards.y},
@@ -196,13 +197,13 @@ class Outliner {
   const DepthFade& fade_;
 };
 
-/// True for pixels up to `reach` away, along x and y, from one that it is true for.
+/// Returns marks for all pixels up to `reach` away, along x and y, from a marked pixel.
 std::vector<char> grown(const std::vector<char>& marks, int width, int height, int reach) {
   std::vector<char> wide(marks.size());
   std::vector<char> out(marks.size());
   const auto spread = [reach](const std::vector<char>& from, std::vector<char>& to,
                               std::size_t start, std::size_t stride, int count) {
-    int left = 0;  // how many are still in reach of the last mark
+    int left = 0;  // number of places still within reach of the last mark
     const auto place = [&](int i) { return start + static_cast<std::size_t>(i) * stride; };
     for (int i = 0; i < count; ++i) {
       left = from[place(i)] != 0 ? reach + 1 : left - 1;

@@ -12,7 +12,7 @@ namespace parray::postprocess {
 /// Almost black, linear RGB.
 inline constexpr Vec3d outline_ink{0.01, 0.01, 0.01};
 
-/// The share of each pixel, in [0, 1], that lines `width` pixels wide (> 0) cover.
+/// Returns the share of each pixel, in [0, 1], that lines `width` pixels wide (> 0) cover.
 ///
 /// Channel "sphere" tells which spheres are visible. Silhouettes follow from the scene and its
 /// pinhole camera, so that lines are smooth at any resolution. A line follows the silhouette of a

@@ -20,9 +20,9 @@ struct ShownPicture {
   const Channels* written = nullptr;  ///< extra channels of the picture; null: none
   const Channels* traced = nullptr;   ///< channels only for the steps
 
-  /// Values of a channel of floats, as "Z". Empty: no such channel.
+  /// Returns the values of a channel of floats, such as "Z". Empty: no such channel.
   [[nodiscard]] std::span<const float> floats(const std::string& name) const;
-  /// Values of a channel of integers, as "sphere". Empty: no such channel.
+  /// Returns the values of a channel of integers, such as "sphere". Empty: no such channel.
   [[nodiscard]] std::span<const std::uint32_t> wholes(const std::string& name) const;
 };
 
@@ -36,10 +36,10 @@ struct PostprocessStep {
 /// Steps in order: depth cue and outline before labels.
 using PostprocessSteps = std::vector<PostprocessStep>;
 
-/// The channels that all steps need.
+/// Returns the channels that all steps need.
 Aovs needs_of(const PostprocessSteps& finishing);
 
-/// The names of the steps, separated by commas.
+/// Returns the names of the steps, separated by commas.
 std::string names_of(const PostprocessSteps& finishing);
 
 /// Applies all steps to a copy of the picture.

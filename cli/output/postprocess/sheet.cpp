@@ -35,7 +35,7 @@ SheetLayout sheet_layout(std::size_t count, std::uint32_t width, std::uint32_t h
     const std::uint32_t rows = (all + columns - 1) / columns;
     const double aspect =
         static_cast<double>(columns) * width / (static_cast<double>(rows) * height);
-    const double empty = 3.0 * (columns * rows - all) / all;  // three views stand in a row
+    const double empty = 3.0 * (columns * rows - all) / all;  // three views form one row
     const double cost = std::abs(std::log(aspect / wanted)) + empty;
     if (columns == 1 || cost < least) {
       least = cost;

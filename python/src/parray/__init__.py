@@ -1,4 +1,4 @@
-"""Pictures of spheres by path tracing, with the error that they have. See render() and Farm."""
+"""Renders pictures of spheres by path tracing and states their error. See render() and Farm."""
 
 from .errors import InputError, Interrupted, ParRayError, ParRayWarning, ProgramNotFound, RenderError
 from .farm import Farm, Job

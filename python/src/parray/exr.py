@@ -1,4 +1,4 @@
-"""Reads the EXR files that ParRay writes: one part of scan lines, not compressed or by zip, of 32-bit channels.
+"""Reads the EXR files of ParRay: one part of scan lines with 32-bit channels, without compression or with zip.
 
 Format: https://openexr.com/en/latest/OpenEXRFileLayout.html
 """
@@ -22,26 +22,26 @@ _BLOCK_ROWS = {0: 1, 2: 1, 3: 16}  # none, ZIPS, ZIP
 
 
 def read_exr(data: bytes) -> tuple[Channels, dict[str, Attribute]]:
-    """Every channel as an array of (height, width), and the attributes that are text or a single number.
+    """Returns every channel as an array of (height, width), and the attributes that are a text or a single number.
 
-    ValueError for what is no EXR file, or is one of another kind.
+    Raises ValueError for other files and other kinds of EXR files.
     """
     try:
         return _read(data)
     except (struct.error, zlib.error, IndexError, KeyError) as error:
-        raise ValueError(f"an EXR file that is damaged, or of a kind that ParRay does not write ({error!r})") from error
+        raise ValueError(f"the EXR file is damaged, or its kind is not supported ({error!r})") from error
 
 
 def _read(data: bytes) -> tuple[Channels, dict[str, Attribute]]:
     if data[:4] != _MAGIC:
-        raise ValueError("not an EXR file")
+        raise ValueError("the data are not an EXR file")
     if data[5:8] != b"\0\0\0":
-        raise ValueError("an EXR file of tiles, several parts or depth, which ParRay does not write")
+        raise ValueError("the EXR file has tiles, several parts or deep data, which are not supported")
     header, at = _header(data, 8)
     left, top, right, bottom = struct.unpack("<4i", header["dataWindow"][1])
     width, height = right - left + 1, bottom - top + 1
     rows_of_block = _BLOCK_ROWS[header["compression"][1][0]]
-    # Of each row one channel after the other.
+    # Each row stores its channels one after the other.
     row = np.dtype([(name, kind, (width,)) for name, kind in _channel_list(header["channels"][1])])
     pixels = np.empty(height, row)
     for (offset,) in struct.iter_unpack("<Q", data[at : at + 8 * -(-height // rows_of_block)]):
@@ -53,7 +53,7 @@ def _read(data: bytes) -> tuple[Channels, dict[str, Attribute]]:
 
 
 def _header(data: bytes, at: int) -> tuple[dict[str, tuple[bytes, bytes]], int]:
-    """Name -> type and bytes of each attribute, and where the header ends."""
+    """Returns type and bytes of each attribute by name, and the end of the header."""
     found = {}
     while data[at]:
         name_end = data.index(b"\0", at)
@@ -85,8 +85,8 @@ def _values(header: dict[str, tuple[bytes, bytes]]) -> dict[str, Attribute]:
 
 
 def _unpacked(block: bytes, size: int) -> bytes:
-    """Zip keeps differences of bytes, first of all even ones, then of all odd ones; a block that would not get
-    smaller is kept as it is."""
+    """Zip stores differences of bytes, first those of all even bytes, then those of all odd bytes. A block that would
+    not become smaller is not compressed."""
     if len(block) == size:
         return block
     differences = np.frombuffer(zlib.decompress(block), np.uint8).copy()

@@ -1,6 +1,6 @@
-"""A farm: a coordinator that serves HTTP (`parray-coordinator --http`), asked by what Python brings along.
+"""A client of a farm, that is of a coordinator with HTTP (`parray-coordinator --http`). Needs only the standard library.
 
-Its document, GET /api/v1/openapi.json, has all that is used here.
+The document GET /api/v1/openapi.json describes all requests.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 
 class Farm:
-    """The coordinator at `url`, such as "http://127.0.0.1:7480"; `token` is one that `parray keygen` made for you.
-    Without an answer for `patience` seconds it is given up."""
+    """The coordinator at `url`, such as "http://127.0.0.1:7480". `parray keygen` makes the `token` of a user. Requests
+    fail if the coordinator does not answer for `patience` seconds."""
 
     def __init__(self, url: str, token: Optional[str] = None, *, patience: float = 30) -> None:
         self._http = Http(url, token, patience)
@@ -45,10 +45,10 @@ class Farm:
         colors: Optional[npt.ArrayLike] = None,
         **options: Unpack[SubmitOptions],
     ) -> Job:
-        """Hands a scene to the farm, which renders it whether you wait or not. Arguments of parray.render(), but for those
-        of this machine, and name, priority, max_failures, webhook and progressive as in the farm's document. Particles
-        with `camera`, `sky`, `material`, or what chooses and colours them, need the program `parray` here, too, to make a
-        scene of them."""
+        """Submits a scene and returns its job. The farm renders the scene whether you wait or not. Takes the arguments of
+        parray.render(), except those for this machine. Also takes name, priority, max_failures, webhook and progressive
+        of the farm's document. Particles with `camera`, `sky`, `material`, or options that select or colour them, need
+        the program `parray` on this machine to make a scene."""
         scene_options, settings = split(options, SubmitOptions)
         with tempfile.TemporaryDirectory(prefix="parray-") as folder:
             work = prepare(source, radii, colors, scene_options, settings, Path(folder), convert)
@@ -73,7 +73,7 @@ class Farm:
         progress: ProgressOption = None,
         **options: Unpack[SubmitOptions],
     ) -> Picture:
-        """Submits and waits. What ends the waiting, such as Ctrl-C, cancels the job."""
+        """Submits a scene, waits for the picture and returns it. Ctrl-C and other exceptions cancel the job."""
         job = self.submit(source, radii, colors, **options)
         try:
             return job.wait(progress=progress)
@@ -91,7 +91,7 @@ class Farm:
         progress: ProgressOption = None,
         **options: Unpack[SubmitOptions],
     ) -> Picture:
-        """render() for asyncio. Cancelling the task cancels the job."""
+        """Does the same as render() for asyncio. Cancelling the task cancels the job."""
         job = await asyncio.to_thread(self.submit, source, radii, colors, **options)
         try:
             return await job.wait_async(progress=progress)
@@ -100,11 +100,11 @@ class Farm:
             raise
 
     def job(self, id: int) -> Job:
-        """A job by its number."""
+        """Returns a job by its number."""
         return Job(self, id)
 
     def jobs(self, states: Sequence[str] = ()) -> Iterator[Job]:
-        """The newest first; only those in one of `states`, if any are given."""
+        """Yields the jobs, the newest first. With `states`, yields only jobs in one of these states."""
         query = "?limit=1000" + (f"&state={','.join(states)}" if states else "")
         before = ""
         while True:
@@ -116,7 +116,7 @@ class Farm:
             before = f"&before={page['next']}"
 
     def workers(self) -> list[dict[str, Any]]:
-        """Those that are there now, as `parray workers --json` has them."""
+        """Returns the connected workers in the form of `parray workers --json`."""
         workers: list[dict[str, Any]] = self._http.json("GET", "/api/v1/workers")["workers"]
         return workers
 
@@ -125,7 +125,7 @@ class Farm:
 
 
 class Job:
-    """A job of a farm. Awaiting it waits for its picture."""
+    """A job of a farm. `await job` waits for its picture."""
 
     def __init__(self, farm: Farm, id: int) -> None:
         self.farm = farm
@@ -134,13 +134,13 @@ class Job:
         self._path = f"/api/v1/jobs/{id}"
 
     def show(self) -> dict[str, Any]:
-        """What there is to know of it, as `parray show --json` has it."""
+        """Returns all facts about the job in the form of `parray show --json`."""
         job: dict[str, Any] = self._http.json("GET", self._path)
         return job
 
     @property
     def state(self) -> str:
-        """queued, running, paused, finishing, done, failed or cancelled."""
+        """The state: queued, running, paused, finishing, done, failed or cancelled."""
         return str(self.show()["state"])
 
     @property
@@ -148,26 +148,26 @@ class Job:
         return Progress.of(self.show())
 
     def picture(self) -> Picture:
-        """The picture, or what there is of it. InputError as long as there is nothing."""
+        """Returns the finished or unfinished picture. Raises InputError if nothing was traced yet."""
         job = self.show()
         exr = self._http.body("GET", self._path + "/image.exr")
         done = job["state"] == "done"
         return Picture(exr, self._http.json("GET", self._path + "/report") if done else {"error": job.get("error")})
 
     def png(self) -> bytes:
-        """The same as a PNG file."""
+        """Returns the same picture as a PNG file."""
         return self._http.body("GET", self._path + "/image.png")
 
     def wait(self, timeout: Optional[float] = None, progress: ProgressOption = None) -> Picture:
-        """Until it is done; `progress` as parray.render() has it. RenderError when it fails or is cancelled,
-        TimeoutError after `timeout` seconds. The job itself goes on, whatever ends the waiting."""
+        """Waits until the job is done and returns its picture. `progress` is that of parray.render(). Raises RenderError
+        if the job fails or is cancelled, and TimeoutError after `timeout` seconds. An exception does not stop the job."""
         with shower_for(progress) as shower:
             for pause in self._looks(timeout, shower):
                 time.sleep(pause)
         return self.picture()
 
     async def wait_async(self, timeout: Optional[float] = None, progress: ProgressOption = None) -> Picture:
-        """wait() for asyncio."""
+        """Does the same as wait() for asyncio."""
         with shower_for(progress) as shower:
             looks = self._looks(timeout, shower)
             while (pause := await asyncio.to_thread(next, looks, None)) is not None:
@@ -178,7 +178,7 @@ class Job:
         return self.wait_async().__await__()
 
     def _looks(self, timeout: Optional[float], shower: Shower) -> Iterator[float]:
-        """Looks at the job, and says how long to wait until the next time, until it is done."""
+        """Requests the state of the job until it is done. Yields the seconds to wait before the next request."""
         begin = time.monotonic()
         while True:
             job = self.show()
@@ -187,16 +187,16 @@ class Job:
             if now.ended:
                 break
             if shower.wants_preview and now.done > 0:
-                with contextlib.suppress(ParRayError):  # there is nothing yet
+                with contextlib.suppress(ParRayError):  # nothing was traced yet
                     shower.preview(self.png())
             waited = time.monotonic() - begin
             if timeout is not None and waited >= timeout:
-                raise TimeoutError(f"job {self.id} is not done after {timeout:g} s: it goes on")
+                raise TimeoutError(f"job {self.id} is not done after {timeout:g} s: the job continues")
             pause = min(max(waited / 20, 0.05), 2)
             yield pause if timeout is None else min(pause, timeout - waited)
         if now.state != "done":
             reason = f": {job['reason']}" if job["reason"] else ""
-            raise RenderError(f"job {self.id} was not finished: {now.state}{reason}")
+            raise RenderError(f"job {self.id} {'failed' if now.state == 'failed' else 'was cancelled'}{reason}")
 
     def pause(self) -> None:
         self._http.json("POST", self._path + "/pause")
@@ -205,19 +205,19 @@ class Job:
         self._http.json("POST", self._path + "/resume")
 
     def cancel(self) -> None:
-        """One that has ended stays as it is."""
+        """Cancels the job. Has no effect on a job that has ended."""
         self._http.json("POST", self._path + "/cancel")
 
     def requeue(self) -> None:
-        """Goes on with one that has failed or was cancelled."""
+        """Continues a job that failed or was cancelled."""
         self._http.json("POST", self._path + "/requeue")
 
     def set_priority(self, priority: int) -> None:
-        """0 to 100: of one user's jobs those of higher priority go first."""
+        """Sets the priority, 0 to 100. Of the jobs of a user, those with higher priority are served first."""
         self._http.json("PUT", self._path + "/priority", {"priority": priority})
 
     def forget(self) -> None:
-        """Deletes one that has ended, with its picture."""
+        """Deletes a job that has ended, with its picture."""
         self._http.body("DELETE", self._path)
 
     def _give_up(self) -> None:

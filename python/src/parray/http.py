@@ -1,4 +1,4 @@
-"""Requests to a coordinator: repeated until answered, problems as exceptions, forms streamed from disk."""
+"""Requests to a coordinator. They are repeated until an answer comes. Problems become exceptions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TIMEOUT = 60  # seconds of silence in one request
 
 
 class Form:
-    """multipart/form-data (RFC 7578), whose files are read while they are sent. Iterated once for each try."""
+    """A body of type multipart/form-data (RFC 7578). It reads its files while they are sent. Each try iterates over it."""
 
     def __init__(self) -> None:
         self._boundary = uuid.uuid4().hex
@@ -28,7 +28,7 @@ class Form:
         self._add(f'name="{name}"', content_type, value)
 
     def file(self, name: str, path: Path) -> None:
-        """`name`: letters, digits, '.', '_' and '-'."""
+        """Adds a file. `name` may contain letters, digits, '.', '_' and '-'."""
         if not path.is_file():
             raise InputError(f"{path}: no such file: check the path")
         self._add(f'name="file"; filename="{name}"', "application/octet-stream", path)
@@ -66,7 +66,7 @@ class Http:
     def __init__(self, url: str, token: Optional[str], patience: float) -> None:
         found = re.fullmatch(r"(https?)://(\[[0-9a-fA-F:.]+\]|[^][/?#@:]+)(?::([0-9]{1,5}))?(/[^?#]*)?", url)
         if not found:
-            raise InputError(f"{url}: give http://HOST:PORT or https://HOST:PORT, as parray-coordinator --http has it")
+            raise InputError(f"{url}: give http://HOST:PORT or https://HOST:PORT of a parray-coordinator --http")
         scheme, host, port, prefix = found.groups()
         self._url = url.rstrip("/")
         self._prefix = (prefix or "").rstrip("/")
@@ -76,11 +76,11 @@ class Http:
         self._patience = patience
 
     def json(self, method: str, path: str, body: Any = None, headers: Mapping[str, str] = {}) -> Any:
-        """`body`: a Form, or what becomes JSON."""
+        """Returns the JSON of the answer. `body` is a Form, or an object that is sent as JSON."""
         return json.loads(self.body(method, path, body, headers))
 
     def body(self, method: str, path: str, body: Any = None, headers: Mapping[str, str] = {}) -> bytes:
-        """The answer's body. Every request here may be repeated: again and again, the same comes of it."""
+        """Returns the body of the answer. Repeats the request until an answer comes: all requests here are idempotent."""
         headers = {**self._headers, **headers}
         if body is not None and not isinstance(body, Form):
             body = json.dumps(body).encode()
@@ -95,7 +95,7 @@ class Http:
                 if last:
                     raise RenderError(
                         f"no answer from {self._url} for {self._patience:g} s ({error or type(error).__name__}): "
-                        "does parray-coordinator --http listen there?"
+                        "check that parray-coordinator --http listens there"
                     ) from error
             else:
                 if status < 300:
@@ -106,9 +106,9 @@ class Http:
             pause = min(2 * pause, 2)
 
     def _ask(self, method: str, path: str, body: Any, headers: Mapping[str, str]) -> tuple[int, bytes]:
-        """Status and body of the answer. No redirection is followed: a token is for one server."""
+        """Returns status and body of the answer. Does not follow redirections, because a token is for one server."""
         with closing(self._kind(self._host, self._port, timeout=_TIMEOUT)) as connection:
-            # A server may have answered, and closed, before it has read all.
+            # A server may answer and close the connection before it has read the whole request.
             with suppress(BrokenPipeError, ConnectionResetError):
                 connection.request(method, self._prefix + path, body, headers)
             answer = connection.getresponse()
@@ -116,7 +116,7 @@ class Http:
 
 
 def _problem(status: int, answer: bytes, url: str) -> ParRayError:
-    """What the server says of it (RFC 9457)."""
+    """Returns the exception for the problem that the server describes (RFC 9457)."""
     try:
         problem = json.loads(answer)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The keywords of `render` and `Farm.submit`: names and meaning of the command line's, underscores for hyphens."""
+"""The keywords of `render` and `Farm.submit`: the options of the command line with underscores instead of hyphens."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Vector = Union[Sequence[float], "npt.NDArray[Any]"]
 
 
 class Camera(TypedDict, total=False):
-    """As in a scene file; angles in degrees."""
+    """The section camera of a scene file; angles in degrees."""
 
     look_from: Vector
     look_at: Vector
@@ -28,19 +28,19 @@ class Camera(TypedDict, total=False):
 
 
 class Sky(TypedDict, total=False):
-    """Radiance, red, green, blue."""
+    """The section sky of a scene file: radiance as red, green, blue."""
 
     horizon: Vector
     zenith: Vector
 
 
 class PictureOptions(TypedDict, total=False):
-    # What is seen.
+    # The scene.
     elements: Union[npt.ArrayLike, Sequence[str]]
     camera: Camera
     sky: Sky
     material: Union[str, Mapping[str, Any]]
-    # Which particles of a file are shown, and how.
+    # Which particles of a file are shown, and how they look.
     frame: Union[int, Literal["last"]]
     topology: Union[str, os.PathLike[str]]
     alternatives: str
@@ -74,14 +74,14 @@ class PictureOptions(TypedDict, total=False):
 
 
 class RenderOptions(PictureOptions, total=False):
-    """What is for this machine only."""
+    """Options of render() on this machine, and those of all pictures."""
 
     threads: int
     denoise: bool
     transparent: bool
     aov: Union[str, Sequence[str]]
     like: Union[str, os.PathLike[str]]
-    # Drawn on the PNG picture.
+    # Labels and postprocessing of the PNG picture.
     outline: Union[bool, float, str]
     depth_cue: Union[bool, float, str]
     legend: bool
@@ -97,7 +97,7 @@ class RenderOptions(PictureOptions, total=False):
 
 
 class SubmitOptions(PictureOptions, total=False):
-    """What is for a farm only."""
+    """Options of Farm.submit(), and those of all pictures."""
 
     name: str
     priority: int
@@ -106,10 +106,10 @@ class SubmitOptions(PictureOptions, total=False):
     progressive: bool
 
 
-# Those that make the scene; all others are handed on by their names.
-OF_PORTRAIT = ("frame", "topology", "alternatives", "select", "slice", "hide", "color_by", "colormap", "range", "view",
-               "style", "projection")  # fmt: skip
-OF_SCENE = ("elements", "camera", "sky", "material", *OF_PORTRAIT)
+# Options that make the scene. All others are passed on by their names.
+OF_PARTICLES = ("frame", "topology", "alternatives", "select", "slice", "hide", "color_by", "colormap", "range", "view",
+                "style", "projection")  # fmt: skip
+OF_SCENE = ("elements", "camera", "sky", "material", *OF_PARTICLES)
 
 _DRAWN = ("outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size", "width_mm",
           "dpi")  # fmt: skip
@@ -120,7 +120,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def shows_keywords(options: type) -> Callable[[_Function], _Function]:
-    """`help` and completion of the function show these names where its signature says **options."""
+    """Makes `help` and completion show the names of the options instead of **options."""
     named = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None) for name in names_of(options)]
 
     def decorate(function: _Function) -> _Function:
@@ -137,27 +137,28 @@ def names_of(options: type) -> list[str]:
 
 
 def split(given: Mapping[str, Any], options: type) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What makes the scene, and the rest; None is as good as not given. TypeError for a name that is no option."""
+    """Returns the options that make the scene, and all others. Ignores options that are None. Raises TypeError for an
+    unknown name."""
     known = names_of(options)
     for name in given:
         if name in _RENAMED:
             raise TypeError(f"{name} is now {_RENAMED[name]}")
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)
-            hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
-            raise TypeError(f"no option {name!r}: {hint}")
+            hint = f"did you mean {near[0]}?" if near else f"the options are {', '.join(known)}"
+            raise TypeError(f"unknown option {name!r}: {hint}")
     asked = {name: value for name, value in given.items() if value is not None}
     scene = {name: asked.pop(name) for name in OF_SCENE if name in asked}
     return scene, asked
 
 
 def is_drawn_on(options: Mapping[str, Any]) -> bool:
-    """Whether the PNG picture shows more than was traced."""
+    """Returns whether the PNG picture has labels or postprocessing."""
     return any(options.get(name, False) is not False for name in _DRAWN)
 
 
 def as_arguments(options: Mapping[str, Any]) -> list[str]:
-    """For the command line."""
+    """Returns the options as arguments of the command line."""
     arguments = []
     for name, value in options.items():
         option = "--" + name.replace("_", "-")

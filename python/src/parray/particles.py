@@ -1,4 +1,4 @@
-"""Particles as columns, from arrays or from the objects of other packages, and as files for `parray`."""
+"""Particles in columns, made from arrays or from objects of other packages, and written as files for `parray`."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ import numpy.typing as npt
 from .errors import InputError
 from .srgb import srgb_to_linear
 
-_LARGEST = 1e15  # of any length, the program's
+_LARGEST = 1e15  # limits of lengths, those of the program
 _SMALLEST = 1e-15
 
 
 class Particles:
-    """Spheres by columns; what is not given, the program decides as for a file of particles that lacks it.
+    """Spheres in columns. For missing columns, the program chooses values as for a particle file without them.
 
     positions  (N, 3), any unit
     radii      (N,), or one number for all; the unit of positions
     colors     (N, 3) or (3,) for all: linear RGB from 0 to 1, or, of type uint8, sRGB (see `srgb_to_linear`)
-    elements   (N,): symbols or atomic numbers; what is none gets the colour and radius of an unknown one
+    elements   (N,): symbols or atomic numbers; other texts get the colour and radius of an unknown element
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Particles:
     ) -> None:
         self.positions = _numbers("positions", positions, np.float64)
         if self.positions.ndim != 2 or self.positions.shape[1:] != (3,) or len(self.positions) == 0:
-            raise InputError(f"positions: an array of shape {self.positions.shape}: give (N, 3), N > 0")
+            raise InputError(f"positions: the array has shape {self.positions.shape}: give (N, 3), N > 0")
         _check("positions", np.abs(self.positions) <= _LARGEST, self.positions, f"finite and at most {_LARGEST:g}")
         self.radii = None if radii is None else self._radii(radii)
         self.colors = None if colors is None else self._colors(colors)
@@ -59,7 +59,7 @@ class Particles:
 
     def _elements(self, elements: Union[npt.ArrayLike, Sequence[str]]) -> npt.NDArray[np.str_]:
         texts = self._one_each("elements", np.asarray(elements).astype(np.str_), ())
-        # A blank name would be none of the line's words.
+        # An empty name would not be a word of the line.
         names, which = np.unique(texts, return_inverse=True)
         clean = np.array(["_".join(name.split()) or "?" for name in names.tolist()])
         return clean[which]
@@ -67,11 +67,11 @@ class Particles:
     def _one_each(self, name: str, values: npt.NDArray[Any], tail: tuple[int, ...]) -> npt.NDArray[Any]:
         wanted = (len(self), *tail)
         if values.shape not in (wanted, tail):
-            raise InputError(f"{name}: an array of shape {values.shape}: give {wanted}, or {tail or 'one value'} for all")
+            raise InputError(f"{name}: the array has shape {values.shape}: give {wanted}, or {tail or 'one value'} for all")
         return np.broadcast_to(values, wanted)
 
     def write(self, folder: Path) -> Path:
-        """Writes them as a file that loses nothing: binary PLY, or, with elements, extended XYZ."""
+        """Writes the particles without loss: as binary PLY or, with elements, as extended XYZ. Returns the file."""
         path = folder / ("particles.ply" if self.elements is None else "particles.xyz")
         with path.open("wb") as file:
             if self.elements is None:
@@ -117,25 +117,25 @@ def _numbers(name: str, values: Any, kind: Any) -> npt.NDArray[Any]:
     try:
         return np.asarray(values, kind)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: not an array of numbers: {error}") from error
+        raise InputError(f"{name}: the values are not an array of numbers: {error}") from error
 
 
 def _check(name: str, good: npt.NDArray[np.bool_], values: npt.NDArray[Any], wanted: str) -> None:
     if good.all():
         return
     place = tuple(int(i) for i in np.argwhere(~good)[0])
-    raise InputError(f"{name}[{', '.join(map(str, place))}] is {values[place]}: give what is {wanted}")
+    raise InputError(f"{name}[{', '.join(map(str, place))}] is {values[place]}: give values {wanted}")
 
 
 def particles_of(source: Any, frame: Union[int, str, None] = None) -> Optional[Particles]:
-    """The particles of an array of positions, ASE Atoms, an MDAnalysis Universe or AtomGroup, an OVITO Pipeline or
-    DataCollection; None: it is none of them. `frame` of those that have several."""
+    """Returns the particles of an array of positions, ASE Atoms, an MDAnalysis Universe or AtomGroup, or an OVITO
+    Pipeline or DataCollection. Returns None for paths and scenes. `frame` chooses one of several frames."""
     if isinstance(source, Particles):
         found = source
     elif isinstance(source, (str, os.PathLike, dict)):
         return None
     elif isinstance(frame, str):
-        raise InputError(f"frame: {frame!r} is for files: give a number")
+        raise InputError(f"frame: {frame!r} works only for files: give a number")
     elif hasattr(source, "get_atomic_numbers") and hasattr(source, "get_positions"):  # ASE
         found = Particles(source.get_positions(), elements=source.get_atomic_numbers())
     elif hasattr(source, "trajectory") and hasattr(source, "atoms"):  # MDAnalysis, a universe
@@ -149,12 +149,12 @@ def particles_of(source: Any, frame: Union[int, str, None] = None) -> Optional[P
     else:
         found = Particles(source)
     if frame is not None:
-        raise InputError(f"frame: {type(source).__name__} has one frame only: leave it out")
+        raise InputError(f"frame: {type(source).__name__} has only one frame: leave frame out")
     return found
 
 
 def _of_atom_group(atoms: Any, frame: Optional[int]) -> Particles:
-    """Of MDAnalysis. Without elements the types, which it guesses from names where a file has none."""
+    """Returns the particles of MDAnalysis. Without elements, uses the types, which MDAnalysis may guess from names."""
     if frame is not None:
         atoms.universe.trajectory[frame]
     names = getattr(atoms, "elements", None)
@@ -164,10 +164,10 @@ def _of_atom_group(atoms: Any, frame: Optional[int]) -> Particles:
 
 
 def _of_ovito(data: Any) -> Particles:
-    """Of OVITO: colours and radii as it shows them; its colours are sRGB."""
+    """Returns the particles of OVITO with the colours and radii of its display. Its colours are sRGB."""
     particles = data.particles
     if particles is None or particles.count == 0:
-        raise InputError("the OVITO data has no particles")
+        raise InputError("the OVITO data have no particles: check the pipeline")
     radii = np.zeros(particles.count)
     colors: Optional[npt.NDArray[Any]] = None
     types = particles.particle_types

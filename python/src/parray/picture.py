@@ -1,4 +1,4 @@
-"""A picture: a numpy array that knows its error and its report."""
+"""A picture: a numpy array with its error and its report."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from .srgb import as_texts, png_bytes, srgb_bytes, transparent_bytes
 
 
 class Error(NamedTuple):
-    """How far a picture is from the one that endless samples would give: root mean square over pixels and channels,
-    linear radiance; from `low` to `high` with a probability of 95 %."""
+    """The difference between a picture and the picture of infinitely many samples: root mean square over pixels and
+    channels, in linear radiance. `low` and `high` are its 95 % confidence interval."""
 
     rmse: float
     low: float
@@ -30,7 +30,7 @@ class Error(NamedTuple):
 
     @classmethod
     def of(cls, figures: Any) -> Optional[Error]:
-        """Of a report, or of a job; None: not known."""
+        """Returns the error in a report or a job. Returns None if it is not known."""
         try:
             return cls(*(float(figures[name]) for name in cls._fields))
         except (TypeError, KeyError):
@@ -38,20 +38,19 @@ class Error(NamedTuple):
 
 
 class Picture:
-    """What is rendered, or as much of it as there is. numpy takes it for the array `pixels`."""
+    """A finished or unfinished picture. numpy uses it as the array `pixels`."""
 
     pixels: npt.NDArray[np.float32]
-    """Linear RGB, (height, width, 3), top row first; of a transparent picture premultiplied, and channel "A" its
-    alpha."""
+    """Linear RGB, (height, width, 3), top row first. Transparent pictures are premultiplied, and channel "A" is alpha."""
     channels: dict[str, npt.NDArray[Any]]
-    """What was asked for with `aov`, and others beside R, G and B, by their names in an EXR file."""
+    """The channels other than R, G and B, such as those of `aov`, by their names in an EXR file."""
     report: dict[str, Any]
-    """What was done, how fast and with which bits: the members of `--report`; empty of an unfinished job."""
+    """The members of `--report`: settings, speed, hashes and more. Only the error for an unfinished job."""
     recipe: dict[str, Attribute]
-    """All that decides the bits, as the file has it (`parray:...`); `parray verify` looks at it."""
+    """All values that determine the bits, as in the file (`parray:...`). `parray verify` checks them."""
 
     def __init__(self, exr: bytes, report: dict[str, Any], png: Optional[bytes] = None) -> None:
-        """`png`: the file to show and save, where more is drawn on it than the pixels have."""
+        """`png` is the file to show and save if it has labels or postprocessing."""
         channels, attributes = read_exr(exr)
         self.pixels = np.stack([channels.pop(name) for name in "RGB"], axis=-1)
         self.channels = channels
@@ -62,8 +61,8 @@ class Picture:
 
     @property
     def error(self) -> Optional[Error]:
-        """The error of these pixels, of a denoised picture what is left of it; None where it is not known: with fewer
-        than two samples a pixel, or of an unfinished job."""
+        """The error of the pixels, for a denoised picture the error after denoising. None if it is not known: with fewer
+        than two samples per pixel, or for an unfinished job."""
         return Error.of(self.report.get("denoised", self.report.get("error")))
 
     @property
@@ -73,19 +72,19 @@ class Picture:
 
     def __array__(self, dtype: Optional[npt.DTypeLike] = None, copy: Optional[bool] = None) -> npt.NDArray[Any]:
         if copy is False and dtype is not None and np.dtype(dtype) != self.pixels.dtype:
-            raise ValueError("another type needs a copy")
+            raise ValueError("another type needs a copy: do not pass copy=False")
         return np.array(self.pixels, dtype) if copy else np.asarray(self.pixels, dtype)
 
     def srgb(self) -> npt.NDArray[np.uint8]:
-        """As screens show it: 8-bit sRGB, (height, width, 3), of a transparent picture with alpha, (height, width, 4).
-        For matplotlib's `imshow`, too. Without what is drawn on a PNG file."""
+        """Returns 8-bit sRGB, (height, width, 3), for screens and matplotlib's `imshow`. For a transparent picture, returns
+        sRGB and alpha, (height, width, 4). Contains no labels and no postprocessing."""
         if "A" in self.channels:
             return transparent_bytes(self.pixels, self.channels["A"])
         return srgb_bytes(self.pixels)
 
     def save(self, file: Union[str, os.PathLike[str]]) -> None:
-        """Writes it as EXR (the very floats, all channels) or PNG (`srgb()`, and what is drawn on it, such as a legend),
-        both with the recipe, or as NPY (`pixels`), by the extension."""
+        """Writes the picture in the format of the extension: EXR (the exact floats, all channels), PNG (`srgb()` with
+        labels and postprocessing) or NPY (`pixels`). EXR and PNG contain the recipe."""
         path = Path(file)
         extension = path.suffix.lower()
         if extension == ".npy":
@@ -93,7 +92,7 @@ class Picture:
         elif extension in (".exr", ".png"):
             path.write_bytes(self._exr if extension == ".exr" else self._repr_png_())
         else:
-            raise InputError(f"{path}: pictures are .exr, .png or .npy: change its extension")
+            raise InputError(f"{path}: unknown extension: use .exr, .png or .npy")
 
     def _repr_png_(self) -> bytes:
         if self._png is not None:

@@ -1,4 +1,4 @@
-"""The program `parray` on this machine: where it is, what it is asked, what it answers."""
+"""Runs the program `parray` on this machine."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 _ERRORS = {1: RenderError, 2: InputError, 130: Interrupted}
-_PATIENCE = 10  # seconds, of a program that was asked to end
+_PATIENCE = 10  # seconds until a program that must end is killed
 
 
 def find_program() -> str:
-    """The program `parray`: PARRAY_BIN (the program, or the folder that it is in), else the one in PATH.
+    """Returns the program `parray`: that of PARRAY_BIN (a program or its folder), otherwise the one in PATH. Raises
     ProgramNotFound."""
     asked = os.environ.get("PARRAY_BIN")
     found = shutil.which(os.path.join(asked, "parray") if asked and os.path.isdir(asked) else asked or "parray")
     if found:
         return found
     if asked:
-        raise ProgramNotFound(f"PARRAY_BIN is {asked}: no program there: name `parray`, or the folder that it is in")
+        raise ProgramNotFound(f"PARRAY_BIN is {asked}, where no program is: name the program `parray` or its folder")
     raise ProgramNotFound(
-        "no program `parray` in PATH: build or install ParRay, then add its folder to PATH or name it in PARRAY_BIN; "
+        "`parray` is not in PATH: build or install ParRay, then add its folder to PATH or name it in PARRAY_BIN; "
         "or render on a farm: parray.Farm(url).render(...)"
     )
 
 
 def convert(file: Path, scene: Path, options: list[str]) -> None:
-    """`parray convert`."""
+    """Runs `parray convert`."""
     done = subprocess.run(
         [find_program(), "convert", str(file), str(scene), *options], capture_output=True, text=True, check=False
     )
@@ -56,11 +56,11 @@ def convert(file: Path, scene: Path, options: list[str]) -> None:
 def error_of(status: int, stderr: str) -> ParRayError:
     text = stderr.strip()
     text = text[len("parray: ") :] if text.startswith("parray: ") else text
-    return _ERRORS.get(status, RenderError)(text or f"parray has ended with status {status}")
+    return _ERRORS.get(status, RenderError)(text or f"parray ended with status {status}")
 
 
 class _Render:
-    """One run of `parray render`: what it is called with, and what becomes of what it says and writes."""
+    """One run of `parray render`: its arguments, its output and its picture."""
 
     def __init__(self, source: Any, radii: Any, colors: Any, given: RenderOptions, folder: Path, shower: Shower):
         scene, options = split(given, RenderOptions)
@@ -69,11 +69,11 @@ class _Render:
         self._shower = shower
         self._exr = folder / "picture.exr"
         self._png = folder / "picture.png"
-        # Only a PNG picture is drawn on; the preview beside it ends as its floats. A style may draw, too.
+        # Only PNG pictures have labels and postprocessing; then the preview receives the floats. A style may add outlines.
         self._drawn = is_drawn_on(options) or (scene.get("style", "studio") != "studio" and "aov" not in options)
         self._preview = PreviewFile(self._exr if self._drawn else self._png)
         self._said: list[str] = []
-        # Not where preview() makes its files: one of them may have any name.
+        # A separate folder, because the names of input files are arbitrary.
         inputs = folder / "input"
         inputs.mkdir()
         file = prepare(source, radii, colors, scene, options, inputs, convert).local_file(inputs)
@@ -84,7 +84,7 @@ class _Render:
             self.command += ["--preview", str(preview)]
 
     def hear(self, line: str) -> None:
-        """A line of stderr."""
+        """Handles a line of stderr."""
         if not line.startswith("{"):
             self._said.append(line)
             return
@@ -112,35 +112,35 @@ def render(
     progress: ProgressOption = None,
     **options: Unpack[RenderOptions],
 ) -> Picture:
-    """Renders on this machine, by the program `parray` (find_program()), and returns the picture.
+    """Renders on this machine with the program `parray` (find_program()) and returns the picture.
 
-    source    positions, an array of (N, 3); ASE Atoms; an MDAnalysis Universe or AtomGroup; an OVITO Pipeline or
-              DataCollection; the path of a scene or particle file; a scene as a dict, in whose `particles` each `file`
-              may be any of those but a scene
-    radii     of particles: (N,), or one for all
-    colors    (N, 3), or (3,) for all: linear RGB from 0 to 1; of type uint8: sRGB (parray.srgb_to_linear for others)
-    elements  (N,): symbols or atomic numbers, for their colours and radii
-    camera, sky   members of a scene's `camera` and `sky`, which replace those of the scene or portrait
-    material  of particles: "by-element", "by-type", "column", "plain", or a material of a scene file, for all:
+    source    positions as an array of (N, 3); ASE Atoms; an MDAnalysis Universe or AtomGroup; an OVITO Pipeline or
+              DataCollection; the path of a scene or particle file; or a scene as a dict. In the dict, each `file` of
+              `particles` may be any of these except a scene
+    radii     radii of particles: (N,), or one for all
+    colors    (N, 3), or (3,) for all: linear RGB from 0 to 1, or sRGB of type uint8 (see parray.srgb_to_linear)
+    elements  (N,): symbols or atomic numbers, which determine colours and radii
+    camera, sky   members of a scene's `camera` and `sky`; they replace those of the scene or automatic scene
+    material  material of particles: "by-element", "by-type", "column", "plain", or one material of a scene file for all:
               {"type": "metal", "albedo": [0.8, 0.6, 0.2]}
-    frame     of a particle file, Universe or Pipeline with several, from 0; of a file also "last"
+    frame     number, from 0, of a frame in a particle file, Universe or Pipeline; for a file also "last"
     select, slice, hide, alternatives   which particles are shown: select="z > 10", slice="z=40%:60%"
-    topology  file with the elements and names of a trajectory that has none
+    topology  file with elements and names for a trajectory without them
     color_by, colormap, range   colours by a number or category of the particles; range: (low, high), or "1%:99%"
-    view, style, projection   the side that they are seen from, what is around them, and how far things look
-    legend, scale_bar, unit, time_stamp, cell, text   drawn on the PNG picture, what is shown and saved as .png
-    outline, depth_cue        done to it: True, False, or how much
-    font_size, width_mm, dpi  its size in print
-    labels    False: none of the labels that a scene asks for
+    view, style, projection   direction of view, surroundings of the particles, and projection
+    legend, scale_bar, unit, time_stamp, cell, text   labels on the PNG picture, which is shown and saved as .png
+    outline, depth_cue        postprocessing of the PNG picture: True, False, or a strength
+    font_size, width_mm, dpi  size of the PNG picture in print
+    labels    False: no labels, even if the scene has some
     aov       extra channels, see Picture.channels: "depth,normal" or a list
-    like      a picture file of ParRay: the same picture again
-    progress  False: show none; a function: called with a Progress, up to five times a second; otherwise a bar, at a
-              terminal or in a notebook
+    like      a picture file of ParRay: renders the same picture again
+    progress  False: none; a function: called with a Progress up to five times a second; otherwise a bar in a terminal or
+              a notebook
 
     width, height, spp, max_depth, seed, sampler, precision, target_error, target_half_width, time_limit, adaptive,
-    passes, denoise, transparent, accelerator, isa, schedule, row_order, threads: as `parray help render --all` has them.
+    passes, denoise, transparent, accelerator, isa, schedule, row_order, threads: see `parray help render --all`.
 
-    Raises InputError, RenderError, Interrupted or ProgramNotFound. Ctrl-C ends the program, too.
+    Raises InputError, RenderError, Interrupted or ProgramNotFound. Ctrl-C also ends the program.
     """
     with tempfile.TemporaryDirectory(prefix="parray-") as folder, shower_for(progress) as shower:
         run = _Render(source, radii, colors, options, Path(folder), shower)
@@ -179,7 +179,7 @@ async def render_async(
     progress: ProgressOption = None,
     **options: Unpack[RenderOptions],
 ) -> Picture:
-    """render() for asyncio. Cancelling the task ends the program."""
+    """Does the same as render() for asyncio. Cancelling the task ends the program."""
     with tempfile.TemporaryDirectory(prefix="parray-") as folder, shower_for(progress) as shower:
         run = await asyncio.to_thread(_Render, source, radii, colors, options, Path(folder), shower)
         process = await asyncio.create_subprocess_exec(

@@ -1,4 +1,4 @@
-"""How far a job is, and how that is shown."""
+"""The progress of a job, and its display."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .picture import Error
 
 
 class Progress(NamedTuple):
-    """As `parray show` tells it."""
+    """The progress of a job, with the values of `parray show`."""
 
     state: str
-    """queued, running, paused, finishing, done, failed or cancelled."""
+    """The state: queued, running, paused, finishing, done, failed or cancelled."""
     done: float
-    """0 to 1."""
+    """The completed share, 0 to 1."""
     samples_per_second: float
     seconds_left: Optional[float]
     waits_for: str
-    """What the job lacks, such as workers; empty: nothing."""
+    """What the job waits for, such as workers. Empty: nothing."""
     error: Optional[Error]
-    """Of a job that goes in passes, of those that are complete."""
+    """The error after the last complete pass. None: not known."""
 
     @classmethod
     def of(cls, job: Mapping[str, Any]) -> Progress:
@@ -60,7 +60,7 @@ ProgressOption = Union[bool, Callable[[Progress], object], None]
 
 
 class Shower:
-    """Shows progress to nobody; the others to somebody. A context manager: what was shown is ended with it."""
+    """Base class of displays; shows nothing. It is a context manager whose end completes the display."""
 
     wants_preview = False
 
@@ -68,7 +68,7 @@ class Shower:
         pass
 
     def preview(self, png: bytes) -> None:
-        """What there is of the picture."""
+        """Shows the unfinished picture, a PNG file."""
 
     def end(self) -> None:
         pass
@@ -89,7 +89,7 @@ class CallbackShower(Shower):
 
 
 class TerminalShower(Shower):
-    """One line of stderr, redrawn."""
+    """Redraws one line on stderr."""
 
     _drawn = 0
 
@@ -111,7 +111,7 @@ class TerminalShower(Shower):
 
 
 class NotebookShower(Shower):
-    """A bar below the cell, and the picture as it sharpens."""
+    """Shows a bar and the unfinished picture below the cell."""
 
     wants_preview = True
 
@@ -138,13 +138,13 @@ class NotebookShower(Shower):
             self._handle.update(self._html(f"{bar} {html.escape(str(self._progress))}{self._image}"))
 
     def end(self) -> None:
-        """The picture itself is what the cell shows."""
+        """Removes the unfinished picture, because the cell shows the finished one."""
         self._image = ""
         self._draw()
 
 
 def shower_for(option: ProgressOption) -> Shower:
-    """True or None: a bar where somebody looks on, in a notebook or at a terminal."""
+    """Returns the display for an option. True or None: a bar in a notebook or a terminal, otherwise nothing."""
     if callable(option):
         return CallbackShower(option)
     if option is False:
@@ -161,14 +161,14 @@ def _in_notebook() -> bool:
 
 
 class PreviewFile:
-    """A file that a program writes anew time and again."""
+    """A file that a program rewrites repeatedly."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._seen = 0
 
     def changed(self) -> Optional[bytes]:
-        """Its bytes, if they are new."""
+        """Returns the bytes if the file changed since the last call, otherwise None."""
         try:
             when = self._path.stat().st_mtime_ns
             if when == self._seen:

@@ -1,4 +1,4 @@
-"""What is to be rendered, as files: a file that there is, particles written to one, or a scene that names such."""
+"""Prepares the input of a render as files: an existing file, a file of particles, or a scene that refers to files."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from typing import Any, Callable, NamedTuple, Optional, Union
 import numpy.typing as npt
 
 from .errors import InputError
-from .options import OF_PORTRAIT, as_arguments
+from .options import OF_PARTICLES, as_arguments
 from .particles import Particles, particles_of
 
 Scene = dict[str, Any]
 Convert = Callable[[Path, Path, list[str]], None]
-"""Runs `parray convert` of a file of particles to a scene file, with options."""
+"""Runs `parray convert` with options: converts a particle file to a scene file."""
 
 
 class Work(NamedTuple):
-    """A file as the user, or prepare(), has named it; or a scene whose files have absolute paths."""
+    """The input: a file of the user or of prepare(), or a scene whose files have absolute paths."""
 
     source: Union[Path, Scene]
 
     def local_file(self, folder: Path) -> Path:
-        """For the program."""
+        """Returns a file for the program."""
         if isinstance(self.source, Path):
             return self.source
         path = folder / "scene.json"
@@ -35,7 +35,7 @@ class Work(NamedTuple):
         return path
 
     def parts(self) -> tuple[Optional[bytes], dict[str, Path]]:
-        """For a form: the scene, if there is one, and files by the names that it has for them."""
+        """Returns the parts of a form: the scene, if any, and the files by the names in the scene."""
         if isinstance(self.source, Path) and not _is_scene(self.source):
             return None, {_safe(self.source.name): self.source}
         if isinstance(self.source, Path):
@@ -43,9 +43,9 @@ class Work(NamedTuple):
             try:
                 scene = _parsed(text, self.source)
             except ValueError:
-                return text, {}  # what is wrong, ParRay says
+                return text, {}  # ParRay will report the error
             if not _particle_items(scene):
-                return text, {}  # perhaps in a format that only ParRay knows
+                return text, {}  # the format may be one that only ParRay knows
         else:
             scene = copy.deepcopy(self.source)
         files: dict[str, Path] = {}
@@ -58,7 +58,7 @@ class Work(NamedTuple):
 
 
 def _safe(name: str) -> str:
-    """For a server: its end, with the extension, of harmless characters."""
+    """Returns the end of a name, with its extension, in characters that a server accepts."""
     return re.sub(r"[^A-Za-z0-9._-]", "_", name)[-100:].lstrip(".-")
 
 
@@ -66,11 +66,11 @@ def scene_bytes(scene: Scene) -> bytes:
     try:
         return json.dumps(scene, default=_plain, allow_nan=False).encode()
     except (TypeError, ValueError) as error:
-        raise InputError(f"the scene is no JSON: {error}") from error
+        raise InputError(f"the scene is not valid JSON: {error}") from error
 
 
 def _plain(value: Any) -> Any:
-    """Of numpy's numbers and arrays, and of paths."""
+    """Converts numpy's numbers and arrays, and paths, to JSON values."""
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, os.PathLike):
@@ -87,16 +87,16 @@ def prepare(
     folder: Path,
     convert: Convert,
 ) -> Work:
-    """`options` make the scene, `settings` are the others. `folder` may be written to and lives as long as the
-    result. InputError."""
+    """Returns the input of a render. `options` make the scene, `settings` are all other options. Writes to `folder`, which
+    must exist as long as the result is used. Raises InputError."""
     columns = {"radii": radii, "colors": colors, "elements": options.get("elements")}
     columns = {name: value for name, value in columns.items() if value is not None}
     changes = {name: options[name] for name in ("camera", "sky") if name in options}
-    asked = {name: options[name] for name in OF_PORTRAIT if name in options}
+    asked = {name: options[name] for name in OF_PARTICLES if name in options}
     if isinstance(source, Mapping) or (isinstance(source, (str, os.PathLike)) and _is_scene(Path(source))):
-        refused = [*columns, *(name for name in ("material", *OF_PORTRAIT) if name in options)]
+        refused = [*columns, *(name for name in ("material", *OF_PARTICLES) if name in options)]
         if refused:
-            raise InputError(f"{', '.join(refused)}: for particles; a scene says that itself")
+            raise InputError(f"{', '.join(refused)}: these options are for particles: write them into the scene")
         if isinstance(source, Mapping):
             return Work(_changed(_with_files(source, folder), changes))
         path = Path(source)
@@ -112,10 +112,10 @@ def prepare(
     rules += as_arguments(asked)
     if not (changes or rules or "material" in options):
         return Work(path)
-    return Work(_portrait(path, folder, rules, options.get("material"), changes, settings, convert))
+    return Work(_automatic_scene(path, folder, rules, options.get("material"), changes, settings, convert))
 
 
-def _portrait(
+def _automatic_scene(
     path: Path,
     folder: Path,
     rules: list[str],
@@ -124,7 +124,7 @@ def _portrait(
     settings: Mapping[str, Any],
     convert: Convert,
 ) -> Scene:
-    """The scene that `parray` makes of a file of particles, changed."""
+    """Returns the automatic scene that `parray` makes from a particle file, with changes."""
     if isinstance(material, str):
         rules = [*rules, "--material", material]
     elif material is not None:
@@ -132,7 +132,7 @@ def _portrait(
     for side in ("width", "height"):
         if side in settings:
             rules = [*rules, "--" + side, str(settings[side])]
-    file = folder / "portrait.json"
+    file = folder / "automatic.json"
     convert(path, file, rules)
     scene = _read(file)
     item = scene["particles"][0]
@@ -150,12 +150,12 @@ def _with_columns(particles: Particles, columns: Mapping[str, Any]) -> Particles
 
 
 def _radius_rule(columns: Mapping[str, Any]) -> list[str]:
-    """Of a file `parray` can take one radius for all."""
+    """Returns the option for the only column that a file accepts: one radius for all."""
     refused = [
         name for name, value in columns.items() if name != "radii" or (hasattr(value, "__len__") and not isinstance(value, str))
     ]
     if refused:
-        raise InputError(f"{', '.join(refused)}: a file has its own; give one radius for all, or arrays instead of the file")
+        raise InputError(f"{', '.join(refused)}: a file has its own: give one radius for all, or arrays instead of the file")
     return ["--radius", str(columns["radii"])] if columns else []
 
 
@@ -164,14 +164,14 @@ def _is_scene(path: Path) -> bool:
 
 
 def _particle_items(scene: Any) -> list[Any]:
-    """Those of `particles` that name a file; what is wrong with the others, ParRay says."""
+    """Returns the items of `particles` that name a file. ParRay reports errors in other items."""
     items = scene.get("particles") if isinstance(scene, dict) else None
     named = items if isinstance(items, list) else []
     return [item for item in named if isinstance(item, dict) and isinstance(item.get("file"), str)]
 
 
 def _files_of(item: Mapping[str, Any]) -> list[str]:
-    """The keys of such an item that name files."""
+    """Returns the keys of such an item that name files."""
     return [key for key in ("file", "topology") if isinstance(item.get(key), str)]
 
 
@@ -189,11 +189,11 @@ def _read(path: Path) -> Scene:
     try:
         return _parsed(text, path)
     except ValueError as error:
-        raise InputError(f"{path}: no JSON: {error}") from error
+        raise InputError(f"{path}: the file is not valid JSON: {error}") from error
 
 
 def _parsed(text: bytes, path: Path) -> Scene:
-    """A scene file, its particle files with absolute paths. ValueError: no JSON."""
+    """Parses a scene file and makes the paths of its particle files absolute. Raises ValueError for invalid JSON."""
     scene: Scene = json.loads(text)
     for item in _particle_items(scene):
         for key in _files_of(item):
@@ -202,7 +202,7 @@ def _parsed(text: bytes, path: Path) -> Scene:
 
 
 def _with_files(scene: Mapping[str, Any], folder: Path) -> Scene:
-    """A copy; in the place of a file's name anything may stand that render() takes for particles."""
+    """Returns a copy in which particles of any kind that render() accepts have become files."""
     changed = dict(scene)
     items = []
     for number, item in enumerate(scene.get("particles", [])):
@@ -219,7 +219,7 @@ def _with_files(scene: Mapping[str, Any], folder: Path) -> Scene:
 
 
 def _changed(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Keys of `camera` and `sky` in the place of the scene's; of another projection only what both have stays."""
+    """Replaces members of the scene's `camera` and `sky`. With a new projection, drops the member that it does not use."""
     for name, values in changes.items():
         kept = dict(scene.get(name, {}))
         if "projection" in values:

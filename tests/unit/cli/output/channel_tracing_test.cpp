@@ -110,7 +110,7 @@ TEST_CASE("depth is measured along the view, not along the ray, with a lens too"
   }
 }
 
-TEST_CASE("a normal points to the side that is seen, inside a sphere inwards") {
+TEST_CASE("a normal points to the visible side, also inside a sphere") {
   for (const Precision precision : precisions) {
     CAPTURE(name_of(precision));
     const Scene scene = seen_along_z(1e-4, {{{1, 2, 7}, 2, 1}});
@@ -159,14 +159,14 @@ TEST_CASE("cost is what the picture's own samples take") {
   CHECK(rays == doctest::Approx(static_cast<double>(lane_sums(scene, settings).counts.rays)));
 }
 
-TEST_CASE("in a closed room every path is as long as it may be") {
+TEST_CASE("in a closed room every path has the largest number of segments") {
   RenderSettings settings = settings_of(4, 3);
   settings.max_depth = 7;
   const Scene room = seen_along_z(0.5, {{{1, 2, 7}, 20, 0}});
   check_all(reals(trace_channels(room, settings, {Aov::cost}, 1), "cost"), 7);
 }
 
-TEST_CASE("extra channels of a pixel's first 16 samples are traced, or of all if there are fewer") {
+TEST_CASE("extra channels use the first 16 samples of a pixel, or all if there are fewer") {
   const Scene scene = small_scene();
   RenderSettings settings = small_settings(scene);
   const auto with = [&](std::uint32_t spp) {
@@ -202,7 +202,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("only the channels that are wanted are there, each as it is among all") {
+TEST_CASE("only the requested channels exist, and each is independent of the others") {
   const Scene scene = small_scene();
   const RenderSettings settings = small_settings(scene);
   const Channels all = trace_channels(scene, settings, everything, 1);
@@ -218,14 +218,14 @@ TEST_CASE("only the channels that are wanted are there, each as it is among all"
   CHECK(trace_channels(scene, settings, {}, 1).empty());
 }
 
-TEST_CASE("a sphere's number is its place among the spheres that are left without duplicates") {
+TEST_CASE("a sphere's number is its place in the scene without duplicates") {
   Scene scene = seen_along_z(1e-4, {{{40, 0, 0}, 1, 0}, {{40, 0, 0}, 1, 1}, {{1, 2, 0}, 3, 0}});
   CHECK(spheres_of(trace_channels(scene, settings_of(1, 1), everything, 1))[0] == 2);
   REQUIRE(remove_duplicates(scene).count == 1);
   CHECK(spheres_of(trace_channels(scene, settings_of(1, 1), everything, 1))[0] == 1);
 }
 
-TEST_CASE("what is thrown between two bands ends the tracing") {
+TEST_CASE("an exception between two bands ends the tracing") {
   const Scene scene = seen_along_z(0.5, {{{1, 2, 0}, 3, 0}});
   int calls = 0;
   CHECK_THROWS_AS(trace_channels(scene, settings_of(300, 16), {Aov::depth}, 2,
@@ -236,7 +236,7 @@ TEST_CASE("what is thrown between two bands ends the tracing") {
   CHECK(calls == 3);
 }
 
-TEST_CASE("channels are asked for by name, in any order, and unknown ones are refused") {
+TEST_CASE("channels are requested by name in any order, and unknown ones are refused") {
   CHECK(aovs_from("depth") == Aovs{Aov::depth});
   CHECK(aovs_from("sphere,depth,sphere") == Aovs{Aov::depth, Aov::sphere});
   CHECK(text_of(aovs_from("cost,sphere,albedo,normal,depth")) == "depth,normal,albedo,sphere,cost");

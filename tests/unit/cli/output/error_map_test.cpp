@@ -83,7 +83,7 @@ TEST_CASE("the map's colours rise evenly in lightness, look evenly apart and can
   CHECK(*most < 1.1 * *least);
 }
 
-TEST_CASE("a scale ends in round numbers, holds nearly all half-widths and is a decade at least") {
+TEST_CASE("a scale has round ends, contains nearly all half-widths and spans at least a decade") {
   std::vector<float> values(1000, 0.03F);
   values[0] = 1e-9F;  // one in a thousand does not spoil the picture
   values[1] = 0.11F;
@@ -109,7 +109,7 @@ TEST_CASE("a scale ends in round numbers, holds nearly all half-widths and is a 
   }
 }
 
-TEST_CASE("half-widths stand on the scale by their logarithm") {
+TEST_CASE("half-widths are on a logarithmic scale") {
   const ErrorScale scale{0.001, 0.1};
   CHECK(scale.share_of(0) == 0);
   CHECK(scale.share_of(0.0001) == 0);
@@ -119,7 +119,7 @@ TEST_CASE("half-widths stand on the scale by their logarithm") {
   CHECK(scale.at(scale.share_of(0.02)) == doctest::Approx(0.02));
 }
 
-TEST_CASE("a pixel has its worst channel's half-width, or none with fewer than two samples") {
+TEST_CASE("a pixel has the half-width of its worst channel, or none with fewer than two samples") {
   constexpr float nothing = std::numeric_limits<float>::infinity();
   const PictureStatistics statistics{
       {2, 1, 9, 0}, {0.1F, 0.3F, 0.2F, 0.1F, 0.1F, 0.1F, 0, 0, 0, nothing, nothing, nothing}};
@@ -128,7 +128,7 @@ TEST_CASE("a pixel has its worst channel's half-width, or none with fewer than t
   CHECK(half_widths_of({{1, 1}, {}}, 2) == std::vector<float>{-1, -1});
 }
 
-TEST_CASE("a map shows each pixel's colour where the pixel is, and unknown ones in their own") {
+TEST_CASE("a map shows each pixel's colour in its place, and unknown pixels in a separate colour") {
   const ErrorScale scale{0.001, 0.1};
   const std::vector<float> values = {0.0005F, 0.01F, 0.2F, -1, 0, 5};
   const Image map = error_map(values, 3, scale);
@@ -139,7 +139,7 @@ TEST_CASE("a map shows each pixel's colour where the pixel is, and unknown ones 
   CHECK(colour_at(map, 0, 1) == unknown_colour);
 }
 
-TEST_CASE("a legend says what the ends and the middle of its colours stand for") {
+TEST_CASE("a legend shows the values of the ends and the middle of its colours") {
   const ErrorScale scale{0.0002, 0.5};
   const Image map = error_map(std::vector<float>(600 * 2, 0.1F), 600, scale);
   REQUIRE(map.width == 600);
@@ -168,7 +168,7 @@ TEST_CASE("a legend says what the ends and the middle of its colours stand for")
   CHECK_FALSE(says(map, font, "0.0005", {left, values}));
 }
 
-TEST_CASE("a legend fits whatever the picture's width, and grows with it") {
+TEST_CASE("a legend fits pictures of any width and grows with it") {
   std::uint32_t last = 0;
   for (const std::uint32_t width : {1U, 20U, 150U, 479U, 1920U, 7680U}) {
     const Image map = error_map(std::vector<float>(width, 0.1F), width, {1e-12, 1e12});

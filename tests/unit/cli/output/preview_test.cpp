@@ -14,7 +14,7 @@
 namespace parray::test {
 namespace {
 
-TEST_CASE("the first preview waits for a sample of every pixel, but not for long") {
+TEST_CASE("the first preview waits for a sample of every pixel, but at most a tenth of a second") {
   const PreviewPace fresh;
   CHECK_FALSE(fresh.due(0, false));
   CHECK(fresh.due(0, true));
@@ -22,7 +22,7 @@ TEST_CASE("the first preview waits for a sample of every pixel, but not for long
   CHECK(fresh.due(0.11, false));
 }
 
-TEST_CASE("a preview with gaps is followed by one without as soon as there is one") {
+TEST_CASE("a complete preview follows an incomplete one as soon as possible") {
   PreviewPace pace;
   pace.wrote(0.15, false, 0.05);
   CHECK_FALSE(pace.due(0.2, false));
@@ -31,7 +31,7 @@ TEST_CASE("a preview with gaps is followed by one without as soon as there is on
   CHECK_FALSE(pace.due(0.3, true));
 }
 
-TEST_CASE("beyond the first two, previews take a fiftieth of the time, ten a second at most") {
+TEST_CASE("after the first two, previews take a fiftieth of the time, at most ten per second") {
   Dice dice(5);
   for (int trial = 0; trial < 200; ++trial) {
     CAPTURE(trial);
@@ -68,7 +68,8 @@ TEST_CASE("beyond the first two, previews take a fiftieth of the time, ten a sec
   }
 }
 
-TEST_CASE("a preview of a picture that has gaps opens, has every pixel and says what it is") {
+TEST_CASE(
+    "a preview of an incomplete picture can be read, has all pixels and is marked as partial") {
   const TemporaryDirectory directory;
   const auto file = directory.path() / "preview.png";
   ProgressOptions following;

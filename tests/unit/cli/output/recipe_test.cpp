@@ -63,7 +63,7 @@ std::string refusal(const json& changes, const std::string& name, const Metadata
 
 }  // namespace
 
-TEST_CASE("a recipe has all that decides the bits, in both kinds of file") {
+TEST_CASE("a recipe contains all values that determine the bits, in both kinds of file") {
   for (const bool exr : {true, false}) {
     const Picture picture = picture_of();
     const Recipe recipe = kept_recipe(picture, exr);
@@ -85,7 +85,7 @@ TEST_CASE("a recipe has all that decides the bits, in both kinds of file") {
   }
 }
 
-TEST_CASE("where pixels differ, the recipe has the passes and where these spend their samples") {
+TEST_CASE("for different numbers of samples, the recipe has the passes and their target") {
   for (const bool exr : {true, false}) {
     const Recipe recipe = kept_recipe(picture_of(adaptive_entries), exr);
     CHECK_FALSE(recipe.equal_samples);
@@ -99,7 +99,7 @@ TEST_CASE("where pixels differ, the recipe has the passes and where these spend 
   CHECK(kept_recipe(picture_of(equal), true).settings.samples_per_pixel == 32);
 }
 
-TEST_CASE("numbers are numbers in EXR, what is unknown is left out") {
+TEST_CASE("EXR stores numbers as numbers, and unknown values are left out") {
   const ImageMetadata metadata = as_kept(recipe_metadata(picture_of()), true);
   const auto is = [&](const std::string& name, const MetadataValue& value) {
     return std::find(metadata.begin(), metadata.end(), std::pair(name, value)) != metadata.end();
@@ -111,19 +111,19 @@ TEST_CASE("numbers are numbers in EXR, what is unknown is left out") {
   CHECK(real_in(metadata, "parray:error:low") == std::nullopt);
 }
 
-TEST_CASE("previews and pictures of others have no recipe") {
+TEST_CASE("previews and pictures of other programs have no recipe") {
   const auto of = [](const ImageMetadata& metadata) {
     return message_of<InputError>([&] { recipe_in(metadata, "a.exr"); });
   };
-  CHECK(of({{"parray:partial", "true"}}).starts_with("a.exr: a preview, which has no recipe"));
-  CHECK(of({{"Software", "GIMP"}}).starts_with("a.exr: has no recipe"));
+  CHECK(of({{"parray:partial", "true"}}).starts_with("a.exr: a preview has no recipe"));
+  CHECK(of({{"Software", "GIMP"}}).starts_with("a.exr: the file has no recipe"));
 }
 
-TEST_CASE("a recipe with a value that cannot be is refused with its name") {
+TEST_CASE("a recipe with an invalid value is refused with the name of the value") {
   for (const char* name : {"width", "max_depth", "seed", "sampler", "precision", "samples",
                            "samples_per_pixel", "image_sha256", "scene_sha256"}) {
     const std::string message = refusal(json::object(), name, -1.5);
-    CHECK_MESSAGE(message.starts_with("a.exr: its recipe is damaged: "), message);
+    CHECK_MESSAGE(message.starts_with("a.exr: the recipe is damaged: "), message);
     CHECK_MESSAGE(message.find(name) != std::string::npos, message);
   }
   CHECK(refusal(json::object(), "width", std::uint64_t{70000}).find("width: 70000") !=
@@ -133,18 +133,18 @@ TEST_CASE("a recipe with a value that cannot be is refused with its name") {
   CHECK(refusal(json::object(), "precision", "auto").find("parray:precision") != std::string::npos);
   for (const char* passes : {"", "1,", "[1],2", "x", "-1", "0", "1e3"}) {
     const std::string message = refusal(adaptive_entries, "passes", passes);
-    CHECK_MESSAGE(message.starts_with("a.exr: its recipe is damaged: "), passes, message);
+    CHECK_MESSAGE(message.starts_with("a.exr: the recipe is damaged: "), passes, message);
   }
 }
 
-TEST_CASE("another scene and another tracer are refused") {
+TEST_CASE("a different scene and a different tracer are refused") {
   Recipe recipe = kept_recipe(picture_of(), true);
   const auto refused = [&](const std::string& scene_sha256) {
     return message_of<InputError>(
         [&] { check_recipe(recipe, "a.exr", scene_sha256, "scene.json"); });
   };
   CHECK(refused(std::string(64, 'a')) == "no error");
-  CHECK(refused(std::string(64, 'b')).starts_with("scene.json: not the scene of a.exr"));
+  CHECK(refused(std::string(64, 'b')).starts_with("scene.json: this is not the scene of a.exr"));
   ++recipe.trace_version;
   CHECK(refused(std::string(64, 'a')).find("use ParRay 1.2.3") != std::string::npos);
 }

@@ -20,7 +20,8 @@ LegendEntry entry(const char* name, double red, std::uint64_t count) {
 
 }  // namespace
 
-TEST_CASE("a legend by element has those that occur, by atomic number, the unknown last") {
+TEST_CASE(
+    "a legend by element lists the elements of the particles by atomic number, unknown ones last") {
   Particles particles;
   particles.positions.resize(5);
   particles.elements = {8, 1, 0, 1, 1};
@@ -32,7 +33,9 @@ TEST_CASE("a legend by element has those that occur, by atomic number, the unkno
   CHECK(legend.entries[2] == LegendEntry{"unknown", element(0).color, 1});
 }
 
-TEST_CASE("a legend by type has the file's order, and a scene's material where it has the name") {
+TEST_CASE(
+    "a legend by type has the order of the file and the colours of materials with the type's "
+    "name") {
   Particles particles;
   particles.positions.resize(3);
   particles.types = {{"b", "a", "unused"}, {0, 1, 0}};
@@ -47,7 +50,7 @@ TEST_CASE("a legend by type has the file's order, and a scene's material where i
   CHECK(legend_of(particles, {ParticleMaterial::Rule::named, "a"}, names).empty());
 }
 
-TEST_CASE("legends of several files that speak of the same thing become one") {
+TEST_CASE("legends of several files with the same title and scale become one") {
   std::vector<Legend> legends;
   add_legend(legends, {});
   CHECK(legends.empty());
@@ -66,7 +69,7 @@ TEST_CASE("legends of several files that speak of the same thing become one") {
   CHECK(legends.size() == 4);
 }
 
-TEST_CASE("a legend's text is JSON that has all of it, but for a great many names") {
+TEST_CASE("a legend's text is JSON with all entries, except beyond the limit of names") {
   Legend scale{
       .title = "v\"x", .unit = "m/s", .low = -1, .high = 2, .stops = {{0, 0, 1}, {1, 0, 0}}};
   Legend many{.title = "type"};

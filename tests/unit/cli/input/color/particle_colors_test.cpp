@@ -1,3 +1,5 @@
+#include "cli/input/color/particle_colors.h"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/residues.h"
@@ -105,7 +106,7 @@ class ColoredScene {
 
 }  // namespace
 
-TEST_CASE("numbers take their places between the least and the largest") {
+TEST_CASE("numbers are coloured between the least and the largest") {
   CHECK(shares({2, 4, 3}, by_number()) == std::vector<double>{0, 1, 0.5});
   CHECK(shares({5, 5}, by_number()) == std::vector<double>{0.5, 0.5});
   CHECK(shares({-1e308, 1e308, 0}, by_number()) == std::vector<double>{0, 1, 0.5});
@@ -113,7 +114,7 @@ TEST_CASE("numbers take their places between the least and the largest") {
         std::vector<double>{0, 0, 1, 1, -1});
 }
 
-TEST_CASE("a range clips, and says how many it has clipped") {
+TEST_CASE("a range clips numbers and a note counts them") {
   const std::vector<double> values{-3, -1, 0, 1, unknown, 2};
   CHECK(shares(values, by_number("-1:1")) == std::vector<double>{0, 0, 0.5, 1, -1, 1});
   Particles particles = with_numbers(values);
@@ -135,7 +136,7 @@ TEST_CASE("a range clips, and says how many it has clipped") {
   CHECK(paint.legend.entries[0].count == 1);
 }
 
-TEST_CASE("percentiles are by nearest rank, of the numbers that are known") {
+TEST_CASE("percentiles are by nearest rank and ignore unknown numbers") {
   std::vector<double> values{unknown, infinity};
   for (int i = 1; i <= 100; ++i) values.push_back((i * 37) % 101);
   Particles particles = with_numbers(values);
@@ -146,29 +147,29 @@ TEST_CASE("percentiles are by nearest rank, of the numbers that are known") {
   CHECK(colors_of(by_number("0%:100%"), particles).legend.high == 100);
 }
 
-TEST_CASE("a map with a middle has it at zero, unless a range is given") {
+TEST_CASE("a diverging map has its middle at zero unless a range is given") {
   CHECK(shares({-1, 0, 4}, by_number({}, ColorMap::blue_red))[1] == 0.5);
   CHECK(shares({1, 2, 3}, by_number({}, ColorMap::blue_red)) == std::vector<double>{0, 0.5, 1});
   CHECK(shares({-1, 0, 4}, by_number("-1:4", ColorMap::blue_red))[0] == 0);
 }
 
-TEST_CASE("a range that cannot be is refused") {
+TEST_CASE("an invalid range is refused") {
   for (const char* text : {"", "1", "2:1", "1:1", "-1%:50%", "60%:40%", "0:101%", "a:b", "1:2:3"}) {
     CAPTURE(text);
     CHECK(message_of<InputError>([&] {
             (void)color_range_from(text);
-          }).find("is no range: write two numbers") != std::string::npos);
+          }).find("is not a range: write two numbers") != std::string::npos);
   }
   Particles particles = with_numbers({1, 2});
   CHECK(message_of<SourceError>([&] { (void)colors_of(by_number("5:"), particles); }) ==
-        "low, 5, is above high, 2, in these particles: write both");
+        "low (5) is above high (2) for these particles: give both ends");
   Particles nothing = with_numbers({unknown, infinity});
   CHECK(message_of<SourceError>([&] { (void)colors_of(by_number(), nothing); }) ==
-        "no particle has a finite vx: colour by something else");
+        "no particle has a finite vx: choose another column");
   CHECK_THROWS_AS((void)colors_of({"vz", {}, {}}, particles), UnknownNumber);
 }
 
-TEST_CASE("colours by number are the same for any number of threads, and few") {
+TEST_CASE("colours by number are few and the same for any number of threads") {
   Dice dice(4);
   std::vector<double> values;
   for (int i = 0; i < 100'000; ++i) values.push_back(dice.one_in(50) ? unknown : dice.unit());
@@ -184,7 +185,7 @@ TEST_CASE("colours by number are the same for any number of threads, and few") {
   CHECK(std::set<std::uint32_t>(one.index.begin(), one.index.end()).size() == color_levels + 1);
 }
 
-TEST_CASE("types have their colours in every frame, whichever atom comes first") {
+TEST_CASE("types keep their colours in all frames for any order of atoms") {
   Particles first;
   Particles second;
   for (const char* name : {"2", "10", "1", "X"}) add(first.types, name);
@@ -199,7 +200,7 @@ TEST_CASE("types have their colours in every frame, whichever atom comes first")
   CHECK(names == std::vector<std::string>{"1", "2", "10", "X"});
 }
 
-TEST_CASE("categories have colours of their own, which a selection does not change") {
+TEST_CASE("categories have different colours, which a selection does not change") {
   Particles particles;
   for (const char* name : {"B", "A", "B", "C", ""}) {
     add(particles.chains, name);
@@ -223,7 +224,7 @@ TEST_CASE("categories have colours of their own, which a selection does not chan
         }) == "the file has no residue names: it has chains, x, y, z, fx, fy, fz, index");
 }
 
-TEST_CASE("residues are coloured by what they are like") {
+TEST_CASE("residues are coloured by their group") {
   CHECK(residue_groups().size() == 11);
   const auto group = [](const char* name) {
     const auto number = residue_group(name);
@@ -256,7 +257,7 @@ TEST_CASE("residues are coloured by what they are like") {
   CHECK(paint.legend.entries[2].color == category_color(12));
 }
 
-TEST_CASE("a scene colours, selects and slices the particles of its files") {
+TEST_CASE("a scene file colours, selects and slices particles") {
   const ColoredScene files;
   const SceneFile file = files.expanded(
       R"("select": "vx > -1 or type b", "slice": "x=:2.5", "color_by": "vx", "range": [0, 2],
@@ -270,7 +271,7 @@ TEST_CASE("a scene colours, selects and slices the particles of its files") {
   CHECK(file.legends[0].high == 2);
 }
 
-TEST_CASE("colour by element is that of the material by-element") {
+TEST_CASE("color_by element gives the colours of the material by-element") {
   const ColoredScene files;
   const SceneFile colored = files.expanded(R"("color_by": "element")");
   const SceneFile by_element = files.expanded(R"("material": "by-element")");
@@ -278,7 +279,7 @@ TEST_CASE("colour by element is that of the material by-element") {
   CHECK(colored.legends == by_element.legends);
 }
 
-TEST_CASE("a named material gives coloured particles its kind") {
+TEST_CASE("coloured particles get the type of a named material") {
   const ColoredScene files;
   const Scene scene = files.expanded(R"("color_by": "type", "material": "gold")").scene;
   const Material& material = scene.materials[scene.spheres[1].material];
@@ -286,39 +287,41 @@ TEST_CASE("a named material gives coloured particles its kind") {
   CHECK(material.fuzz == 0.25);
   CHECK(material.albedo == category_color(1));
   CHECK(files.refusal(R"("color_by": "type", "material": "glass")") ==
-        "6: /particles/0/material: glass has no colour that color_by could give it: name another "
+        "6: /particles/0/material: color_by cannot colour glass: choose another "
         "material");
   CHECK(files.refusal(R"("color_by": "type", "material": "by-element")") ==
-        "6: /particles/0/color_by: material is by-element, which says the colour, too: leave one "
-        "of them out");
+        "6: /particles/0/color_by: material is by-element, which also sets the colour: leave out "
+        "material or color_by");
 }
 
-TEST_CASE("errors of a scene's selections and colours have their places") {
+TEST_CASE("errors in a scene's selections and colours name their place") {
   const ColoredScene files;
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"\n\"select\": \"vx > 1 und z\"",
-       "7: /particles/0/select: column 8: unexpected 'und': join conditions with 'and' or 'or'"},
+       "7: /particles/0/select: column 8: unexpected 'und': join conditions by 'and' or 'or'"},
       {"\"select\": 3",
        "6: /particles/0/select: expected a string, found a number: write a text in "
        "double quotes"},
-      {"\"select\": \" \"", "6: /particles/0/select: the selection is empty: write an expression, or all"},
+      {"\"select\": \" \"",
+       "6: /particles/0/select: the selection is empty: write an expression, or \"all\""},
       {"\"select\": \"vx > 7\"",
-       "6: /particles/0/select: none of 4 particles is left: there are vx from -1 to 3"},
+       "6: /particles/0/select: the selection leaves none of 4 particles: there are vx from -1 to "
+       "3"},
       {"\"select\": \"vy > 7\"",
-       "6: /particles/0/select: column 1: the file has no numbers 'vy': did you mean 'y'?"},
+       "6: /particles/0/select: column 1: the file has no numeric column 'vy': did you mean 'y'?"},
       {"\n\n\"hide\": [\"watr\"]",
-       "8: /particles/0/hide: 'watr' is no class of particles: did you mean 'water'?"},
+       "8: /particles/0/hide: 'watr' is not a class of particles: did you mean 'water'?"},
       {"\"hide\": [\"water\"]",
        "6: /particles/0/hide: the file has no residue names: it "
        "has elements, types, x, y, z, fx, fy, fz, index"},
       {"\"hide\": \"water\"",
-       "6: /particles/0/hide: not a list: write words in brackets, as "
+       "6: /particles/0/hide: this is not a list: write words in brackets, such as "
        "[\"virtual\", \"water\"]"},
       {"\"slice\": \"z\"",
-       "6: /particles/0/slice: 'z' is no slice: write z=10:20, or z=40%:60% "
+       "6: /particles/0/slice: 'z' is not a slice: write z=10:20, or z=40%:60% "
        "for a part of the cell"},
       {"\"color_by\": \"speed\"",
-       "6: /particles/0/color_by: the file has no numbers 'speed': "
+       "6: /particles/0/color_by: the file has no numeric column 'speed': "
        "known: element, type, chain, residue, atom, x, y, z, fx, fy, fz, index, vx, q"},
       {"\"color_by\": \"chain\"",
        "6: /particles/0/color_by: the file has no chains: it has "
@@ -328,13 +331,14 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
       {"\"colormap\": \"viridis\"",
        "6: /particles/0/colormap: has no effect without color_by: add color_by"},
       {"\"color_by\": \"type\", \"range\": [0, 1]",
-       "6: /particles/0/range: is for numbers, and 'type' is none: leave it out"},
+       "6: /particles/0/range: works only with numbers, and 'type' is not a number: leave it out"},
       {"\"color_by\": \"vx\", \"range\": [1, 0]",
        "6: /particles/0/range: low is not below high: write [low, high]"},
       {"\"color_by\": \"vx\", \"range\": [1]",
-       "6: /particles/0/range: not two numbers: write [low, high]"},
+       "6: /particles/0/range: the array does not have two numbers: write [low, high]"},
       {"\"color_by\": \"vx\", \"range\": \"a\"",
-       "6: /particles/0/range: no range: write [low, high], or a text such as \"1%:99%\""},
+       "6: /particles/0/range: this is not a range: write [low, high], or a text such as "
+       "\"1%:99%\""},
   };
   for (const auto& row : cases) {
     const auto& [members, expected] = row;  // which Clang 14 does not capture
@@ -343,7 +347,7 @@ TEST_CASE("errors of a scene's selections and colours have their places") {
   }
 }
 
-TEST_CASE("what is written of selections and colours is read as the same") {
+TEST_CASE("selections and colours are written so that they read back equal") {
   const ColoredScene files;
   for (const std::string members :
        {R"("select":"name \"A B\"", "slice":"z=1%:", "hide":[])",
@@ -362,7 +366,7 @@ TEST_CASE("what is written of selections and colours is read as the same") {
   }
 }
 
-TEST_CASE("a portrait keeps what was asked of it by reference, and applies it") {
+TEST_CASE("an automatic scene applies its options and keeps them in its reference") {
   const ColoredScene files;
   ParticleSource source;
   source.filter.select = "vx >= 0";

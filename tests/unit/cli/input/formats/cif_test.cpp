@@ -79,7 +79,7 @@ TEST_CASE("mmCIF: a single atom outside a loop is read") {
   }
 }
 
-TEST_CASE("mmCIF: text fields, comments, other loops and later blocks are passed over") {
+TEST_CASE("mmCIF: text fields, comments, other loops and later blocks are skipped") {
   const ParticleFiles files;
   const std::string own = cif("type_symbol Cartn_x Cartn_y Cartn_z", "C 1 2 3");
   const std::string before =
@@ -89,7 +89,8 @@ TEST_CASE("mmCIF: text fields, comments, other loops and later blocks are passed
   CHECK(xs_of(files.read("a.cif", own + cif("Cartn_x Cartn_y Cartn_z", "7 8 9"))) == Xs{1});
 }
 
-TEST_CASE("CIF of a crystal: every operation makes an image in the cell, special positions one") {
+TEST_CASE(
+    "CIF of a crystal: each operation adds an image in the cell, except on special positions") {
   const ParticleFiles files;
   const std::string operations = "loop_\n_symmetry_equiv_pos_as_xyz\n'x,y,z'\n'-x, -y, 1/2+z'\n";
   const Particles particles = read_all(
@@ -111,7 +112,7 @@ TEST_CASE("CIF of a crystal: every operation makes an image in the cell, special
             .count() == 1);
 }
 
-TEST_CASE("CIF of a crystal: the space group's name does where operations are not listed") {
+TEST_CASE("CIF of a crystal: without operations, the name of the space group gives them") {
   const ParticleFiles files;
   const std::string name = "data_a\n_symmetry_space_group_name_H-M 'F m -3 m'\n" + cell;
   CHECK(read_all(files, name + sites("Na1 Na 0 0 0 1 .\nCl1 Cl 0.5 0.5 0.5 1 .\n")).count() == 8);
@@ -124,7 +125,8 @@ TEST_CASE("CIF of a crystal: the space group's name does where operations are no
 }
 
 TEST_CASE(
-    "CIF of a crystal: of disordered and shared sites one is shown, and how many not is told") {
+    "CIF of a crystal: one of several disordered or shared sites is shown and a note counts the "
+    "others") {
   const ParticleFiles files;
   const std::string text =
       "data_a\n_symmetry_space_group_name_H-M 'P -1'\n" + cell +
@@ -142,16 +144,17 @@ TEST_CASE(
   CHECK(read_particles(files.write("a.cif", text), all).count() == 10);
 }
 
-TEST_CASE("CIF of a crystal: without a cell or with a false operation it is refused") {
+TEST_CASE("CIF of a crystal: a missing cell and an invalid operation are refused") {
   const ParticleFiles files;
   CHECK(files.message("a.cif", "data_a\n" + sites("C1 C 0 0 0 1 .\n")) ==
-        "a.cif:10: fractional coordinates without a cell: add _cell_length_a and the others");
+        "a.cif:10: the coordinates are fractions but the file has no cell: add _cell_length_a, "
+        "_cell_length_b, _cell_length_c and the angles");
   CHECK(files.message("a.cif", "data_a\n" + cell + "_symmetry_equiv_pos_as_xyz 'x,y'\n" +
                                    sites("C1 C 0 0 0 1 .\n")) ==
-        "a.cif:17: 'x,y' is not a symmetry operation: write it as 'x, y+1/2, -z'");
+        "a.cif:17: 'x,y' is not a symmetry operation: write an operation such as 'x, y+1/2, -z'");
 }
 
-TEST_CASE("operations of symmetry: signs, fractions, decimals and factors in any order") {
+TEST_CASE("symmetry operations: signs, fractions, decimals and factors in any order") {
   using Row = std::array<double, 12>;
   CHECK(symmetry_operation_in("x,y,z") == Row{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
   CHECK(symmetry_operation_in("-Y, X-Y ,1/2+z") == Row{0, -1, 0, 0, 1, -1, 0, 0, 0, 0, 1, 0.5});
@@ -163,7 +166,8 @@ TEST_CASE("operations of symmetry: signs, fractions, decimals and factors in any
   }
 }
 
-TEST_CASE("CIF of a component: ideal coordinates, where all atoms have them, else the model's") {
+TEST_CASE(
+    "CIF of a component: ideal coordinates if all atoms have them, otherwise those of the model") {
   const ParticleFiles files;
   const std::string head =
       "data_ABC\nloop_\n_chem_comp_atom.comp_id\n_chem_comp_atom.atom_id\n"
@@ -184,7 +188,7 @@ TEST_CASE("CIF of a component: ideal coordinates, where all atoms have them, els
   CHECK(test::note(model, "unplaced") == 1);
 }
 
-TEST_CASE("mmCIF: models are frames; names, residues, numbers and the cell are given") {
+TEST_CASE("mmCIF: models are frames; names, residues, numbers and the cell are read") {
   const ParticleFiles files;
   const std::string text =
       "data_a\n_cell.length_a 10\n_cell.length_b 20\n_cell.length_c 30\n_cell.angle_alpha 90\n"
@@ -213,10 +217,10 @@ TEST_CASE("mmCIF: models are frames; names, residues, numbers and the cell are g
   CHECK(xs({0, true}) == Xs{3});
   CHECK(test::message_of<InputError>([&] {
           xs({2, false});
-        }).ends_with("the file ends after 2 frames: there is no frame 2, counted from 0"));
+        }).ends_with("the file ends after 2 frames: it has no frame 2 (the first frame is 0)"));
 }
 
-TEST_CASE("CIF: the first block with atoms is read, and that there are more is told") {
+TEST_CASE("CIF: the first block with atoms is read and a note counts the others") {
   const ParticleFiles files;
   const std::string atoms =
       "loop_\n_atom_site.type_symbol\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n_atom_site.Cartn_z\n";

@@ -61,7 +61,7 @@ TEST_CASE("CSV: a quote after empty tab-separated fields keeps its column") {
   CHECK(particles.positions == std::vector<Vec3d>{{1, 2, 3}});
 }
 
-TEST_CASE("CSV: r is a radius, but red where g and b stand beside it") {
+TEST_CASE("CSV: r is a radius, but red if there are columns g and b") {
   const ParticleFiles files;
   CHECK(files.read("a.csv", "x,y,z,r\n0,0,0,2\n").radii == std::vector<double>{2});
   const Particles colored = files.read("a.csv", "x,y,z,r,g,b\n0,0,0,1,0.5,0\n");
@@ -72,7 +72,7 @@ TEST_CASE("CSV: r is a radius, but red where g and b stand beside it") {
   CHECK(both.colors == std::vector<Vec3d>{{1, 0.5, 0}});
 }
 
-TEST_CASE("CSV: colours above 1 anywhere make the whole file 8-bit sRGB") {
+TEST_CASE("CSV: a colour component above 1 makes all colours 8-bit sRGB") {
   const ParticleFiles files;
   const Particles particles =
       files.read("a.csv", "x,y,z,Red,Green,Blue\n0,0,0,1,0,1\n0,0,1,255,128,0\n");
@@ -80,7 +80,8 @@ TEST_CASE("CSV: colours above 1 anywhere make the whole file 8-bit sRGB") {
                                                {1, srgb_decode(128.0 / 255), 0}});
 }
 
-TEST_CASE("CSV: elements are symbols or atomic numbers, and the types where there are no others") {
+TEST_CASE(
+    "CSV: elements are symbols or atomic numbers, and also types if there is no column of types") {
   const ParticleFiles files;
   Particles particles = files.read("a.csv", "x,y,z,element\n0,0,0,CL\n0,0,1,6\n0,0,2,X\n0,0,3,\n");
   CHECK(particles.elements == Elements{17, 6, 0, 0});
@@ -90,7 +91,7 @@ TEST_CASE("CSV: elements are symbols or atomic numbers, and the types where ther
   CHECK(types_of(particles) == Names{"water"});
 }
 
-TEST_CASE("CSV: positions under the names that programs give them, with units in brackets") {
+TEST_CASE("CSV: columns of positions have the names of other programs, with units in brackets") {
   const ParticleFiles files;
   for (const char* header :
        {"X,Y,Z", "x [nm],y [nm],z [nm]", "pos_x,pos_y,pos_z", "PositionX,PositionY,PositionZ",

@@ -114,7 +114,7 @@ TEST_CASE("packed files damaged in many ways are read or refused") {
   }
 }
 
-TEST_CASE("every beginning of a file is read or refused") {
+TEST_CASE("every truncated file is read or refused") {
   const ParticleFiles files;
   for (const auto& file : valid_particle_files()) {
     const std::string& name = file.first;

@@ -92,7 +92,7 @@ TEST_CASE("DCD: the cell as angles, cosines and a matrix") {
   CHECK_FALSE(cell({0, 0, 0, 0, 0, 0}).cell);
 }
 
-TEST_CASE("DCD: atoms that are fixed stand in the first frame alone") {
+TEST_CASE("DCD: fixed atoms are only in the first frame") {
   const ParticleFiles files;
   DcdParts parts;
   parts.moving = {2};
@@ -102,7 +102,7 @@ TEST_CASE("DCD: atoms that are fixed stand in the first frame alone") {
   CHECK(read_particles(file, all).facts.frames == 3U);
 }
 
-TEST_CASE("DCD: more lines of title than their record counts are passed over") {
+TEST_CASE("DCD: surplus title lines are skipped") {
   const ParticleFiles files;
   DcdParts parts;
   parts.extra_title_lines = 2;
@@ -110,16 +110,18 @@ TEST_CASE("DCD: more lines of title than their record counts are passed over") {
       same(read_particles(files.write("a.dcd", test::dcd_file({first}, parts))).positions, first));
 }
 
-TEST_CASE("DCD: damage is refused with the place") {
+TEST_CASE("DCD: damaged files are refused with the place") {
   const ParticleFiles files;
   const std::string good = test::dcd_file({first, second});
-  CHECK(files.message("a.dcd", "CORD" + good).starts_with("a.dcd: byte 0: not a DCD file"));
+  CHECK(files.message("a.dcd", "CORD" + good).starts_with("a.dcd: byte 0: this is not a DCD file"));
   std::string velocities = good;
   velocities.replace(4, 4, "VELD");
-  CHECK(files.message("a.dcd", velocities).find("velocities, not positions") != std::string::npos);
+  CHECK(files.message("a.dcd", velocities).find("velocities instead of positions") !=
+        std::string::npos);
   std::string huge = good;
   huge.replace(92 + 92 + 4, 4, test::bytes_of(std::int32_t{2'000'000'000}));
-  CHECK(files.message("a.dcd", huge).find("2000000000 atoms: is the file damaged?") !=
+  CHECK(files.message("a.dcd", huge)
+            .find("2000000000 atoms: the file is probably damaged, copy it again") !=
         std::string::npos);
   check_cuts("a.dcd", good, 2);
 }

@@ -137,10 +137,10 @@ TEST_CASE("a scene is a scene in every layout of JSON and under every name") {
   }
 }
 
-TEST_CASE("JSON that is no scene is refused by the name of what it is") {
+TEST_CASE("other JSON files are refused with their kind") {
   const ParticleFiles files;
-  const std::string pandas = "looks like a table as JSON (as pandas writes it), not a scene: write";
-  const std::string ase = "looks like atoms of ASE as JSON, not a scene: write extended XYZ";
+  const std::string pandas = "looks like a table as JSON (from pandas), not a scene: write";
+  const std::string ase = "looks like ASE atoms as JSON, not a scene: write extended XYZ";
   const std::string list = "looks like a JSON list, not a scene: write a CSV file";
   const std::string utf16 = "looks like UTF-16 text: save the file as UTF-8";
   const std::vector<std::pair<std::string, std::string>> cases{
@@ -152,7 +152,7 @@ TEST_CASE("JSON that is no scene is refused by the name of what it is") {
       {R"({"1": {"cell": [1], "numbers": [6], "positions": [[0, 0, 0]]}, "nextid": 2})", ase},
       {R"({"__ase_objtype__": "atoms", "x": 1, "y": 2, "z": 3})", ase},
       {R"({"@module": "pymatgen.core.structure", "@class": "Structure", "x": 1})",
-       "looks like an object of pymatgen as JSON"},
+       "looks like a pymatgen object as JSON"},
       {R"({"nodes": [], "asset": {"version": "2.0"}})", "looks like a glTF mesh"},
       {R"([{"x": 1, "y": 2, "z": 3}, {"x": 4, "y": 5, "z": 6}])", list},
       {"[[1, 2, 3],\n[4, 5, 6]]\n", list},
@@ -182,7 +182,7 @@ TEST_CASE("keys below the top level do not make a scene something else") {
   CHECK(read_scene_file(files.write("a", named)).scene.spheres.size() == 1);
 }
 
-TEST_CASE("a NUL byte far behind the start of a scene is refused with its line") {
+TEST_CASE("a NUL byte far from the start of a scene is refused with its line") {
   const ParticleFiles files;
   std::string text = scene_text;
   text.insert(1, std::string(100'000, '\n'));
@@ -193,7 +193,7 @@ TEST_CASE("a NUL byte far behind the start of a scene is refused with its line")
   CHECK_MESSAGE(message.find("NUL") != std::string::npos, message);
 }
 
-TEST_CASE("a file is what its contents say, whatever its name") {
+TEST_CASE("the content of a file decides its format, not its name") {
   const ParticleFiles files;
   for (const auto& [sample, bytes] : test::valid_particle_files()) {
     const std::string format = format_for(sample);
@@ -211,7 +211,7 @@ TEST_CASE("a file is what its contents say, whatever its name") {
   }
 }
 
-TEST_CASE("every packing is looked through, in scenes and in particles, also of several parts") {
+TEST_CASE("scenes and particles are read from every compression, also in several parts") {
   const ParticleFiles files;
   const std::string xyz = "2\n\nC 1 0 0\nO 2 0 0\n";
   for (const std::string& packing : packings) {
@@ -230,7 +230,7 @@ TEST_CASE("every packing is looked through, in scenes and in particles, also of 
   CHECK(files.read("a", xyz).facts.packing.empty());
 }
 
-TEST_CASE("the name decides where the contents could be more than one format, or are damaged") {
+TEST_CASE("the name decides if the content fits several formats or is damaged") {
   const ParticleFiles files;
   const std::string amber =  // columns of PDB, in which PQR has a charge and a radius
       "ATOM      1  N   MET A   1      11.000   9.000  10.000  1.00 20.00\n";
@@ -243,10 +243,10 @@ TEST_CASE("the name decides where the contents could be more than one format, or
   CHECK(kind_of(files.write("a.pdb.zst", "nothing of PDB\n")) == "PDB");
   CHECK(kind_of(files.write("table", "a b c\n1 2 3\n")) == "CSV");
   CHECK(files.message("table", "a b c\n1 2 3\n") ==
-        "table:1: no column 'x': name the columns x, y and z");
+        "table:1: the table has no column 'x': name the columns x, y and z");
 }
 
-TEST_CASE("what people pass by mistake is told for what it looks like") {
+TEST_CASE("unsupported files are refused with their kind") {
   const ParticleFiles files;
   const std::vector<std::pair<std::string, std::string>> cases{
       {"\x89PNG\r\n\x1a\n", "a PNG picture"},
@@ -284,7 +284,7 @@ TEST_CASE("what people pass by mistake is told for what it looks like") {
       {"OFF\n3 1 0\n", "an OFF mesh"},
       {"{\"asset\": {\"version\": \"2.0\"}}", "a glTF mesh"},
       {"glTF\2\0\0\0"s, "a glTF mesh"},
-      {"<!DOCTYPE html>\n<html>", "an HTML page: was the download refused?"},
+      {"<!DOCTYPE html>\n<html>", "an HTML page: check that the download succeeded"},
       {"version https://git-lfs.github.com/spec/v1\n",
        "a Git LFS pointer: fetch the file itself with git lfs pull"},
       {"\xff\xfe{\0"s, "UTF-16 text: save the file as UTF-8"},
@@ -304,27 +304,32 @@ TEST_CASE("what people pass by mistake is told for what it looks like") {
             .starts_with("looks like data packed twice"));
 }
 
-TEST_CASE("what looks like nothing known is told by its first words") {
+TEST_CASE("unknown files are refused with their first words") {
   const ParticleFiles files;
   const std::string known = ": ParRay reads scene JSON, PLY, XYZ, LAMMPS dump,";
   CHECK(kind_of(files.write("README", "\n  Once upon\x1b a time\n"))
-            .starts_with("neither a scene nor particles, but binary data of a kind"));
+            .starts_with("the file is neither a scene nor a particle file, but binary data of an "
+                         "unknown kind"));
   CHECK(kind_of(files.write("README", "\n  Once upon a time\nthere\n"))
-            .starts_with("neither a scene nor particles, but text that begins with 'Once upon a "
+            .starts_with("the file is neither a scene nor a particle file, but text that begins "
+                         "with 'Once upon a "
                          "time'" +
                          known));
-  CHECK(kind_of(files.write("a.json", "nan\n")).starts_with("neither a scene nor particles, but"));
+  CHECK(kind_of(files.write("a.json", "nan\n"))
+            .starts_with("the file is neither a scene nor a particle file, but"));
   CHECK(kind_of(files.write("a", "\1\2\3"))
-            .starts_with("neither a scene nor particles, but binary data of a kind that is not"));
-  CHECK(kind_of(files.write("a", " \n")).find("nothing but blanks") != std::string::npos);
+            .starts_with(
+                "the file is neither a scene nor a particle file, but binary data of an unknown"));
+  CHECK(kind_of(files.write("a", " \n")).find("only blanks") != std::string::npos);
   for (const std::string& packing : packings) {
-    CHECK(kind_of(files.write("a", packed("", packing))) == "the file is empty: is it complete?");
+    CHECK(kind_of(files.write("a", packed("", packing))) ==
+          "the file is empty: check that the file is complete");
   }
-  CHECK(kind_of(files.write("a", "")) == "the file is empty: is it complete?");
+  CHECK(kind_of(files.write("a", "")) == "the file is empty: check that the file is complete");
   CHECK(kind_of(files.path()) == "is a directory: name a file in it");
 }
 
-TEST_CASE("damaged and cut data are refused in every packing, not read as far as they go") {
+TEST_CASE("damaged and truncated data are refused in every compression") {
   const ParticleFiles files;
   std::string text = "2000\n\n";
   for (int i = 0; i < 2000; ++i) text += "C " + std::to_string(i * 0.37) + " 0 0\n";
@@ -347,7 +352,7 @@ TEST_CASE("damaged and cut data are refused in every packing, not read as far as
   }
 }
 
-TEST_CASE("data that expand a thousandfold are refused without memory for them") {
+TEST_CASE("data that expand a thousandfold are refused without allocating memory for them") {
   const ParticleFiles files;
   for (const std::string& packing : packings) {
     CAPTURE(packing);
@@ -355,13 +360,14 @@ TEST_CASE("data that expand a thousandfold are refused without memory for them")
     const std::string part = packed(std::string(std::size_t{1} << 24, '7'), packing);
     const auto path = files.write("a.xyz", repeated(part, 64));
     const std::uint64_t before = test::peak_address_space();
-    CHECK(message_of<InputError>([&] { read_particles(path); }).find("a line of more than 65536") !=
-          std::string::npos);
+    CHECK(message_of<InputError>([&] {
+            read_particles(path);
+          }).find("a line has more than 65536") != std::string::npos);
     CHECK(test::peak_address_space() - before < 400'000'000);
   }
 }
 
-TEST_CASE("a pipe is read as often as a file") {
+TEST_CASE("a pipe can be read several times") {
   const ParticleFiles files;
   const std::filesystem::path path = files.path() / "pipe";
   REQUIRE(mkfifo(path.c_str(), 0600) == 0);
@@ -374,7 +380,7 @@ TEST_CASE("a pipe is read as often as a file") {
   CHECK(file.size() == 11);
 }
 
-TEST_CASE("bytes of a file are read, passed over and read again") {
+TEST_CASE("bytes of a file are read, skipped and read again") {
   const ParticleFiles files;
   for (const std::string& bytes : {"0123456789"s, packed("0123456789")}) {
     PackedFile file(files.write("a", bytes));

@@ -59,7 +59,7 @@ using Elements = std::vector<std::uint8_t>;
 
 }  // namespace
 
-TEST_CASE("a file's name says its format by its extension, whatever its case and packing") {
+TEST_CASE("the extension gives the format, in any letter case and compression") {
   const std::map<std::string, std::string> known = {{"a.ply", "PLY"},
                                                     {"a.CSV", "CSV"},
                                                     {"a.xyz", "XYZ"},

@@ -32,8 +32,7 @@ const std::string gro =
 
 }  // namespace
 
-TEST_CASE(
-    "GRO: positions in nm become angstrom, and a note says so; box, time and velocities too") {
+TEST_CASE("GRO: positions in nm become angstrom with a note; box, time and velocities are read") {
   const ParticleFiles files;
   const Particles particles = read_all(files, "a.gro", gro);
   CHECK(particles.positions[0] == Vec3d{10 * 0.126, 10 * 1.624, 10 * 1.679});
@@ -63,7 +62,7 @@ TEST_CASE("GRO: any precision, triclinic boxes, blank titles and names, several 
         std::array<Vec3d, 3>{Vec3d{10, 0, 0}, Vec3d{5, 20, 0}, Vec3d{2.5, 1.25, 30}});
 }
 
-TEST_CASE("GRO: the numbers of a wide box may run together") {
+TEST_CASE("GRO: the numbers of a wide box may have no blanks between them") {
   const ParticleFiles files;
   const Particles particles = read_all(
       files, "a.gro",
@@ -72,16 +71,17 @@ TEST_CASE("GRO: the numbers of a wide box may run together") {
   CHECK(particles.cell->edges[2].z == 400020);
 }
 
-TEST_CASE("GRO: what is missing or no number is told with its line") {
+TEST_CASE("GRO: missing and invalid numbers are refused with their line") {
   const ParticleFiles files;
   CHECK(files.message("a.gro", "title\n2\n    1SOL     OW    1   0.126   1.624   1.679\n") ==
-        "a.gro:3: the file ends after 1 of 2 atoms and the box: is it complete?");
+        "a.gro:3: the file ends after 1 of 2 atoms and the box: check that the file is complete");
   CHECK(files.message("a.gro", "title\n1\n    1SOL     OW    1   0.126   1.6x4   1.679\n1 1 1\n") ==
-        "a.gro:3: y '1.6x4' is not a finite number: write it as 0.5 or 1e3");
+        "a.gro:3: y '1.6x4' is not a finite number: write a number such as 0.5 or 1e3");
   CHECK(files.message("a.gro", "title\nmany\n") ==
         "a.gro:2: 'many' is not a number of particles: write a whole number");
   CHECK(files.message("a.gro", "title\n1\n    1SOL     OW    1   0.126   1.624   1.679\n1 1\n") ==
-        "a.gro:4: 2 numbers of the box where 3 or 9 are needed: is the file complete?");
+        "a.gro:4: 2 numbers describe the box, but 3 or 9 are needed: check that the file is "
+        "complete");
 }
 
 }  // namespace parray

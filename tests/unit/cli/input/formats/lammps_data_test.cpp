@@ -49,7 +49,7 @@ TEST_CASE("LAMMPS data: atoms in the file's order, elements by mass, velocities,
   CHECK(particles.cell->edges[1] == Vec3d{1, 8, 0});
 }
 
-TEST_CASE("LAMMPS data: without a hint the columns tell the style, with a note") {
+TEST_CASE("LAMMPS data: without a hint, the columns give the style and a note says so") {
   const ParticleFiles files;
   const auto with = [](const std::string& atoms) {
     return "\n1 atoms\n2 atom types\n0 9 xlo xhi\n0 9\tylo yhi\n0 9 zlo zhi\n\nAtoms\n\n" + atoms +
@@ -63,13 +63,13 @@ TEST_CASE("LAMMPS data: without a hint the columns tell the style, with a note")
     CHECK(particles.types.names == std::vector<std::string>{"2"});
     CHECK(has_note(particles, "guessed_style"));
   }
-  CHECK(files.message("a.data", with("1 2 3 4")).find("cannot tell the atom style") !=
+  CHECK(files.message("a.data", with("1 2 3 4")).find("the atom style is unclear") !=
         std::string::npos);
-  CHECK(files.message("a.data", with("1 2 4 5 6\n2 2 4 5 6")).find("text after the last atom") !=
+  CHECK(files.message("a.data", with("1 2 4 5 6\n2 2 4 5 6")).find("text follows the last atom") !=
         std::string::npos);
 }
 
-TEST_CASE("masses of reduced units and of beads are no elements") {
+TEST_CASE("masses in reduced units and of beads give no elements") {
   const ParticleFiles files;
   const auto elements = [&](const std::string& masses) {
     return files

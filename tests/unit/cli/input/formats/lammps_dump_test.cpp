@@ -78,7 +78,7 @@ TEST_CASE("a LAMMPS dump is read: any order of columns, types as text, radii or 
   CHECK(particles.positions == std::vector<Vec3d>{{-1, 1, 20}, {0, -2, 15}});
 }
 
-TEST_CASE("scaled positions in a tilted LAMMPS box are undone by its edges") {
+TEST_CASE("scaled positions in a tilted LAMMPS box become Cartesian") {
   // Edges a = (4, 0, 0), b = (1, 3, 0), c = (-2, 0.5, 5) from the origin (10, 20, 30): the bounds
   // that LAMMPS writes are those of the box around it.
   const ParticleFiles files;
@@ -109,7 +109,7 @@ TEST_CASE("LAMMPS dumps: boxes of all kinds, the time, more columns") {
   CHECK(general.cell->origin == Vec3d{1, 1, 1});
 }
 
-TEST_CASE("LAMMPS dumps: empty frames at the beginning are passed over") {
+TEST_CASE("LAMMPS dumps: empty frames at the beginning are skipped") {
   const ParticleFiles files;
   const std::string empty =
       "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n0\nITEM: BOX BOUNDS pp pp pp\n0 8\n0 8\n0 8\n"

@@ -27,7 +27,8 @@ Particles read_all(const ParticleFiles& files, const std::string& name, const st
 
 }  // namespace
 
-TEST_CASE("MOL2: SYBYL's, GAFF's and AMBER's types tell elements; residues, charges and cell") {
+TEST_CASE(
+    "MOL2: types of SYBYL, GAFF and AMBER give elements; residues, charges and cell are read") {
   const ParticleFiles files;
   const std::string text =
       "# comment\n@<TRIPOS>MOLECULE\nfirst\n 6 0 1\nSMALL\nUSER_CHARGES\n\n@<TRIPOS>ATOM\n"
@@ -47,7 +48,8 @@ TEST_CASE("MOL2: SYBYL's, GAFF's and AMBER's types tell elements; residues, char
   CHECK(particles.facts.frames == 2);
   CHECK(xs_of(read_all(files, "a.mol2", text, 1)) == Xs{7});
   CHECK(files.message("a.mol2", "@<TRIPOS>MOLECULE\n@<TRIPOS>ATOM\n1 C 1 2 3\n") ==
-        "a.mol2:3: an atom has number, name, x, y, z and type: is the file complete?");
+        "a.mol2:3: the line needs number, name, x, y, z and type of an atom: check that the file "
+        "is complete");
 }
 
 }  // namespace parray

@@ -53,7 +53,7 @@ void check_cuts(const char* name, const std::string& bytes, std::size_t whole_fr
 
 }  // namespace
 
-TEST_CASE("AMBER netCDF: versions 1, 2 and 5, frames by jumps, with time and cell") {
+TEST_CASE("AMBER netCDF: versions 1, 2 and 5 are read, frames by seeking, with time and cell") {
   const ParticleFiles files;
   for (const int version : {1, 2, 5}) {
     CAPTURE(version);
@@ -68,7 +68,7 @@ TEST_CASE("AMBER netCDF: versions 1, 2 and 5, frames by jumps, with time and cel
   check_cuts("a.nc", test::amber_netcdf({first, second}), 2);
 }
 
-TEST_CASE("netCDF that is no trajectory of AMBER, or netCDF-4, is refused as that") {
+TEST_CASE("netCDF-4 and netCDF of other programs are refused with their kind") {
   const ParticleFiles files;
   std::string other = test::amber_netcdf({first});
   other.replace(other.find("coordinates"), 11, "temperature");

@@ -31,7 +31,7 @@ bool same(const std::vector<Vec3d>& a, const Frame& b, double tolerance = 1e-5) 
 
 }  // namespace
 
-TEST_CASE("trajectories are read from packed files, too") {
+TEST_CASE("trajectories are also read from compressed files") {
   const ParticleFiles files;
   const auto dcd = files.write("a.dcd.gz", test::packed(test::dcd_file({first, second})));
   CHECK(same(read_particles(dcd, last).positions, second));

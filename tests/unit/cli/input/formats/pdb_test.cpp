@@ -58,7 +58,7 @@ TEST_CASE("PDB: atoms and hetero atoms of the first model are read, nothing else
   CHECK(particles.radii.empty());
 }
 
-TEST_CASE("PDB: where the element is missing, the name's columns tell calcium from C-alpha") {
+TEST_CASE("PDB: without an element, the columns of the name distinguish calcium from C-alpha") {
   const ParticleFiles files;
   const Particles particles =
       files.read("a.ent", record("ATOM", " CA", ' ', "ALA", 1, 1, 1, "") +
@@ -75,7 +75,7 @@ TEST_CASE("PDB: a record may end after its coordinates") {
   CHECK(xs_of(files.read("a.pdb", line + "\r\nEND\r\n")) == Xs{1});
 }
 
-TEST_CASE("PDB: of alternative locations the fullest stays, the first of equals, in its place") {
+TEST_CASE("PDB: the alternative location of highest occupancy stays, or the first of equal ones") {
   const ParticleFiles files;
   const auto at = [](const char* name, char location, double x, double occupancy) {
     return record("ATOM", name, location, "SER", 7, x, occupancy, "");
@@ -92,7 +92,7 @@ TEST_CASE("PDB: of alternative locations the fullest stays, the first of equals,
                                                                   0.6, ""))) == Xs{1, 2});
 }
 
-TEST_CASE("PDB: of a residue that is one of two, the fuller one stays whole, the first of equals") {
+TEST_CASE("PDB: of two alternative residues, the one of higher occupancy stays whole") {
   const ParticleFiles files;
   const auto text = [](double first, double second) {
     return record("ATOM", " CB", 'A', "SER", 7, 1, first, "") +
@@ -104,7 +104,7 @@ TEST_CASE("PDB: of a residue that is one of two, the fuller one stays whole, the
   CHECK(xs_of(files.read("a.pdb", text(0.5, 0.5))) == Xs{1, 2});
 }
 
-TEST_CASE("PDB: a residue's name of four letters from column 17 on is no alternative location") {
+TEST_CASE("PDB: a residue name of four letters from column 17 on is not an alternative location") {
   const ParticleFiles files;
   const auto lines = [](char letter, const char* residue) {
     return pdb_line(" C11", letter, residue, 1, 1) + pdb_line(" C11", letter, residue, 1, 2) +
@@ -133,7 +133,7 @@ TEST_CASE("PDB: atoms that share name and letter of their location all stay") {
   CHECK(test::note(particles, "alternatives") == 1);
 }
 
-TEST_CASE("PDB: all alternative locations, or those of one letter, can be asked for") {
+TEST_CASE("PDB: a request can choose all alternative locations or those of one letter") {
   const ParticleFiles files;
   const std::string text =
       pdb_line(" CB", 'A', "SER", 7, 1, 0.6) + pdb_line(" CB", 'B', "SER", 7, 2, 0.4) +
@@ -153,7 +153,7 @@ TEST_CASE("PDB: all alternative locations, or those of one letter, can be asked 
   CHECK(text_of(*alternatives_from("B")) == "B");
 }
 
-TEST_CASE("PDB: without a column of elements, names that start in column 13 tell no metal") {
+TEST_CASE("PDB: without a column of elements, names that start in column 13 are not metals") {
   const ParticleFiles files;
   const Particles particles =
       files.read("a.pdb", pdb_line("CA", ' ', "ALA", 1, 1) + pdb_line("HG", ' ', "SER", 2, 2) +
@@ -163,8 +163,7 @@ TEST_CASE("PDB: without a column of elements, names that start in column 13 tell
   CHECK(test::note(particles, "guessed_elements") == 6);
 }
 
-TEST_CASE(
-    "PDB: an element's field that is none, and one that repeats the name, are mended and told") {
+TEST_CASE("PDB: invalid elements and elements that repeat the name are corrected with a note") {
   const ParticleFiles files;
   const Particles particles = files.read("a.pdb", pdb_line(" CA", ' ', "ALA", 1, 1, 1, "CA") +
                                                       pdb_line(" CB", ' ', "ALA", 1, 2, 1, "A1") +
@@ -175,7 +174,7 @@ TEST_CASE(
   CHECK(test::note(particles, "guessed_elements") == 1);
 }
 
-TEST_CASE("PDB: the entry's name in columns 73 to 80 of old files is no element and no chain") {
+TEST_CASE("PDB: the entry name in columns 73 to 80 of old files is not an element or a chain") {
   const ParticleFiles files;
   const std::string line =
       "ATOM     39  CB  ASN     6      -7.206  17.820  24.791  1.00  0.00      1GPDF  6\n";
@@ -184,7 +183,7 @@ TEST_CASE("PDB: the entry's name in columns 73 to 80 of old files is no element 
   CHECK(particles.chains.empty());
 }
 
-TEST_CASE("PDB: what has no element is counted, a virtual site is none of them") {
+TEST_CASE("PDB: a note counts particles without an element, except virtual sites") {
   const ParticleFiles files;
   const Particles particles =
       files.read("a.pdb", pdb_line(" OW", ' ', "SOL", 1, 1) + pdb_line(" MW", ' ', "SOL", 1, 2) +
@@ -207,7 +206,7 @@ TEST_CASE("PDB: records in lower case and with tabs are read") {
   CHECK(tabs.chains.names == std::vector<std::string>{"A"});
 }
 
-TEST_CASE("PDB: serial numbers of six digits shift a line, and numbers of residues overflow") {
+TEST_CASE("PDB: serial numbers of six digits shift a line, and residue numbers overflow") {
   const ParticleFiles files;
   const std::string long_serial =
       "ATOM  100000  CA  ALA A   1       1.500   2.500   3.500  1.00  0.00           C\n"
@@ -225,7 +224,7 @@ TEST_CASE("PDB: serial numbers of six digits shift a line, and numbers of residu
   CHECK(!residue_number_in("****"));
 }
 
-TEST_CASE("PDB: coordinates beyond their columns are read where blanks separate them") {
+TEST_CASE("PDB: coordinates outside their columns are read if blanks separate them") {
   const ParticleFiles files;
   CHECK(files
             .read("a.pdb",
@@ -264,7 +263,7 @@ TEST_CASE("PDB: END separates frames as ENDMDL does, CRYST1 is the cell of those
   CHECK(!files.read("a.pdb", none + pdb_line(" O", ' ', "HOH", 1, 1)).cell);
 }
 
-TEST_CASE("PDB: numbers, names, chains and segments are given where they are asked for") {
+TEST_CASE("PDB: numbers, names, chains and segments are read on request") {
   const ParticleFiles files;
   const std::string line =
       "HETATM    3 ZN    ZN B   2A     -1.000   2.000   3.000  0.75 12.50          ZN2+\n"
@@ -282,15 +281,14 @@ TEST_CASE("PDB: numbers, names, chains and segments are given where they are ask
   CHECK(files.read("a.pdb", line).numbers.empty());
 }
 
-TEST_CASE(
-    "PDB: of a residue that is a mutant or the wild type, the one of higher occupancy stays") {
+TEST_CASE("PDB: of a mutant and the wild type, the residue of higher occupancy stays") {
   const ParticleFiles files;
   CHECK(xs_of(files.read("a.pdb", pdb_line(" CB", 'A', "SER", 7, 1, 0.4) +
                                       pdb_line(" CB", 'B', "THR", 7, 2, 0.6) +
                                       pdb_line(" CG2", 'B', "THR", 7, 3, 0.6))) == Xs{2, 3});
 }
 
-TEST_CASE("PDBQT: AutoDock's types tell elements, its charges are partial") {
+TEST_CASE("PDBQT: AutoDock's types give elements, its charges are partial") {
   const ParticleFiles files;
   const std::string text =
       "REMARK\nROOT\n"
@@ -309,7 +307,7 @@ TEST_CASE("PDBQT: AutoDock's types tell elements, its charges are partial") {
   CHECK(test::note(particles, "unknown_elements") == 0);  // the glue is a virtual site
 }
 
-TEST_CASE("PQR: fields that blanks separate, with and without a chain, give charges and radii") {
+TEST_CASE("PQR: fields separated by blanks, with and without a chain, give charges and radii") {
   const ParticleFiles files;
   const std::string text =
       "REMARK\n"
@@ -332,7 +330,7 @@ TEST_CASE("PQR: fields that blanks separate, with and without a chain, give char
   CHECK(particles.numbers[0].values == std::vector<double>{-0.4, 0.1, 0.3, 1});
 }
 
-TEST_CASE("PQR: where fields run together, the columns of PDB tell them apart") {
+TEST_CASE("PQR: without blanks between fields, the columns of PDB separate them") {
   const ParticleFiles files;
   const Particles particles = files.read(
       "a.pqr", "ATOM  12345 HD11 LEU A1000    -110.123-100.456 -99.000  0.1000 1.2000\n");

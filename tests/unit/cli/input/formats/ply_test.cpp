@@ -78,7 +78,7 @@ TEST_CASE("PLY is read as text and as binary data of both byte orders") {
   }
 }
 
-TEST_CASE("every scalar type of PLY is read, signed where it is") {
+TEST_CASE("every scalar type of PLY is read with its sign") {
   const ParticleFiles files;
   const std::string header =
       "ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty char x\nproperty short y\n"
@@ -118,7 +118,7 @@ TEST_CASE("PLY's radii and colours are read: uchar with the sRGB curve, float as
   CHECK(particles.colors == std::vector<Vec3d>{{srgb_decode(4.0 / 255), 0, 1}});
 }
 
-TEST_CASE("PLY's other properties, lists and elements are passed over, before and after") {
+TEST_CASE("PLY's other properties, lists and elements are skipped, before and after vertices") {
   const ParticleFiles files;
   const std::string header = R"(
 element camera 2

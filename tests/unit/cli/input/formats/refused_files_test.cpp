@@ -58,13 +58,13 @@ std::string pdb(const std::string& x) {
   return "ATOM      1  CA  ALA A   1    " + x + "   2.000   3.000  1.00  0.00           C\n";
 }
 
-constexpr const char* scale_lengths = ", or scale all lengths, for instance from metres to parsecs";
+constexpr const char* scale_lengths = ", or scale all lengths, for example from metres to parsecs";
 constexpr const char* position_range = " is out of range: use a number from -1e+15 to 1e+15";
 constexpr const char* radius_range = " is out of range: use a number from 1e-15 to 1e+15";
 
 }  // namespace
 
-TEST_CASE("a file that is not there, empty, a directory or of no known name is refused") {
+TEST_CASE("missing files, empty files, directories and unknown names are refused") {
   const ParticleFiles files;
   const auto message = [](const std::filesystem::path& path) {
     return test::message_of<InputError>([&] { read_particles(path); });
@@ -75,18 +75,21 @@ TEST_CASE("a file that is not there, empty, a directory or of no known name is r
         (files.path() / "none.xyz").string() + ": no such file: check the path");
   CHECK(message(folder) == folder.string() + ": is a directory: name a file in it");
   for (const char* name : {"a.ply", "a.csv", "a.xyz", "a.dump", "a.pdb", "a.cif", "a.xyz.gz"}) {
-    CHECK(files.message(name, "") == std::string(name) + ": the file is empty: is it complete?");
+    CHECK(files.message(name, "") ==
+          std::string(name) + ": the file is empty: check that the file is complete");
   }
 }
 
-TEST_CASE("an error's file name cannot drive the terminal") {
+TEST_CASE("file names in errors have no control characters") {
   CHECK(test::message_of<InputError>([] { read_particles("a\x1b[2J.xyz"); }) ==
         "a\\x1b[2J.xyz: no such file: check the path");
 }
 
-TEST_CASE("numbers that are none, not finite or out of range are refused with their line") {
+TEST_CASE(
+    "texts that are not numbers, and numbers not finite or out of range, are refused with their "
+    "line") {
   const auto not_finite = [](const std::string& text) {
-    return " '" + text + "' is not a finite number: write it as 0.5 or 1e3";
+    return " '" + text + "' is not a finite number: write a number such as 0.5 or 1e3";
   };
   check_all({
       {"NaN", "a.xyz", "1\n\nC 0 nan 0\n", "a.xyz:3: y" + not_finite("nan")},
@@ -117,7 +120,7 @@ TEST_CASE("numbers that are none, not finite or out of range are refused with th
   });
 }
 
-TEST_CASE("radii that are not positive and colours that are none are refused") {
+TEST_CASE("radii that are not positive and invalid colours are refused") {
   const std::string radius = "property float radius\n";
   const std::string color = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   check_all({
@@ -139,57 +142,63 @@ TEST_CASE("radii that are not positive and colours that are none are refused") {
       {"negative colour", "a.csv", "x,y,z,red,green,blue\n0,0,0,-1,0,0\n",
        "a.csv:2: colour component -1 is out of range: use a number from 0 to 255"},
       {"two scales", "a.csv", "x y z red green blue\n0 0 0 0.5 0 0\n0 0 0 1 0 0\n0 0 0 200 0 0\n",
-       "a.csv:4: colours on two scales (fractions on line 2, above 1 on line 4): use 0 to 1 or "
-       "whole numbers 0 to 255 throughout"},
+       "a.csv:4: the file mixes two colour scales (fractions on line 2, above 1 on line 4): use 0 "
+       "to 1 for all colours, or "
+       "whole numbers 0 to 255 for all"},
       {"colours of different types", "a.ply",
        ascii_ply("1", "property uchar red\nproperty uchar green\nproperty float blue\n") +
            "0 0 0 0 0 0\n",
-       "a.ply:10: colours must be all uchar or all float: change their type"},
+       "a.ply:10: the colour properties must be all uchar or all float: change their types"},
       {"colours of int", "a.ply",
        ascii_ply("1", "property int red\nproperty int green\nproperty int blue\n") +
            "0 0 0 0 0 0\n",
-       "a.ply:10: colours must be all uchar or all float: change their type"},
+       "a.ply:10: the colour properties must be all uchar or all float: change their types"},
       {"no element", "a.csv", "x,y,z,element\n0,0,0,Sj\n",
-       "a.csv:2: 'Sj' is no element: write a symbol, an atomic number or X, or name the column "
+       "a.csv:2: 'Sj' is not an element: write a symbol, an atomic number or X, or name the column "
        "'type'"},
   });
 }
 
-TEST_CASE("PLY: a header that is none is refused") {
+TEST_CASE("PLY: invalid headers are refused") {
   const std::string start = "ply\nformat ascii 1.0\n";
   const std::string no_format =
-      "no PLY format: line 2 is 'format ascii 1.0', 'format binary_little_endian 1.0' or 'format "
+      "line 2 is not a PLY format: write 'format ascii 1.0', 'format binary_little_endian 1.0' or "
+      "'format "
       "binary_big_endian 1.0'";
   check_all({
-      {"text", "a.ply", "solid cube\n", "a.ply:1: not a PLY file: its first line is 'ply'"},
+      {"text", "a.ply", "solid cube\n",
+       "a.ply:1: this is not a PLY file: its first line is not 'ply'"},
       {"no format", "a.ply", "ply\nelement vertex 1\n", "a.ply:2: " + no_format},
       {"a later version", "a.ply", "ply\nformat ascii 2.0\n", "a.ply:2: " + no_format},
       {"no end", "a.ply", start + "element vertex 1\n",
-       "a.ply:3: the file ends before end_header: is it complete?"},
+       "a.ply:3: the file ends before end_header: check that the file is complete"},
       {"a strange line", "a.ply", start + "vertex 1\n",
-       "a.ply:3: 'vertex 1' in a PLY header: use comment, element, property, end_header"},
+       "a.ply:3: 'vertex 1' is unknown in a PLY header: use comment, element, property or "
+       "end_header"},
       {"a strange type", "a.ply", start + "element vertex 1\nproperty real x\n",
        "a.ply:4: unknown type 'real': use char, uchar, short, ushort, int, uint, float or double"},
       {"a property too early", "a.ply", start + "property float x\n",
-       "a.ply:3: a property before the first element: move it"},
+       "a.ply:3: a property precedes the first element: move the property"},
       {"a property twice", "a.ply", start + "element vertex 1\nproperty int x\nproperty int x\n",
        "a.ply:5: two properties are named 'x': rename one"},
       {"half a property", "a.ply", start + "element vertex 1\nproperty list int x\n",
-       "a.ply:4: not a property: write 'property TYPE NAME' or 'property list TYPE TYPE NAME'"},
+       "a.ply:4: the line is not a valid property: write 'property TYPE NAME' or 'property list "
+       "TYPE TYPE NAME'"},
       {"a list's size that is float", "a.ply",
        start + "element vertex 1\nproperty list float int x\n",
        "a.ply:4: the size of a list cannot be a float: use uchar or int"},
       {"no vertex", "a.ply", start + "element point 1\nproperty float x\nend_header\n0\n",
-       "a.ply:5: no element 'vertex': the particles are its instances"},
+       "a.ply:5: the file has no element 'vertex': add one, because its instances are the "
+       "particles"},
       {"vertex twice", "a.ply", start + "element vertex 0\nelement vertex 0\nend_header\n",
        "a.ply:5: two elements are named 'vertex': rename one"},
       {"no z", "a.ply",
        start + "element vertex 1\nproperty float x\nproperty float y\nend_header\n0 0\n",
-       "a.ply:6: no column 'z': name the columns x, y and z"},
+       "a.ply:6: the table has no column 'z': name the columns x, y and z"},
       {"z as a list", "a.ply",
        start + "element vertex 1\nproperty float x\nproperty float y\nproperty list uchar float z\n"
                "end_header\n0 0 1 0\n",
-       "a.ply:7: no column 'z': name the columns x, y and z"},
+       "a.ply:7: the table has no column 'z': name the columns x, y and z"},
       {"no properties", "a.ply", start + "element face 1\nend_header\n",
        "a.ply:4: element 'face' has no properties: add them"},
       {"a count that is none", "a.ply", start + "element vertex -1\n",
@@ -198,55 +207,64 @@ TEST_CASE("PLY: a header that is none is refused") {
        "a.ply:3: 99999999999 particles are too many: use at most 100000000"},
       {"an absurd count of faces", "a.ply", start + "element face 4294967296\n",
        "a.ply:3: '4294967296' is not a number of elements: use 0 to 4294967295"},
-      {"no particles", "a.ply", ascii_ply("0"), "a.ply:7: no particles: is this the right file?"},
+      {"no particles", "a.ply", ascii_ply("0"),
+       "a.ply:7: the file has no particles: check that this is the right file"},
   });
 }
 
 TEST_CASE("PLY: data that do not fit the header are refused") {
   const std::string list = "property list char int l\n";
-  const std::string too_short = "is it complete, and is their count right?";
+  const std::string too_short = "check that the file is complete and that their count is right";
   check_all({
       {"short text", "a.ply", ascii_ply("2") + "10.25 0 0.125\n",
        "a.ply:8: the file ends within its elements 'vertex': " + too_short},
       {"long text", "a.ply", ascii_ply("1") + "0 0 0\n1 1 1\n",
-       "a.ply:9: text after the last element: are the counts in the header right?"},
+       "a.ply:9: text follows the last element: check the counts in the header"},
       {"too few values", "a.ply", ascii_ply("1") + "0.125 0.125\n",
-       "a.ply:8: 2 values do not fit the properties of element 'vertex': write one a property"},
+       "a.ply:8: 2 values do not fit the properties of element 'vertex': write one value for each "
+       "property"},
       {"too many values", "a.ply", ascii_ply("1") + "0 0 0 0\n",
-       "a.ply:8: 4 values do not fit the properties of element 'vertex': write one a property"},
+       "a.ply:8: 4 values do not fit the properties of element 'vertex': write one value for each "
+       "property"},
       {"a long list", "a.ply", ascii_ply("1", list) + "0 0 0 3 1 2\n",
-       "a.ply:9: 6 values do not fit the properties of element 'vertex': write one a property"},
+       "a.ply:9: 6 values do not fit the properties of element 'vertex': write one value for each "
+       "property"},
       {"a list of nonsense", "a.ply", ascii_ply("1", list) + "0 0 0 -1\n",
-       "a.ply:9: list 'l' has no valid size: is the header right?"},
+       "a.ply:9: list 'l' has no valid size: check the header"},
       {"short data", "a.ply", binary_ply("2") + floats(0, 0, 0) + floats(0, 0, 0).substr(1),
-       "a.ply:7: the header announces at least 24 bytes of data, the file has 23: is it complete?"},
+       "a.ply:7: the header requires at least 24 bytes of data, but the file has 23: check that "
+       "the "
+       "file is complete"},
       {"short packed data", "a.ply.gz", packed(binary_ply("2") + floats(0, 0, 0)),
        "a.ply.gz: byte 127: the file ends within its elements 'vertex': " + too_short},
       {"long data", "a.ply", binary_ply("1") + floats(0, 0, 0) + "x",
-       "a.ply: byte 127: data after the last element: are the counts in the header right?"},
+       "a.ply: byte 127: data follow the last element: check the counts in the header"},
       {"a list beyond the end", "a.ply", binary_ply("1", list) + floats(0, 0, 0) + "\x7f",
        "a.ply: byte 153: the file ends within its elements 'vertex': " + too_short},
       {"a negative list", "a.ply", binary_ply("1", list) + floats(0, 0, 0) + "\xff",
-       "a.ply: byte 152: list 'l' has no valid size: is the header right?"},
+       "a.ply: byte 152: list 'l' has no valid size: check the header"},
   });
 }
 
-TEST_CASE("CSV: tables that are none are refused") {
+TEST_CASE("CSV: invalid tables are refused") {
   check_all({
       {"only comments", "a.csv", "# nothing\n\n",
-       "a.csv:2: no header line: name the columns x, y and z"},
-      {"no header", "a.csv", "1,2,3\n", "a.csv:1: no column 'x': name the columns x, y and z"},
-      {"no y", "a.csv", "x,z,r\n", "a.csv:1: no column 'y': name the columns x, y and z"},
+       "a.csv:2: the file has no header line: add one that names the columns x, y and z"},
+      {"no header", "a.csv", "1,2,3\n",
+       "a.csv:1: the table has no column 'x': name the columns x, y and z"},
+      {"no y", "a.csv", "x,z,r\n",
+       "a.csv:1: the table has no column 'y': name the columns x, y and z"},
       {"x twice", "a.csv", "x,X,y,z\n", "a.csv:1: two columns are named 'x': rename one"},
-      {"no rows", "a.csv", "x,y,z\n", "a.csv:1: no particles: is this the right file?"},
+      {"no rows", "a.csv", "x,y,z\n",
+       "a.csv:1: the file has no particles: check that this is the right file"},
       {"a short row", "a.csv", "x,y,z\n1,2,3\n\n1,2\n",
-       "a.csv:4: 2 fields where the header has 3: write as many"},
+       "a.csv:4: 2 fields, but the header has 3: use the same number"},
       {"a long row", "a.csv", "x y z\n1 2 3 4\n",
-       "a.csv:2: 4 fields where the header has 3: write as many"},
+       "a.csv:2: 4 fields, but the header has 3: use the same number"},
       {"an open quote", "a.csv", "x,y,z,type\n1,2,3,\"a\n",
-       "a.csv:2: a quote is not closed: close it"},
+       "a.csv:2: the quote is not closed: add '\"'"},
       {"text after a quote", "a.csv", "x,y,z,type\n1,2,3,\"a\"b\n",
-       "a.csv:2: text after a closing quote: write a quote in a quoted field twice"},
+       "a.csv:2: text follows the closing quote: double each quote inside a quoted field"},
   });
   std::string table = "x,y,z,type\n0,0,0," + std::string(257, 'a') + "\n";
   check_all({{"a long type", "a.csv", table,
@@ -254,14 +272,15 @@ TEST_CASE("CSV: tables that are none are refused") {
                   "...' is longer than 256 bytes: shorten it"}});
   table = "x,y,z,type\n";
   for (int i = 0; i <= 65536; ++i) table += "0,0,0,t" + std::to_string(i) + "\n";
-  check_all({{"too many types", "a.csv", table,
-              "a.csv:65538: more than 65536 types: is this a column of types, or of names?"}});
+  check_all(
+      {{"too many types", "a.csv", table,
+        "a.csv:65538: more than 65536 types: check that this column contains types, not names"}});
 }
 
-TEST_CASE("XYZ: frames that are none are refused") {
+TEST_CASE("XYZ: invalid frames are refused") {
   const auto no_property = [](const std::string& name) {
-    return "a.xyz:2: Properties has no NAME:TYPE:COUNT at '" + name +
-           "': write them as species:S:1:pos:R:3";
+    return "a.xyz:2: Properties has no valid NAME:TYPE:COUNT at '" + name +
+           "': write for example species:S:1:pos:R:3";
   };
   check_all({
       {"no count", "a.xyz", "C 0 0 0\n",
@@ -271,17 +290,18 @@ TEST_CASE("XYZ: frames that are none are refused") {
       {"a count beyond 64 bits", "a.xyz", "99999999999999999999\n\n",
        "a.xyz:1: '99999999999999999999' is not a number of particles: write a whole number"},
       {"no comment", "a.xyz", "1",
-       "a.xyz:1: the file ends before its comment line: is it "
-       "complete?"},
+       "a.xyz:1: the file ends before its comment line: check that the file is "
+       "complete"},
       {"too few atoms", "a.xyz", "3\n\nC 0 0 0\n",
-       "a.xyz:3: the file ends after 1 of 3 particles: is it complete?"},
+       "a.xyz:3: the file ends after 1 of 3 particles: check that the file is complete"},
       {"too many atoms", "a.xyz", "1\n\nC 0 0 0\nC 0 0 0\n",
-       "a.xyz:4: text after the last particle: is the count of the frame right?"},
+       "a.xyz:4: text follows the last particle: check the number of particles in the frame"},
       {"too few columns", "a.xyz", "1\n\nC 0 0\n",
-       "a.xyz:3: 3 columns where 4 are needed: write a name and three coordinates"},
-      {"no atoms", "a.xyz", "0\n\n", "a.xyz:2: no particles: is this the right file?"},
+       "a.xyz:3: 3 columns, but 4 are needed: write a name and three coordinates"},
+      {"no atoms", "a.xyz", "0\n\n",
+       "a.xyz:2: the file has no particles: check that this is the right file"},
       {"other columns than announced", "a.xyz", "1\nProperties=species:S:1:pos:R:3\nC 0 0 0 0\n",
-       "a.xyz:3: 5 columns where 4 are needed: write as many as Properties announces"},
+       "a.xyz:3: 5 columns, but 4 are needed: write the number that Properties requires"},
       {"no positions", "a.xyz", "1\nProperties=species:S:1\nC\n",
        "a.xyz:2: Properties has no pos:R:3: add it"},
       {"half a property", "a.xyz", "1\nProperties=species:S:1:pos:R\n", no_property("pos")},
@@ -291,67 +311,74 @@ TEST_CASE("XYZ: frames that are none are refused") {
   });
 }
 
-TEST_CASE("LAMMPS: dumps that are none are refused") {
+TEST_CASE("LAMMPS: invalid dumps are refused") {
   check_all({
       {"a log", "a.dump", "LAMMPS (29 Sep 2021)\n",
-       "a.dump: looks like a log of LAMMPS: name the dump that the run has written"},
+       "a.dump: looks like a log of LAMMPS: name the dump file of that run"},
       {"another kind of dump", "a.dump", "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ENTRIES\n1\n",
-       "a.dump:3: unknown item 'NUMBER OF ENTRIES': is this a LAMMPS text dump of atoms?"},
+       "a.dump:3: unknown item 'NUMBER OF ENTRIES': check that this is a LAMMPS text dump of "
+       "atoms"},
       {"no count", "a.dump", "ITEM: ATOMS x y z\n",
-       "a.dump:1: no ITEM: NUMBER OF ATOMS before the atoms: add it"},
+       "a.dump:1: the frame has no ITEM: NUMBER OF ATOMS before its atoms: add it"},
       {"an absurd count", "a.dump", dump("4000000000", ""),
        "a.dump:2: 4000000000 particles are too many: use at most 100000000"},
       {"no atoms", "a.dump", "ITEM: NUMBER OF ATOMS\n1\n",
-       "a.dump:2: no ITEM: ATOMS: is the file complete?"},
+       "a.dump:2: the frame has no ITEM: ATOMS: check that the file is complete"},
       {"an end in the header", "a.dump", "ITEM: TIMESTEP\n",
-       "a.dump:1: the file ends within its header: is it complete?"},
+       "a.dump:1: the file ends within its header: check that the file is complete"},
       {"no positions", "a.dump", "ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS id type x y\n1 1 0 0\n",
-       "a.dump:3: no positions: dump x y z, xu yu zu or xs ys zs"},
+       "a.dump:3: the dump has no positions: dump x y z, xu yu zu or xs ys zs"},
       {"scaled without a box", "a.dump", "ITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS xs ys zs\n0 0 0\n",
        "a.dump:3: scaled positions need the box's bounds along x, y and z: dump x y z"},
       {"a box without tilts", "a.dump", "ITEM: BOX BOUNDS xy xz yz pp pp pp\n0 1\n",
-       "a.dump:2: 2 numbers where the box needs 3: write low, high and tilt"},
+       "a.dump:2: 2 numbers, but a line of the box needs 3: write low, high and tilt"},
       {"too few atoms", "a.dump", dump("2", "0 0 0\n"),
-       "a.dump:4: the file ends after 1 of 2 atoms: is it complete?"},
+       "a.dump:4: the file ends after 1 of 2 atoms: check that the file is complete"},
       {"too many atoms", "a.dump", dump("1", "0 0 0\n0 0 0\n"),
-       "a.dump:5: text after the last atom: is ITEM: NUMBER OF ATOMS right?"},
+       "a.dump:5: text follows the last atom: check ITEM: NUMBER OF ATOMS"},
       {"too few columns", "a.dump", dump("1", "0 0\n"),
-       "a.dump:4: 2 columns where ITEM: ATOMS names 3: write as many"},
+       "a.dump:4: 2 columns, but ITEM: ATOMS names 3: use the same number"},
       {"too many columns", "a.dump", dump("1", "0 0 0 0\n"),
-       "a.dump:4: 4 columns where ITEM: ATOMS names 3: write as many"},
+       "a.dump:4: 4 columns, but ITEM: ATOMS names 3: use the same number"},
   });
 }
 
-TEST_CASE("PDB and mmCIF: files that are none are refused") {
+TEST_CASE("PDB and mmCIF: invalid files are refused") {
   check_all({
-      {"no atoms", "a.pdb", "HEADER\nEND\n", "a.pdb:2: no particles: is this the right file?"},
+      {"no atoms", "a.pdb", "HEADER\nEND\n",
+       "a.pdb:2: the file has no particles: check that this is the right file"},
       {"a short record", "a.pdb", pdb("   1.000").substr(0, 53),
-       "a.pdb:1: the record ends before its coordinates, columns 31 to 54: is it complete?"},
+       "a.pdb:1: the record ends before its coordinates, columns 31 to 54: check that the file is "
+       "complete"},
       {"a zero byte", "a.pdb", pdb("   1.000").replace(7, 1, 1, '\0'),
-       "a.pdb:1: not a record of an atom: is a column damaged?"},
+       "a.pdb:1: the line is not a valid record of an atom: check its columns"},
       {"shifted columns", "a.pdb",
        "ATOM      1  CA  ALA A   1  1.000   2.000   3.000                C\n",
-       "a.pdb:1: x '000   2.' is not a finite number: write it as 0.5 or 1e3"},
+       "a.pdb:1: x '000   2.' is not a finite number: write a number such as 0.5 or 1e3"},
       {"no CIF", "a.cif", "HEADER\n",
-       "a.cif:1: not CIF (expected block header (data_)): is this the right file?"},
+       "a.cif:1: the file is not valid CIF (expected block header (data_)): check that this is the "
+       "right file"},
       {"an open quote", "a.cif", "data_a\n_a.b 'c\n",
-       "a.cif:2: not CIF (unterminated 'string'): is this the right file?"},
+       "a.cif:2: the file is not valid CIF (unterminated 'string'): check that this is the right "
+       "file"},
       {"another kind of CIF", "a.cif", "data_a\nloop_\n_atom_site_fract_x\n0.5\n",
-       "a.cif:4: no _atom_site.fract_y: add it"},
+       "a.cif:4: the table has no column _atom_site.fract_y: add it"},
       {"no atoms in CIF", "a.cif", "data_a\n_a.b c\n",
-       "a.cif:2: no atoms: CIF has them in _atom_site or _chem_comp_atom, with Cartesian or "
+       "a.cif:2: the file has no atoms: add _atom_site or _chem_comp_atom with Cartesian or "
        "fractional coordinates"},
       {"no z", "a.cif", "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n1 2\n",
-       "a.cif:5: no _atom_site.cartn_z: add it"},
+       "a.cif:5: the table has no column _atom_site.cartn_z: add it"},
       {"a short row", "a.cif", cif("1 2 3\n4 5\n"),
-       "a.cif:7: the last row of _atom_site has 2 of 3 values: is the file complete?"},
-      {"an empty loop", "a.cif", cif(""), "a.cif:5: no particles: is this the right file?"},
+       "a.cif:7: the last row of _atom_site has 2 of 3 values: check that the file is complete"},
+      {"an empty loop", "a.cif", cif(""),
+       "a.cif:5: the file has no particles: check that this is the right file"},
       {"an endless text", "a.cif", "data_a\n_a.b\n;" + std::string(5'000'000, 'a'),
-       "a.cif:2: not CIF (a text of more than 4194304 bytes): is this the right file?"},
+       "a.cif:2: the file is not valid CIF (a text has more than 4194304 bytes): check that this "
+       "is the right file"},
   });
 }
 
-TEST_CASE("a line of a megabyte and a file of noise are one short message in every format") {
+TEST_CASE("a line of a megabyte and a file of noise give one short message in every format") {
   const ParticleFiles files;
   std::string noise;
   for (std::uint32_t i = 0, state = 1; i < 100'000; ++i) {
@@ -369,11 +396,11 @@ TEST_CASE("a line of a megabyte and a file of noise are one short message in eve
     }
   }
   CHECK(files.message("a.xyz", std::string(1'000'000, '7')) ==
-        "a.xyz:1: a line of more than 65536 bytes: is this a text file?");
+        "a.xyz:1: a line has more than 65536 bytes: check that this is a text file");
   CHECK(files.message("a.pdb", noise + pdb("   1.000")) != "no error");
 }
 
-TEST_CASE("a count that the file cannot hold costs no memory") {
+TEST_CASE("a count that exceeds the file's size allocates no memory") {
   const ParticleFiles files;
   const std::uint64_t before = test::peak_address_space();
   for (const auto& [name, text] : std::vector<std::pair<std::string, std::string>>{

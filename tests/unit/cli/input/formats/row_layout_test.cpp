@@ -31,7 +31,7 @@ std::vector<double> numbers(const Particles& particles, std::string_view name) {
 
 }  // namespace
 
-TEST_CASE("no column of numbers is read that nobody asks for") {
+TEST_CASE("numeric columns are read only on request") {
   const ParticleFiles files;
   const auto table = files.write("a.csv", "x,y,z,vx,name,Charge [e]\n1,2,3,4,n,-1\n5,6,7,8,m,\n");
   CHECK(read_particles(table).numbers.empty());

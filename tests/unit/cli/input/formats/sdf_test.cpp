@@ -43,7 +43,7 @@ TEST_CASE("MOL and SDF: molecules are frames, charges come from M CHG or the ato
   CHECK(read_all(files, "a.mol", listed).numbers[0].values == std::vector<double>{2, 0});
 }
 
-TEST_CASE("SDF: V3000 is read, continued lines too, and what is no element is counted") {
+TEST_CASE("SDF: V3000 is read with continued lines, and a note counts unknown elements") {
   const ParticleFiles files;
   const std::string text =
       "\n\n\n  0  0  0     0  0            999 V3000\nM  V30 BEGIN CTAB\n"
@@ -58,17 +58,17 @@ TEST_CASE("SDF: V3000 is read, continued lines too, and what is no element is co
   CHECK(particles.facts.frames == 1);
 }
 
-TEST_CASE("SDF: incomplete and damaged molecules are told with their line") {
+TEST_CASE("SDF: incomplete and damaged molecules are refused with their line") {
   const ParticleFiles files;
   const std::string head = "\n\n\n  2  0  0     0  0            999 V2000\n";
   CHECK(files.message("a.sdf", head + "    1.0000    0.0000    0.0000 C   0  0\n") ==
-        "a.sdf:5: the file ends within a molecule: is it complete?");
+        "a.sdf:5: the file ends within a molecule: check that the file is complete");
   CHECK(files.message("a.sdf", head + "    1.0000    0.0000    0.0000 C   0  0\n$$$$\n") ==
-        "a.sdf:6: the molecule ends before its 2 atoms");
+        "a.sdf:6: the molecule ends before its 2 atoms: check the number of atoms");
   CHECK(files.message("a.sdf", "a\nb\n") ==
-        "a.sdf:2: the file ends within a molecule's header: is it complete?");
+        "a.sdf:2: the file ends within a molecule's header: check that the file is complete");
   CHECK(files.message("a.sdf", head + "1.0 nan 0.0 C\n") ==
-        "a.sdf:5: y 'nan' is not a finite number: write it as 0.5 or 1e3");
+        "a.sdf:5: y 'nan' is not a finite number: write a number such as 0.5 or 1e3");
 }
 
 }  // namespace parray

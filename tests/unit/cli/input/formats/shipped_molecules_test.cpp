@@ -22,7 +22,7 @@ std::map<std::string, int> composition(const Particles& particles) {
 
 }  // namespace
 
-TEST_CASE("the shipped molecules have the atoms that their names promise") {
+TEST_CASE("the shipped molecules have the expected atoms") {
   const std::filesystem::path folder = PARRAY_SOURCE_DIR "/scenes/particles";
   CHECK(composition(read_particles(folder / "caffeine.xyz")) ==
         std::map<std::string, int>{{"C", 8}, {"H", 10}, {"N", 4}, {"O", 2}});
@@ -30,7 +30,7 @@ TEST_CASE("the shipped molecules have the atoms that their names promise") {
         std::map<std::string, int>{{"C", 36}, {"N", 12}, {"O", 18}, {"S", 2}});
 }
 
-TEST_CASE("in the shipped molecules no two atoms are nearer than a bond is long") {
+TEST_CASE("in the shipped molecules no two atoms are closer than a bond length") {
   for (const char* name : {"caffeine.xyz", "helix.pdb"}) {
     const auto particles =
         read_particles(std::filesystem::path(PARRAY_SOURCE_DIR) / "scenes" / "particles" / name);

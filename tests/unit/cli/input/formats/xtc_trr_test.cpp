@@ -71,7 +71,7 @@ TEST_CASE("XTC: packed positions in nm become angstrom, with time and cell") {
   check_cuts("a.xtc", test::packed_xtc(), 1);
 }
 
-TEST_CASE("XTC: coordinates too wide for one number are packed each by itself") {
+TEST_CASE("XTC: coordinates too large for one number are packed separately") {
   const ParticleFiles files;
   const Particles particles = read_particles(files.write("a.xtc", test::wide_xtc()));
   REQUIRE(particles.count() == 11);
@@ -93,22 +93,22 @@ TEST_CASE("XTC: few atoms are not packed, and an unfinished frame is not the las
   CHECK(has_note(particles, "unreadable_frames"));
 }
 
-TEST_CASE("XTC: packed data that cannot be are refused") {
+TEST_CASE("XTC: invalid packed data are refused") {
   const ParticleFiles files;
   const std::string good = test::packed_xtc();
   const auto with = [&](std::size_t at, std::int32_t value) {
     return files.message("a.xtc", std::string(good).replace(at, 4, test::xdr(value)));
   };
-  CHECK(with(0, 1994).find("no frame of XTC") != std::string::npos);
+  CHECK(with(0, 1994).find("not a frame of XTC") != std::string::npos);
   CHECK(with(52, 14).find("two different numbers of atoms") != std::string::npos);
-  CHECK(with(60, 600).find("impossible") != std::string::npos);  // least above most
-  CHECK(with(84, 8).find("impossible") != std::string::npos);    // no such size
-  CHECK(with(84, 73).find("impossible") != std::string::npos);
-  CHECK(with(88, -4).find("negative size") != std::string::npos);
-  CHECK(with(88, 20).find("impossible") != std::string::npos);  // too few bits
+  CHECK(with(60, 600).find("coordinates are not valid") != std::string::npos);  // least above most
+  CHECK(with(84, 8).find("coordinates are not valid") != std::string::npos);    // no such size
+  CHECK(with(84, 73).find("coordinates are not valid") != std::string::npos);
+  CHECK(with(88, -4).find("size is negative") != std::string::npos);
+  CHECK(with(88, 20).find("coordinates are not valid") != std::string::npos);  // too few bits
 }
 
-TEST_CASE("TRR: single and double precision, velocities passed over, frames without positions") {
+TEST_CASE("TRR: single and double precision, skipped velocities, frames without positions") {
   const ParticleFiles files;
   const Frame nm{{0.1, 0.2, 0.3}, {0.4, 0.5, 0.6}};
   const std::string bytes = test::trr_frame<float>({}, 0.5F) + test::trr_frame<double>(nm, 1.25);

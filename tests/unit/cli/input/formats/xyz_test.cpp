@@ -76,7 +76,7 @@ TEST_CASE("XYZ is read: symbols, atomic numbers, other names, further columns, f
   CHECK(beads.types.names == Names{"A1", "B1"});
 }
 
-TEST_CASE("extended XYZ is read as its Properties say") {
+TEST_CASE("extended XYZ is read by its Properties") {
   const ParticleFiles files;
   const Particles particles = files.read(
       "a.extxyz",
@@ -94,7 +94,7 @@ TEST_CASE("extended XYZ is read as its Properties say") {
   CHECK(bytes.types.empty());
 }
 
-TEST_CASE("XYZ of LAMMPS has numbers of types where elements stand") {
+TEST_CASE("XYZ of LAMMPS has numbers of types instead of elements") {
   const ParticleFiles files;
   const Particles dumped = files.read("a.xyz", "2\nAtoms. Timestep: 500\n3 0 0 0\n1 1 0 0\n");
   CHECK(dumped.elements.empty());

@@ -1,3 +1,5 @@
+#include "cli/input/particles/elements.h"
+
 #include <doctest/doctest.h>
 
 #include <cctype>
@@ -6,7 +8,6 @@
 #include <set>
 #include <string>
 
-#include "cli/input/particles/elements.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
@@ -38,7 +39,7 @@ TEST_CASE("the symbols of all 118 elements are gemmi's, and found in any letter 
   }
 }
 
-TEST_CASE("heavy hydrogen is hydrogen, and what is no symbol is unknown") {
+TEST_CASE("deuterium and tritium are hydrogen, and other texts are unknown") {
   CHECK(atomic_number_of("D") == 1);
   CHECK(atomic_number_of("t") == 1);
   for (const char* text : {"", "X", "Xx", "C1", "Car", " C", "1", "\xC3\xA4"}) {
@@ -70,7 +71,7 @@ TEST_CASE("metals' radii are van der Waals radii, not the smaller ones that gemm
   }
 }
 
-TEST_CASE("radii that are quoted most are those of their sources") {
+TEST_CASE("common radii equal those of their sources") {
   const auto radius = [](const char* symbol) { return element(atomic_number_of(symbol)).radius; };
   CHECK(radius("H") == 1.10);   // Rowland and Taylor
   CHECK(radius("C") == 1.70);   // Bondi
@@ -81,7 +82,7 @@ TEST_CASE("radii that are quoted most are those of their sources") {
   CHECK(radius("U") == 2.71);   // Alvarez
 }
 
-TEST_CASE("colours are Jmol's, with the sRGB curve undone") {
+TEST_CASE("colours are Jmol's, converted to linear RGB") {
   CHECK(element(1).color == Vec3d{1, 1, 1});
   const Vec3d carbon = element(6).color;  // #909090
   CHECK(carbon.x == doctest::Approx(0.278894).epsilon(1e-5));

@@ -51,7 +51,7 @@ TEST_CASE("each frame of a trajectory is read by its number, from 0") {
   CHECK(read_particles(pdb, at(1)).positions[0].x == 8);
 }
 
-TEST_CASE("a frame that a file does not have is refused with the number of those that it has") {
+TEST_CASE("a missing frame is refused with the number of frames") {
   const ParticleFiles files;
   const auto message = [&](const char* name, const std::string& bytes, std::uint64_t frame) {
     return message_of<InputError>([&] { read_particles(files.write(name, bytes), at(frame)); });
@@ -59,16 +59,16 @@ TEST_CASE("a frame that a file does not have is refused with the number of those
   const auto says = [](const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
   };
-  CHECK(says(message("a.xyz", xyz, 3), "after 3 frames: there is no frame 3, counted from 0"));
-  CHECK(says(message("a.dump", dump_frame(0, "5"), 1), "after 1 frame: there is no frame 1"));
+  CHECK(says(message("a.xyz", xyz, 3), "after 3 frames: it has no frame 3 (the first frame is 0)"));
+  CHECK(says(message("a.dump", dump_frame(0, "5"), 1), "after 1 frame: it has no frame 1"));
   CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 4), "after 1 frame"));
-  CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 1), "there is no frame 1"));
+  CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 1), "has no frame 1"));
   CHECK(says(message("a.csv", "x,y,z,radius\n1,2,3,1\n", 1),
-             "there is no frame 1: a CSV file holds one"));
+             "the file has no frame 1: a CSV file has one"));
   CHECK(says(message("a.xyz", "5\nfirst\nC 1 0 0\n", 1), "within a frame"));
 }
 
-TEST_CASE("the last frame is found without its number, and frames are counted where asked") {
+TEST_CASE("the last frame is found without its number, and frames are counted on request") {
   const ParticleFiles files;
   for (const auto& file : {files.write("a.xyz", xyz), files.write("a.xyz.gz", packed(xyz))}) {
     const Particles particles = read_particles(file, last);
@@ -92,7 +92,7 @@ TEST_CASE("half a frame at the end ends the count with a note") {
   CHECK(particles.facts.notes[0].key == "unreadable_frames");
 }
 
-TEST_CASE("empty frames are passed over with a note, unless one is asked for") {
+TEST_CASE("empty frames are skipped with a note, unless the request names one") {
   const ParticleFiles files;
   const auto file = files.write("a.xyz", "0\n\n0\n\n" + xyz + "0\nend\n");
   const Particles particles = read_particles(file);
@@ -104,10 +104,12 @@ TEST_CASE("empty frames are passed over with a note, unless one is asked for") {
   const auto message = [&](const ParticleRequest& request) {
     return message_of<InputError>([&] { read_particles(file, request); });
   };
-  CHECK(message(at(0)).ends_with("frame 0 has no particles: frame 2 is the next that has some"));
+  CHECK(message(at(0)).ends_with(
+      "frame 0 has no particles: the next frame with particles is frame 2"));
   CHECK(message(last).ends_with(
-      "frame 5 has no particles, nor has any after it: choose one before it"));
-  CHECK(files.message("b.xyz", "0\n\n") == "b.xyz:2: no particles: is this the right file?");
+      "frame 5 has no particles, and neither has any later frame: choose an earlier frame"));
+  CHECK(files.message("b.xyz", "0\n\n") ==
+        "b.xyz:2: the file has no particles: check that this is the right file");
 }
 
 }  // namespace parray

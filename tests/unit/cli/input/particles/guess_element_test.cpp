@@ -1,10 +1,11 @@
+#include "cli/input/particles/guess_element.h"
+
 #include <doctest/doctest.h>
 
 #include <string>
 #include <string_view>
 
 #include "cli/input/particles/elements.h"
-#include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/residues.h"
 #include "tests/support/rooms.h"
 
@@ -46,7 +47,7 @@ TEST_CASE("elements: in amino acids, nucleotides and water the first letter coun
   CHECK(guess("SEC", "SEG") == "Se");
 }
 
-TEST_CASE("elements: an ion is told by its residue, under the names of all force fields") {
+TEST_CASE("elements: the residue identifies an ion, with the names of all force fields") {
   CHECK(guess("CA", "CA") == "Ca");
   CHECK(guess("CAL", "CAL") == "Ca");
   CHECK(guess("SOD", "SOD") == "Na");
@@ -66,7 +67,7 @@ TEST_CASE("elements: an ion is told by its residue, under the names of all force
   CHECK(!is_ion("ALA", "CA"));
 }
 
-TEST_CASE("elements: in other residues halogens and metals count where nothing else starts so") {
+TEST_CASE("elements: in other residues, halogens and metals count if no other name starts so") {
   CHECK(guess("LIG", "CA") == "C");
   CHECK(guess("LIG", "CA", true) == "Ca");
   CHECK(guess("LIG", "CL1") == "Cl");
@@ -84,7 +85,7 @@ TEST_CASE("elements: in other residues halogens and metals count where nothing e
   CHECK(guess("LIG", "2H5'") == "H");
 }
 
-TEST_CASE("elements: a bead of a coarse model and a name without letters have none") {
+TEST_CASE("elements: beads of coarse models and names without letters have no element") {
   CHECK(guess("ALA", "BB") == "?");
   CHECK(guess("PHE", "SC2") == "?");
   CHECK(guess("W", "W") == "?");

@@ -15,7 +15,7 @@ constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
-TEST_CASE("a summary counts particles by element and type, and says what lacks a value") {
+TEST_CASE("a summary counts particles by element and type, and missing values") {
   Particles particles;
   particles.positions = {{1, 5, -2}, {-3, 4, 8}, {0, 9, 1}};
   particles.elements = {8, 0, 1};
@@ -84,7 +84,7 @@ TEST_CASE("a binary PLY file may end in blank lines") {
       "property float z\nend_header\n" +
       std::string(12, '\0');
   CHECK(files.read("a.ply", data + "\r\n").count() == 1);
-  CHECK(files.message("a.ply", data + "\nx").find("data after the last element") !=
+  CHECK(files.message("a.ply", data + "\nx").find("data follow the last element") !=
         std::string::npos);
 }
 

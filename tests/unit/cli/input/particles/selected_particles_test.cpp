@@ -1,3 +1,5 @@
+#include "cli/input/particles/selected_particles.h"
+
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -5,7 +7,6 @@
 
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/particle_spheres.h"
-#include "cli/input/particles/selected_particles.h"
 #include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"
 #include "common/base/error.h"
@@ -104,7 +105,7 @@ TEST_CASE("column takes colour and radius from the file") {
         std::vector<Material>{diffuse({0.5, 0.5, 0.5}), diffuse({1, 0, 0.25}), diffuse({0, 1, 0})});
 }
 
-TEST_CASE("by-type takes the material of the type's name, or a colour of its own") {
+TEST_CASE("by-type takes the material with the type's name, or a colour for the type") {
   const ParticleScene files;
   const Scene scene =
       files.expanded(R"({"file": "types.csv", "material": "by-type", "radius": 1})");
@@ -121,7 +122,7 @@ TEST_CASE("by-type takes the material of the type's name, or a colour of its own
   CHECK(scene.spheres[4].material == 1);
 }
 
-TEST_CASE("what is left out is the first of column, by-element and by-type that the file has") {
+TEST_CASE("the default is the first of column, by-element and by-type that the file supports") {
   const ParticleScene files;
   CHECK(
       files.expanded(R"({"file": "atoms.xyz"})") ==
@@ -132,7 +133,7 @@ TEST_CASE("what is left out is the first of column, by-element and by-type that 
         files.expanded(R"({"file": "types.csv", "material": "by-type", "radius": 3})"));
 }
 
-TEST_CASE("equal materials of spheres, names and columns are one") {
+TEST_CASE("equal materials of spheres, names and columns become one") {
   const ParticleScene files;
   files.write("grey.csv", "x,y,z,r,g,b\n0,0,0,0.5,0.5,0.5\n1,0,0,0.5,0.5,0.5\n");
   const Scene scene = files.expanded(R"({"file": "grey.csv", "material": "ground", "radius": 1},
@@ -141,7 +142,7 @@ TEST_CASE("equal materials of spheres, names and columns are one") {
   CHECK(scene.materials == std::vector<Material>{diffuse({0.5, 0.5, 0.5}), gold});
 }
 
-TEST_CASE("a column that the file lacks is refused with what it has") {
+TEST_CASE("a missing column is refused with the list of columns") {
   const ParticleScene files;
   const auto refusal = [&](const std::string& text) { return files.refusal("\n" + text); };
   CHECK(refusal(R"({"file": "atoms.xyz", "material": "column"})") ==
@@ -191,7 +192,7 @@ TEST_CASE("names of particle files are relative to the scene's folder, or absolu
   CHECK(files.expanded(R"({"file": ")" + files.file("atoms.xyz") + R"("})") == expected);
 }
 
-TEST_CASE("spheres are reserved exactly") {
+TEST_CASE("memory for spheres is reserved exactly") {
   Particles particles;
   particles.positions.resize(1000);
   const ParticleSource source{.file = "some.ply",
@@ -206,7 +207,7 @@ TEST_CASE("spheres are reserved exactly") {
   CHECK(scene.spheres.capacity() == 1007);
 }
 
-TEST_CASE("a portrait's scene holds ground, flag and the particles") {
+TEST_CASE("an automatic scene contains ground, light blocker and particles") {
   const ParticleScene files;
   const AutoScene atoms = auto_scene(files.file("atoms.xyz"), {}, auto_scene_settings());
   CHECK(atoms.file.settings.width == 1200);
@@ -219,7 +220,7 @@ TEST_CASE("a portrait's scene holds ground, flag and the particles") {
   CHECK(atoms.source.radius.rule == ParticleRadius::Rule::by_element);
 }
 
-TEST_CASE("points without anything else become plain balls of the lattice's radius") {
+TEST_CASE("points become plain balls with the lattice radius") {
   const ParticleScene files;
   files.write("pair.csv", "x,y,z\n0,0,0\n0,0,4\n");
   const AutoScene pair = auto_scene(files.file("pair.csv"), {}, auto_scene_settings());
@@ -230,7 +231,7 @@ TEST_CASE("points without anything else become plain balls of the lattice's radi
   CHECK(pair.file.scene.spheres[3].radius == pair.source.radius.value);
 }
 
-TEST_CASE("a portrait with columns that are not there is refused") {
+TEST_CASE("an automatic scene with missing columns is refused") {
   const ParticleScene files;
   const auto refusal = [&](const std::string& name, const char* material, const char* radius) {
     return message_of<InputError>([&] {

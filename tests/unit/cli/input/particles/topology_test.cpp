@@ -55,7 +55,7 @@ TEST_CASE("a trajectory without a topology says that its particles are nameless"
   CHECK(bare.facts.notes[0].count == 3);
 }
 
-TEST_CASE("a topology whose atoms are numbered is taken in the order of the numbers") {
+TEST_CASE("atoms of a numbered topology are used in the order of their numbers") {
   const ParticleFiles files;
   const Particles water = with(files, "a.data", water_data);
   CHECK(water.elements == std::vector<std::uint8_t>{8, 1, 1});
@@ -64,7 +64,7 @@ TEST_CASE("a topology whose atoms are numbered is taken in the order of the numb
   CHECK(water.numbers.size() == 1);
 }
 
-TEST_CASE("particles that are numbered themselves take the atom of the same number") {
+TEST_CASE("numbered particles take the atom with the same number") {
   const ParticleFiles files;
   ParticleRequest request;
   request.topology = files.write("a.data", water_data);
@@ -78,7 +78,7 @@ TEST_CASE("particles that are numbered themselves take the atom of the same numb
   CHECK(water.numbers.empty());
 }
 
-TEST_CASE("a topology of another number of atoms is refused with both numbers") {
+TEST_CASE("a topology with a different number of atoms is refused with both numbers") {
   const ParticleFiles files;
   const std::string message =
       message_of<InputError>([&] { with(files, "a.xyz", "2\n\nC 0 0 0\nO 1 0 0\n"); });
@@ -86,13 +86,15 @@ TEST_CASE("a topology of another number of atoms is refused with both numbers") 
   CHECK(message.ends_with("a.dcd has 3: name the topology of the same atoms"));
 }
 
-TEST_CASE("a file that has names alone is refused as particles, with the remedy") {
+TEST_CASE("a file with only names is refused as particles, with a remedy") {
   const ParticleFiles files;
-  CHECK(files.message("a.psf", water_psf) ==
-        "a.psf: a PSF file has no positions: name a trajectory, and this file as its topology");
+  CHECK(
+      files.message("a.psf", water_psf) ==
+      "a.psf: a PSF file has no positions: name a trajectory, and give this file as its topology");
 }
 
-TEST_CASE("PSF: rows without a segment; atoms of unknown mass are told by name") {
+TEST_CASE(
+    "PSF: rows without a segment are read; names give the elements of atoms with unknown mass") {
   const ParticleFiles files;
   const Particles drude = with(files, "a.psf",
                                "PSF\n\n 3 !NATOM\n 1 1 ALA CA CD31C 0.1 11.6110 0\n"

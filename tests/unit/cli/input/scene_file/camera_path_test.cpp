@@ -43,7 +43,7 @@ bool contains(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("at a key the camera is as written, between two of them it moves evenly") {
+TEST_CASE("at a key the camera is that of the file, between keys it moves evenly") {
   const CameraPath path =
       PathFile(key(0, "[8, 0, 1]", R"(, "up": [0, 0, 2])") + "," + key(4, "[0, 8, 1]")).read();
   CHECK(path.at(0).look_from == Vec3d{8, 0, 1});
@@ -56,7 +56,7 @@ TEST_CASE("at a key the camera is as written, between two of them it moves evenl
   CHECK(path.at(2).up.y == path.at(2).up.z);
 }
 
-TEST_CASE("of three keys the curve goes through the middle one without a corner") {
+TEST_CASE("the curve through three keys has no corner at the middle one") {
   const CameraPath path =
       PathFile(key(0, "[0, 0, 9]") + "," + key(10, "[1, 0, 9]") + "," + key(30, "[5, 0, 9]"))
           .read();
@@ -68,7 +68,7 @@ TEST_CASE("of three keys the curve goes through the middle one without a corner"
   CHECK(speed_after == doctest::Approx(5.0 / 30).epsilon(0.1));
 }
 
-TEST_CASE("what is looked at stays in focus unless a key says where the focus is") {
+TEST_CASE("look_at stays in focus unless a key gives the focus") {
   const std::string first = key(0, "[0, 0, 10]", R"(, "aperture": 1)");
   CHECK(PathFile(first + "," + key(2, "[0, 0, 20]", R"(, "aperture": 2)"))
             .read()
@@ -80,17 +80,17 @@ TEST_CASE("what is looked at stays in focus unless a key says where the focus is
   CHECK(focused.aperture == 0.5);
 }
 
-TEST_CASE("a camera path that cannot be followed is refused in one line") {
+TEST_CASE("an invalid camera path is refused in one line") {
   CHECK(contains(PathFile("").message(), "missing key 'cameras'"));
   CHECK(contains(PathFile(key(3, "[1, 0, 0]") + "," + key(3, "[2, 0, 0]")).message(),
-                 "/cameras/1/frame: frame 3 does not come after"));
+                 "/cameras/1/frame: frame 3 is not after"));
   CHECK(contains(PathFile(R"({"look_from": [1, 0, 0]})").message(), "missing key 'frame'"));
   CHECK(contains(PathFile(key(0, "[0, 0, 0]")).message(), "the same point"));
   CHECK(
       contains(PathFile(key(0, "[1, 0, 0]", R"(, "speed": 1)")).message(), "unknown key 'speed'"));
   const PathFile through(key(0, "[1, 0, 0]") + "," + key(2, "[-1, 0, 0]"));
   CHECK(contains(through.message_at(1), "at frame 1, between two cameras, look_from"));
-  CHECK(contains(through.message_at(3), "frame 3 is not between"));
+  CHECK(contains(through.message_at(3), "frame 3 is outside the path"));
   CHECK(contains(message_of<InputError>([] { CameraPath("/nowhere.json"); }), "cannot be read"));
 }
 
@@ -108,7 +108,7 @@ TEST_CASE("an orthographic camera's view grows evenly, and never becomes another
   CHECK(path.at(1).vfov == 0);
   CHECK(path.at(1).tan_half_vfov == 0);
   CHECK(contains(PathFile(key(0, "[0, 0, 9]") + "," + parallel(4, "6")).message(),
-                 "/cameras/1: another projection than the camera before has"));
+                 "/cameras/1: the projection differs from that of the previous camera"));
 }
 
 }  // namespace parray::test

@@ -62,7 +62,7 @@ std::string picture_of(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("of spheres in one place the first stays, whatever the materials") {
+TEST_CASE("of equal spheres the first stays, for any materials") {
   const std::vector<Sphere> spheres{{{1, 2, 3}, 1, metal},   {{1, 2, 3}, 2, metal},
                                     {{4, 5, 6}, 1, diffuse}, {{1, 2, 3}, 2, metal},
                                     {{1, 2, 3}, 1, glass},   {{1, 2, 3}, 2, diffuse}};
@@ -81,7 +81,7 @@ TEST_CASE("of spheres in one place the first stays, whatever the materials") {
   CHECK(remove_duplicates(scene).count == 0);
 }
 
-TEST_CASE("spheres that differ in one bit of anything all stay, and so does the scene") {
+TEST_CASE("spheres that differ in one bit all stay, and the scene does not change") {
   const auto next = [](double x) { return std::nextafter(x, 2e15); };
   Scene scene = with_spheres({{{0.1, 0.2, 0.3}, 0.4, 3},
                               {{next(0.1), 0.2, 0.3}, 0.4, 3},
@@ -95,7 +95,7 @@ TEST_CASE("spheres that differ in one bit of anything all stay, and so does the 
   CHECK(scene == before);  // materials that nobody uses, too
 }
 
-TEST_CASE("0 and -0 are one place") {
+TEST_CASE("0 and -0 are equal") {
   Scene scene = with_spheres({{{0, -0.0, 0}, 1, 0}, {{-0.0, 0, -0.0}, 1, 0}});
   CHECK(remove_duplicates(scene).count == 1);
   CHECK(std::signbit(scene.spheres[0].center.y));
@@ -107,7 +107,7 @@ TEST_CASE("no spheres, no duplicates") {
   CHECK(scene == with_spheres({}));
 }
 
-TEST_CASE("what is removed is what comparing all pairs would remove") {
+TEST_CASE("the result equals a comparison of all pairs") {
   Dice dice(1);
   for (int round = 0; round < 200; ++round) {
     std::vector<Sphere> spheres(dice.below(100));
@@ -173,7 +173,7 @@ TEST_CASE("glass in one place counts once: it refracts as one sphere, not as one
   CHECK(picture_of(twice) == alone);
 }
 
-TEST_CASE("a grid of a million spheres, each there twice, loses its copies") {
+TEST_CASE("a grid of a million spheres, each twice, loses its copies") {
   std::vector<Sphere> spheres;
   constexpr int side = 100;
   for (int copy = 0; copy < 2; ++copy) {

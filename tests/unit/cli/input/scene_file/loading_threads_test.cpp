@@ -108,7 +108,7 @@ std::string sphere_items(std::size_t count, bool escaped) {
 
 }  // namespace
 
-TEST_CASE("bands hold every item once, whatever their number, and fail as the first that fails") {
+TEST_CASE("bands contain every item once for any number of threads, and throw the first error") {
   for (const int threads : thread_counts) {
     for (const std::size_t items : {std::size_t{0}, std::size_t{1}, std::size_t{90'001}}) {
       const Bands bands(items, threads);
@@ -128,7 +128,7 @@ TEST_CASE("bands hold every item once, whatever their number, and fail as the fi
   CHECK(Bands(100, 5).count() == 1);
 }
 
-TEST_CASE("duplicates are the same for any number of threads, and those of a search of all") {
+TEST_CASE("duplicates are the same for any number of threads and equal those of a full search") {
   const Scene scene = random_scene({}, many / 2);
   std::vector<Sphere> kept;
   std::set<std::array<double, 4>> places;
@@ -211,7 +211,7 @@ TEST_CASE("particles of binary PLY are the same for any number of threads and ei
   }
 }
 
-TEST_CASE("a portrait is the same scene for any number of threads") {
+TEST_CASE("an automatic scene is the same for any number of threads") {
   const ParticleFiles files;
   const auto path = files.write("p.ply", ply(std::endian::little, many));
   const Scene one = auto_scene(path, {}, auto_scene_settings()).file.scene;
@@ -220,7 +220,7 @@ TEST_CASE("a portrait is the same scene for any number of threads") {
   }
 }
 
-TEST_CASE("the first bad particle of a binary PLY is named, whichever thread sees one first") {
+TEST_CASE("errors in binary PLY name the first invalid particle for any number of threads") {
   const ParticleFiles files;
   const std::size_t header = ply(std::endian::little, many).find("end_header\n") + 11;
   constexpr std::size_t row_bytes = 3 * 4 + 8 + 3;
@@ -237,7 +237,7 @@ TEST_CASE("the first bad particle of a binary PLY is named, whichever thread see
   }
 }
 
-TEST_CASE("spheres of scene JSON are the same whether the parser takes them or the short way") {
+TEST_CASE("the parser and the fast path read the same spheres from scene JSON") {
   const Scene quick = read(scene_text(sphere_items(20'000, false))).scene;
   const Scene slow = read(scene_text(sphere_items(20'000, true))).scene;
   CHECK(quick.spheres.size() == 20'000);
@@ -245,7 +245,7 @@ TEST_CASE("spheres of scene JSON are the same whether the parser takes them or t
   CHECK(scene_identity(quick) == scene_identity(slow));
 }
 
-TEST_CASE("an error after many spheres of scene JSON is named as the parser names it") {
+TEST_CASE("after many spheres, the fast path reports errors like the parser") {
   for (const char* const fault :
        {R"(,{"center":[0,0,0],"radius":-1,"material":"a"})",
         R"(,{"center":[0,0,1e16],"radius":1,"material":"a"})",
@@ -268,7 +268,7 @@ TEST_CASE("an error after many spheres of scene JSON is named as the parser name
   }
 }
 
-TEST_CASE("the short way takes what JSON and the ranges allow, and leaves the rest") {
+TEST_CASE("the fast path reads only valid spheres and leaves the rest to the parser") {
   const auto item = [](const std::string& number) {
     return R"(,{"center":[)" + number + R"(,0,0],"radius":1,"material":"a"})";
   };

@@ -44,7 +44,7 @@ TEST_CASE("a scene without style and finishing has neither, and the usual sky") 
   CHECK(text.str().find("finishing") == std::string::npos);
 }
 
-TEST_CASE("a style is the sky and the finishing that the scene does not name") {
+TEST_CASE("a style sets the sky and the postprocessing that the scene does not name") {
   const SceneFile flat = scene_with(R"("style": "flat")");
   CHECK(flat.scene.sky == sky_of(Style::flat));
   CHECK(flat.postprocessing == Postprocessing{{Unit::automatic, 0}, 0});
@@ -68,7 +68,7 @@ TEST_CASE("widths and shares are numbers, words or switches") {
   CHECK(depth_cue_from("1") == 1);
 }
 
-TEST_CASE("what a scene says of finishing is written as it is read") {
+TEST_CASE("the postprocessing of a scene is written so that it reads back equal") {
   for (const Postprocessing& postprocessing :
        {Postprocessing{{Unit::automatic, 0}, 0}, Postprocessing{{Unit::pixels, 1.5}, 0.6},
         Postprocessing{{Unit::points, 0.25}, 1}, Postprocessing{{}, 0.125}}) {
@@ -81,21 +81,23 @@ TEST_CASE("what a scene says of finishing is written as it is read") {
   }
 }
 
-TEST_CASE("unknown styles, words and keys are refused with the nearest, in one line") {
+TEST_CASE("unknown styles, words and keys are refused in one line with the nearest one") {
   CHECK(refusal_of(R"("style": "publicaton")") ==
         "s.json:1: /style: unknown style 'publicaton': did you mean 'publication'?");
-  CHECK(refusal_of(R"("style": "night")").starts_with("s.json:1: /style: night puts a dark wall"));
+  CHECK(refusal_of(R"("style": "night")")
+            .starts_with("s.json:1: /style: night works only with a particle file"));
   CHECK(refusal_of(R"("finishing": {"outlines": 2})").find("did you mean 'outline'?") !=
         std::string::npos);
   CHECK(refusal_of(R"("finishing": {"outline": "onn"})") ==
-        "s.json:1: /finishing/outline: 'onn' is no such value: did you mean 'on'?");
+        "s.json:1: /finishing/outline: 'onn' is not a valid value: did you mean 'on'?");
   CHECK(refusal_of(R"("finishing": {"outline": 0})").starts_with("s.json:1: /finishing/outline: "));
   CHECK(refusal_of(R"("finishing": {"depth_cue": 1.5})").find("/finishing/depth_cue") !=
         std::string::npos);
   CHECK(message_of<InputError>([] { (void)line_width_from("wide"); }) ==
-        "'wide' is no such value: write on, off or pixels from 0.1 to 100, or points, as 0.5pt");
+        "'wide' is not a valid value: write on, off or pixels from 0.1 to 100, or points, such as "
+        "0.5pt");
   CHECK(message_of<InputError>([] { (void)depth_cue_from("2"); }) ==
-        "'2' is no such value: write on, off or a share from 0 to 1");
+        "'2' is not a valid value: write on, off or a share from 0 to 1");
 }
 
 }  // namespace parray

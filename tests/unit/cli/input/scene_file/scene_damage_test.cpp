@@ -106,56 +106,61 @@ class ScratchFolder {
 
 }  // namespace
 
-TEST_CASE("the scene that the damage is done to is valid") {
-  CHECK(message_of(valid_scene()) == "no error");
-}
+TEST_CASE("the scene before damage is valid") { CHECK(message_of(valid_scene()) == "no error"); }
 
 TEST_CASE("text that is not JSON is refused with the line and a remedy") {
   check_all({
-      {"empty", "", "s.json:1: /: the file is empty: a scene is a JSON object"},
-      {"blank", " \n\n ", "s.json:3: /: the file is empty: a scene is a JSON object"},
+      {"empty", "", "s.json:1: /: the file is empty: write a scene, which is a JSON object"},
+      {"blank", " \n\n ", "s.json:3: /: the file is empty: write a scene, which is a JSON object"},
       {"not JSON", "\x89PNG\r\n",
-       "s.json:1: /: not JSON (invalid literal at '\\x89'): write a number as 0.5 or 1e3, a string "
-       "in double quotes"},
+       "s.json:1: /: the text is not JSON (invalid literal at '\\x89'): write a number such as 0.5 "
+       "or 1e3, or a string in double quotes"},
       {"a name without quotes", with("\"vfov\"", "vfov"),
-       "s.json:6: /camera/look_at: not JSON (invalid literal at 'v'): write a number "
-       "as 0.5 or 1e3, a string in double quotes"},
+       "s.json:6: /camera/look_at: the text is not JSON (invalid literal at 'v'): write a number "
+       "such as 0.5 or 1e3, or a string in double quotes"},
       {"a comma missing", with("[13, 2, 3],", "[13, 2, 3]"),
-       "s.json:5: /camera/look_from: not JSON (unexpected string literal; expected '}'): look for "
+       "s.json:5: /camera/look_from: the text is not JSON (unexpected string literal; expected "
+       "'}'): look for "
        "a missing quote, comma or bracket"},
       {"a comma too many", with("\"vfov\": 20", "\"vfov\": 20,"),
-       "s.json:7: /camera/vfov: not JSON (unexpected '}'; expected string literal): is there a "
-       "comma too many before it?"},
+       "s.json:7: /camera/vfov: the text is not JSON (unexpected '}'; expected string literal): "
+       "remove the comma before it"},
       {"a comment", with("  \"version\"", "  // about\n  \"version\""),
-       "s.json:2: /: not JSON (invalid literal at '/'): JSON has no comments"},
+       "s.json:2: /: the text is not JSON (invalid literal at '/'): JSON has no comments; remove "
+       "them"},
       {"single quotes", with("\"gold\"", "'gold'"),
-       "s.json:9: /materials: not JSON (invalid literal at '''): write strings in "
+       "s.json:9: /materials: the text is not JSON (invalid literal at '''): write strings in "
        "double quotes"},
       {"text after the end", valid_scene() + "x",
-       "s.json:17: /: text after the end of the scene: remove it"},
+       "s.json:17: /: text follows the end of the scene: remove it"},
       {"a second scene", valid_scene() + valid_scene(),
-       "s.json:17: /: text after the end of the scene: remove it"},
+       "s.json:17: /: text follows the end of the scene: remove it"},
       {"truncated in a string", valid_scene().substr(0, 5),
-       "s.json:2: /: the file ends in the middle of the scene: is it complete?"},
+       "s.json:2: /: the file ends in the middle of the scene: check that the file is complete"},
       {"truncated in a number", valid_scene().substr(0, valid_scene().find("13") + 1),
-       "s.json:4: /camera/look_from/1: the file ends in the middle of the scene: is it complete?"},
+       "s.json:4: /camera/look_from/1: the file ends in the middle of the scene: check that the "
+       "file is complete"},
       {"truncated at the end", valid_scene().substr(0, valid_scene().size() - 2),
-       "s.json:15: /spheres: the file ends in the middle of the scene: is it complete?"},
+       "s.json:15: /spheres: the file ends in the middle of the scene: check that the file is "
+       "complete"},
       {"a zero byte", with("20", std::string("2\0", 2)),
-       "s.json:6: /: a NUL byte, which JSON text never has: save the file as UTF-8"},
+       "s.json:6: /: the text contains a NUL byte: save the file as UTF-8"},
       {"zero bytes after the end", valid_scene() + std::string(3, '\0'),
-       "s.json:17: /: a NUL byte, which JSON text never has: save the file as UTF-8"},
+       "s.json:17: /: the text contains a NUL byte: save the file as UTF-8"},
       {"half a byte order mark", "\xEF\xBB" + valid_scene(),
-       "s.json:1: /: not JSON (invalid BOM; must be 0xEF 0xBB 0xBF if given at '\\xef\\xbb{'): "
+       "s.json:1: /: the text is not JSON (invalid BOM; must be 0xEF 0xBB 0xBF if given at "
+       "'\\xef\\xbb{'): "
        "look for a missing quote, comma or bracket"},
       {"UTF-16", "\xFF\xFE" + with("\"gold\"", "\"gold\""),
-       "s.json:1: /: not JSON (invalid literal at '\\xff'): it looks like UTF-16, save the file as "
-       "UTF-8"},
+       "s.json:1: /: the text is not JSON (invalid literal at '\\xff'): the text looks like "
+       "UTF-16; save the file as UTF-8"},
       {"not UTF-8", with("\"gold\": {", "\"g\xFFld\": {"),
-       "s.json:9: /materials: not JSON (invalid string: ill-formed UTF-8 byte at '\"g\\xff'): save "
+       "s.json:9: /materials: the text is not JSON (invalid string: ill-formed UTF-8 byte at "
+       "'\"g\\xff'): save "
        "the file as UTF-8"},
       {"a control character in a string", with("\"gold\": {", "\"g\x1bld\": {"),
-       "s.json:9: /materials: not JSON (invalid string: control character U+001B (ESC) must be "
+       "s.json:9: /materials: the text is not JSON (invalid string: control character U+001B (ESC) "
+       "must be "
        "escaped to \\u001B at '\"g<U+001B>'): look for a missing quote, comma or bracket"},
   });
 }
@@ -171,14 +176,14 @@ TEST_CASE("numbers that JSON or double precision cannot hold are refused") {
       {"negative overflow", with("13", "-1e999"),
        "s.json:4: /camera/look_from/0: number -1e999 is too large: use a number below 1e308"},
       {"NaN", with("20", "NaN"),
-       "s.json:6: /camera/vfov: not JSON (invalid literal at '\"vfov\": N'): JSON has no NaN or "
-       "Infinity, write a finite number"},
+       "s.json:6: /camera/vfov: the text is not JSON (invalid literal at '\"vfov\": N'): JSON has "
+       "no NaN or Infinity; write a finite number"},
       {"-Infinity", with("20", "-Infinity"),
-       "s.json:6: /camera/vfov: not JSON (invalid number; expected digit after '-' at '-I'): JSON "
-       "has no NaN or Infinity, write a finite number"},
+       "s.json:6: /camera/vfov: the text is not JSON (invalid number; expected digit after '-' at "
+       "'-I'): JSON has no NaN or Infinity; write a finite number"},
       {"nan", with("20", "nan"),
-       "s.json:6: /camera/vfov: not JSON (invalid literal at '\"vfov\": na'): JSON has no NaN or "
-       "Infinity, write a finite number"},
+       "s.json:6: /camera/vfov: the text is not JSON (invalid literal at '\"vfov\": na'): JSON has "
+       "no NaN or Infinity; write a finite number"},
       {"underflow to zero", with("\"radius\": 1,", "\"radius\": 1e-999,"),
        "s.json:13: /spheres/0/radius: 0 is out of range: use a number from 1e-15 to 1e+15"},
   });
@@ -209,12 +214,12 @@ TEST_CASE("a wrong value is refused with its own line, also where the line ends 
   });
 }
 
-TEST_CASE("what a schema cannot say is refused") {
+TEST_CASE("errors that a schema cannot express are refused") {
   check_all({
       {"the camera looks at itself", with("[0, 0, 0]", "[13, 2, 3]"),
-       "s.json:3: /camera: look_from and look_at are the same point: move one"},
+       "s.json:3: /camera: look_from and look_at are the same point: move one of them"},
       {"the camera is too near", with("[0, 0, 0]", "[13, 2, 3.0000000000000004]"),
-       "s.json:3: /camera: look_from and look_at are 4.440892098500626e-16 apart: bring that "
+       "s.json:3: /camera: look_from and look_at are 4.440892098500626e-16 apart: use a distance "
        "between 1e-15 and 1e+15"},
       {"up is parallel to the view", with("\"vfov\"", "\"up\": [-26, -4, -6], \"vfov\""),
        "s.json:3: /camera: up is parallel to the view from look_from to look_at: turn one of them"},
@@ -234,12 +239,12 @@ TEST_CASE("what a schema cannot say is refused") {
       {"version 1 among spheres of the seed's format",
        R"({"spheres": [{"sphere": {"location": {"x": 0, "y": 0, "z": 0}, "radius": 1,
            "material": {"type": "dielectric", "refraction_index": 1.5}}}], "version": 1})",
-       "s.json:2: /version: a key of version 1 after spheres in the seed program's format: write "
-       "the spheres as {\"center\", \"radius\", \"material\"}"},
+       "s.json:2: /version: this key belongs to version 1, but the spheres have the seed program's "
+       "format: write spheres as {\"center\", \"radius\", \"material\"}"},
   });
 }
 
-TEST_CASE("damage in the seed's format is refused") {
+TEST_CASE("damage in the seed format is refused") {
   const auto seed = [](const std::string& material) {
     return "{\"spheres\": [\n{\"sphere\": {\"location\": {\"x\": 0, \"y\": 0, \"z\": 0},\n"
            "\"radius\": 1, \"material\": " +
@@ -265,29 +270,31 @@ TEST_CASE("damage in the seed's format is refused") {
   });
 }
 
-TEST_CASE("nothing in a scene makes the reader hold or follow more than a scene needs") {
+TEST_CASE("the reader limits nesting, lengths and numbers of values") {
   const std::string mega(std::size_t{3} << 20, 'x');
   check_all({
       {"deep at the top", std::string(1'000'000, '['),
-       "s.json:1: /: expected an object, found an array: is this a scene?"},
+       "s.json:1: /: expected an object, found an array: check that this is a scene"},
       {"deep in a sphere", "{\"spheres\": [" + std::string(1'000'000, '['),
-       "s.json:1: /spheres/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0: nested deeper than 16 levels: no scene "
-       "needs that"},
+       "s.json:1: /spheres/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0: values are nested deeper than 16 levels: "
+       "remove levels"},
       {"wide in a section", with("[13, 2, 3]", "[" + std::string(600, '[')),
-       "s.json:4: /camera/look_from/0/0/0/0/0/0/0/0/0/0/0/0/0/0: nested deeper than 16 levels: no "
-       "scene needs that"},
+       "s.json:4: /camera/look_from/0/0/0/0/0/0/0/0/0/0/0/0/0/0: values are nested deeper than 16 "
+       "levels: remove levels"},
       {"a long string", with("\"gold\"", "\"" + mega + "\""),
-       "s.json:9: /: a text or a run of blanks is longer than 1048576 bytes: is this a scene?"},
+       "s.json:9: /: a text or a run of blanks is longer than 1048576 bytes: check that this is a "
+       "scene"},
       {"a long blank", with("  \"version\"", std::string(mega.size(), ' ') + "\"version\""),
-       "s.json:2: /: a text or a run of blanks is longer than 1048576 bytes: is this a scene?"},
+       "s.json:2: /: a text or a run of blanks is longer than 1048576 bytes: check that this is a "
+       "scene"},
   });
   std::string wide = "[0";
   for (int i = 0; i < 1000; ++i) wide += ",0";
   CHECK(message_of(with("[13, 2, 3]", wide + "]")) ==
-        "s.json:4: /camera/look_from/254: more than 256 values in one place: no scene needs that");
+        "s.json:4: /camera/look_from/254: one value has more than 256 parts: remove some");
 }
 
-TEST_CASE("a message is one printable line whatever the file holds") {
+TEST_CASE("a message is one printable line for any content of the file") {
   const std::string key = "\\u001b[2J\\n" + std::string(5000, 'k') + "\\u202e";
   for (const std::string& scene :
        {with("\"vfov\"", "\"" + key + "\""), with("\"version\"", "\"" + key + "\""),
@@ -300,11 +307,11 @@ TEST_CASE("a message is one printable line whatever the file holds") {
     CHECK(std::ranges::all_of(message, [](char c) { return c >= ' ' && c <= '~'; }));
   }
   std::istringstream input("?");
-  CHECK_THROWS_WITH_AS(read_scene(input, "a\x1b[2J"), doctest::Contains("a\\x1b[2J:1: /: not JSON"),
-                       InputError);
+  CHECK_THROWS_WITH_AS(read_scene(input, "a\x1b[2J"),
+                       doctest::Contains("a\\x1b[2J:1: /: the text is not JSON"), InputError);
 }
 
-TEST_CASE("a file that is none is refused by name") {
+TEST_CASE("missing files and directories are refused with their name") {
   const ScratchFolder folder;
   const std::string root = folder.path().string();
   CHECK(message_of_file(folder.path() / "none.json") ==
@@ -313,7 +320,7 @@ TEST_CASE("a file that is none is refused by name") {
         root + "/a/b.json: no such file: check the path");
   CHECK(message_of_file(folder.path()) == root + ": is a directory: name a file in it");
   CHECK(message_of_file(folder.write("empty.json", "")) ==
-        root + "/empty.json: the file is empty: is it complete?");
+        root + "/empty.json: the file is empty: check that the file is complete");
   CHECK(message_of_file(folder.write("good.json", valid_scene())) == "no error");
   const fs::path below_a_file = folder.path() / "good.json" / "s.json";
   CHECK(message_of_file(below_a_file).starts_with(below_a_file.string() + ": "));
@@ -331,7 +338,7 @@ TEST_CASE("a file that cannot be read is refused") {
   // A file of the kernel whose first bytes cannot be read.
   if (fs::exists("/proc/self/mem")) {
     CHECK(message_of_file("/proc/self/mem") ==
-          "/proc/self/mem: reading failed (Input/output error): check its disk");
+          "/proc/self/mem: reading failed (Input/output error): check the disk");
   }
 }
 
@@ -342,7 +349,7 @@ TEST_CASE("a file beyond the size limit is refused before it is read") {
   fs::resize_file(path, limits::max_scene_file_bytes + 1, error);  // a hole: takes no space
   if (error) return;                                               // not on this file system
   CHECK(message_of_file(path) ==
-        path.string() + ": has 17179869185 bytes, more than 17179869184: split it");
+        path.string() + ": the file has 17179869185 bytes, more than 17179869184: split it");
 }
 
 TEST_CASE("a randomly damaged scene loads or is refused, and nothing else") {

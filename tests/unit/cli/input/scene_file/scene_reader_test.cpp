@@ -81,7 +81,7 @@ TEST_CASE("a scene of version 1 is read in full") {
   CHECK(file.scene.spheres == std::vector<Sphere>{{{1, -2, 3.5}, 0.25, 0}, {{0, 0, 0}, 1000, 1}});
 }
 
-TEST_CASE("what a scene of version 1 leaves out has its default") {
+TEST_CASE("members that a scene of version 1 omits have their defaults") {
   const SceneFile file = read(R"({"version": 1, "camera": {"look_from": [0, 3, 4],
       "look_at": [0, 0, 0], "vfov": 20}, "materials": {}, "spheres": []})");
   CHECK(file.settings == RenderSettings{});
@@ -94,7 +94,7 @@ TEST_CASE("what a scene of version 1 leaves out has its default") {
   CHECK(file.scene.materials.empty());
 }
 
-TEST_CASE("the seed's format and version 1 of one scene give equal scenes") {
+TEST_CASE("a scene in the seed format and in version 1 gives equal scenes") {
   const SceneFile seed = read(R"({"spheres": [
     {"sphere": {"location": {"x": 0, "y": -0.0, "z": 2}, "radius": 0.5,
                 "material": {"type": "lambertian", "color": {"r": 0.1, "g": 0.2, "b": 0.3}}}},
@@ -127,7 +127,7 @@ TEST_CASE("the seed's format and version 1 of one scene give equal scenes") {
   CHECK_FALSE(std::signbit(seed.scene.spheres[0].center.y));
 }
 
-TEST_CASE("a file of no spheres and nothing else is the seed's") {
+TEST_CASE("a file with an empty list of spheres and nothing else has the seed format") {
   const SceneFile file = read(R"({"spheres": []})");
   CHECK(file.seed_format);
   CHECK(file.scene.camera.tan_half_vfov > 0);
@@ -170,7 +170,7 @@ TEST_CASE("every scene that ships loads") {
   CHECK(one_weekend.settings == RenderSettings{});
 }
 
-TEST_CASE("200 000 spheres stream through") {
+TEST_CASE("200 000 spheres are read as a stream") {
   std::string text = R"({"version": 1, "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0],
     "vfov": 40}, "spheres": [)";
   constexpr int count = 200'000;

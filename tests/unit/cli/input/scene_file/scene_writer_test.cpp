@@ -52,7 +52,7 @@ TEST_CASE("every scene that ships reads back as itself, settings and names inclu
   }
 }
 
-TEST_CASE("a scene of the seed's format becomes one of version 1") {
+TEST_CASE("a scene in the seed format is written as version 1") {
   const SceneFile seed = read(R"({"spheres": [
     {"sphere": {"location": {"x": 0, "y": 1, "z": 2}, "radius": 0.1,
                 "material": {"type": "lambertian", "color": {"r": 0.1, "g": 0.2, "b": 0.3}}}},
@@ -65,7 +65,7 @@ TEST_CASE("a scene of the seed's format becomes one of version 1") {
   CHECK(again.settings == seed.settings);
 }
 
-TEST_CASE("a scene's labels read back as they were, and without any there is no such section") {
+TEST_CASE("a scene's labels read back equal, and a scene without labels has no such section") {
   SceneFile file;
   file.scene = test::small_scene();
   CHECK(written(file).find("labels") == std::string::npos);
@@ -103,7 +103,7 @@ TEST_CASE("numbers of every size read back to the last bit") {
   CHECK(again.settings == file.settings);
 }
 
-TEST_CASE("names of any kind are kept, and made-up ones get out of their way") {
+TEST_CASE("names of materials are kept, and generated names differ from them") {
   SceneFile file = read(R"({"version": 1,
     "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40},
     "materials": {"\"\\\n\u0001 é": {"type": "dielectric", "ior": 1.5}, "": {"type": "dielectric",
@@ -155,10 +155,10 @@ TEST_CASE("a name that is not UTF-8 is refused, not written") {
   SceneFile file;
   file.particles.push_back({.file = "\xFF.xyz", .material = {}, .radius = {}});
   CHECK(test::message_of<InputError>([&] { (void)written(file); }) ==
-        "'\\xff.xyz' is not UTF-8, as all names in a scene are: rename it");
+        "'\\xff.xyz' is not UTF-8, but all names in a scene must be: rename it");
 }
 
-TEST_CASE("writing can be ended from outside") {
+TEST_CASE("the caller can stop the writing") {
   SceneFile file;
   file.scene.materials.emplace_back();
   file.scene.spheres.resize(100'000);

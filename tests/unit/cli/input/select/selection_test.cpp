@@ -188,39 +188,42 @@ TEST_CASE("fractions are of the cell, along its edges") {
   CHECK(selected("fz = 1", particles) == std::vector<std::size_t>{3});
 }
 
-TEST_CASE("what is no selection is refused at its column, with a remedy") {
+TEST_CASE("an invalid selection is refused with its column and a remedy") {
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"", "column 1: a condition is missing: write one, as chain A or z > 10"},
-      {"watter", "column 1: 'watter' is no condition: did you mean 'water'?"},
-      {"chain A and protien", "column 13: 'protien' is no condition: did you mean 'protein'?"},
-      {"charge", "column 1: 'charge' is no condition: compare it with a number, as charge > 0"},
-      {"z", "column 1: 'z' is no condition: compare it with a number, as z > 0"},
-      {"(z + 1)", "column 2: a number stands where a condition is needed: compare it, as z > 10"},
+      {"", "column 1: a condition is missing: write one, such as chain A or z > 10"},
+      {"watter", "column 1: 'watter' is not a condition: did you mean 'water'?"},
+      {"chain A and protien", "column 13: 'protien' is not a condition: did you mean 'protein'?"},
+      {"charge",
+       "column 1: 'charge' is not a condition: compare it with a number, as in charge > 0"},
+      {"z", "column 1: 'z' is not a condition: compare it with a number, as in z > 0"},
+      {"(z + 1)",
+       "column 2: a condition is needed, but this is a number: compare it, as in z > 10"},
       {"chain A > 3",
-       "column 1: a condition stands where a number is needed: compare numbers, as z > 10"},
-      {"z > ", "column 5: a condition is missing: write one, as chain A or z > 10"},
+       "column 1: a number is needed, but this is a condition: compare numbers, as in z > 10"},
+      {"z > ", "column 5: a condition is missing: write one, such as chain A or z > 10"},
       {"and water",
-       "column 1: a condition is missing before 'and': write one, as chain A or z > 10"},
-      {"water or", "column 9: a condition is missing: write one, as chain A or z > 10"},
+       "column 1: a condition is missing before 'and': write one, such as chain A or z > 10"},
+      {"water or", "column 9: a condition is missing: write one, such as chain A or z > 10"},
       {"or | water",
-       "column 1: a condition is missing before 'or': write one, as chain A or z > 10"},
+       "column 1: a condition is missing before 'or': write one, such as chain A or z > 10"},
       {"(water", "column 7: the parenthesis of column 1 is not closed: add ')'"},
       {"water)", "column 6: unexpected ')': no parenthesis is open"},
-      {"water protein", "column 7: unexpected 'protein': join conditions with 'and' or 'or'"},
+      {"water protein", "column 7: unexpected 'protein': join conditions by 'and' or 'or'"},
       {"chain",
-       "column 6: no name follows 'chain': write at least one, in quotes if it is unusual"},
-      {"element Xx", "column 9: 'Xx' is no element: write symbols, as C N O, or unknown"},
-      {"name \"CA", "column 6: a quote is not closed: close it"},
-      {"resid 5:2", "column 7: '5:2' is no whole number or range: write resid 5 10:20"},
-      {"index 1.5", "column 7: '1.5' is no whole number or range: write index 5 10:20"},
-      {"resid", "column 6: no number follows: write 5 or 10:20"},
-      {"within of ion", "column 8: no distance above 0: write within 5 of chain A"},
-      {"within 0 of ion", "column 8: no distance above 0: write within 5 of chain A"},
+       "column 6: a name is missing after 'chain': write at least one, in quotes if it has special "
+       "characters"},
+      {"element Xx", "column 9: 'Xx' is not an element: write symbols such as C N O, or unknown"},
+      {"name \"CA", "column 6: the quote is not closed: add '\"'"},
+      {"resid 5:2", "column 7: '5:2' is not a whole number or a range: write resid 5 10:20"},
+      {"index 1.5", "column 7: '1.5' is not a whole number or a range: write index 5 10:20"},
+      {"resid", "column 6: a number is missing: write 5 or 10:20"},
+      {"within of ion", "column 8: the distance must be above 0: write within 5 of chain A"},
+      {"within 0 of ion", "column 8: the distance must be above 0: write within 5 of chain A"},
       {"within 5 ion", "column 10: 'of' is missing: write within 5 of chain A"},
       {"same as ion", "column 6: 'residue' is missing: write same residue as within 5 of chain A"},
-      {"z > 1e999", "column 5: '1e999' is not a finite number: write one"},
+      {"z > 1e999", "column 5: '1e999' is not a finite number: write a number"},
       {"sqrt x > 1", "column 6: '(' is missing: write sqrt(x)"},
-      {"\"\xc3\xa9\" > 1 nor", "column 9: unexpected 'nor': join conditions with 'and' or 'or'"},
+      {"\"\xc3\xa9\" > 1 nor", "column 9: unexpected 'nor': join conditions by 'and' or 'or'"},
   };
   for (const auto& row : cases) {
     const auto& [text, expected] = row;  // which Clang 14 does not capture
@@ -229,7 +232,7 @@ TEST_CASE("what is no selection is refused at its column, with a remedy") {
   }
 }
 
-TEST_CASE("what the file lacks is refused with what it has") {
+TEST_CASE("a missing column is refused with the list of columns that the file has") {
   Particles bare;
   bare.positions = {{0, 0, 0}};
   add(bare.types, "x");
@@ -241,9 +244,9 @@ TEST_CASE("what the file lacks is refused with what it has") {
   CHECK(refusal("radius > 5", bare).starts_with("column 1: the file has no radii"));
   CHECK(refusal("same residue as all", bare).starts_with("column 1: the file has no residues"));
   CHECK(selected("virtual", bare).empty());
-  CHECK(refusal("1 < vz", bare) == "column 5: the file has no numbers 'vz'");
+  CHECK(refusal("1 < vz", bare) == "column 5: the file has no numeric column 'vz'");
   CHECK(UnknownNumber("vz", "column 5: ").with_remedy({"vx", "charge"}) ==
-        "column 5: the file has no numbers 'vz': did you mean 'vx'?");
+        "column 5: the file has no numeric column 'vz': did you mean 'vx'?");
   CHECK(Selection("1 < vz and (charge > vx or z < 2)").numbers() ==
         std::set<std::string, std::less<>>{"charge", "vx", "vz"});
 }
@@ -358,7 +361,7 @@ Particles random_particles(Dice& dice, std::size_t count) {
 
 }  // namespace
 
-TEST_CASE("random selections mean what their parts mean, particle by particle") {
+TEST_CASE("random selections equal the combination of their parts for each particle") {
   Dice dice(17);
   for (int round = 0; round < 200; ++round) {
     const Particles particles = random_particles(dice, 1 + dice.below(60));
@@ -403,7 +406,7 @@ TEST_CASE("a selection is the same for any number of threads") {
   for (const int threads : {2, 3, 8}) CHECK(selected(text, particles, threads) == one);
 }
 
-TEST_CASE("a slice is a selection of its own kind") {
+TEST_CASE("a slice becomes a selection") {
   CHECK(slice_as_selection("z=10:20") == "z >= 10 and z <= 20");
   CHECK(slice_as_selection(" X = -1.5 : ") == "x >= -1.5");
   CHECK(slice_as_selection("z=40%:60%,y=:3") == "fz >= 0.4 and fz <= 0.6 and y <= 3");
@@ -414,12 +417,12 @@ TEST_CASE("a slice is a selection of its own kind") {
   }
   for (const char* text : {"", "z", "z=3", "w=1:2", "z=:", "z=a:b", "z=1:2,", "10:20", "z=1:2:3"}) {
     CAPTURE(text);
-    CHECK(message_of<InputError>([&] { slice_as_selection(text); }).find("is no slice: write") !=
+    CHECK(message_of<InputError>([&] { slice_as_selection(text); }).find("is not a slice: write") !=
           std::string::npos);
   }
 }
 
-TEST_CASE("a filter keeps every column in step, and notes what it leaves out") {
+TEST_CASE("a filter removes particles from every column and notes their number") {
   Particles particles = molecules();
   apply({.select = "chain A W", .slice = "x=1:", .hide = {{"virtual", "hydrogens"}}}, particles);
   CHECK(particles.count() == 4);
@@ -440,7 +443,7 @@ TEST_CASE("a filter keeps every column in step, and notes what it leaves out") {
                                                                     {"not_in_select", 4}});
 }
 
-TEST_CASE("virtual sites alone are hidden where nothing is asked for, and nothing by none") {
+TEST_CASE("by default only virtual sites are hidden, and none hides nothing") {
   Particles particles = molecules();
   apply({}, particles);
   CHECK(particles.count() == molecules().count() - 1);
@@ -452,20 +455,21 @@ TEST_CASE("virtual sites alone are hidden where nothing is asked for, and nothin
   CHECK(hide_from("none").empty());
   CHECK(hide_from("Water, ions") == std::vector<std::string>{"virtual", "water", "ions"});
   CHECK(message_of<InputError>([] { hide_from("watr"); }) ==
-        "'watr' is no class of particles: did you mean 'water'?");
+        "'watr' is not a class of particles: did you mean 'water'?");
 }
 
-TEST_CASE("a filter that leaves nothing says what there is") {
+TEST_CASE("a filter that leaves no particles lists the available values") {
   CHECK(filter_refusal({.select = "chain Q or z > 5", .slice = {}, .hide = {}}) ==
-        "none of 13 particles is left: there are chains A, B, C, W, I; z from 0 to 0");
-  CHECK(filter_refusal({.select = "element U", .slice = {}, .hide = {}}) ==
-        "none of 13 particles is left: there are elements H, C, N, O, Na, Fe, unknown");
+        "the selection leaves none of 13 particles: there are chains A, B, C, W, I; z from 0 to 0");
+  CHECK(
+      filter_refusal({.select = "element U", .slice = {}, .hide = {}}) ==
+      "the selection leaves none of 13 particles: there are elements H, C, N, O, Na, Fe, unknown");
   CHECK(filter_refusal({.select = {}, .slice = "x=100:", .hide = {}}) ==
-        "none of 13 particles is left: there are x from 0 to 40");
+        "the selection leaves none of 13 particles: there are x from 0 to 40");
   CHECK(filter_refusal({.select = "water", .slice = {}, .hide = {{"water"}}}) ==
-        "none of 13 particles is left: select more");
+        "the selection leaves none of 13 particles: select more");
   CHECK(filter_refusal({.select = {}, .slice = {}, .hide = {{"protein", "hetero", "nucleic"}}}) ==
-        "all 13 particles are hidden: hide fewer classes, or none");
+        "all 13 particles are hidden: hide fewer classes or write none");
 }
 
 }  // namespace parray

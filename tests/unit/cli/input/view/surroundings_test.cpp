@@ -15,7 +15,7 @@
 #include "tests/support/rooms.h"
 #include "tests/support/sphere_groups.h"
 
-/// What a portrait promises, whatever it is of.
+/// Checks the properties of an automatic scene.
 namespace parray {
 namespace {
 
@@ -28,7 +28,7 @@ using test::sphere_groups;
 
 constexpr double aspects[] = {4.0 / 3, 1, 0.4, 3};
 
-/// All that portraits can be asked for, but the size.
+/// All options of automatic scenes except the size.
 std::vector<Viewing> viewings() {
   std::vector<Viewing> all;
   for (const View view : {View::automatic, View::front, View::bottom, View::iso}) {
@@ -82,7 +82,7 @@ void for_each_auto_scene(const Check& check) {
 
 }  // namespace
 
-TEST_CASE("every sphere is inside the view, and the view is no wider than that") {
+TEST_CASE("the view contains every sphere and is no wider than necessary") {
   for_each_auto_scene([](const Taken& taken) {
     Film tight = taken.film;
     tight.half_width *= 0.8501;
@@ -102,7 +102,7 @@ TEST_CASE("every sphere is inside the view, and the view is no wider than that")
   });
 }
 
-TEST_CASE("points that are to be in the picture are, and the ground is below them") {
+TEST_CASE("the picture contains the given points, and the ground is below them") {
   const std::vector<Sphere> spheres = cloud(100, {0, 0, 0}, {2, 3, 4}, 0.1, 12);
   for (const Viewing& viewing : viewings()) {
     const std::vector<Vec3d> corners = {{-5, -5, -5}, {5, 5, 5}, {9, 0, 0}};
@@ -153,7 +153,7 @@ TEST_CASE("ground and wall fill the picture to its corners, behind the particles
   });
 }
 
-TEST_CASE("the flag is out of the picture, and so are camera and particles out of the flag") {
+TEST_CASE("the light blocker is outside the picture and contains neither camera nor particles") {
   for_each_auto_scene([](const Taken& taken) {
     const Sphere* const flag = taken.prop("flag");
     CHECK((flag == nullptr) == (taken.viewing.style == Style::flat));
@@ -170,7 +170,7 @@ TEST_CASE("the flag is out of the picture, and so are camera and particles out o
   });
 }
 
-TEST_CASE("scaling by a power of two scales the portrait exactly") {
+TEST_CASE("scaling by a power of two scales the automatic scene exactly") {
   for (const Group& group : sphere_groups()) {
     CAPTURE(group.name);
     for (const Viewing& viewing : viewings()) {
@@ -197,7 +197,7 @@ TEST_CASE("scaling by a power of two scales the portrait exactly") {
   }
 }
 
-TEST_CASE("the reader takes every portrait as the writer writes it, bit by bit") {
+TEST_CASE("every automatic scene is written and read back to the same bits") {
   for_each_auto_scene([](const Taken& taken) {
     SceneFile file;
     file.scene = {taken.portrait.camera, taken.portrait.sky, {plain_material}, taken.spheres};
@@ -243,7 +243,7 @@ TEST_CASE("the frame is right-handed with unit axes, and its signs follow the co
   }
 }
 
-TEST_CASE("what spreads alike along all axes stands as its coordinates do") {
+TEST_CASE("a group with equal spread along all axes keeps the coordinate axes") {
   for (const Group& group : sphere_groups()) {
     if (group.name != "one" && group.name != "a lattice" && group.name != "three at one place") {
       continue;
@@ -263,7 +263,7 @@ TEST_CASE("what spreads alike along all axes stands as its coordinates do") {
   CHECK(dot(principal_axes(noisy).up, Vec3d{0, 1, 0}) > 0.99);
 }
 
-TEST_CASE("the lattice's radius is half its spacing, however it is turned and in any dimension") {
+TEST_CASE("the lattice radius is half the spacing for any rotation and dimension") {
   const Vec3d a = normalize(Vec3d{1, 2, -1});
   const Vec3d b = normalize(cross(a, Vec3d{0, 1, 3}));
   const Vec3d c = cross(a, b);
@@ -283,14 +283,14 @@ TEST_CASE("the lattice's radius is half its spacing, however it is turned and in
   CHECK(lattice_radius(std::vector<Sphere>(3, {{1, 2, 3}, 9, 0})) == 1);
 }
 
-TEST_CASE("a group that no portrait can hold is refused") {
+TEST_CASE("a group too large or too far away is refused") {
   const std::vector<Sphere> vast = cloud(20, {0, 0, 0}, {1e14, 1e14, 1e14}, 1e12, 1);
   CHECK(message_of<InputError>([&] {
           (void)surroundings_of(vast, 1);
-        }).ends_with("beyond 1e+15: scale the coordinates down"));
+        }).ends_with("above the limit of 1e+15: scale the coordinates down"));
   const std::vector<Sphere> far = {{{1e9, 0, 0}, 1e-9, 0}};
   CHECK(message_of<InputError>([&] { (void)surroundings_of(far, 1); }) ==
-        "the particles are too far from the origin for their size: move them nearer");
+        "the particles are too far from the origin for their size: move them closer to it");
 }
 
 }  // namespace parray

@@ -12,7 +12,7 @@
 #include "tests/support/rooms.h"
 #include "tests/support/sphere_groups.h"
 
-/// From where portraits are taken.
+/// Views of automatic scenes.
 namespace parray {
 namespace {
 
@@ -60,7 +60,7 @@ TEST_CASE("the axes of every view are those that it promises") {
   }
 }
 
-TEST_CASE("cameras of views look along their axes, whatever they look at") {
+TEST_CASE("cameras of views look along their axes for any particles") {
   const std::vector<Sphere> spheres = cloud(200, {7, -8, 9}, {5, 2, 9}, 0.3, 3);
   for (const View view :
        {View::front, View::back, View::left, View::right, View::top, View::bottom, View::iso}) {
@@ -94,7 +94,7 @@ TEST_CASE("an unknown view is refused with the nearest") {
   CHECK(refusal("sideways").starts_with("unknown view 'sideways': known: auto, front, back, "));
 }
 
-TEST_CASE("flat groups are seen face on, however they lie") {
+TEST_CASE("flat groups are seen face on for any orientation") {
   const Vec3d x{1, 0, 0};
   const Vec3d y{0, 1, 0};
   const Vec3d z{0, 0, 1};
@@ -149,7 +149,7 @@ TEST_CASE(
   CHECK(box.frame.right.z == 0);
 }
 
-TEST_CASE("what nothing is below of hangs before a wall: the ground is never before it") {
+TEST_CASE("a view that does not look down has a wall behind the particles") {
   const std::vector<Sphere> spheres = cloud(50, {0, 0, 0}, {1, 1, 1}, 0.1, 1);
   for (const View view : {View::front, View::left, View::bottom}) {
     CHECK(viewpoint_of(spheres, view, true).off_ground == axes_of(view).back);

@@ -103,21 +103,21 @@ TEST_CASE("a smooth picture loses nearly all of its noise, and edges stay") {
   CHECK(board.error_of(board.clean()) < 0.4 * board.raw_error());
 }
 
-TEST_CASE("where pixels say nothing of each other the picture stays as it is") {
+TEST_CASE("a picture of unrelated pixels does not change") {
   for (const double noise : {0.3, 0.03, 0.001}) {
     const MadeUp picture(96, 64, noise, 3, grainy);
     CHECK(picture.error_of(picture.clean()) < 1.01 * picture.raw_error());
   }
 }
 
-TEST_CASE("a picture without noise stays as it is") {
+TEST_CASE("a picture without noise does not change") {
   const MadeUp picture(33, 17, 0, 4, grainy);
   const Denoised clean = picture.clean();
   CHECK(picture.error_of(clean) < 1e-12);
   CHECK(clean.rmse < 1e-6);
 }
 
-TEST_CASE("the stated error of a denoised picture is true in the mean, and its interval holds") {
+TEST_CASE("the stated error of a denoised picture is right on average, and its interval holds") {
   double stated = 0;
   double real = 0;
   double scatter = 0;
@@ -174,7 +174,7 @@ TEST_CASE("pictures smaller than the filter's window, black ones too, are denois
   for (const float value : black.clean().rgb) CHECK(value == 0);
 }
 
-TEST_CASE("what comes of a half's pixel does not know what the other half is there") {
+TEST_CASE("a filtered pixel of one half does not depend on that pixel of the other half") {
   MadeUp picture(48, 32, 0.15, 6, steps);
   const std::vector<float> before = picture.clean().rgb;
   constexpr std::size_t pixel = 3 * (16 * 48 + 20);
@@ -224,7 +224,7 @@ TEST_CASE("steady features are near those of the picture's own samples, and diff
   CHECK(off < 0.05 * own);
 }
 
-TEST_CASE("tracing features and denoising end when asked to") {
+TEST_CASE("tracing features and denoising can be stopped") {
   const NoisyScene noisy = noisy_scenes(40, 30)[0];
   const auto tracer = make_path_tracer(noisy.scene, noisy.settings);
   const auto stop = [] { throw std::runtime_error("enough"); };

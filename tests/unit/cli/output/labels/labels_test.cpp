@@ -91,7 +91,7 @@ std::pair<int, int> extent(const Image& image, std::uint32_t row, float value) {
 
 // ---- Letters -----------------------------------------------------------------------------------
 
-TEST_CASE("a text is as wide as the font's own advances say, at any size") {
+TEST_CASE("the width of a text follows from the font's advances at any size") {
   FT_Library library = nullptr;
   FT_Face face = nullptr;
   REQUIRE(FT_Init_FreeType(&library) == 0);
@@ -125,7 +125,7 @@ TEST_CASE(
   CHECK(drawn_area(font, "  ", {10, 30}) == 0);
 }
 
-TEST_CASE("a letter stands between its baseline and its cap height") {
+TEST_CASE("a letter lies between its baseline and its cap height") {
   const Font font(30);
   Coverage coverage(Box{0, 0, 60, 60});
   font.draw(coverage, {10, 40}, "H");
@@ -142,32 +142,33 @@ TEST_CASE("a letter stands between its baseline and its cap height") {
   CHECK(row_is_empty(top - 1));
 }
 
-TEST_CASE("a font that is not there is told in one line that names the package") {
+TEST_CASE("a missing font is reported in one line with its package") {
   CHECK(message_of<RunError>([] { Font(10, "/nowhere/DejaVuSans.ttf"); }) ==
-        "labels are written in DejaVu Sans, and /nowhere/DejaVuSans.ttf is not there: install "
+        "/nowhere/DejaVuSans.ttf: the font of labels, DejaVu Sans, is missing: install "
         "fonts-dejavu-core");
   CHECK(message_of<RunError>([] { Font(10, "/etc/passwd"); }) ==
-        "/etc/passwd, the font of labels, cannot be read: install fonts-dejavu-core again");
+        "/etc/passwd: the font of labels cannot be read: install fonts-dejavu-core again");
 }
 
-TEST_CASE(
-    "a text that cannot be set is refused: not UTF-8, control characters, letters the font lacks") {
+TEST_CASE("invalid texts are refused: not UTF-8, control characters, letters that the font lacks") {
   const Font font(10);
   font.check("Caf\u00e9 \u03b1 \u2212 10\u207b\u00b3", "--text");
   const auto problem = [&](const std::string& text) {
     return message_of<InputError>([&] { font.check(text, "--text"); });
   };
-  CHECK(problem("a\u4e2d") == "--text: DejaVu Sans has no character U+4E2D: use another");
-  CHECK(problem("a\tb") == "--text: DejaVu Sans has no character U+0009: use another");
+  CHECK(problem("a\u4e2d") ==
+        "--text: the font DejaVu Sans has no character U+4E2D: use another character");
+  CHECK(problem("a\tb") ==
+        "--text: the font DejaVu Sans has no character U+0009: use another character");
   for (const std::string bad : {"\xff", "\xc3", "\xc0\x80", "\xed\xa0\x80", "\xf5\x80\x80\x80"}) {
-    CHECK(problem(bad) == "--text: not UTF-8: write it in that encoding");
+    CHECK(problem(bad) == "--text: the text is not UTF-8: save it in that encoding");
   }
   CHECK(font.width("\xff") == font.width("\ufffd"));  // of a name in a file
 }
 
 // ---- Numbers -----------------------------------------------------------------------------------
 
-TEST_CASE("marks are round, ascend, lie in their range, and are a few of any") {
+TEST_CASE("marks are few, round and ascending, and lie in their range") {
   for (const auto& row : std::vector<std::pair<double, double>>{{0, 1},
                                                                 {-1, 1},
                                                                 {-0.37, 0.91},
@@ -196,7 +197,7 @@ TEST_CASE("marks are round, ascend, lie in their range, and are a few of any") {
   CHECK(ticks.exponent == 0);
 }
 
-TEST_CASE("long numbers have their power of ten taken out") {
+TEST_CASE("long numbers have a common power of ten") {
   const Ticks large = ticks_between(0, 2.5e6, 6);
   CHECK(large.exponent == 6);
   CHECK(large.texts == std::vector<std::string>{"0.0", "0.5", "1.0", "1.5", "2.0", "2.5"});
@@ -205,7 +206,7 @@ TEST_CASE("long numbers have their power of ten taken out") {
   CHECK(power_of_ten(12) == "10\u00b9\u00b2");
 }
 
-TEST_CASE("round numbers are 1, 2 or 5 times a power of ten, on the side that is asked for") {
+TEST_CASE("round numbers are 1, 2 or 5 times a power of ten, above or below the value") {
   for (const double value : {1e-300, 0.0031, 0.1, 0.99, 1.0, 3.0, 5.0, 7.2, 1e5, 6e300}) {
     CHECK(round_below(value) <= value * (1 + 1e-5));
     CHECK(round_below(value) > value / 2.6);
@@ -218,14 +219,14 @@ TEST_CASE("round numbers are 1, 2 or 5 times a power of ten, on the side that is
 
 // ---- Places ------------------------------------------------------------------------------------
 
-TEST_CASE("labels at the margin fit, however their widths are rounded") {
+TEST_CASE("labels at the margin fit despite rounding of their widths") {
   for (int i = 1; i <= 1000; ++i) {
     const Block block{"--text", Corner::bottom_right, 0.37 * i / 3, 0.29 * i / 7, {}};
     CHECK_NOTHROW(lay_out({block}, 1200.1, 900.3, 0.1 * i / 9, 8));
   }
 }
 
-TEST_CASE("labels of all corners have places apart from each other and inside the picture") {
+TEST_CASE("labels in all corners are inside the picture and do not overlap") {
   const Font font(14);
   const BlockStyle style{font, 1, 780, 580};
   std::vector<Block> blocks = {
@@ -251,7 +252,7 @@ TEST_CASE("labels of all corners have places apart from each other and inside th
   }
 }
 
-TEST_CASE("what a label draws stays within its place but for its halo") {
+TEST_CASE("a label draws only inside its box, except for its halo") {
   const Font font(20);
   const BlockStyle style{font, 1.5, 380, 380};
   for (const Block& block :
@@ -278,7 +279,7 @@ TEST_CASE("what a label draws stays within its place but for its halo") {
   }
 }
 
-TEST_CASE("a legend of many names gets columns, and one that fits nowhere is refused in one line") {
+TEST_CASE("a legend of many names gets columns, and one that does not fit is refused in one line") {
   LabelContent content = content_of(600, 300);
   content.settings.legend = true;
   content.settings.dpi = 96;
@@ -286,28 +287,30 @@ TEST_CASE("a legend of many names gets columns, and one that fits nowhere is ref
   Labels{content};
   content.legends = {elements(500)};
   CHECK(refusal(content) ==
-        "--legend: does not fit into 600 x 300 pixels: use a smaller --font-size or a larger "
+        "--legend: the label does not fit into 600 x 300 pixels: use a smaller --font-size or a "
+        "larger "
         "picture");
   content.legends = {elements(14)};
   content.settings.text = std::string(50, 'm');
-  CHECK(refusal(content).starts_with("--legend: does not fit into 600 x 300 pixels beside --text"));
+  CHECK(refusal(content).starts_with(
+      "--legend: the label does not fit into 600 x 300 pixels beside --text"));
 }
 
-TEST_CASE("a label that the scene has nothing for is refused before any work") {
+TEST_CASE("a label without content in the scene is refused before any work") {
   LabelContent content = content_of(600, 400);
   content.settings.legend = true;
-  CHECK(refusal(content).starts_with("--legend: nothing in the scene is coloured by a rule"));
+  CHECK(refusal(content).starts_with("--legend: the scene has no colours to explain"));
   content.settings = {.time_stamp = true};
   CHECK(refusal(content).starts_with("--time-stamp: "));
   content.settings = {.cell = true};
   CHECK(refusal(content).starts_with("--cell: the scene's particles have no box"));
   content.settings = {.text = "a", .font_size = 200, .dpi = 10000};
-  CHECK(
-      refusal(content) ==
-      "--font-size: letters of 200 points are 27778 pixels high, and the picture 400: use smaller "
-      "ones, or a larger picture");
+  CHECK(refusal(content) ==
+        "--font-size: letters of 200 points are 27778 pixels high, but the picture only 400: use "
+        "smaller "
+        "letters or a larger picture");
   content.settings = {.scale_bar = true, .unit = "\u4e2d"};
-  CHECK(refusal(content).starts_with("--unit: DejaVu Sans has no character U+4E2D"));
+  CHECK(refusal(content).starts_with("--unit: the font DejaVu Sans has no character U+4E2D"));
 }
 
 // ---- Lengths -----------------------------------------------------------------------------------
@@ -337,7 +340,7 @@ TEST_CASE("a scale bar is as long as the camera shows that length at look_at, to
   CHECK(sum / 3 == doctest::Approx(pixels).epsilon(1e-4));  // halos are as white as the picture
 }
 
-TEST_CASE("an orthographic camera shows a length as the same pixels wherever it is") {
+TEST_CASE("an orthographic camera shows a length with the same number of pixels anywhere") {
   Camera camera = camera_of(40);
   camera.projection = Projection::orthographic;
   camera.vfov = camera.tan_half_vfov = 0;
@@ -379,7 +382,7 @@ TEST_CASE("points of the scene are shown where the camera's rays to them start")
   CHECK(film.shown(film.seen(corner)).y == doctest::Approx(0).scale(1));
 }
 
-TEST_CASE("text is as high as its points say at the resolution of print") {
+TEST_CASE("the height of text follows from its points and the resolution of print") {
   LabelSettings settings;
   CHECK(dots_per_inch(settings, 1200) == doctest::Approx(254));
   CHECK(dots_per_inch(settings, 100) == 96);
@@ -391,7 +394,7 @@ TEST_CASE("text is as high as its points say at the resolution of print") {
 
 // ---- The cell ----------------------------------------------------------------------------------
 
-TEST_CASE("lines of a cell are hidden where something is nearer, and nowhere else") {
+TEST_CASE("lines of a cell are hidden only behind nearer spheres") {
   const ParticleCell cell{{-1, -1, -1}, {Vec3d{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}};
   const CameraFilm film(camera_of(40), 300, 300);
   const std::vector<CellLine> lines = cell_lines(cell, film);
@@ -422,13 +425,13 @@ TEST_CASE("lines of a cell are hidden where something is nearer, and nowhere els
       if (right_half.rgb[at] != (x < 150 ? 0.8F : all.rgb[at])) FAIL_CHECK("at ", x, ", ", y);
     }
   }
-  // Ground and lights of a portrait hide nothing.
+  // Ground and lights of an automatic scene hide nothing.
   const std::vector<std::uint32_t> ground(300 * 300, 1);
   CHECK(drawn({wall, ground, 2}).rgb == all.rgb);
   CHECK(changed(drawn({wall, ground, 1}), 0.8F) == 0);
 }
 
-TEST_CASE("a cell around the camera is drawn as far as it lies before it") {
+TEST_CASE("a cell around the camera is drawn only in front of the camera") {
   const ParticleCell cell{{-20, -20, -20}, {Vec3d{40, 0, 0}, {0, 40, 0}, {0, 0, 40}}};
   const CameraFilm film(camera_of(60), 200, 100);
   const std::vector<CellLine> lines = cell_lines(cell, film);
@@ -446,7 +449,7 @@ TEST_CASE("a cell around the camera is drawn as far as it lies before it") {
   draw_lines(canvas, lines, film, {}, 1);
 }
 
-TEST_CASE("the names of a cell's edges stand beside its outline, outside") {
+TEST_CASE("the names of a cell's edges are outside its outline") {
   const ParticleCell cell{{-1, -1, -1}, {Vec3d{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}};
   Camera camera = camera_of(40);
   camera.look_from = {8, 5, 6};
@@ -470,7 +473,7 @@ TEST_CASE("the names of a cell's edges stand beside its outline, outside") {
   }
 }
 
-TEST_CASE("the names of axes that are seen in nearly the same direction stand apart") {
+TEST_CASE("the names of nearly parallel axes do not overlap") {
   const Font font(20);
   const BlockStyle style{font, 1, 300, 300};
   Camera camera = camera_of(40);
@@ -506,7 +509,7 @@ TEST_CASE("labels are black on light pictures and white on dark ones, with a hal
   }
 }
 
-TEST_CASE("a shape grows to all sides by what is asked for") {
+TEST_CASE("a shape grows by the given radius on all sides") {
   Coverage square(Box{0, 0, 60, 60});
   square.add(Box{20, 20, 10, 10});
   const Coverage grown = square.grown(4);

@@ -84,7 +84,7 @@ std::string hex(const Vec3d& color) {
 
 }  // namespace
 
-TEST_CASE("every colour map is found by its name, stays in gamut, and steps evenly") {
+TEST_CASE("every colour map is found by name, stays in gamut and has even steps") {
   CHECK(color_map_names().size() == 8);
   CHECK_FALSE(color_map_named("jet"));
   for (const std::string_view name : color_map_names()) {
@@ -109,7 +109,7 @@ TEST_CASE("every colour map is found by its name, stays in gamut, and steps even
   }
 }
 
-TEST_CASE("lightness rises all the way, and to the middle and down again where there is one") {
+TEST_CASE("lightness rises along a map, and falls again after the middle of a diverging map") {
   for (const std::string_view name : color_map_names()) {
     CAPTURE(name);
     const ColorMap map = *color_map_named(name);
@@ -135,7 +135,7 @@ TEST_CASE("published colour maps have their published colours") {
   CHECK(hex(color_at(ColorMap::viridis, 51.0 / 255)) == "414487");  // an entry in the middle
 }
 
-TEST_CASE("the first twelve colours of categories are told apart with any colour vision") {
+TEST_CASE("the first twelve colours of categories differ for every colour vision") {
   for (std::size_t i = 0; i < 12; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       CAPTURE(i);
@@ -146,7 +146,7 @@ TEST_CASE("the first twelve colours of categories are told apart with any colour
   }
 }
 
-TEST_CASE("all colours of categories differ, and then come again") {
+TEST_CASE("all colours of categories differ, and then repeat") {
   for (std::size_t i = 0; i < category_color_count; ++i) {
     CHECK(category_color(i) == category_color(i + category_color_count));
     for (std::size_t j = 0; j < i; ++j) {

@@ -21,7 +21,7 @@ std::optional<std::uint64_t> whole(const MetadataValue& value) {
 
 }  // namespace
 
-TEST_CASE("EXR keeps numbers as numbers as far as it has types for them, PNG keeps text") {
+TEST_CASE("EXR stores numbers in its numeric types, PNG stores text") {
   CHECK_UNARY(kept(std::uint64_t{0x7FFFFFFF}, true) == MetadataValue(std::uint64_t{0x7FFFFFFF}));
   CHECK_UNARY(kept(std::uint64_t{0x80000000}, true) == MetadataValue(2147483648.0));
   CHECK_UNARY(kept(huge, true) == MetadataValue("18446744073709551615"));
@@ -31,7 +31,7 @@ TEST_CASE("EXR keeps numbers as numbers as far as it has types for them, PNG kee
   CHECK_UNARY(kept(0.1, false) == MetadataValue("0.1"));
 }
 
-TEST_CASE("a number reads back as it was, whatever a file has made of it") {
+TEST_CASE("a number reads back equal from any form in a file") {
   for (const bool exr : {true, false}) {
     for (const std::uint64_t n : {std::uint64_t{0}, std::uint64_t{1} << 31, std::uint64_t{1} << 53,
                                   (std::uint64_t{1} << 53) + 1, huge}) {
@@ -43,7 +43,7 @@ TEST_CASE("a number reads back as it was, whatever a file has made of it") {
   }
 }
 
-TEST_CASE("what is no such value is none") {
+TEST_CASE("values of another kind are not returned") {
   for (const char* text : {"", "-1", "1.5", "12x", " 1", "18446744073709551616"}) {
     CHECK(whole(text) == std::nullopt);
   }

@@ -23,7 +23,7 @@ void check_codes(const std::vector<float>& values) {
   CHECK(wrong == 0);
 }
 
-TEST_CASE("the table has the code of every float that stands next to another code's") {
+TEST_CASE("the table has the right code for floats next to another code") {
   std::vector<float> values;
   for (int code = 0; code < 255; ++code) {
     // The first float of the next code, by halving; bits of positive floats are ordered as they
@@ -41,7 +41,7 @@ TEST_CASE("the table has the code of every float that stands next to another cod
   check_codes(values);
 }
 
-TEST_CASE("the table has the codes of floats from all over, and of what is none") {
+TEST_CASE("the table has the right codes for floats of all sizes and for NaN") {
   constexpr float infinite = std::numeric_limits<float>::infinity();
   std::vector<float> values{0,
                             -0.0F,

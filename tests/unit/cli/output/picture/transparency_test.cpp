@@ -63,7 +63,7 @@ Traced traced(const Scene& scene, const RenderSettings& settings,
   Traced result;
   result.opaque = result.image = resolve_image(framebuffer, largest_radiance(scene));
   const auto sky = trace_sky_samples(*tracer, settings, samples, 2);
-  result.alpha = take_out_sky(result.image, sky, samples, RadianceScale(largest_radiance(scene)));
+  result.alpha = remove_sky(result.image, sky, samples, RadianceScale(largest_radiance(scene)));
   result.samples = std::move(samples);
   return result;
 }
@@ -120,7 +120,8 @@ void check(const Scene& scene, const RenderSettings& settings, const Traced& pic
 
 }  // namespace
 
-TEST_CASE("alpha counts the camera rays that meet something, and the sky behind completes them") {
+TEST_CASE(
+    "alpha is the share of camera rays that hit a sphere, and the sky completes the picture") {
   for (const Precision precision : precisions) {
     for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
       CAPTURE(name_of(precision));
@@ -136,7 +137,7 @@ TEST_CASE("alpha counts the camera rays that meet something, and the sky behind 
   }
 }
 
-TEST_CASE("a black sky is background, too, and a sky of changing colour leaves nothing behind") {
+TEST_CASE("a black sky and a sky gradient are removed completely") {
   const RenderSettings settings = settings_of(Precision::f32, Sampler::sobol);
   const Scene black = before({0, 0, 0});
   check(black, settings, traced(black, settings, even(settings)));
@@ -159,7 +160,7 @@ TEST_CASE("the background is the same for any number of threads") {
   CHECK(std::ranges::any_of(one, [](const SkySamples& sky) { return sky.count > 0; }));
 }
 
-TEST_CASE("a pixel without a sample has the background of the one that it shows") {
+TEST_CASE("a pixel without a sample uses the background of the pixel that it shows") {
   const Scene scene = before({0.5, 0.5, 0.5});
   const RenderSettings settings = settings_of(Precision::f32, Sampler::sobol);
   std::vector<std::uint32_t> samples = even(settings);
@@ -177,7 +178,7 @@ TEST_CASE("a pixel without a sample has the background of the one that it shows"
   }
 }
 
-TEST_CASE("rounding leaves no negative colour, and nothing of the sky where all is sky") {
+TEST_CASE("rounding leaves no negative colour and no sky in pixels that show only sky") {
   const RadianceScale scale(1);
   const SkySamples sky{3,
                        {scale.to_fixed(0.3) * 3, scale.to_fixed(0.6) * 3, scale.to_fixed(1) * 3}};
@@ -236,7 +237,7 @@ TEST_CASE("an EXR file has premultiplied colours and channel A, to the bit") {
         transparent_sha256(image, alpha));
 }
 
-TEST_CASE("a PNG file that is covered everywhere reads as one with its background") {
+TEST_CASE("a PNG file with full alpha reads as one with its background") {
   const TemporaryDirectory directory;
   const Image image{2, 1, {0.25F, 0.5F, 0.125F, 1, 0, 0}};
   const auto file = directory.path() / "a.png";

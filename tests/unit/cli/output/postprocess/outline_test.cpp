@@ -76,7 +76,7 @@ Image gray(float value) { return {side, side, std::vector<float>(3 * side * side
 
 }  // namespace
 
-TEST_CASE("a sphere before the sky has a line of that width around it, and none inside") {
+TEST_CASE("a sphere in front of the sky has a line of the given width around it and none inside") {
   const Scene scene = scene_of({{{0, 0, 0}, 3, 0}});
   for (const double width : {1.0, 2.0, 3.5}) {
     CAPTURE(width);
@@ -107,7 +107,7 @@ TEST_CASE("one sphere behind another has a line between them, and nothing else i
   }
 }
 
-TEST_CASE("where two spheres of one depth cross there is no line") {
+TEST_CASE("no line is drawn where two spheres intersect") {
   const Scene scene = scene_of({{{-1, 0, 0}, 2, 0}, {{1, 0, 0}, 2, 0}});
   const std::vector<float> shares = lines(scene, 2);
   for (std::uint32_t i = 0; i < side * side; ++i) {
@@ -119,12 +119,12 @@ TEST_CASE("where two spheres of one depth cross there is no line") {
   CHECK(sum(shares) > 100);
 }
 
-TEST_CASE("staging is background: a sphere before a wall has its line, the wall has none") {
+TEST_CASE("scenery is background: a sphere in front of a wall has a line, the wall has none") {
   const Scene scene = scene_of({{{0, 0, -1001}, 1000, 0}, {{0, 0, 0}, 1, 0}});
   CHECK(sum(lines(scene, 2, 1)) == doctest::Approx(2 * std::numbers::pi * 10 * 2).epsilon(0.02));
 }
 
-TEST_CASE("spheres that are no wider than the line have none") {
+TEST_CASE("spheres no wider than the line have no line") {
   std::vector<Sphere> dust;
   for (int i = 0; i < 9; ++i) dust.push_back({{i - 4.03, 0.04, 0}, 0.1, 0});
   CHECK(sum(lines(scene_of(dust), 2)) == 0);
@@ -175,7 +175,7 @@ TEST_CASE("ink covers by its share, and is opaque where the picture is transpare
   CHECK(alpha[8] == 0.75F);
 }
 
-TEST_CASE("the nearest surface keeps its colour and the farthest loses just the share asked for") {
+TEST_CASE("the nearest surface keeps its colour and the farthest loses the given share") {
   const Scene scene = scene_of({{{-2, 0, 3}, 1, 0}, {{2, 0, -3}, 1, 0}});
   const Seen seen(scene);
   const DepthFade fade_by(seen.view(), side, 0.5);
@@ -213,7 +213,7 @@ TEST_CASE("the nearest surface keeps its colour and the farthest loses just the 
   }
 }
 
-TEST_CASE("with a transparent background what is far becomes transparent") {
+TEST_CASE("with a transparent background distant surfaces become transparent") {
   const Scene scene = scene_of({{{-2, 0, 3}, 1, 0}, {{2, 0, -3}, 1, 0}});
   const Seen seen(scene);
   const DepthFade all(seen.view(), side, 1);
@@ -229,7 +229,7 @@ TEST_CASE("with a transparent background what is far becomes transparent") {
   CHECK(image.rgb[3 * rim] == doctest::Approx(0.5 * static_cast<double>(alpha[rim])));
 }
 
-TEST_CASE("the background's colour is that of its pixels, or the sky's where none is seen") {
+TEST_CASE("the background has the colour of its pixels, or of the sky if there are none") {
   Scene scene = scene_of({{{0, 0, 0}, 2, 0}});
   scene.sky = {{0.25, 0.5, 4}, {0.25, 0.5, 4}};
   const Seen seen(scene);
@@ -247,7 +247,7 @@ TEST_CASE("the background's colour is that of its pixels, or the sky's where non
   CHECK(background_color(gray(0.125F), Seen(full).view(1), lit).x == doctest::Approx(0.125));
 }
 
-TEST_CASE("lines fade with what they surround") {
+TEST_CASE("lines fade with their spheres") {
   const Scene scene = scene_of({{{-2, 0, 3}, 1, 0}, {{2, 0, -3}, 1, 0}});
   const Seen seen(scene);
   const std::vector<float> plain = outline_of(scene, side, side, seen.view(), 2);

@@ -21,7 +21,7 @@ ShownPicture flat_picture(std::uint32_t width, std::uint32_t height, float value
 
 }  // namespace
 
-TEST_CASE("columns are as many as make the sheet's shape agreeable") {
+TEST_CASE("the number of columns gives the sheet a good shape") {
   const auto shape = [](std::size_t count, std::uint32_t width, std::uint32_t height) {
     const SheetLayout layout = sheet_layout(count, width, height);
     return std::pair(layout.columns, layout.rows);
@@ -39,7 +39,7 @@ TEST_CASE("columns are as many as make the sheet's shape agreeable") {
   CHECK(sheet_layout(2, 10, 10).gap == 2);
 }
 
-TEST_CASE("every picture is in the sheet as it is, and what is between is white") {
+TEST_CASE("a sheet contains every picture unchanged, with white gaps") {
   const std::vector<ShownPicture> pictures = {flat_picture(5, 4, 0), flat_picture(5, 4, 0.25F),
                                               flat_picture(5, 4, 0.5F)};
   const SheetLayout layout{.columns = 2, .rows = 2, .gap = 3};
@@ -66,7 +66,7 @@ TEST_CASE("every picture is in the sheet as it is, and what is between is white"
   CHECK(of_pictures == 60);
 }
 
-TEST_CASE("what is transparent is white in a sheet") {
+TEST_CASE("transparent pixels are white in a sheet") {
   ShownPicture half = flat_picture(2, 2, 0);
   half.alpha = {0, 0.25F, 0.5F, 1};
   for (float& value : half.image.rgb) value = 0;
