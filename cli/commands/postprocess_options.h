@@ -21,7 +21,7 @@ class PostprocessOptions {
   [[nodiscard]] Postprocessing over(const Postprocessing& of_scene) const {
     return given_.over(of_scene);
   }
-  /// The first given option that asks for a step, as "--outline". Empty: none.
+  /// Returns the first given option that asks for a step: "--outline". Empty: none.
   [[nodiscard]] std::string first_given() const;
 
  private:

@@ -13,7 +13,7 @@
 /// Options from the descriptions of settings and of sections of a scene file.
 namespace parray::commands {
 
-/// The value that a text is, by the rule of a setting. Each throws InputError.
+/// Parses the text of a setting by its rule. Throws InputError if the rule does not allow it.
 std::uint64_t value_of(IntegerRange range, const std::string& text);
 bool value_of(OnOff rule, const std::string& text);
 std::vector<std::uint64_t> value_of(Passes rule, const std::string& text);
@@ -32,7 +32,7 @@ inline double value_of(ShareRange /*range*/, const std::string& text) {
   return depth_cue_from(text);
 }
 
-/// Declares the option of a setting: one that is given sets `value` and calls `note`.
+/// Declares the option of a setting. If the user gives it, it sets `value` and calls `note`.
 template <typename Rule, typename T>
 Option add_setting(
     Command& command, const Setting& setting, const Rule& rule, T& value,

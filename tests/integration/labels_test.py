@@ -111,7 +111,7 @@ class Labels(CliTest):
         self.refused(*render, *out, "--width-mm", "5000", "--dpi", "9999", mentions="wide: at most")
         self.refused(*render, *out, "--width-mm", "85", "--dpi", "300", "--width", "500",
                      mentions="leave one of them out")
-        self.refused(*render, "-o", self.path("a.exr"), "--legend", mentions="an EXR file keeps")
+        self.refused(*render, "-o", self.path("a.exr"), "--legend", mentions="an EXR file stores")
         self.path("bare.json").write_text(json.dumps(SCENE))
         self.before = self.files()
         self.refused("render", self.path("bare.json"), *out, "--legend", mentions="--legend: nothing")
