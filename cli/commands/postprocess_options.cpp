@@ -112,8 +112,8 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
   outputs.finishing.insert(outputs.finishing.begin(), steps.begin(), steps.end());
 }
 
-void say_unfinished(const Postprocessing& postprocessing, const std::string& name,
-                    const std::string& remedy) {
+void warn_of_missing_postprocessing(const Postprocessing& postprocessing, const std::string& name,
+                                    const std::string& remedy) {
   if (postprocessing == Postprocessing{}) return;
   std::cerr << "parray: " + name +
                    ": outlines and depth cues need the scene, so a fetched picture has none: " +

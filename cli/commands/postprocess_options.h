@@ -38,9 +38,9 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
                         const SceneFile& file, const std::shared_ptr<const Scene>& scene,
                         const RenderSettings& settings);
 
-/// Prints on stderr that the picture of the job `name` will have no outline and no depth cue, if
-/// `postprocessing` asks for them: they need the scene. `remedy`: how to get them.
-void say_unfinished(const Postprocessing& postprocessing, const std::string& name,
-                    const std::string& remedy);
+/// Warns on stderr that the picture of the job `name` will have no outlines and no depth cue, if
+/// `postprocessing` asks for them, because they need the scene. `remedy`: how to get them.
+void warn_of_missing_postprocessing(const Postprocessing& postprocessing, const std::string& name,
+                                    const std::string& remedy);
 
 }  // namespace parray::commands

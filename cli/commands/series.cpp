@@ -126,7 +126,7 @@ class SeriesRun {
     settle(0);
     while (request_.wait && !pending_.empty()) {
       look();
-      client_.rest(next_look(clock_.now() - begin_));
+      client_.rest(polling_interval(clock_.now() - begin_));
     }
     progress_.make_way();
     if (request_.wait && series_ != 0) run_end();

@@ -43,8 +43,8 @@ RenderRequest request_of(const SubmitCommand& command) {
 int submit_frames(const SubmitCommand& command) {
   if (!command.output.paths().none()) check_frame_outputs(command.output.paths());
   check_request(request_of(command));
-  say_unfinished(postprocessing_of(command.render.auto_scene().viewing().style), command.scene,
-                 "render frames one by one to have them");
+  warn_of_missing_postprocessing(postprocessing_of(command.render.auto_scene().viewing().style),
+                                 command.scene, "render frames one by one to have them");
   FarmClient client(command.farm);
   return submit_series(*client, {command.scene, command.camera_path, *command.frames,
                                  command.render, command.output.paths(), command.priority,

@@ -80,7 +80,7 @@ class Contents(FileTest):
         self.assertIn("standard input has no name that a scene could refer to: add --expand",
                       refusal("convert", "-", self.path("a.json"), data=HELIX.read_bytes()))
         self.assertIn("standard input: the file is empty", refusal("validate", "-"))
-        self.assertIn("standard input can be read once: save it as a file",
+        self.assertIn("standard input can be read only once: save it as a file",
                       refusal("submit", "-", "--frames", "0-3", "--coordinator", "tcp://127.0.0.1:1"))
 
     def test_what_is_neither_is_told_for_what_it_looks_like(self):
