@@ -139,7 +139,7 @@ class Denoise(CliTest):
         self.picture("--denoise")
         result = run("verify", self.path("a.exr"), self.scene)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("before it was denoised", result.stdout)
+        self.assertIn("the picture before denoising", result.stdout)
         result = run("render", self.scene, "-q", "-o", self.path("a.png"), "--denoise")
         self.assertEqual(result.returncode, 0, result.stderr)
         result = run("verify", self.path("a.png"), self.scene)

@@ -93,7 +93,7 @@ class Labels(CliTest):
         self.render("--text", "water")
         result = run("verify", self.path("a.png"))
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("pixels_sha256 is that of its pixels", result.stdout)
+        self.assertIn("pixels_sha256 matches the pixels", result.stdout)
         self.before = self.files()
         self.refused("verify", self.path("a.png"), self.atoms, mentions="text was drawn on it")
 
