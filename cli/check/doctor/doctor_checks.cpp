@@ -64,7 +64,7 @@ CheckResult check_mpi_here(const fs::path& directory) {
   return check_mpi_trial(trial);
 }
 
-/// A check that needs the temporary directory.
+/// Returns a check that needs the temporary directory, and is skipped without it.
 Check on_disk(const std::string& name, const std::shared_ptr<Scratch>& scratch,
               CheckResult (*check)(const fs::path& directory)) {
   return {name, [scratch, check] {
