@@ -176,7 +176,7 @@ class Plan(unittest.TestCase):
 
     def test_a_time_too_short_for_anything_is_refused(self):
         # However fast the machine, so many pixels take longer.
-        self.refused(["--time 0.01", "allow more"], "--time", 0.01, "--width", 3000,
+        self.refused(["--time 0.01", "use a longer time"], "--time", 0.01, "--width", 3000,
                      "--height", 2000)
 
     def test_goals_that_are_none_or_two_are_refused(self):

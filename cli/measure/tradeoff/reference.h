@@ -38,7 +38,7 @@ class Reference {
   /// times and work of the run. Pixels without noise do not count. Precondition: balanced(), and
   /// the same size.
   [[nodiscard]] Run compare(const DirectRender& picture) const;
-  /// The same for a denoised picture, which states no intervals of its pixels.
+  /// Does the same for a denoised picture, which states no intervals of its pixels.
   [[nodiscard]] Run compare(const Denoised& picture) const;
 
   /// Writes an EXR file: the mean as RGB, and both halves and the variance of a sample as further
