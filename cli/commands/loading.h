@@ -20,7 +20,7 @@ struct FrameChange {
 /// Which particle files a scene may name.
 enum class NamedFiles : std::uint8_t {
   anywhere,
-  beside,  ///< in the scene's own folder only, for scenes of other people
+  beside,  ///< only in the scene's own folder, for uploaded scenes
 };
 
 /// Reads a scene file with its particles, or makes an automatic scene from a file of particles. The

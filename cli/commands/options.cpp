@@ -194,7 +194,7 @@ void RenderOptions::check_like() const {
 }
 
 /// Checks the passes before the second sample of every pixel. Throws InputError if no render makes
-/// such passes, which happens if somebody writes them by hand.
+/// such passes, for example if they were invented.
 static void check_first_passes(const RenderSettings& settings) {
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
   std::uint64_t traced = 0;

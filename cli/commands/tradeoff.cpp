@@ -173,7 +173,7 @@ int run(const TradeoffCommand& command) {
   const nlohmann::json document = json_of(results);
   write_tables(results, log, document);
   write_plot_scripts(results, command.directory);
-  const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): no thread sets it
   const auto no_plots = tradeoff::draw_plots(command.directory, path == nullptr ? "" : path);
   if (no_plots) std::cerr << "parray: " + *no_plots + "\n";
   if (command.as_json) {

@@ -55,7 +55,7 @@ void add_extremes(std::vector<Check>& checks) {
 }
 
 CheckResult check_mpi_here(const fs::path& directory) {
-  const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): no thread sets it
   MpiTrial trial;
   trial.mpirun = find_program("mpirun", path == nullptr ? "" : path);
   trial.parray_mpi = program_directory() / "parray-mpi";
