@@ -93,7 +93,7 @@ void LabelOptions::add_to(Command& command, const Option& image, RenderOptions& 
       [&](const Setting& setting, const auto& rule, auto& value) {
         Option option = add_setting(command, setting, rule, value, sized);
         option.group(labels_group).needs(image);
-        if (setting.is(traits::special)) option.special();
+        if (rarely_needed(setting)) option.special();
       },
       settings_);
   render.auto_scene().frame_cell(settings_.cell);

@@ -60,7 +60,7 @@ class SettingDeclarer {
     if (setting.help == nullptr) return;
     Option option = add_setting(command_, setting, rule, value, note);
     option.group(heading_ != nullptr ? heading_ : own);
-    if (setting.is(traits::special)) option.special();
+    if (rarely_needed(setting)) option.special();
   }
 
  private:

@@ -77,7 +77,7 @@ void PostprocessOptions::add_to(Command& command, const Option& image) {
       [&](const Setting& setting, const auto& rule, auto& value) {
         Option option = add_setting(command, setting, rule, value);
         option.group(postprocess_group).needs(image);
-        if (setting.is(traits::special)) option.special();
+        if (rarely_needed(setting)) option.special();
       },
       given_);
 }

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -12,6 +15,15 @@
 
 /// Options from the descriptions of settings and of sections of a scene file.
 namespace parray::commands {
+
+/// Returns whether the option of a setting is rarely needed: only `help COMMAND --all` shows it.
+inline bool rarely_needed(const Setting& setting) {
+  constexpr std::array<std::string_view, 13> keys = {
+      "max_depth", "sampler",   "precision", "target_half_width", "adaptive",
+      "outline",   "depth_cue", "unit",      "time_stamp",        "cell",
+      "text",      "font_size", "dpi"};
+  return setting.is(traits::special) || std::ranges::count(keys, setting.key) > 0;
+}
 
 /// Parses the text of a setting by its rule. Throws InputError if the rule does not allow it.
 std::uint64_t value_of(IntegerRange range, const std::string& text);

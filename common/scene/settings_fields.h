@@ -29,7 +29,7 @@ enum : unsigned {
   render = 1U << 1,     ///< in section "render" of a scene file
   accuracy = 1U << 2,   ///< its option determines when a picture is good enough
   speed = 1U << 3,      ///< its option never changes the picture
-  special = 1U << 4,    ///< its option is rarely needed: only `help COMMAND --all` shows it
+  special = 1U << 4,    ///< its option is for experiments
   since = 1U << 5,      ///< missing in messages and records of earlier versions, which means 0
   in_passes = 1U << 6,  ///< missing in messages means 0, unless the picture is made in passes
   if_set = 1U << 7,     ///< missing in messages, records and sections if it is 0
@@ -99,19 +99,19 @@ template <typename F, typename... S>
 void picture_fields(F&& f, S&... s) {
   using namespace traits;
   size_fields(f, s...);
-  f({"max_depth", "Longest path, in ray segments", render | recipe | special},
+  f({"max_depth", "Longest path, in ray segments", render | recipe},
     IntegerRange{1, limits::max_depth}, s.max_depth...);
-  f({"seed", "Seed of the random numbers: another seed gives other noise", render | recipe},
+  f({"seed", "Another seed gives other noise", render | recipe},
     IntegerRange{0, std::numeric_limits<std::uint64_t>::max()}, s.seed...);
   f({"sampler",
      "Random numbers of a pixel's samples: independent of each other, or evenly spread "
      "(Owen-scrambled Sobol)",
-     since | recipe | special},
+     since | recipe},
     words::sampler, s.sampler...);
   f({"precision",
-     "Arithmetic of the tracing. auto chooses by the scene's sizes. mixed stores spheres in 32 "
-     "bits and computes in 64 bits",
-     recipe | resolved | special},
+     "Arithmetic of the tracing; auto goes by the scene's sizes; mixed: spheres stored in 32 bits, "
+     "computed with in 64",
+     recipe | resolved},
     words::precision, s.precision...);
 }
 
@@ -119,7 +119,7 @@ template <typename F, typename... S>
 void stop_fields(F&& f, S&... s) {
   using namespace traits;
   f({"samples_per_pixel",
-     "Samples per pixel. Four times as many take four times as long and halve the noise", render,
+     "Samples per pixel: four times as many take four times as long and halve the noise", render,
      nullptr, "spp"},
     IntegerRange{1, limits::max_samples_per_pixel}, s.samples_per_pixel...);
   f({"target_error",
@@ -131,17 +131,17 @@ void stop_fields(F&& f, S&... s) {
   f({"target_half_width",
      "Stop when 99 % of all pixel values (each channel) are known to within +-X, with 95 % "
      "confidence",
-     accuracy | in_passes | recipe | special},
+     accuracy | in_passes | recipe},
     ranges::target_error, s.target_half_width...);
   f({"time_limit",
-     "Make the best picture possible in X seconds, from start to end, including writing. The "
-     "report's `passes` repeat it",
+     "The best picture that X seconds allow, from start to end, writing included; the report's "
+     "`passes` repeat it",
      accuracy | in_passes | recipe},
     ranges::time_limit, s.time_limit...);
   f({"adaptive",
-     "Trace more samples where there is more noise (default: on with one of the limits above, off "
+     "More samples where there is more noise (default: on with one of the limits above, off "
      "without)",
-     accuracy | in_passes | recipe | special},
+     accuracy | in_passes | recipe},
     OnOff{}, s.adaptive...);
   f({"passes", "Repeat a time-limited render: the list `passes` from its report",
      accuracy | special | in_passes},
@@ -151,18 +151,15 @@ void stop_fields(F&& f, S&... s) {
 template <typename F, typename... S>
 void work_fields(F&& f, S&... s) {
   using namespace traits;
-  f({"accelerator",
-     "Data structure for finding spheres. octree is a slow historical method, for comparison",
+  f({"accelerator", "How spheres are searched; octree is a slow historical method, for comparison",
      speed | special | recipe | resolved},
     words::accelerator, s.accelerator...);
-  f({"isa", "Instruction set for tracing. auto: the best one of each machine",
+  f({"isa", "Instruction set to trace with; auto: the best that a machine has",
      speed | special | since},
     words::isa, s.isa...);
-  f({"schedule", "How the coordinator divides rows among workers (default: weighted)",
-     speed | special},
+  f({"schedule", "How rows are dealt out to workers (default: weighted)", speed | special},
     words::schedule, s.schedule...);
-  f({"row_order",
-     "Order in which the coordinator grants rows. auto: interleaved if the schedule is weighted",
+  f({"row_order", "In which order rows are dealt out; auto: interleaved with weighted",
      speed | special | resolved},
     words::row_order, s.row_order...);
   f({"progressive", nullptr, if_set | no_report}, OnOff{}, s.progressive...);

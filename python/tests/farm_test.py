@@ -91,7 +91,7 @@ class Jobs(FarmTest):
         with self.assertRaises(TimeoutError):
             job.wait(timeout=0.2)
         job.cancel()
-        self.refused(parray.RenderError, f"job {job.id} was cancelled", job.wait)
+        self.refused(parray.RenderError, f"job {job.id} was not finished: cancelled", job.wait)
         job.requeue()
         self.assertIn(job.state, ("queued", "running"))
         self.assertEqual([j.id for j in self.farm.jobs(["queued", "running"])], [job.id])

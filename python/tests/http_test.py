@@ -232,8 +232,8 @@ class Waiting(HttpTest):
         self.assertEqual(self.farm.job(7).picture().error, (0.2, 0.1, 0.3))
 
     def test_a_job_that_fails_says_why(self):
-        for state, reason, text in (("failed", "out of memory", "job 7 failed: out of memory"),
-                                    ("cancelled", "", "job 7 was cancelled")):
+        for state, reason, text in (("failed", "out of memory", "job 7 was not finished: failed: out of memory"),
+                                    ("cancelled", "", "job 7 was not finished: cancelled")):
             self.states({"state": state, "reason": reason})
             self.refused(parray.RenderError, text, self.farm.job(7).wait)
 

@@ -74,46 +74,41 @@ void image_fields(F&& f, S& settings, T&... transparent) {
 template <typename F, typename... S>
 void postprocessing_fields(F&& f, S&... s) {
   f({"outline",
-     "Draw dark lines around spheres where they hide others. WIDTH is in pixels or, with --dpi, "
-     "in points (0.5pt). on: 1/450 of the picture's height",
-     traits::special, "on|off|WIDTH"},
+     "Dark lines where spheres end before others that are farther away, so many pixels or, with "
+     "--dpi, points (0.5pt) wide; on: a 450th of the picture's height",
+     0, "on|off|WIDTH"},
     LineWidthRange{drawing_ranges::line_width}, s.outline...);
-  f({"depth_cue",
-     "Fade distant spheres into the background. SHARE is the fading of the farthest, from 0 to 1. "
-     "on: 0.6",
-     traits::special, "on|off|SHARE"},
+  f({"depth_cue", "What is far fades into the background, the farthest by that share; on: 0.6", 0,
+     "on|off|SHARE"},
     ShareRange{drawing_ranges::depth_cue}, s.depth_cue...);
 }
 
 template <typename F, typename... S>
 void label_fields(F&& f, S&... s) {
-  f({"legend", "Draw a legend of the particles' colours: a colour bar with numbers, or names"},
-    Flag{}, s.legend...);
+  f({"legend", "What the particles' colours mean: a bar of colours with numbers, or names"}, Flag{},
+    s.legend...);
   f({"scale_bar",
-     "Draw a scale bar. With a perspective camera it is valid at the distance of look_at"},
+     "A round length; with a perspective camera that of things as far away as look_at"},
     Flag{}, s.scale_bar...);
   f({"unit",
-     "Unit of lengths on the scale bar. angstrom and um become their symbols (default: the unit "
-     "of the file's format)",
-     traits::special, "UNIT"},
+     "Unit of lengths, as it is to be written; angstrom and um are known (default: that of the "
+     "file's format)",
+     0, "UNIT"},
     LabelText{longest_unit}, s.unit...);
-  f({"time_stamp", "Draw the number of the frame, and its step or time", traits::special}, Flag{},
-    s.time_stamp...);
+  f({"time_stamp", "Which frame it is, and at which step or time"}, Flag{}, s.time_stamp...);
   f({"cell",
-     "Draw the edges of the simulation's box or the crystal's cell, and the axes x, y, z. Nearer "
-     "spheres hide them",
-     traits::special},
+     "Outline of the simulation's box or the crystal's cell, hidden behind what is nearer, and the "
+     "axes x, y, z"},
     Flag{}, s.cell...);
-  f({"text", "Draw TEXT. \\n begins a new line", traits::special, "TEXT"},
-    LabelText{longest_label_text}, s.text...);
-  f({"font_size", "Size of letters in print, in points (default: 8)", traits::special, "PT"},
+  f({"text", "A text; \\n begins a new line", 0, "TEXT"}, LabelText{longest_label_text}, s.text...);
+  f({"font_size", "Size of letters in print, in points (default: 8)", 0, "PT"},
     drawing_ranges::font_size, s.font_size...);
   f({"width_mm",
-     "Width of the picture in print, in millimetres. Without --width, --dpi determines the pixels "
+     "Width of the picture in print: without --width it has as many pixels as --dpi says "
      "(default: 300)",
      0, "MM"},
     drawing_ranges::print_width, s.width_mm...);
-  f({"dpi", "Pixels per inch in print, for sizes and the file's metadata", traits::special, "N"},
+  f({"dpi", "Pixels an inch in print, for sizes and the file's metadata", 0, "N"},
     drawing_ranges::dpi, s.dpi...);
 }
 

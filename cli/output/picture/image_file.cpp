@@ -172,7 +172,7 @@ void check_image_path(const fs::path& path) {
     throw InputError(path.string() + ": " +
                      (extension.empty() ? "no extension says which kind of image to write"
                                         : "unknown kind of image '" + extension + "'") +
-                     ": use .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bits, sRGB)");
+                     ": use .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bit, sRGB)");
   }
 }
 

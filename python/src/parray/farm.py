@@ -196,7 +196,7 @@ class Job:
             yield pause if timeout is None else min(pause, timeout - waited)
         if now.state != "done":
             reason = f": {job['reason']}" if job["reason"] else ""
-            raise RenderError(f"job {self.id} {'was ' if now.state == 'cancelled' else ''}{now.state}{reason}")
+            raise RenderError(f"job {self.id} was not finished: {now.state}{reason}")
 
     def pause(self) -> None:
         self._http.json("POST", self._path + "/pause")
