@@ -100,7 +100,7 @@ void ask_for_denoising(RenderSettings& settings, RenderMode mode) {
   require(mode, Feature::denoised_target, "--target-error with --denoise");
   if (settings.target_half_width > 0) {
     throw InputError(
-        "--target-error, --denoise and --target-half-width: a denoised picture has no "
+        "--target-error with --denoise excludes --target-half-width: a denoised picture has no "
         "half-widths: leave one of the three out");
   }
 }

@@ -148,7 +148,7 @@ class Help(PagesTest):
             self.assertEqual(text, run(word, "-h").stdout)
             self.assertIn("Examples:\n  parray " + word, text)
             self.assertRegex(text, f"\nMore.*man parray-{word}\n")
-        special = "--accelerator", "--isa", "--schedule", "--row-order", "--passes", "--colormap", "--dpi"
+        special = "--accelerator", "--isa", "--schedule", "--row-order", "--passes", "--colormap", "--font-size"
         text = run("help", "render").stdout
         self.assertIn("More options: parray help render --all, man parray-render\n", text)
         self.assertLess(text.index("Examples:"), text.index("--width"))
