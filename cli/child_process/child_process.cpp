@@ -19,7 +19,8 @@ class Child {
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
 
-  /// Returns how it has ended, or nothing if it still runs after `limit`.
+  /// Returns how the child has ended, or nothing if it still runs after `limit`. `interruptible`:
+  /// throws Interrupted after a signal.
   std::optional<ChildEnd> wait(Time limit, bool interruptible) {
     const SteadyClock clock;
     const Time end = clock.now() + limit;
@@ -34,7 +35,8 @@ class Child {
     }
   }
 
-  /// SIGTERM lets mpirun end its ranks, which have groups of their own.
+  /// Ends the child's group. SIGTERM comes first, because mpirun then ends its ranks, which have
+  /// their own groups.
   void end_group() {
     kill(-pid_, SIGTERM);
     if (!wait(seconds(5), false)) {

@@ -1,4 +1,4 @@
-// What a job's journal says: was everything merged once, and what other farms would have taken.
+// Commands that read a job's journal: audit and replay.
 #include "cli/check/audit/audit.h"
 
 #include <array>
@@ -28,7 +28,7 @@ struct JournalCommand {
 std::vector<JournalEntry> entries_of(const Client::JobJournal& journal, std::uint64_t job) {
   if (journal.journal.empty()) {
     throw InputError("job " + std::to_string(job) +
-                     " has no journal: nothing of it has been merged, or it is no longer kept");
+                     " has no journal: it has no results yet, or its journal was deleted");
   }
   try {
     return read_journal(journal.journal);
@@ -68,7 +68,7 @@ void print_audit(const Audit& audit, const std::string& sha256, std::uint64_t jo
   }
   std::cout << table_text({"WORKER", "THREADS", "LEASES", "CELLS", "TRACING"}, rows);
   if (!sha256.empty()) {
-    std::cout << "image_sha256 " << sha256 << " is that of the picture that is kept\n";
+    std::cout << "the stored picture has this image_sha256: " << sha256 << "\n";
   }
 }
 
@@ -81,7 +81,7 @@ int audit(const JournalCommand& command) {
     audit.problems.push_back("the job is done, but " + std::to_string(audit.cells - audit.merged) +
                              " cells have not been merged");
   }
-  // fetch() compares the picture with what the report states.
+  // fetch() compares the picture with the hash in the report.
   const std::string sha256 =
       done ? client->fetch(command.job).report.value("image_sha256", std::string()) : "";
   command.as_json ? print_json(audit_to_json(audit, sha256))
@@ -113,7 +113,7 @@ int replay(const JournalCommand& command) {
     print_json(document);
     return 0;
   }
-  std::cout << "time to trace, and efficiency, with the job's workers so many times:\n"
+  std::cout << "time of tracing and efficiency, with 1 to 16 times the job's workers:\n"
             << table_text({"SCHEDULE", "1", "2", "4", "8", "16"}, rows);
   return 0;
 }
@@ -133,11 +133,11 @@ void add_command(CommandLine& line, Action& chosen, const char* name, const char
 
 void add_journal_commands(CommandLine& line, Action& chosen) {
   add_command(line, chosen, "audit",
-              "Check from a job's journal that every sample was merged once, and say by whom",
-              "also while it is being rendered", audit);
+              "Check in a job's journal that every sample was merged once; list the workers",
+              "works also during the render", audit);
   add_command(line, chosen, "replay",
-              "What other schedules, or more workers, would have made of a job's recorded costs",
-              "each schedule, with 1 to 16 times the workers", replay);
+              "Predict a job's time with other schedules or more workers, from its recorded costs",
+              "compares all schedules, with 1 to 16 times the workers", replay);
 }
 
 }  // namespace parray::commands

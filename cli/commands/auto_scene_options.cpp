@@ -38,29 +38,30 @@ void AutoSceneOptions::add_to(Command& command) {
   command
       .option(
           "--view", [this](const std::string& text) { view_ = view_from(text); },
-          "The side it is seen from, z up, or y up from top and bottom, or the axis that points at "
-          "the viewer (default: auto, molecules along their principal axes, flat groups face on, "
-          "others from above and aside)")
+          "Side of the view, or the axis that points at the viewer. z points up; from top and "
+          "bottom y does (default: auto: molecules along their principal axes, flat groups face "
+          "on, others obliquely from above)")
       .words(view_words())
       .type_name("VIEW")
       .group(particles_group);
   command
       .option(
           "--style", [this](const std::string& text) { style_ = style_from(text); },
-          "What is around the particles: studio, a pale floor and soft light (default); "
-          "publication, white with outlines; flat, white with outlines and light from everywhere; "
-          "night, dark, what is far fades")
+          "Surroundings of the particles. studio: a pale floor and soft light (default); "
+          "publication: white with outlines; flat: white with outlines and light from all sides; "
+          "night: dark, distant particles fade")
       .words(styles)
       .type_name("STYLE")
       .group(particles_group);
   command
       .option(
           "--projection", [this](const std::string& text) { projection_ = projection_in(text); },
-          "perspective, or orthographic: what is far looks as large as what is near (default: "
-          "orthographic with --view, but for auto)")
+          "perspective, or orthographic: distant particles look as large as near ones (default: "
+          "orthographic with --view, except with --view auto)")
       .words(projections)
       .type_name("NAME")
-      .group(particles_group);
+      .group(particles_group)
+      .special();
 }
 
 void AutoSceneOptions::check_unused(const std::string& file) const {
@@ -72,7 +73,7 @@ void AutoSceneOptions::check_unused(const std::string& file) const {
   throw InputError(
       given.substr(1) + ": " + printable(file, 4096) +
       " is not a file of particles: a scene has its own camera, lights and materials: leave the "
-      "option out, or change them in the file");
+      "option out, or change the scene file");
 }
 
 Viewing AutoSceneOptions::viewing() const {
@@ -87,8 +88,8 @@ Viewing AutoSceneOptions::viewing() const {
 void ViewOptions::add_to(Command& command) {
   command
       .on_off("--transparent", transparent_,
-              "Leave the background out: a picture with alpha, the share of a pixel's camera rays "
-              "that meet something (default: as the scene says, else off)")
+              "Make the background transparent. Alpha is the share of a pixel's camera rays that "
+              "hit a sphere (default: the scene's, else off)")
       .group(output_group);
   command.renamed("--opaque", "--transparent off");
 }

@@ -9,10 +9,10 @@
 
 namespace parray::commands {
 
-/// The names of views and axes, as words of an option.
+/// Returns the names of views and axes, as words of an option.
 std::vector<std::string> view_words();
 
-/// The view of a file of particles, its style and its projection. Part of RenderOptions.
+/// View, style and projection of an automatic scene. Part of RenderOptions.
 class AutoSceneOptions {
  public:
   /// Declares the options. The object must not move while the command line is parsed.
@@ -43,7 +43,7 @@ class ViewOptions {
   /// Takes the value from a recipe instead of from the scene.
   void follow(bool transparent) { followed_ = transparent; }
 
-  /// Whether to remove the background from the picture. `of_scene`: the scene's value.
+  /// Returns whether the background is transparent. `of_scene`: the scene's value.
   [[nodiscard]] bool transparent(bool of_scene) const;
 
  private:

@@ -12,7 +12,7 @@ void add_submit(CommandLine& line, Action& chosen);
 void add_jobs(CommandLine& line, Action& chosen);
 void add_show(CommandLine& line, Action& chosen);
 void add_watch(CommandLine& line, Action& chosen);
-/// Adds the commands that change a job.
+/// Adds the commands that change a job: pause, resume, cancel, requeue, forget, priority.
 void add_steering(CommandLine& line, Action& chosen);
 void add_fetch(CommandLine& line, Action& chosen);
 /// Adds the commands that read a job's journal: audit, replay.

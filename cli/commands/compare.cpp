@@ -25,21 +25,21 @@ using nlohmann::json;
 struct CompareCommand {
   std::string reference;
   std::vector<std::string> images;
-  std::string verification;  ///< empty: none is wanted
+  std::string verification;  ///< the verification picture; empty: none
   bool as_json = false;
 };
 
-/// What is said of one picture.
+/// The comparison of one picture with the reference.
 struct Comparison {
   std::string file;
-  std::string image_sha256;  ///< that its metadata have; empty: none
+  std::string image_sha256;  ///< from its metadata; empty: none
   bool identical = false;
   ErrorMetrics errors;
   double flip = 0;
-  std::optional<HdrFlip> hdr_flip;  ///< none: one of the two has 8 bits
+  std::optional<HdrFlip> hdr_flip;  ///< nothing: one of the two pictures has 8 bits
 };
 
-/// The names of JSON's numbers and how each is defined: F a picture, R the reference.
+/// Returns the definition of each number in the JSON. F: a picture, R: the reference.
 json formulas() {
   const std::string epsilon = number_text(relative_epsilon);
   return {
@@ -71,11 +71,12 @@ void check_same_size(const CompareCommand& command, const Image& reference, cons
   if (image.width != reference.width || image.height != reference.height) {
     throw InputError(printable(file, 4096) + " has " + size_text(image) + " pixels and " +
                      printable(command.reference, 4096) + " has " + size_text(reference) +
-                     ": only pictures of one size can be compared");
+                     ": compare pictures of the same size");
   }
 }
 
-/// Premultiplied colours are no radiance: only with their like can they be compared.
+/// Throws InputError if one picture is transparent and the other is not. Their colours are not
+/// comparable: a transparent picture has premultiplied ones.
 void check_same_background(const CompareCommand& command, const ImageFile& reference,
                            const std::string& file, const ImageFile& image) {
   const bool transparent = !alpha_of(image.channels).empty();
@@ -83,7 +84,7 @@ void check_same_background(const CompareCommand& command, const ImageFile& refer
   throw InputError(printable(transparent ? file : command.reference, 4096) +
                    " is transparent and " +
                    printable(transparent ? command.reference : file, 4096) +
-                   " has its background: render both with --transparent, or neither");
+                   " is not: render both with --transparent on, or both without it");
 }
 
 void check_verification_path(const CompareCommand& command) {
@@ -92,7 +93,7 @@ void check_verification_path(const CompareCommand& command) {
   const auto check = [&](const std::string& input) {
     if (same_file(command.verification, input)) {
       throw InputError(printable(command.verification, 4096) +
-                       " is one of the pictures to compare: name another file to write");
+                       " is one of the pictures to compare: write to another file");
     }
   };
   check(command.reference);
@@ -118,7 +119,7 @@ Comparison comparison_of(const std::string& name, const ImageFile& reference,
 
 json text_or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 
-/// Numbers that are not finite become null when they are printed.
+/// Returns the JSON of a comparison. Numbers that are not finite become null when it is printed.
 json json_of(const Comparison& one) {
   const ErrorMetrics& errors = one.errors;
   json object = {{"file", one.file},
@@ -168,10 +169,10 @@ json document(const CompareCommand& command, const ImageFile& reference,
 
 // ---- Text ------------------------------------------------------------------------------------
 
-/// Three significant digits, as wide as a column of the table.
+/// Returns a number with three significant digits.
 std::string cell(double value) { return formatted("%.3g", value); }
 
-/// The end of a name that is too long for the table says more than its beginning.
+/// Shortens a name that is too long for the table. Keeps its end, which differs more often.
 std::string name_cell(const std::string& file) {
   constexpr std::size_t widest = 28;
   if (file.size() <= widest) return printable(file, 4 * widest);
@@ -205,15 +206,16 @@ void print_tables(const std::vector<Comparison>& comparisons) {
 void print_legend() {
   const std::string epsilon = number_text(relative_epsilon);
   std::cout
-      << "\nR reference, F image, over channels of linear RGB: MSE mean of (F - R)^2; PSNR in "
-         "dB, peak 1;\n"
-         "relMSE mean of (F - R)^2 / (R^2 + "
-      << epsilon << "); SMAPE mean of |F - R| / (|F| + |R| + " << epsilon
-      << ");\n"
-         "MAE mean of |F - R|, p99.9 what 99.9 % of them do not exceed; bias mean of F - R.\n"
-         "FLIP: 0 same, 1 as far apart as can be, of values clamped to [0, 1] as a screen "
-         "shows them;\n"
-         "HDR-FLIP: at all exposures, unclamped, of EXR against EXR only.\n";
+      << "\nR: reference, F: image; all values are channels of linear RGB.\n"
+         "MSE: mean of (F - R)^2. PSNR: in dB, for a peak of 1.\n"
+         "relMSE: mean of (F - R)^2 / (R^2 + "
+      << epsilon << "). SMAPE: mean of |F - R| / (|F| + |R| + " << epsilon
+      << ").\n"
+         "MAE: mean of |F - R|. p99.9: 99.9 % of all |F - R| are at most this. bias: mean of F - "
+         "R.\n"
+         "FLIP: visible difference, from 0 (same) to 1; values are clamped to [0, 1], as on a "
+         "screen.\n"
+         "HDR-FLIP: the same at all exposures, not clamped, for two EXR files only.\n";
 }
 
 void print_comparison_notes(const CompareCommand& command, const ImageFile& reference,
@@ -221,8 +223,8 @@ void print_comparison_notes(const CompareCommand& command, const ImageFile& refe
   for (const Comparison& one : comparisons) {
     const std::string name = printable(one.file, 500);
     if (!one.identical && !one.image_sha256.empty() && one.image_sha256 == sha256_in(reference)) {
-      std::cout << name << ": by its image_sha256 the picture that "
-                << printable(command.reference, 500) << " was written from, too\n";
+      std::cout << name << ": has the image_sha256 of " << printable(command.reference, 500)
+                << ", so both files come from the same render\n";
     }
   }
 }
@@ -236,19 +238,20 @@ void print_text(const CompareCommand& command, const ImageFile& reference,
   print_comparison_notes(command, reference, comparisons);
   if (!command.verification.empty()) {
     std::cout << "wrote " << printable(command.verification, 500)
-              << ": white less V, the sum of |F - R| over " << counted(comparisons.size(), "image")
+              << ": white minus V, the sum of |F - R| over " << counted(comparisons.size(), "image")
               << "; largest V " << cell(static_cast<double>(largest)) << "\n";
   }
 }
 
-/// A line on stderr for each picture with pixels that were left out; false if there is none.
+/// Prints a line on stderr for each picture with pixels that were left out. Returns whether there
+/// is one.
 bool warn_of_excluded(const std::vector<Comparison>& comparisons) {
   bool any = false;
   for (const Comparison& one : comparisons) {
     if (one.errors.excluded == 0) continue;
     any = true;
     std::cerr << "parray: warning: " << printable(one.file, 4096) << ": "
-              << counted(one.errors.excluded, "pixel") << " left out, not finite here ("
+              << counted(one.errors.excluded, "pixel") << " left out: not finite in this picture ("
               << one.errors.nonfinite_in_image << ") or in the reference ("
               << one.errors.nonfinite_in_reference << ")\n";
   }
@@ -285,19 +288,19 @@ int compare(const CompareCommand& command) {
 }  // namespace
 
 void add_compare(CommandLine& line, Action& chosen) {
-  Command command = line.command("compare", "Say how far pictures are from a reference");
+  Command command = line.command("compare", "Measure how much pictures differ from a reference");
   const auto options = std::make_shared<CompareCommand>();
-  command.option("REF", options->reference, "Reference: a picture of any kind")
+  command.option("REF", options->reference, "Reference: a picture in any known format")
       .required()
       .forbid_empty()
       .completes(Completes::files);
-  command.option("IMAGE", options->images, "Pictures of the same size to compare with it")
+  command.option("IMAGE", options->images, "Pictures to compare with it, of the same size")
       .required()
       .forbid_empty()
       .completes(Completes::files);
   command
       .option("-o,--output", options->verification,
-              "Write the verification picture: white less the sum of "
+              "Write the verification picture: white minus the sum of "
               "|REF - IMAGE| over all pictures, not scaled (.exr or .png)")
       .type_name("V.png")
       .completes(Completes::files)
@@ -305,7 +308,7 @@ void add_compare(CommandLine& line, Action& chosen) {
       .forbid_empty();
   add_json(command, options->as_json);
   command.example("parray compare reference.exr a.exr b.png -o difference.png",
-                  "a row for each picture, and where they differ");
+                  "prints a row for each picture, and draws where they differ");
   command.on_chosen([options, &chosen] { chosen = [options] { return compare(*options); }; });
 }
 

@@ -34,22 +34,24 @@ struct ConvertCommand {
   std::string out;
   RenderOptions size;
   ParticleOptions particles;
-  AutoSceneOptions portrait;
+  AutoSceneOptions auto_scene;
   bool expand = false;
 };
 
-/// How a scene file at `scene` names `file`: relative, so that both may move together.
+/// Returns the path of `file` relative to the folder of the scene file `scene`, so that both may
+/// move together.
 std::string reference_to(const fs::path& file, const fs::path& scene) {
   const fs::path folder = fs::weakly_canonical(fs::absolute(scene).parent_path());
   return fs::weakly_canonical(file).lexically_proximate(folder).generic_string();
 }
 
-/// What the scene is to call the file of particles.
+/// Returns the path by which the scene names the file of particles. Throws InputError for standard
+/// input.
 std::string reference_in(const ConvertCommand& command, const PackedFile& file) {
   if (file.path().empty()) {
     throw InputError(
-        "standard input has no name that a scene could refer to: add --expand, or save it as a "
-        "file");
+        "standard input has no name for a scene to refer to: add --expand, or save the input as "
+        "a file");
   }
   return reference_to(file.path(), command.out);
 }
@@ -58,19 +60,19 @@ SceneFile converted(const ConvertCommand& command) {
   PackedFile file = PackedFile::of_argument(command.in);
   if (particle_format_of(file) != nullptr) {
     const std::string reference = command.expand ? "" : reference_in(command, file);
-    AutoScene portrait =
+    AutoScene scene =
         auto_scene(file, command.particles.over({}), command.size.over(auto_scene_settings()),
-                   command.portrait.viewing(), usable_cpus());
-    if (command.expand) return std::move(portrait.file);
-    std::string& topology = portrait.source.topology;
+                   command.auto_scene.viewing(), usable_cpus());
+    if (command.expand) return std::move(scene.file);
+    std::string& topology = scene.source.topology;
     if (!topology.empty()) topology = reference_to(topology, command.out);
-    return with_reference(std::move(portrait), reference);
+    return with_reference(std::move(scene), reference);
   }
   command.particles.check_unused(file.name());
-  command.portrait.check_unused(file.name());
+  command.auto_scene.check_unused(file.name());
   if (command.expand || command.size.has_size()) {
     throw InputError(printable(file.name(), 4096) +
-                     " is not a file of particles: --width, --height and --expand are for those");
+                     " is not a file of particles: leave out --width, --height and --expand");
   }
   SceneFile scene = read_scene_file(file, usable_cpus());
   expand_particles(scene, file.name(), usable_cpus());
@@ -87,7 +89,7 @@ std::string contents_of(const SceneFile& scene) {
 
 int convert(const ConvertCommand& command) {
   if (fs::path(command.out).extension() != ".json") {
-    throw InputError(printable(command.out, 4096) + ": the name of a scene ends in .json");
+    throw InputError(printable(command.out, 4096) + ": use a name that ends in .json");
   }
   check_outputs({.image = {}, .report = command.out}, command.in);
   const SceneFile scene = converted(command);
@@ -102,23 +104,23 @@ int convert(const ConvertCommand& command) {
 
 void add_convert(CommandLine& line, Action& chosen) {
   Command command =
-      line.command("convert", "Write a scene file from particles or from another scene file");
+      line.command("convert", "Convert a file of particles, or an old scene file, to a scene file");
   const auto options = std::make_shared<ConvertCommand>();
   add_scene(command, options->in, "IN");
   command.option("OUT.json", options->out, "Scene file to write")
       .required()
       .completes(Completes::files);
   options->particles.add_to(command);
-  options->portrait.add_to(command);
+  options->auto_scene.add_to(command);
   options->size.add_size_to(command, particles_group);
   command
       .flag("--expand", options->expand,
-            "Write every particle as a sphere instead of the name of their file")
+            "Write every particle as a sphere, instead of a reference to the file")
       .group(particles_group);
   command.example("parray convert scenes/particles/helix.pdb helix.json",
-                  "a scene that refers to the file: change the view there");
+                  "writes a scene that refers to the file; you can edit its camera");
   command.example("parray convert scenes/particles/helix.pdb helix.json --expand --radius 0.5",
-                  "each particle as a sphere of its own");
+                  "writes each particle as a sphere");
   command.on_chosen([options, &chosen] { chosen = [options] { return convert(*options); }; });
 }
 

@@ -31,7 +31,7 @@ void print_result(const CheckResult& result) {
   std::cout << std::flush;
 }
 
-/// The worst that was found, skipped checks aside.
+/// Returns the worst status of all checks that were not skipped.
 CheckStatus status_of(const std::vector<CheckResult>& results) {
   return count_of(results, CheckStatus::failed) > 0    ? CheckStatus::failed
          : count_of(results, CheckStatus::warning) > 0 ? CheckStatus::warning
@@ -70,7 +70,7 @@ json to_json(const std::vector<CheckResult>& results, double seconds) {
 int doctor(bool as_json, bool extremes) {
   const SteadyClock clock;
   const Time begin = clock.now();
-  const DeferredInterrupts deferred;  // there is a temporary directory to remove
+  const DeferredInterrupts deferred;  // checks remove their temporary directory
   std::vector<CheckResult> results;
   for (const Check& check : doctor_checks(extremes)) {
     check_interrupted();
@@ -95,11 +95,11 @@ void add_doctor(CommandLine& line, Action& chosen) {
   const auto extremes = std::make_shared<bool>(false);
   command.flag(
       "--extremes", *extremes,
-      "Check numerical extremes, too: rounding, furnace scenes, scaled scenes, hits on spheres "
+      "Also check numerical extremes: rounding, furnace scenes, scaled scenes, hits on spheres "
       "of all sizes");
   add_json(command, *as_json);
-  command.example("parray doctor", "a line for each check, with a remedy where one is needed");
-  command.example("parray doctor --extremes", "after a new processor, compiler or emulator");
+  command.example("parray doctor", "prints a line for each check, with a remedy if it fails");
+  command.example("parray doctor --extremes", "for a new kind of processor, compiler or emulator");
   command.on_chosen([as_json, extremes, &chosen] {
     chosen = [as_json, extremes] { return doctor(*as_json, *extremes); };
   });

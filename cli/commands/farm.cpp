@@ -13,12 +13,12 @@ namespace parray::commands {
 void FarmOptions::add_to(Command& command) {
   command
       .option("--coordinator", address_,
-              "Where parray-coordinator listens; and its standbys, with commas between")
+              "Address of the coordinator, and of its standbys, separated by commas")
       .type_name("ADDRESS")
       .environment("PARRAY_COORDINATOR")
       .group(farm_group)
       .show_default();
-  command.option("--keys", keys_, "Your key, of a coordinator that wants one: NAME.key")
+  command.option("--keys", keys_, "Your key, NAME.key, if the coordinator requires one")
       .type_name("FILE")
       .completes(Completes::files)
       .group(farm_group)
@@ -30,13 +30,13 @@ static std::optional<MemberKey> key_of(const FarmOptions& farm) {
 }
 
 FarmClient::FarmClient(const FarmOptions& farm)
-    // Nothing is worth lingering for: every request has had its answer, or has been given up.
+    // No linger time: when the client ends, it has the answers to its requests or has given up.
     : link_(zmq_connect(farm.address(), default_max_message_bytes, Time(0), key_of(farm))),
       client_(*link_, clock_,
               {.address = farm.address(),
-               .silence_hint = farm.keys().empty() ? " (or it wants a key: --keys)"
+               .silence_hint = farm.keys().empty() ? " (or it requires a key: --keys)"
                                                    : " (or it does not know the key in --keys)",
-               // Time to hear each address of a list.
+               // Ten seconds for each address of a list.
                .timeout = seconds(10) * AddressList(farm.address()).all().size(),
                .poll = check_interrupted,
                .on_silence = [](const std::string& text) {

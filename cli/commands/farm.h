@@ -11,9 +11,10 @@ namespace parray::commands {
 /// The coordinator that a client command talks to.
 class FarmOptions {
  public:
+  /// Declares --coordinator and --keys.
   void add_to(Command& command);
   [[nodiscard]] const std::string& address() const { return address_; }
-  /// A key file, or a directory with an administrator's key. Empty: no key.
+  /// Returns the key file, or the directory with an administrator's key. Empty: no key.
   [[nodiscard]] const std::string& keys() const { return keys_; }
 
  private:

@@ -35,15 +35,15 @@ int fetch(const FetchCommand& command) {
 
 void add_fetch(CommandLine& line, Action& chosen) {
   Command command = line.command("fetch",
-                                 "Write the picture of a job that is done, or of all done frames "
+                                 "Write the picture of a finished job, or of the finished frames "
                                  "of a series (-o name-####.exr)");
   const auto options = std::make_shared<FetchCommand>();
   add_job(command, options->job);
   options->output.add_to(command, true);
   options->output.add_aov_to(command);
   options->farm.add_to(command);
-  command.example("parray fetch 7 -o glass.exr", "the picture, once the job is done");
-  command.example("parray fetch 7 -o 'frame-####.png'", "the frames of a series that are done");
+  command.example("parray fetch 7 -o glass.exr", "writes the picture of a finished job");
+  command.example("parray fetch 7 -o 'frame-####.png'", "writes the finished frames of a series");
   command.on_chosen([options, &chosen] { chosen = [options] { return fetch(*options); }; });
 }
 

@@ -1,4 +1,4 @@
-// What changes a job: pause, resume, cancel, requeue, forget, priority.
+// Commands that change a job: pause, resume, cancel, requeue, forget, priority.
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -29,7 +29,7 @@ void add_action(CommandLine& line, Action& chosen, const char* help, const char*
     add_whole_number(
         command, "PRIORITY", 0, 100,
         [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },
-        "Of one user's jobs those of higher priority go first")
+        "Among the jobs of a user, those with a higher priority are rendered first")
         .required();
   }
   add_json(command, options->as_json);
@@ -49,17 +49,17 @@ void add_action(CommandLine& line, Action& chosen, const char* help, const char*
 void add_steering(CommandLine& line, Action& chosen) {
   using enum msg::JobAction;
   add_action(line, chosen, "Grant no more work of a job until it is resumed",
-             "keeps what was traced", pause);
-  add_action(line, chosen, "Go on with a paused job", "from where it was", resume);
-  add_action(line, chosen, "Cancel a job; one that has ended stays as it is",
+             "keeps the results so far", pause);
+  add_action(line, chosen, "Continue a paused job", "continues with the results so far", resume);
+  add_action(line, chosen, "Cancel a job; does not change a job that has ended",
              "keeps its results, for requeue", cancel);
-  add_action(line, chosen, "Go on with a job that has failed or was cancelled",
-             "continues with the results that it has", requeue);
+  add_action(line, chosen, "Continue a job that has failed or was cancelled",
+             "continues with the results so far", requeue);
   add_action(line, chosen, "Delete a job that has ended, with its picture",
              "its number is not used again", forget);
   add_action(line, chosen,
-             "Change the priority of a job, from 0 to 100 (50 unless submit said otherwise)",
-             "before your other jobs", prioritise);
+             "Change the priority of a job, from 0 to 100 (submit sets 50 by default)",
+             "renders it before your other jobs", prioritise);
 }
 
 }  // namespace parray::commands

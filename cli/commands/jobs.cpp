@@ -55,9 +55,9 @@ void add_jobs(CommandLine& line, Action& chosen) {
   const auto options = std::make_shared<JobsCommand>();
   add_json(command, options->as_json);
   options->farm.add_to(command);
-  command.example("parray jobs", "those of this machine's coordinator, the latest last");
+  command.example("parray jobs", "lists the jobs of the coordinator on this machine, newest last");
   command.example("parray jobs --coordinator tcp://farm:7400 --json",
-                  "of another machine's, for scripts");
+                  "asks a coordinator on another machine, for scripts");
   command.on_chosen([options, &chosen] { chosen = [options] { return jobs(*options); }; });
 }
 

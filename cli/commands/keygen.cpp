@@ -1,4 +1,4 @@
-// Keys of a farm that serves other machines.
+// Keys for a farm that other machines use.
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -40,7 +40,7 @@ int keygen(const KeygenCommand& command) {
   if (!command.removed.empty()) {
     remove_member_key(directory, command.removed);
     remove_token(directory, command.removed);
-    std::cout << "'" << command.removed << "' is no longer allowed\n";
+    std::cout << "'" << command.removed << "' has no access any more\n";
     return 0;
   }
   if (!command.token_of.empty()) {
@@ -62,39 +62,40 @@ int keygen(const KeygenCommand& command) {
 }  // namespace
 
 void add_keygen(CommandLine& line, Action& chosen) {
-  Command command = line.command("keygen", "Make the keys of a farm, or add and remove one");
+  Command command = line.command("keygen", "Make the keys of a farm, or add or remove a key");
   const auto options = std::make_shared<KeygenCommand>();
   command.option("DIR", options->directory, "Directory of the farm's keys")
       .required()
       .completes(Completes::directories);
   const Option name =
-      command.option("--name", options->name, "Add a key for somebody; they get DIR/NAME.key")
+      command.option("--name", options->name, "Add a key for a person or worker: DIR/NAME.key")
           .type_name("NAME")
           .forbid_empty();
   command
       .option("--role", options->role,
-              "What its owner may do: worker, client or admin (default: client)")
+              "Role of the key's owner: worker, client or admin (default: client)")
       .one_of({"worker", "client", "admin"})
       .needs(name);
   command
       .number("--share", options->share, least_share, largest_share,
               "Relative share when several users compete (others have 1)")
       .needs(name);
-  command.option("--remove", options->removed, "Take a key off the list, at once and for ever")
+  command.option("--remove", options->removed, "Remove the key of NAME, at once and for ever")
       .type_name("NAME")
       .forbid_empty();
   command
       .option("--token", options->token_of,
-              "Print a new token for HTTP, which stands for the client or administrator of that "
-              "name; the one before is void")
+              "Print a new HTTP token for the client or administrator NAME. An earlier token "
+              "becomes invalid")
       .type_name("NAME")
       .forbid_empty();
-  command.example("parray keygen farm", "the keys of a new farm, and what to do with them");
-  command.example("parray keygen farm --name ann", "a client's key, farm/ann.key");
+  command.example("parray keygen farm", "makes the keys of a new farm, and explains their use");
+  command.example("parray keygen farm --name ann", "makes a client's key, farm/ann.key");
   command.example("parray keygen farm --name ann --share 3",
-                  "three times the workers' time of others");
+                  "gives ann three times the workers' time of others");
   command.example("parray keygen farm --token ann", "prints a token for HTTP");
-  command.example("parray keygen farm --remove ann", "refused from the next second on");
+  command.example("parray keygen farm --remove ann",
+                  "the coordinator refuses ann from the next second on");
   command.on_chosen([options, &chosen] { chosen = [options] { return keygen(*options); }; });
 }
 

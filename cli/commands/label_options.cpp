@@ -26,7 +26,8 @@ bool may_hold_frames_of(const std::string& format) {
   });
 }
 
-/// What the first file says that knows of frames or time; empty: none does.
+/// Returns the frame and time of the first file that has them: "frame 3, time 1.5". Empty: no file
+/// has them.
 std::string time_stamp_of(const std::vector<ParticleFile>& files) {
   for (const ParticleFile& file : files) {
     const ParticleFacts& facts = file.facts;
@@ -57,7 +58,7 @@ LabelContent content_of(const LabelSettings& labels, const SceneFile& file,
   return content;
 }
 
-/// What is drawn, by the options' names without their dashes.
+/// Returns the labels to draw, as names of their options without dashes.
 std::vector<std::string> drawn_by(const LabelSettings& labels) {
   std::vector<std::string> names;
   for (const auto& [name, wanted] :
@@ -90,15 +91,18 @@ void LabelOptions::add_to(Command& command, const Option& image, RenderOptions& 
   const auto sized = [this, &render] { render.print_width(printed_width()); };
   label_fields(
       [&](const Setting& setting, const auto& rule, auto& value) {
-        add_setting(command, setting, rule, value, sized).group(labels_group).needs(image);
+        Option option = add_setting(command, setting, rule, value, sized);
+        option.group(labels_group).needs(image);
+        if (rarely_needed(setting)) option.special();
       },
       settings_);
   render.auto_scene().frame_cell(settings_.cell);
   command
       .on_off("--labels", of_scene_,
-              "off: none of the labels that the scene asks for, only those of other options "
+              "off: ignore the labels that the scene asks for, and draw only those of options "
               "(default: on)")
-      .group(labels_group);
+      .group(labels_group)
+      .special();
   command.renamed("--no-labels", "--labels off");
 }
 
@@ -113,7 +117,8 @@ std::optional<std::uint32_t> LabelOptions::printed_width() const {
       std::max(std::round(pixels_in(*settings_.width_mm, settings_.dpi.value_or(usual_dpi))), 1.0);
   if (pixels > limits::max_image_side) {
     throw InputError("the picture would be " + number_text(pixels) + " pixels wide: at most " +
-                     std::to_string(limits::max_image_side) + " are possible");
+                     std::to_string(limits::max_image_side) +
+                     " are possible: use a smaller --width-mm or --dpi");
   }
   return static_cast<std::uint32_t>(pixels);
 }
@@ -137,8 +142,8 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
     labels.width_mm.reset();
   } else if (labels.dpi) {
     throw InputError("--width-mm " + number_text(*labels.width_mm) + " --dpi " +
-                     number_text(*labels.dpi) + ": that is " + std::to_string(*printed_width()) +
-                     " pixels wide, and the picture " + std::to_string(width) +
+                     number_text(*labels.dpi) + " require " + std::to_string(*printed_width()) +
+                     " pixels across, but the picture has " + std::to_string(width) +
                      ": leave one of them out");
   }
   return labels;
@@ -154,7 +159,7 @@ void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFi
     outputs.finishing.push_back(label_step(labels, content_of(labels, file, settings)));
   } else if (!options.first_given().empty()) {
     throw InputError(options.first_given() +
-                     ": labels need a PNG picture, because an EXR file keeps what was traced: "
+                     ": labels need a PNG picture, because an EXR file stores the traced values: "
                      "write a .png");
   }
 }

@@ -22,11 +22,12 @@ inline constexpr const char* labels_group = "Labels, drawn on a PNG picture (def
 /// value.
 class LabelOptions {
  public:
-  /// Declares the options. `render` gets the width in pixels that follows from the size in print.
+  /// Declares the options. They pass the width in pixels that follows from the size in print to
+  /// `render`.
   /// Neither object may move while the command line is parsed.
   void add_to(Command& command, const Option& image, RenderOptions& render);
 
-  /// The first given option that asks for a label, as "--legend". Empty: none.
+  /// Returns the first given option that asks for a label: "--legend". Empty: none.
   [[nodiscard]] std::string first_given() const;
   /// Lays the options over the scene's labels, for a picture of that width. The result has at most
   /// one of `dpi` and `width_mm`. Throws InputError if the size in print contradicts the width.

@@ -32,8 +32,8 @@ void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
   }
   if (!chosen) {
     throw InputError(printable(file, 4096) +
-                     ": nothing in it changes from frame to frame: write #### for the number in "
-                     "the scene's name, add --camera-path, or let the scene have a trajectory");
+                     ": all frames would be equal: write #### for the frame's number in the "
+                     "scene's name, add --camera-path, or use a scene with a trajectory");
   }
 }
 
@@ -48,7 +48,8 @@ void check_beside(const SceneFile& scene, const std::string& file) {
   }
 }
 
-/// Looks for duplicates where spheres have been added since the reader of the scene file has.
+/// Removes duplicates among spheres that were added after the reader of the scene file removed its
+/// own.
 void remove_more_duplicates(SceneFile& scene, int threads) {
   const Duplicates more = remove_duplicates(scene.scene, threads);
   if (scene.duplicates.count == 0) {
@@ -64,11 +65,11 @@ SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameCh
   if (particle_format_of(file) != nullptr) {
     Viewing viewing = options.auto_scene().viewing();
     viewing.transparent = options.view().transparent(false);
-    SceneFile portrait = auto_scene(file, options.particles().over({}),
-                                    options.over(auto_scene_settings()), viewing, threads)
-                             .file;
-    remove_more_duplicates(portrait, threads);
-    return portrait;
+    SceneFile scene = auto_scene(file, options.particles().over({}),
+                                 options.over(auto_scene_settings()), viewing, threads)
+                          .file;
+    remove_more_duplicates(scene, threads);
+    return scene;
   }
   options.particles().check_unused(name);
   options.auto_scene().check_unused(name);
@@ -98,7 +99,7 @@ SceneFile load_scene(PackedFile& file, const RenderOptions& options, const Frame
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change, NamedFiles named) {
   if (named == NamedFiles::beside) {
-    PackedFile opened{fs::path(file)};  // whoever has named it has no standard input here
+    PackedFile opened{fs::path(file)};  // "-" would be this process's own standard input
     return load_scene(opened, options, change, named);
   }
   PackedFile opened = PackedFile::of_argument(file);

@@ -9,7 +9,7 @@
 
 namespace parray::commands {
 
-/// What differs in one frame of a series. By default nothing.
+/// Changes for one frame of a series. By default none.
 struct FrameChange {
   /// The frame to read from particle files with several frames. Files whose frame the scene names
   /// keep it.
@@ -20,13 +20,13 @@ struct FrameChange {
 /// Which particle files a scene may name.
 enum class NamedFiles : std::uint8_t {
   anywhere,
-  beside,  ///< in the scene's own folder only, for scenes of other people
+  beside,  ///< only in the scene's own folder, for uploaded scenes
 };
 
 /// Reads a scene file with its particles, or makes an automatic scene from a file of particles. The
-/// contents decide which of the two a file is. Lays the options over the settings. Prints on stderr
-/// what readers guessed or dropped, and duplicates. Throws InputError. "-" is the standard input,
-/// except with NamedFiles::beside.
+/// contents decide which of the two a file is. Replaces settings by the options that are given.
+/// Prints the notes of readers and a warning of duplicates on stderr. Throws InputError. "-" is the
+/// standard input, except with NamedFiles::beside.
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change = {}, NamedFiles named = NamedFiles::anywhere);
 

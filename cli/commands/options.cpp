@@ -24,7 +24,7 @@ std::uint64_t whole_number(std::string_view text, std::uint64_t least, std::uint
   return *value;
 }
 
-/// Numbers with commas between them.
+/// Parses whole numbers separated by commas. Throws InputError.
 std::vector<std::uint64_t> whole_numbers(const std::string& text) {
   std::vector<std::uint64_t> numbers;
   for (const std::string_view part : split_at(',', text)) {
@@ -33,7 +33,7 @@ std::vector<std::uint64_t> whole_numbers(const std::string& text) {
   return numbers;
 }
 
-/// A text as a shell gives it: \n, which is awkward to type there, is a new line, too.
+/// Replaces the two characters \n by a new line, which is awkward to type in a shell.
 std::string with_new_lines(const std::string& text) {
   std::string lines;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -44,8 +44,8 @@ std::string with_new_lines(const std::string& text) {
   return lines;
 }
 
-/// Declares the options of settings under `heading`, or under their own. An option that is given
-/// sets the setting and notes its key.
+/// Declares the options of settings under `heading`, or under their usual headings. An option that
+/// is given sets the setting and adds its key to `given`.
 class SettingDeclarer {
  public:
   SettingDeclarer(Command& command, std::set<std::string_view>& given,
@@ -60,7 +60,7 @@ class SettingDeclarer {
     if (setting.help == nullptr) return;
     Option option = add_setting(command_, setting, rule, value, note);
     option.group(heading_ != nullptr ? heading_ : own);
-    if (setting.is(traits::special)) option.special();
+    if (rarely_needed(setting)) option.special();
   }
 
  private:
@@ -102,11 +102,10 @@ Option add_whole_number(Command& command, const std::string& names, std::uint64_
 
 void add_scene(Command& command, std::string& scene, const char* name) {
   command
-      .option(
-          name, scene,
-          "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
-          "GRO, SDF, MOL2, CIF, DCD, XTC, TRR or AMBER NetCDF, also packed by gzip, bzip2, xz or "
-          "zstd; - is the standard input")
+      .option(name, scene,
+              "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
+              "GRO, SDF, MOL2, CIF, DCD, XTC, TRR or AMBER NetCDF. It may be compressed by gzip, "
+              "bzip2, xz or zstd. - is the standard input")
       .required()
       .completes(Completes::files)
       .forbid_empty();
@@ -188,12 +187,14 @@ void RenderOptions::check_like() const {
   for (const GivenOption& given : command_->given_options()) {
     const bool decides = given.group == settings_group || given.group == limits_group;
     if (decides && given.name != "--like") {
-      throw UsageError(given.name + " and --like, which decides it, too: leave one of them out");
+      throw UsageError(given.name +
+                       " and --like exclude each other: --like determines this setting, too");
     }
   }
 }
 
-/// Passes of less than two samples a pixel, as they are made up by hand, are no picture's.
+/// Checks the passes before the second sample of every pixel. Throws InputError if no render makes
+/// such passes, for example if they were invented.
 static void check_first_passes(const RenderSettings& settings) {
   const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
   std::uint64_t traced = 0;
@@ -207,8 +208,9 @@ static void check_first_passes(const RenderSettings& settings) {
       throw InputError("--passes: no picture of " + std::to_string(settings.width) + " x " +
                        std::to_string(settings.height) + " pixels has a pass of " +
                        std::to_string(samples) + " samples after " + std::to_string(traced) +
-                       ": give samples of all pixels together, as a report's passes has them (" +
-                       std::to_string(pixels) + ": one of each pixel)");
+                       ": copy the numbers from `passes` of a report. They count the samples of "
+                       "all pixels together (" +
+                       std::to_string(pixels) + ": one per pixel)");
     }
     traced += samples;
   }
@@ -230,7 +232,7 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   const bool limited =
       settings.target_error > 0 || settings.target_half_width > 0 || settings.time_limit > 0;
   if (!keys_.contains("adaptive")) settings.adaptive = limited || !settings.passes.empty();
-  if (limited && !keys_.contains("samples_per_pixel")) {  // as far as it has to go
+  if (limited && !keys_.contains("samples_per_pixel")) {  // only the limit stops the render
     settings.samples_per_pixel = limits::max_samples_per_pixel;
   }
   if (followed_) {
@@ -240,7 +242,7 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
   try {
     check_settings(settings);
   } catch (const InputError& error) {
-    // Each option is in its range, so it is some of them together.
+    // Each option is in its range, so their combination is wrong.
     throw InputError(std::string(given_.passes.empty() ? "--width, --height: "
                                                        : "--width, --height, --passes: ") +
                      error.what());
@@ -254,13 +256,15 @@ void OutputOptions::add_to(Command& command, bool image_required) {
       command
           .option(
               "-o,--output", image_,
-              "Picture to write: .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bit, sRGB)")
+              "Picture to write: .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bits, sRGB)")
           .type_name("IMAGE")
           .completes(Completes::files)
           .group(output_group)
           .required(image_required);
   report_option_ =
-      command.option("--report", report_, "Write what was done, how fast and with which bits")
+      command
+          .option("--report", report_,
+                  "Write a report as JSON: settings, samples, times, errors and hashes")
           .type_name("FILE.json")
           .completes(Completes::files)
           .group(output_group);
@@ -272,28 +276,29 @@ void OutputOptions::add_aov_to(Command& command) {
   command
       .option(
           "--aov", [this](const std::string& names) { aovs_ = aovs_from(names); },
-          "Extra channels of an EXR picture, separated by commas: depth, normal, albedo and sphere "
-          "of what is first seen; cost in ray segments a sample; samples of each pixel; half-width "
-          "of its 95 % interval")
+          "Extra channels of an EXR picture, separated by commas. depth, normal, albedo, sphere: "
+          "of the first sphere on the camera ray; cost: ray segments per sample; samples: samples "
+          "per pixel; half-width: of the pixel's 95 % confidence interval")
       .words({"depth", "normal", "albedo", "sphere", "cost", "samples", "half-width"}, true)
       .group(output_group)
       .needs(image_option_);
   command
       .option("--error-map", error_map_,
-              "Where the error is: the half-width of each pixel's 95 % interval as colours, with a "
-              "legend")
+              "Write a picture of the error: colours show the half-width of each pixel's 95 % "
+              "confidence interval, with a legend")
       .type_name("FILE.png")
       .completes(Completes::files)
       .group(output_group)
       .forbid_empty()
-      .needs(image_option_);
+      .needs(image_option_)
+      .special();
 }
 
 void OutputOptions::add_denoise_to(Command& command) {
   command
       .flag("--denoise", denoise_,
-            "Denoise the picture, and state the remaining error; an EXR file keeps the picture as "
-            "traced in channels raw.R, raw.G, raw.B")
+            "Denoise the picture, and state the remaining error. An EXR file also stores the "
+            "picture before denoising, in the channels raw.R, raw.G, raw.B")
       .group(output_group)
       .needs(image_option_);
 }
@@ -306,33 +311,37 @@ void add_following(Command& command, ProgressOptions& following) {
   add_quiet(command, following.quiet);
   command
       .option("--progress", following.progress,
-              "How progress is shown on stderr: a bar, lines for logs, or JSON lines for programs "
-              "(default: what suits stderr)")
+              "Form of the progress on stderr: a bar, lines for logs, or JSON lines for programs "
+              "(default: a bar on a terminal, otherwise lines)")
       .group(output_group)
-      .one_of({"bar", "lines", "json"});
+      .one_of({"bar", "lines", "json"})
+      .special();
   command
       .option(
           "--preview", following.preview,
-          "Keep FILE updated with the unfinished picture; at the end it is a copy of the result")
+          "Keep FILE updated with the unfinished picture. At the end it is a copy of the result")
       .type_name("FILE")
       .completes(Completes::files)
       .group(output_group)
-      .forbid_empty();
+      .forbid_empty()
+      .special();
   command
       .option(
           "--display", following.display,
-          "Show the picture as it grows in the viewer tev, or another that speaks its protocol; "
+          "Show the unfinished picture in the viewer tev, or in another that uses its protocol. "
           "tev's port is 14158")
       .type_name("HOST:PORT")
       .group(output_group)
-      .forbid_empty();
+      .forbid_empty()
+      .special();
   command
       .option("--on-end", following.on_end,
-              "Run this by the shell when the job has ended, with PARRAY_JOB, PARRAY_STATE, "
+              "Run this shell command when the job has ended, with PARRAY_JOB, PARRAY_STATE, "
               "PARRAY_REASON and PARRAY_IMAGE in its environment")
       .type_name("COMMAND")
       .group(output_group)
-      .forbid_empty();
+      .forbid_empty()
+      .special();
 }
 
 void add_json(Command& command, bool& as_json) {

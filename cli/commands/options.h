@@ -29,7 +29,7 @@ Option add_whole_number(Command& command, const std::string& names, std::uint64_
                         std::uint64_t most, std::function<void(std::uint64_t)> set,
                         const std::string& description);
 
-/// Declares the scene: a scene file or a file of particles.
+/// Declares the argument for the scene: a scene file or a file of particles.
 void add_scene(Command& command, std::string& scene, const char* name = "SCENE");
 
 /// Parses a finite number in `range`. Throws InputError.
@@ -39,29 +39,32 @@ double real_number(std::string_view text, NumberRange range);
 Option add_real_number(Command& command, const std::string& name, NumberRange range, double& target,
                        const std::string& description);
 
-/// Declares the number of a job, as `submit` prints it.
+/// Declares the argument for the number of a job, as `submit` prints it.
 void add_job(Command& command, std::uint64_t& job);
 
-/// Headings in a command's help. Options that decide the picture:
+/// Heading in a command's help for options that determine the picture.
 inline constexpr const char* settings_group = "Picture (default: the scene's)";
-/// Options that end the tracing.
-inline constexpr const char* limits_group = "Accuracy (whichever is reached first ends it)";
-/// Options that change the work but not the picture.
+/// Heading for limits of the tracing.
+inline constexpr const char* limits_group =
+    "Accuracy (rendering stops at the first limit that is reached)";
+/// Heading for options that change the work but not the picture.
 inline constexpr const char* work_group = "Speed (never changes the picture)";
 inline constexpr const char* output_group = "Output";
-/// Options for postprocessing.
+/// Heading for postprocessing.
 inline constexpr const char* postprocess_group =
-    "Finishing, of a PNG picture (default: the scene's)";
+    "Postprocessing of a PNG picture (default: the scene's)";
 inline constexpr const char* farm_group = "Farm";
-/// Options for files of particles.
-inline constexpr const char* particles_group = "When it is a file of particles";
+/// Heading for options that need a file of particles.
+inline constexpr const char* particles_group = "For files of particles";
 
 /// How a scene is rendered. An option that is absent leaves the scene's value.
 class RenderOptions {
  public:
+  /// Declares all options except --like.
   void add_to(Command& command);
-  /// Declares only --width and --height, under that heading.
+  /// Declares only --width and --height, under the heading `group`.
   void add_size_to(Command& command, const std::string& group);
+  /// Returns whether --width or --height is given.
   [[nodiscard]] bool has_size() const {
     return keys_.contains("width") || keys_.contains("height");
   }
@@ -72,13 +75,13 @@ class RenderOptions {
   void add_without_samples_to(Command& command);
   /// Declares --like, after add_to(), for commands that render.
   void add_like_to(Command& command);
-  /// The picture of --like. Empty: none.
+  /// Returns the picture of --like. Empty: none.
   [[nodiscard]] const std::string& like() const { return like_; }
-  /// Throws UsageError if --like stands beside an option that decides the picture. Call while the
-  /// command line exists.
+  /// Throws UsageError if --like is given with another option that determines the picture. Call
+  /// while the command line exists.
   void check_like() const;
-  /// Makes over() and view() take everything that decides the picture from these values instead of
-  /// from the scene.
+  /// Makes over() and view() take everything that determines the picture from these values instead
+  /// of from the scene.
   void follow(const RenderSettings& settings, bool transparent) {
     followed_ = settings;
     view_.follow(transparent);
@@ -87,15 +90,16 @@ class RenderOptions {
   [[nodiscard]] const ViewOptions& view() const { return view_; }
   [[nodiscard]] const AutoSceneOptions& auto_scene() const { return auto_scene_; }
   [[nodiscard]] AutoSceneOptions& auto_scene() { return auto_scene_; }
-  /// Empty: the scene's sampler.
+  /// Returns the sampler of --sampler. Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const {
     return keys_.contains("sampler") ? std::optional(given_.sampler) : std::nullopt;
   }
 
-  /// The options that decide the picture, as given: equal for equal commands.
+  /// Returns the given options that determine the picture, as text. Equal commands have equal
+  /// texts.
   [[nodiscard]] std::string as_given() const;
-  /// Lays the options over the scene's settings. Throws InputError, which names the options, if the
-  /// result is impossible.
+  /// Returns the scene's settings, replaced by the options that are given. Throws InputError, which
+  /// names the options, if the result is impossible.
   [[nodiscard]] RenderSettings over(const RenderSettings& of_scene) const;
 
  private:
@@ -103,16 +107,16 @@ class RenderOptions {
 
   ViewOptions view_;
   std::string like_;
-  std::optional<Command> command_;  ///< that has --like
+  std::optional<Command> command_;  ///< the command that has --like
   std::optional<RenderSettings> followed_;
   std::optional<std::uint32_t> print_width_;
   RenderSettings given_;
-  std::set<std::string_view> keys_;  ///< of the settings that were given
+  std::set<std::string_view> keys_;  ///< keys of the given settings
   ParticleOptions particles_;
   AutoSceneOptions auto_scene_;
 };
 
-/// The files for picture and report.
+/// The options for output files and for changes to the picture after tracing.
 class OutputOptions {
  public:
   /// Declares -o and --report. `image_required`: the command needs -o.
@@ -128,11 +132,11 @@ class OutputOptions {
   }
   [[nodiscard]] const PostprocessOptions& postprocessing() const { return postprocessing_; }
   [[nodiscard]] const LabelOptions& labels() const { return labels_; }
-  /// -o and --report, for commands where they need another option.
+  /// Return -o and --report, for commands where they need another option.
   [[nodiscard]] Option image_option() const { return image_option_; }
   [[nodiscard]] Option report_option() const { return report_option_; }
 
-  /// The output files, including the preview of `following`.
+  /// Returns the output files, including the preview of `following`.
   [[nodiscard]] OutputPaths paths(const ProgressOptions& following = {}) const {
     return {.image = image_,
             .report = report_,
@@ -154,9 +158,11 @@ class OutputOptions {
   Option report_option_;
 };
 
+/// Declares --quiet.
 void add_quiet(Command& command, bool& quiet);
 /// Declares --quiet, --progress, --preview, --display and --on-end.
 void add_following(Command& command, ProgressOptions& following);
+/// Declares --json.
 void add_json(Command& command, bool& as_json);
 
 }  // namespace parray::commands

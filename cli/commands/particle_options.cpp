@@ -39,14 +39,14 @@ FrameChoice frame_in(const std::string& text) {
   if (text == last_frame_word) return {0, true};
   const std::optional<std::uint64_t> number = natural_in(text);
   if (number && *number <= limits::max_frame) return {*number, false};
-  throw InputError("'" + printable(text) + "' is no frame: write its number, from 0 to " +
+  throw InputError("'" + printable(text) + "' is not a frame: write a number from 0 to " +
                    std::to_string(limits::max_frame) + ", or last");
 }
 
 AlternativeChoice alternatives_in(const std::string& text) {
   const std::optional<AlternativeChoice> choice = alternatives_from(text);
   if (choice) return *choice;
-  throw InputError("'" + printable(text) + "' is no choice: write best, all or one letter");
+  throw InputError("'" + printable(text) + "' is not a choice: write best, all or one letter");
 }
 
 }  // namespace
@@ -55,41 +55,45 @@ void ParticleOptions::add_to(Command& command) {
   command
       .option(
           "--frame", [this](const std::string& text) { frame_ = frame_in(text); },
-          "Which of the file's frames, from 0 (default: the first that has particles)")
+          "Frame of the file, from 0 (default: the first frame that has particles)")
       .words({std::string(last_frame_word)})
       .type_name("N|last")
-      .group(particles_group);
+      .group(particles_group)
+      .special();
   command
       .option(
           "--topology", topology_,
-          "File with the elements and names of a trajectory that has none: PDB, PSF, PRMTOP ...")
+          "File with the elements and names for a trajectory that lacks them: PDB, PSF, PRMTOP ...")
       .forbid_empty()
       .completes(Completes::files)
       .type_name("FILE")
-      .group(particles_group);
+      .group(particles_group)
+      .special();
   command
       .option(
           "--alternatives",
           [this](const std::string& text) { alternatives_ = alternatives_in(text); },
-          "Which of an atom's alternative locations: best (of the highest occupancy), all, or "
-          "those of "
+          "Alternative locations of an atom to show: best (highest occupancy), all, or those with "
           "a letter (default: best)")
       .words({"best", "all"})
       .type_name("best|all|LETTER")
-      .group(particles_group);
+      .group(particles_group)
+      .special();
   command
       .option(
           "--material", [this](const std::string& text) { material_ = material_in(text); },
           "Surface of the particles (default: column, else by-element, else by-type, else plain)")
       .words({"by-element", "by-type", "column", "plain"})
-      .group(particles_group);
+      .group(particles_group)
+      .special();
   command
       .option(
           "--radius", [this](const std::string& text) { radius_ = radius_in(text); },
-          "Their radius (default: column, else by-element, else half the mean spacing)")
+          "Radius of the particles (default: column, else by-element, else half the mean spacing)")
       .words({"by-element", "column"})
       .type_name("R|by-element|column")
-      .group(particles_group);
+      .group(particles_group)
+      .special();
   add_filter_to(command);
   add_coloring_to(command);
 }
@@ -98,16 +102,18 @@ void ParticleOptions::add_filter_to(Command& command) {
   command
       .option(
           "--select", [this](const std::string& text) { filter_.select = select_from(text); },
-          "Show these only: 'chain A B and not water', 'element C N O', 'z > 10', 'within 5 of "
-          "resname HEM' (scenes/README.md has the language)")
+          "Show only these particles: 'chain A B and not water', 'element C N O', 'z > 10', "
+          "'within 5 of resname HEM' (scenes/README.md describes the language)")
       .type_name("TEXT")
       .group(particles_group);
   command
       .option(
           "--slice", [this](const std::string& text) { filter_.slice = slice_from(text); },
-          "Show those of a slice: z=10:20, or z=40%:60% of the cell; several with commas")
+          "Show only the particles of a slice: z=10:20, or z=40%:60% of the cell. Separate several "
+          "slices by commas")
       .type_name("AXIS=LOW:HIGH")
-      .group(particles_group);
+      .group(particles_group)
+      .special();
   std::vector<std::string> classes(selection_classes().begin(), selection_classes().end());
   classes.emplace_back("none");
   command
@@ -123,23 +129,25 @@ void ParticleOptions::add_coloring_to(Command& command) {
   command
       .option(
           "--color-by", [this](const std::string& text) { coloring_.by = color_by_from(text); },
-          "What their colours mean: a category, or a number of theirs, as vx, charge, b_factor, z")
+          "Colour the particles by a category, or by a number such as vx, charge, b_factor or z")
       .words({color_by_words.begin(), color_by_words.end()})
       .type_name("WORD|NUMBER")
       .group(particles_group);
   command
       .option(
           "--colormap", [this](const std::string& text) { coloring_.map = color_map_from(text); },
-          "Colours of a number, from low to high (default: viridis)")
+          "Colour map for numbers, from low to high (default: viridis)")
       .words({color_map_names().begin(), color_map_names().end()})
-      .group(particles_group);
+      .group(particles_group)
+      .special();
   command
       .option(
           "--range", [this](const std::string& text) { coloring_.range = color_range_from(text); },
-          "What the ends of the colour map stand for: two numbers, or percentiles, as 1%:99% "
-          "(default: the least and the largest)")
+          "Values at the ends of the colour map: two numbers, or percentiles such as 1%:99% "
+          "(default: the smallest and the largest value)")
       .type_name("LOW:HIGH")
-      .group(particles_group);
+      .group(particles_group)
+      .special();
 }
 
 void ParticleOptions::check_unused(const std::string& file) const {
@@ -157,7 +165,8 @@ void ParticleOptions::check_unused(const std::string& file) const {
   if (!coloring_.range.open()) given += " --range";
   if (given.empty()) return;
   throw InputError(given.substr(1) + ": " + printable(file, 4096) +
-                   " is not a file of particles: write them into its section particles");
+                   " is not a file of particles: write these settings into the scene's section "
+                   "particles");
 }
 
 ParticleSource ParticleOptions::over(ParticleSource source) const {

@@ -40,34 +40,34 @@ struct PlanCommand {
   std::string image;
   std::optional<std::uint32_t> threads;
   std::optional<std::uint32_t> workers;
-  std::vector<double> speeds;  ///< of the workers; empty: 1 each
+  std::vector<double> speeds;  ///< speed of each worker, relative to this machine; empty: 1 each
   bool as_json = false;
-  std::vector<std::string> given;  ///< options that rendering takes, too, as words
+  std::vector<std::string> given;  ///< given options that the render command repeats, as words
 };
 
-/// What is said: about the scene, the probe, and each choice.
+/// The result of the command.
 struct Plan {
   RenderSettings settings;
   Probe probe;
   std::vector<Choice> choices;
-  Effort load;
+  Effort load;  ///< of reading the scene
   int threads = 1;
   FarmModel farm;
 };
 
-/// The best choice that names a number of samples; null: none.
+/// Returns the best choice with a fixed number of samples. Null: none.
 const Choice* counted_choice(const Plan& plan) {
   const auto found = std::ranges::find_if(
       plan.choices, [](const Choice& choice) { return choice.samples_per_pixel > 0; });
   return found == plan.choices.end() ? nullptr : &*found;
 }
 
-/// Whether the probe took longer than the render will.
+/// Returns whether the probe took longer than the render will take.
 bool rendering_is_cheaper(const Plan& plan) {
   return plan.farm.here() && plan.choices.front().seconds.value < plan.probe.seconds;
 }
 
-/// The words of the command that renders what `choice` says.
+/// Returns the words of the command that renders as `choice` describes.
 std::vector<std::string> words_of(const PlanCommand& command, const Choice& choice) {
   std::vector<std::string> words = {"parray", command.workers ? "submit" : "render", command.scene};
   if (command.workers) words.emplace_back("--wait");
@@ -152,20 +152,20 @@ std::string with_interval(const Expected& expected, std::string (*text)(double))
   return text(expected.value) + " (" + text(expected.low) + " to " + text(expected.high) + ")";
 }
 
-/// Rounded down: what is said is kept.
+/// Returns a share in percent, rounded down, so that the text never promises too much.
 std::string percent_text(double share) {
   const double steps = share < 0.99 ? 1000 : 10000;
   return formatted("%.4g %%", std::floor(std::min(share, 0.9999) * steps + 1e-3) * 100 / steps);
 }
 
-/// How surely the goal is kept, and whether that is as surely as was asked for.
-std::string keeps_text(const PlanCommand& command, const Choice& choice) {
+/// Returns the probability of keeping the goal, with a remark if it is lower than requested.
+std::string probability_text(const PlanCommand& command, const Choice& choice) {
   const bool sure = choice.keeps >= command.goal.confidence - 1e-6;
   const std::string goal = command.goal.error > 0
                                ? "the error is at most " + number_cell(command.goal.error)
                                : "the time is at most " + duration_text(command.goal.seconds);
-  return percent_text(choice.keeps) + " probability that " + goal +
-         (sure ? "" : ": no command has " + percent_text(command.goal.confidence));
+  return percent_text(choice.keeps) + " that " + goal +
+         (sure ? "" : "; no command reaches " + percent_text(command.goal.confidence));
 }
 
 std::string samples_text(double samples) {
@@ -177,31 +177,32 @@ std::string way_text(const Choice& choice) {
   return choice.time_limit > 0 ? "adaptive, time limit" : "adaptive";
 }
 
-/// Who is to trace.
-std::string whom_text(const Plan& plan) {
+/// Returns the threads or workers that will trace.
+std::string workers_text(const Plan& plan) {
   std::string threads = counted(static_cast<std::uint64_t>(plan.threads), "thread");
   if (plan.farm.here()) return threads;
   const std::vector<double>& speeds = plan.farm.speeds();
   const double power = std::accumulate(speeds.begin(), speeds.end(), 0.0);
-  return counted(speeds.size(), "worker") + " as fast as " + number_cell(power) + " of this " +
-         "machine with " + threads + ", network and sending the scene not counted";
+  return counted(speeds.size(), "worker") + ", together as fast as " + number_cell(power) +
+         " of this machine with " + threads + " (times exclude the network and sending the scene)";
 }
 
 void print_text(const PlanCommand& command, const Plan& plan) {
   const Choice& best = plan.choices.front();
   const std::string goal = command.goal.error > 0
                                ? "an error of " + number_cell(command.goal.error)
-                               : "the least error in " + duration_text(command.goal.seconds);
-  std::cout << "for " << goal << " in " << plan.settings.width << " x " << plan.settings.height
-            << " pixels, " << whom_text(plan) << ":\n\n  " << shell_line(words_of(command, best))
+                               : "the smallest error in " + duration_text(command.goal.seconds);
+  std::cout << "for " << goal << ", " << plan.settings.width << " x " << plan.settings.height
+            << " pixels, " << workers_text(plan) << ":\n\n  " << shell_line(words_of(command, best))
             << "\n\n"
             << list_text({{"time", with_interval(best.seconds, duration_text)},
                           {"error", with_interval(best.error, error_text) + " RMSE"},
                           {"samples", with_interval(best.samples, samples_text) + " a pixel"},
-                          {"keeps", keeps_text(command, best)}})
+                          {"probability", probability_text(command, best)}})
             << "\n";
   if (const Choice* const other = counted_choice(plan); other != nullptr && other != &best) {
-    std::cout << "or, with a number of samples (" << keeps_text(command, *other) << "):\n\n  "
+    std::cout << "or, with a fixed number of samples (probability "
+              << probability_text(command, *other) << "):\n\n  "
               << shell_line(words_of(command, *other)) << "\n\n";
   }
   std::vector<std::vector<std::string>> rows;
@@ -210,7 +211,7 @@ void print_text(const PlanCommand& command, const Plan& plan) {
                     samples_text(choice.samples.value), error_text(choice.error.value),
                     duration_text(choice.seconds.value), percent_text(choice.keeps)});
   }
-  std::cout << table_text({"sampler", "samples", "a pixel", "error", "time", "keeps"}, rows)
+  std::cout << table_text({"sampler", "samples", "per pixel", "error", "time", "probability"}, rows)
             << "\nprobed for " << duration_text(plan.probe.seconds) << ": "
             << counted(plan.probe.samples, "sample") << " in "
             << counted(plan.probe.pixels, "pixel") << "; intervals are 95 % confidence intervals\n"
@@ -227,7 +228,7 @@ std::vector<Sampler> candidates(const PlanCommand& command) {
 
 void check_goal(const PlanCommand& command) {
   if ((command.goal.error > 0) == (command.goal.seconds > 0)) {
-    throw InputError("plan needs --error or --time, and not both");
+    throw InputError("plan needs either --error or --time");
   }
 }
 
@@ -236,7 +237,7 @@ void check_workers(PlanCommand& command) {
   if (!command.workers) command.workers = static_cast<std::uint32_t>(command.speeds.size());
   if (*command.workers != command.speeds.size()) {
     throw InputError("--speeds has " + counted(command.speeds.size(), "speed") + " for " +
-                     counted(*command.workers, "worker") + ": name one for each");
+                     counted(*command.workers, "worker") + ": give one speed for each worker");
   }
 }
 
@@ -290,12 +291,13 @@ int make_and_print(PlanCommand command) {
   return 0;
 }
 
-/// Options of the command line that rendering takes as well, but for the sampler.
+/// Returns the given options that the render command repeats, except the sampler. `farm`: a farm
+/// renders.
 std::vector<std::string> given_options(const Command& command, bool farm) {
   std::vector<std::string> words;
   for (const GivenOption& option : command.given_options()) {
     const bool of_rendering = option.group == settings_group || option.group == work_group;
-    const bool of_workers = farm && option.name == "--threads";  // each has its own
+    const bool of_workers = farm && option.name == "--threads";  // each worker has its own
     if (of_rendering && !of_workers && option.name != "--sampler") {
       words.push_back(option.name);
       words.push_back(option.value);
@@ -304,7 +306,7 @@ std::vector<std::string> given_options(const Command& command, bool farm) {
   return words;
 }
 
-/// Of workers, separated by commas. Throws InputError.
+/// Parses the speeds of workers, separated by commas. Throws InputError.
 std::vector<double> speeds_from(const std::string& text) {
   constexpr NumberRange range{1e-3, 1e3};
   std::vector<double> speeds;
@@ -318,13 +320,14 @@ std::vector<double> speeds_from(const std::string& text) {
 void add_plan(CommandLine& line, Action& chosen) {
   Command command = line.command(
       "plan",
-      "Say how to reach an error, or use a time, and what it will take, after a short probe");
+      "Find the fastest command for an error, or the most accurate one for a time, by a short "
+      "probe");
   const auto options = std::make_shared<PlanCommand>();
   add_scene(command, options->scene);
   add_real_number(command, "--error", ranges::target_error, options->goal.error,
-                  "RMSE that the picture may have, in linear radiance");
+                  "Largest RMSE that the picture may have, in linear radiance");
   add_real_number(command, "--time", ranges::time_limit, options->goal.seconds,
-                  "Seconds that the render may take in all");
+                  "Seconds that the whole render may take");
   constexpr NumberRange confidence_range{0.5, 0.9999};
   add_real_number(
       command, "--confidence", confidence_range, options->goal.confidence,
@@ -332,12 +335,12 @@ void add_plan(CommandLine& line, Action& chosen) {
   constexpr NumberRange probe_range{0.1, 3600};
   add_real_number(
       command, "--probe-seconds", probe_range, options->probe_seconds,
-      "Most seconds, by the clock, for the probe: more predict better (default: 3). The probe "
-      "takes half of the render's time at most, or 1 s if that is more");
+      "Longest time of the probe, in seconds of wall-clock time. A longer probe predicts better "
+      "(default: 3). The probe takes at most half of the render's time, or 1 s if that is more");
   command
       .option("-o,--output", options->image,
               "Picture that the render will write (default: the scene's name "
-              "with .exr); the plan writes none")
+              "with .exr). The plan itself writes no picture")
       .type_name("IMAGE")
       .completes(Completes::files)
       .group(output_group)
@@ -348,22 +351,22 @@ void add_plan(CommandLine& line, Action& chosen) {
   add_whole_number(
       command, "--threads", 1, most_threads,
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
-      "Threads to trace with (default: every processor that may be used)")
+      "Number of threads that trace (default: all available processors)")
       .group(work_group);
   constexpr std::uint32_t most_workers = 10000;
   add_whole_number(
       command, "--workers", 1, most_workers,
       [options](std::uint64_t value) { options->workers = static_cast<std::uint32_t>(value); },
-      "Plan for a farm of N workers, each as fast as this machine; the coordinator runs here");
+      "Plan for a farm of N workers that are as fast as this machine. The coordinator runs here");
   command
       .option(
           "--speeds", [options](const std::string& text) { options->speeds = speeds_from(text); },
-          "How fast each of the farm's workers is, in samples/s relative to this machine")
+          "Speeds of the workers, in samples/s relative to this machine")
       .type_name("S,S...");
   command.example("parray plan scenes/glass.json --error 0.01",
-                  "the render command that gets there soonest, and how long it takes");
+                  "prints the fastest command for this error, and how long it takes");
   command.example("parray plan scenes/glass.json --time 60 --workers 8",
-                  "the least error in a minute of eight workers like this machine");
+                  "finds the smallest error in a minute of eight workers like this machine");
   command.on_chosen([options, command, &chosen] {
     options->given = given_options(command, options->workers || !options->speeds.empty());
     chosen = [options] { return make_and_print(*options); };

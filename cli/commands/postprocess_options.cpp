@@ -13,7 +13,8 @@
 namespace parray::commands {
 namespace {
 
-/// Of the outline, in pixels; 0: none.
+/// Returns the width of the outline in pixels. 0: no outline. `height`: of the picture, in pixels.
+/// `dpi`: pixels per inch, or 0 if unknown. Throws InputError if the width needs it.
 double pixels_of(const LineWidth& width, std::uint32_t height, double dpi) {
   constexpr double lines_in_height = 450;
   constexpr double points_an_inch = 72;
@@ -25,8 +26,8 @@ double pixels_of(const LineWidth& width, std::uint32_t height, double dpi) {
     case LineWidth::Unit::points:
       if (dpi == 0) {
         throw InputError("outline of " + number_text(width.value) +
-                         "pt: how many pixels that are says the size in print: add --dpi or "
-                         "--width-mm, or give pixels");
+                         "pt: points need the size in print: add --dpi or --width-mm, or give "
+                         "the width in pixels");
       }
       return width.value / points_an_inch * dpi;
     case LineWidth::Unit::none:
@@ -35,7 +36,7 @@ double pixels_of(const LineWidth& width, std::uint32_t height, double dpi) {
   return 0;
 }
 
-/// What the steps share.
+/// The data that both steps need.
 struct Seen {
   std::shared_ptr<const Scene> scene;
   std::uint32_t scenery;
@@ -74,7 +75,9 @@ PostprocessStep outline_step(const Seen& seen, double width) {
 void PostprocessOptions::add_to(Command& command, const Option& image) {
   postprocessing_fields(
       [&](const Setting& setting, const auto& rule, auto& value) {
-        add_setting(command, setting, rule, value).group(postprocess_group).needs(image);
+        Option option = add_setting(command, setting, rule, value);
+        option.group(postprocess_group).needs(image);
+        if (rarely_needed(setting)) option.special();
       },
       given_);
 }
@@ -91,16 +94,16 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
   const double width = pixels_of(postprocessing.outline, settings.height, outputs.dpi);
   if (width > 0 && scene->camera.aperture > 0) {
     throw InputError(
-        "outline: the camera's lens blurs what it would be drawn around: set aperture to 0, or add "
-        "--outline off");
+        "outline: the camera's lens blurs the edges of spheres, so they have no outline: set "
+        "aperture to 0, or add --outline off");
   }
   if (!outputs.has_png()) {
     const std::string given = options.first_given();
     if (given.empty()) return;
     throw InputError(
         given +
-        ": postprocessing needs a PNG picture, because an EXR file keeps what was traced: write a "
-        ".png");
+        ": postprocessing needs a PNG picture, because an EXR file stores the traced values: write "
+        "a .png");
   }
   const Seen seen{scene, file.scenery, postprocessing.depth_cue};
   PostprocessSteps steps;
@@ -109,8 +112,8 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
   outputs.finishing.insert(outputs.finishing.begin(), steps.begin(), steps.end());
 }
 
-void say_unfinished(const Postprocessing& postprocessing, const std::string& name,
-                    const std::string& remedy) {
+void warn_of_missing_postprocessing(const Postprocessing& postprocessing, const std::string& name,
+                                    const std::string& remedy) {
   if (postprocessing == Postprocessing{}) return;
   std::cerr << "parray: " + name +
                    ": outlines and depth cues need the scene, so a fetched picture has none: " +

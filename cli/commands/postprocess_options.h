@@ -21,7 +21,7 @@ class PostprocessOptions {
   [[nodiscard]] Postprocessing over(const Postprocessing& of_scene) const {
     return given_.over(of_scene);
   }
-  /// The first given option that asks for a step, as "--outline". Empty: none.
+  /// Returns the first given option that asks for a step: "--outline". Empty: none.
   [[nodiscard]] std::string first_given() const;
 
  private:
@@ -38,9 +38,9 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
                         const SceneFile& file, const std::shared_ptr<const Scene>& scene,
                         const RenderSettings& settings);
 
-/// Prints on stderr that the picture of the job `name` will have no outline and no depth cue, if
-/// `postprocessing` asks for them: they need the scene. `remedy`: how to get them.
-void say_unfinished(const Postprocessing& postprocessing, const std::string& name,
-                    const std::string& remedy);
+/// Warns on stderr that the picture of the job `name` will have no outlines and no depth cue, if
+/// `postprocessing` asks for them, because they need the scene. `remedy`: how to get them.
+void warn_of_missing_postprocessing(const Postprocessing& postprocessing, const std::string& name,
+                                    const std::string& remedy);
 
 }  // namespace parray::commands

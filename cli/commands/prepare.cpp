@@ -27,12 +27,12 @@ namespace parray::commands {
 namespace {
 
 struct Rules {
-  const char* what;    ///< for messages
-  const char* remedy;  ///< usual one
-  std::vector<Feature> lacks;
+  const char* what;            ///< name for messages
+  const char* remedy;          ///< usual remedy
+  std::vector<Feature> lacks;  ///< features that the mode does not support
 };
 
-/// By RenderMode.
+/// Returns the rules of each RenderMode, in its order.
 const std::array<Rules, 8>& rules() {
   using enum Feature;
   static const std::array<Rules, 8> all = {{
@@ -69,15 +69,15 @@ std::string remedy_of(RenderMode mode, Feature feature) {
       if (mode != RenderMode::series) break;
       return "add --transparent off, or render the frames one by one";
     case Feature::standard_input:
-      return "standard input can be read once: save it as a file";
+      return "standard input can be read only once: save it as a file";
     default:
       break;
   }
   return rules_of(mode).remedy;
 }
 
-/// Loads the scene, by the recipe of --like if there is one: `original_sha256` becomes that of its
-/// picture.
+/// Loads the scene. With --like, uses the settings of its recipe, and sets `original_sha256` to the
+/// image_sha256 of its picture.
 SceneFile load_like(const std::string& scene_file, RenderOptions options, const FrameChange& change,
                     NamedFiles named, std::string& original_sha256) {
   if (options.like().empty()) return load_scene(scene_file, options, change, named);
@@ -91,8 +91,8 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options, const 
   return file;
 }
 
-/// Asks for the samples that the denoiser needs, and lets a target error count for the denoised
-/// picture.
+/// Requests the samples that the denoiser needs, and applies a target error to the denoised
+/// picture. Throws InputError if that is impossible.
 void ask_for_denoising(RenderSettings& settings, RenderMode mode) {
   settings.replicates = true;
   settings.target_denoised = settings.target_error > 0 && settings.passes.empty();
@@ -100,12 +100,12 @@ void ask_for_denoising(RenderSettings& settings, RenderMode mode) {
   require(mode, Feature::denoised_target, "--target-error with --denoise");
   if (settings.target_half_width > 0) {
     throw InputError(
-        "--target-error with --denoise and --target-half-width: a denoised picture has no "
+        "--target-error with --denoise excludes --target-half-width: a denoised picture has no "
         "half-widths: leave one of the three out");
   }
 }
 
-/// Completes the outputs of a request by what its scene asks for.
+/// Returns the outputs that the request and its scene ask for.
 OutputPaths outputs_of(const RenderRequest& request, const LoadedSubmission& loaded) {
   const Submission& submission = loaded.submission;
   OutputPaths outputs = request.output.paths(request.following);
@@ -202,8 +202,8 @@ PreparedRender prepare(const RenderRequest& request) {
   Submission& submission = loaded.submission;
   RenderSettings& settings = submission.settings;
   if (!can_have(request.mode, Feature::postprocessing)) {
-    say_unfinished(loaded.rest.postprocessing, submission.name,
-                   "add --wait -o IMAGE.png to have them");
+    warn_of_missing_postprocessing(loaded.rest.postprocessing, submission.name,
+                                   "add --wait -o IMAGE.png to have them");
   }
   if (traces_here(request.mode)) check_isa(settings.isa);
   settings.progressive = request.following.shows_picture();
@@ -216,8 +216,8 @@ PreparedRender prepare(const RenderRequest& request) {
 void check_isa(Isa isa) {
   if (!runs_on_this_machine(isa)) {
     throw InputError("--isa " + std::string(name_of(isa)) +
-                     ": this processor does not have it: use " + std::string(name_of(best_isa())) +
-                     ", its best, or auto");
+                     ": this processor lacks this instruction set: use " +
+                     std::string(name_of(best_isa())) + ", its best, or auto");
   }
 }
 

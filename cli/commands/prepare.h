@@ -14,7 +14,7 @@
 /// The steps of a render before its submission.
 namespace parray::commands {
 
-/// How a command has pictures rendered.
+/// How a command renders pictures.
 enum class RenderMode : std::uint8_t {
   render,  ///< one picture, in this process
   mpi,     ///< one picture, by the ranks of one mpirun
@@ -26,7 +26,7 @@ enum class RenderMode : std::uint8_t {
   fetch    ///< a picture from a farm, without its scene
 };
 
-/// What some modes cannot have.
+/// Features that some modes lack.
 enum class Feature : std::uint8_t {
   denoising,
   denoised_target,  ///< a target error of the denoised picture
@@ -43,16 +43,17 @@ enum class Feature : std::uint8_t {
   standard_input    ///< the scene comes from there
 };
 
+/// Returns whether `mode` supports `feature`.
 [[nodiscard]] bool can_have(RenderMode mode, Feature feature);
 
-/// Throws InputError, with a remedy, if `mode` cannot have `feature`. `name`: what asks for the
-/// feature, as "--denoise".
+/// Throws InputError, with a remedy, if `mode` does not support `feature`. `name`: the option or
+/// setting that asks for it, such as "--denoise".
 void require(RenderMode mode, Feature feature, const std::string& name);
 
-/// A scene that is ready to be submitted.
+/// A loaded scene, ready for submission.
 struct LoadedSubmission {
   Submission submission;
-  SceneFile rest;               ///< what the reader returned; of its scene only the camera
+  SceneFile rest;               ///< the result of the reader; its scene only has the camera
   std::string original_sha256;  ///< image_sha256 of the picture of --like; empty: no --like
 };
 
@@ -62,34 +63,34 @@ LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
                                  const RenderOptions& options, std::uint32_t priority,
                                  const FrameChange& change = {});
 
-/// What a command line asks for. The references outlive the request.
+/// The request of a command line. The references outlive it.
 struct RenderRequest {
   RenderMode mode;
   const std::string& scene;
   const RenderOptions& render;
   const OutputOptions& output;
   const ProgressOptions& following;
-  std::uint32_t threads;  ///< of this process, for extra channels and postprocessing
+  std::uint32_t threads;  ///< threads of this process, for extra channels and postprocessing
   std::uint32_t priority = 50;
-  std::optional<View> view{};  ///< of a sheet of views, the one to render; instead of --view
+  std::optional<View> view{};  ///< for a sheet: the view to render, instead of --view
 };
 
-/// Throws InputError if the mode cannot have something that the request asks for.
+/// Throws InputError if the request asks for a feature that its mode lacks.
 void check_request(const RenderRequest& request);
 
-/// A render of one picture that is ready to be submitted.
+/// A render of one picture, ready for submission.
 struct PreparedRender {
   Submission submission;
-  OutputPaths outputs;  ///< with what the scene asks for beside the options
+  OutputPaths outputs;  ///< by the options and the scene
   ExtraChannels extra;
 };
 
 /// Checks the request, its output files and its viewer, then loads the scene. Throws InputError.
 PreparedRender prepare(const RenderRequest& request);
 
-/// Reserves, of a time limit, what the command needs beside the coordinator's part. `elapsed`:
-/// seconds of the limit that have passed. Leaves out denoising, and then extra channels, that do
-/// not fit. Lines on stderr say so. Does nothing without a limit.
+/// Reserves the part of a time limit that the command itself needs, besides the coordinator.
+/// `elapsed`: seconds of the limit that have passed. Leaves out denoising, and then extra channels,
+/// if they do not fit, and prints a line on stderr for each. Does nothing without a limit.
 void reserve_time(PreparedRender& render, std::function<double()> elapsed);
 
 /// Throws InputError unless this machine has the instruction set.

@@ -20,9 +20,9 @@ void print_json(const json& document) {
 void warn_of_duplicates(const Duplicates& duplicates, const std::string& scene_file) {
   if (duplicates.count == 0) return;
   std::cerr << "parray: warning: " << printable(scene_file, 500) << ": "
-            << counted(duplicates.count, "sphere") << " left out, in the same place as an earlier "
-            << "one and of the same radius: the first is sphere " << duplicates.first
-            << " (from 0), the same as sphere " << duplicates.first_of << ", which stays\n";
+            << counted(duplicates.count, "sphere") << " left out, because an earlier sphere has "
+            << "the same centre and radius: the first is sphere " << duplicates.first
+            << " (from 0), which equals sphere " << duplicates.first_of << "\n";
 }
 
 std::string note_text(const ParticleNote& note) {
@@ -126,7 +126,7 @@ void print_job(const json& map, bool as_json) {
   }
 }
 
-/// A word as a POSIX shell reads it.
+/// Quotes a word for a POSIX shell if necessary.
 static std::string quoted(const std::string& word) {
   constexpr std::string_view plain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,+:@%";

@@ -15,36 +15,37 @@ namespace parray::commands {
 /// Prints an indented JSON document. Bytes that are not UTF-8 become U+FFFD.
 void print_json(const nlohmann::json& document);
 
-/// Prints the facts of a job, one a line, or its map as JSON.
+/// Prints the facts of a job, one per line, or its map as JSON.
 void print_job(const nlohmann::json& map, bool as_json);
 
 /// Prints one line on stderr if duplicate spheres were removed from a scene.
 void warn_of_duplicates(const Duplicates& duplicates, const std::string& scene_file);
 
-/// Prints a line on stderr for each file that the reader completed by guessing or read only in
-/// part.
+/// Prints a line on stderr for each file that has notes: the reader guessed missing data, or left
+/// something out.
 void print_notes(const std::vector<ParticleFile>& files);
 
-/// A note as text: "3 elements guessed from names".
+/// Returns a note as text: "3 elements guessed from names".
 std::string note_text(const ParticleNote& note);
 
-/// [{"key", "count", "text"}, ...]. Notes of several files also have "file".
+/// Return [{"key", "count", "text"}, ...]. Notes of files also have "file".
 nlohmann::json notes_json(const std::vector<ParticleNote>& notes);
 nlohmann::json notes_json(const std::vector<ParticleFile>& files);
 
-/// The path of a file for messages, or "standard input".
+/// Returns the path of a file for messages, or "standard input".
 std::string name_of(const ParticleFile& file);
 
-/// The progress of a job, its time left: "43 %", "12 s". Empty if unknown.
+/// Return the progress of a job, "43 %", and its remaining time, "12 s". Empty: unknown.
 std::string progress_cell(const JobStatus& job);
 std::string left_cell(const JobStatus& job);
-/// The RMSE of a finished job. For a job with a target, how close it is: "error 0.021 of 0.01".
+/// Returns the RMSE of a job that has ended. For a running job, returns how close it is to its
+/// target: "error 0.021 of 0.01".
 std::string error_cell(const JobStatus& job);
 
-/// Joins words to a line that a POSIX shell splits into the same words.
+/// Joins words into a line that a POSIX shell splits into the same words.
 std::string shell_line(const std::vector<std::string>& words);
 
-/// The file name of a scene with the extension .exr, without its folder.
+/// Returns the file name of a scene with the extension .exr, without its folder.
 std::string default_picture(const std::string& scene);
 
 }  // namespace parray::commands

@@ -59,13 +59,13 @@ void check_size(const SheetLayout& layout, const RenderSettings& settings) {
                    " pixels, too many: use a smaller --width and --height");
 }
 
-/// For putting the pictures of a sheet together.
+/// Returns the seconds for joining the pictures of a sheet.
 double joining_seconds(const PictureSize& sheet) {
   constexpr double a_pixel = 20e-9;
   return a_pixel * static_cast<double>(sheet.width * sheet.height);
 }
 
-/// Renders the views, each as a job of one farm in this process.
+/// Renders the views as jobs of one farm in this process.
 class Views {
  public:
   Views(const RenderRequest& request, std::size_t count, Time started)
@@ -94,7 +94,7 @@ class Views {
     Picture picture = fetch_picture(client_, job, prepared_.outputs);
     add_channels(picture, prepared_.extra);
     shown_.push_back(finished_picture(picture, prepared_.outputs.finishing));
-    shown_.back().written = shown_.back().traced = nullptr;  // of a picture that is gone
+    shown_.back().written = shown_.back().traced = nullptr;  // the picture ends here
     reports_.push_back({{"view", name_of(view)}});
     reports_.back().update(picture.report);
   }
@@ -103,12 +103,12 @@ class Views {
   [[nodiscard]] Image sheet() const { return sheet_of(shown_, layout_); }
   [[nodiscard]] const json& reports() const { return reports_; }
   [[nodiscard]] double elapsed() const { return to_seconds(clock_.now() - started_); }
-  /// Seconds that the whole command may take; 0: as many as it needs.
+  /// Returns the time limit of the whole command in seconds. 0: no limit.
   [[nodiscard]] double limit() const { return limit_; }
 
  private:
-  /// Gives this view and each that follows the same part of the time that is left, so that what a
-  /// view leaves unused goes to the next. `begin`: when work on this view began.
+  /// Divides the remaining time equally among this view and the following ones, so that they get
+  /// the time that earlier views did not use. `begin`: when work on this view began.
   void share_time(Time begin) {
     RenderSettings& settings = prepared_.submission.settings;
     limit_ = settings.time_limit;
@@ -126,12 +126,12 @@ class Views {
   }
 
   const RenderRequest& request_;
-  const std::size_t count_;  ///< of views
+  const std::size_t count_;  ///< number of views
   const Time started_;
   double limit_ = 0;
-  TimeShare share_;  ///< of the view that is being rendered
+  TimeShare share_;  ///< of the current view
   SteadyClock clock_;
-  PreparedRender prepared_;  ///< of the view that is being rendered
+  PreparedRender prepared_;  ///< of the current view
   EmbeddedFarm farm_;
   std::unique_ptr<Link> link_;
   Client client_;
@@ -140,7 +140,7 @@ class Views {
   json reports_ = json::array();
 };
 
-/// Writes sheet and report, and says so.
+/// Writes the sheet and the report, and prints the result. Returns the exit status.
 int write_sheet(const Views& views, const OutputPaths& outputs) {
   const Image sheet = views.sheet();
   ImageMetadata metadata{{"Software", "ParRay " PARRAY_VERSION}};
@@ -179,12 +179,13 @@ std::vector<View> views_from(const std::string& text) {
   for (const std::string_view part : split_at(',', text)) {
     const View view = view_from(part);
     if (std::find(views.begin(), views.end(), view) != views.end()) {
-      throw InputError("'" + std::string(name_of(view)) + "' stands there twice: leave one out");
+      throw InputError("'" + std::string(name_of(view)) + "' occurs twice: leave one out");
     }
     views.push_back(view);
   }
   if (views.size() > most_views) {
-    throw InputError("more than " + std::to_string(most_views) + " views: make two sheets");
+    throw InputError("more than " + std::to_string(most_views) +
+                     " views do not fit on a sheet: make two sheets");
   }
   return views;
 }
@@ -224,9 +225,9 @@ RenderRequest request_of(const RenderCommand& command, RenderMode mode) {
           .threads = command.threads.value_or(static_cast<std::uint32_t>(usable_cpus()))};
 }
 
-/// Traces a part of the picture. Says on stderr if denoising is not expected to pay
+/// Traces a part of the picture. Prints a line on stderr if denoising is not expected to pay
 /// (cli/measure/plan/denoising_worth.h).
-void say_whether_denoising_pays(const ExtraChannels& extra) {
+void warn_if_denoising_does_not_pay(const ExtraChannels& extra) {
   const auto tracer = tracer_of(extra, scene_identity(*extra.scene));
   const auto worth = denoising_worth(*tracer, *extra.scene, extra.settings, extra.threads);
   if (worth && !worth->pays()) std::cerr << "parray: " + denoising_does_not_pay(*worth) + "\n";
@@ -246,7 +247,7 @@ int render(const RenderCommand& command) {
     return denoised_judge(extra, scene_id);
   });
   extra.accelerators = farm.accelerators();
-  if (prepared.outputs.denoise && !command.following.quiet) say_whether_denoising_pays(extra);
+  if (prepared.outputs.denoise && !command.following.quiet) warn_if_denoising_does_not_pay(extra);
   reserve_time(prepared, [&] { return to_seconds(clock.now() - started); });
   const auto link = farm.connect();
   Client client(*link, clock, embedded_client(farm));
@@ -273,13 +274,13 @@ void add_render(CommandLine& line, Action& chosen) {
   add_whole_number(
       command, "--threads", 1, most_threads,
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
-      "Threads to trace with (default: every processor that may be used)")
+      "Number of threads that trace (default: all available processors)")
       .group(work_group);
   command
       .option(
           "--views", [options](const std::string& text) { options->views = views_from(text); },
-          "Several views, as front,top,iso, in one PNG picture: three side by side, more in rows; "
-          "--width and --height are those of each")
+          "Draw several views, such as front,top,iso, in one PNG picture: up to three side by "
+          "side, more in rows. --width and --height are the size of one view")
       .words(view_words(), true)
       .type_name("VIEW,VIEW...")
       .group(particles_group);
@@ -289,23 +290,23 @@ void add_render(CommandLine& line, Action& chosen) {
   options->output.add_labels_to(command, options->render);
   add_following(command, options->following);
   command.example("parray render scenes/glass.json -o glass.png",
-                  "as the scene says, a bar of progress meanwhile");
+                  "uses the settings of the scene, and shows progress");
   command.example("parray render scenes/particles/helix.pdb -o helix.png",
-                  "the portrait of a molecule, framed and lit by itself");
+                  "shows a molecule; ParRay chooses camera and light");
   command.example(
       "parray render scenes/particles/helix.pdb -o helix.png --legend --scale-bar --width-mm 85",
-      "for print, a column wide: what its colours mean, and a length");
+      "for print, one column wide, with a legend of the colours and a scale bar");
   command.example(
       "parray render scenes/particles/helix.pdb -o views.png --views front,top,iso "
       "--style publication",
-      "from three sides, for a paper: white, with outlines");
+      "shows three sides, for a paper: white background, outlines");
   command.example("parray render scenes/glass.json -o glass.exr --target-error 0.01",
-                  "until the error is at most 0.01 (RMSE, linear radiance)");
+                  "stops when the error is at most 0.01 (RMSE, linear radiance)");
   command.example("parray render scenes/glass.json -o glass.png --time-limit 10 --denoise",
-                  "the best picture of ten seconds, its noise filtered away");
+                  "makes the best picture possible in ten seconds, and denoises it");
   command.example(
       "parray render scenes/glass.json -o glass.exr --aov depth,normal --report glass.json",
-      "with named channels, and a report of what was done and how fast");
+      "adds channels for depth and normals, and writes a report");
   command.on_chosen([options, &chosen] { chosen = [options] { return render(*options); }; });
 }
 

@@ -29,7 +29,7 @@
 namespace parray::commands {
 Client::Options embedded_client(const EmbeddedFarm& farm) {
   return {.address = "this process",
-          // It cannot be lost without farm.check() saying so; it may be busy for long.
+          // farm.check() reports a lost farm, so a long silence only means that it is busy.
           .timeout = std::chrono::hours(24),
           .poll = [&farm] {
             check_interrupted();
@@ -43,9 +43,7 @@ void stop_interrupted(EmbeddedFarm& farm) {
   std::_Exit(interrupted_status);
 }
 
-/// A picture that is soon done is asked for often, one that takes an hour hardly ever: waiting adds
-/// at most a fiftieth to the time that a job takes.
-Time next_look(Time waited) {
+Time polling_interval(Time waited) {
   return std::clamp(waited / 50, Time(milliseconds(2)), Time(milliseconds(100)));
 }
 
@@ -54,7 +52,7 @@ void run_end_command(const std::string& command, JobId job, const std::string& s
   if (command.empty()) {
     return;
   }
-  // One thread speaks for the user here; those that trace read no environment.
+  // Only this thread uses the environment: threads that trace do not read it.
   // NOLINTBEGIN(concurrency-mt-unsafe)
   setenv("PARRAY_JOB", std::to_string(job).c_str(), 1);
   setenv("PARRAY_STATE", printable(state).c_str(), 1);
@@ -67,25 +65,25 @@ void run_end_command(const std::string& command, JobId job, const std::string& s
   }
 }
 
-/// Of a job whose progress nobody sees: says once what it has lacked for ten seconds.
+/// For a job whose progress is not shown: prints once what it has waited for during ten seconds.
 class LongWait {
  public:
-  explicit LongWait(bool quiet) : told_(!quiet) {}
+  explicit LongWait(bool quiet) : printed_(!quiet) {}
 
   void note(Time now, const JobStatus& status) {
     if (!since_ || status.waits_for.empty()) since_ = now;
-    if (told_ || now - *since_ < seconds(10)) return;
-    told_ = true;
+    if (printed_ || now - *since_ < seconds(10)) return;
+    printed_ = true;
     std::cerr << "parray: job " + std::to_string(status.id) +
                      " waits for: " + printable(status.waits_for, 500) + "\n";
   }
 
  private:
-  bool told_;
-  std::optional<Time> since_;  ///< it has lacked something
+  bool printed_;
+  std::optional<Time> since_;  ///< when the job began to wait
 };
 
-/// Shows a job until it has ended.
+/// Shows the progress of a job until it has ended.
 static JobStatus follow(Client& client, JobId job, const ProgressOptions& following,
                         Preview& preview) {
   const SteadyClock clock;
@@ -100,13 +98,14 @@ static JobStatus follow(Client& client, JobId job, const ProgressOptions& follow
     if (status.ended()) return status;
     waiting.note(now, status);
     preview.follow(clock, status, [&] { return client.fetch_partial(job); });
-    client.rest(next_look(now - begin));
+    client.rest(polling_interval(now - begin));
   }
 }
 
 static void require_done(const JobStatus& status) {
   if (status.state != name_of(JobState::done)) {
-    throw RunError("job " + std::to_string(status.id) + " was not finished: " + status.state +
+    throw RunError("job " + std::to_string(status.id) +
+                   (status.state == name_of(JobState::cancelled) ? " was " : " ") + status.state +
                    (status.reason.empty() ? "" : ": " + printable(status.reason, 500)));
   }
 }

@@ -16,7 +16,7 @@ namespace parray::commands {
 Client::Options embedded_client(const EmbeddedFarm& farm);
 
 /// Stops the farm after an interruption. If a thread of the farm is in a step that cannot be
-/// stopped, ends the process: the farm has nothing but memory.
+/// stopped, ends the process, which loses nothing: the farm keeps no files.
 void stop_interrupted(EmbeddedFarm& farm);
 
 /// Runs the command of --on-end in the shell and waits for it; does nothing if `command` is empty.
@@ -26,8 +26,9 @@ void stop_interrupted(EmbeddedFarm& farm);
 void run_end_command(const std::string& command, JobId job, const std::string& state,
                      const std::string& reason, const std::string& image);
 
-/// How long to wait before the next request about a job. `waited`: since its submission.
-Time next_look(Time waited);
+/// Returns how long to wait before the next request about a job. `waited`: time since its
+/// submission. Waiting adds at most 2 % to the time of a job.
+Time polling_interval(Time waited);
 
 /// Shows the progress of a job on stderr, and its picture if requested, until the job ends. Throws
 /// RunError if the job fails or is cancelled.

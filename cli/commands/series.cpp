@@ -28,7 +28,7 @@ namespace {
 
 using nlohmann::json;
 
-/// One of a series' `frame_list`.
+/// An entry of a series' `frame_list`.
 struct ListedFrame {
   std::uint32_t frame = 0;
   JobId job = 0;
@@ -45,7 +45,7 @@ struct ListedFrame {
 std::vector<ListedFrame> listed_frames(const json& map) {
   if (!map.contains("frame_list")) {
     throw InputError("job " + map.value("id", json()).dump() +
-                     " is no series of frames: name its picture without #");
+                     " is not a series of frames: use the name of one picture, without #");
   }
   std::vector<ListedFrame> frames;
   try {
@@ -68,7 +68,7 @@ OutputPaths outputs_of(const OutputPaths& outputs, std::uint32_t frame) {
   return numbered;
 }
 
-/// Fetches and writes one frame. Throws InputError or RunError. Returns the exit status.
+/// Fetches and writes one frame. Returns the exit status. Throws InputError or RunError.
 int deliver_frame(Client& client, const ListedFrame& frame, const OutputPaths& outputs) {
   const OutputPaths numbered = outputs_of(outputs, frame.frame);
   Picture picture = fetch_picture(client, frame.job, numbered);
@@ -76,7 +76,7 @@ int deliver_frame(Client& client, const ListedFrame& frame, const OutputPaths& o
   return write_outputs(std::move(picture), numbered, {});
 }
 
-/// Frames that have no picture, and why.
+/// Frames without a picture, and the reasons.
 using Failures = std::map<std::uint32_t, std::string>;
 
 int report_failures(const Failures& failures) {
@@ -86,8 +86,8 @@ int report_failures(const Failures& failures) {
   return failures.empty() ? 0 : 1;
 }
 
-/// Names a request, so that the same one finds what it has submitted before. Of numbered scenes the
-/// names count; of other files what is in them.
+/// Returns a token of the request. An equal request has the same token and so finds the frames that
+/// were submitted before. Numbered scenes contribute their names, other files their contents.
 std::string token_of(const SeriesRequest& request) {
   const FrameRange& frames = request.frames;
   const std::string text =
@@ -101,7 +101,7 @@ std::string token_of(const SeriesRequest& request) {
   return sha256_hex(std::as_bytes(std::span(text))).substr(0, digits);
 }
 
-/// Submits the frames of a request, and looks after those that have been submitted.
+/// Submits the frames of a request, and follows them until they end.
 class SeriesRun {
  public:
   SeriesRun(Client& client, const SeriesRequest& request)
@@ -115,18 +115,18 @@ class SeriesRun {
   }
 
   int run() {
-    find();
+    find_earlier_frames();
     for (std::uint32_t place = 0; place < request_.frames.count(); ++place) {
       const std::uint32_t frame = request_.frames.number(place);
       if (known_.contains(frame)) continue;
       if (auto submission = load(frame)) submit(std::move(*submission));
-      look_now_and_then();
-      check_wanted();
+      update_if_due();
+      check_not_cancelled();
     }
     settle(0);
     while (request_.wait && !pending_.empty()) {
-      look();
-      client_.rest(next_look(clock_.now() - begin_));
+      update();
+      client_.rest(polling_interval(clock_.now() - begin_));
     }
     progress_.make_way();
     if (request_.wait && series_ != 0) run_end();
@@ -136,10 +136,10 @@ class SeriesRun {
   [[nodiscard]] JobId series() const { return series_; }
 
  private:
-  /// What an earlier run has submitted.
-  void find() {
+  /// Finds the frames that an earlier run submitted.
+  void find_earlier_frames() {
     for (const json& map : client_.jobs()) {
-      if (map.value("frames", 0) > 0 && map.value("series", "") == token_) name(map.at("id"));
+      if (map.value("frames", 0) > 0 && map.value("series", "") == token_) set_series(map.at("id"));
     }
     for (std::uint32_t from = 0; series_ != 0;) {
       const auto frames = listed_frames(client_.show_series(series_, from));
@@ -151,12 +151,12 @@ class SeriesRun {
       from = frames.back().frame + 1;
     }
     if (!known_.empty()) {
-      std::cerr << "parray: series " << series_ << " goes on: " << known_.size() << " of "
+      std::cerr << "parray: series " << series_ << " continues: " << known_.size() << " of "
                 << request_.frames.count() << " frames were submitted before\n";
     }
   }
 
-  void name(JobId series) {
+  void set_series(JobId series) {
     series_ = series;
     std::cout << series << std::endl;
   }
@@ -171,7 +171,7 @@ class SeriesRun {
     return change;
   }
 
-  /// None: it cannot be submitted, and failures_ says why.
+  /// Loads a frame. Returns nothing if it cannot be submitted; failures_ then has the reason.
   std::optional<Submission> load(std::uint32_t frame) {
     try {
       Submission submission =
@@ -189,40 +189,43 @@ class SeriesRun {
     }
   }
 
-  /// The first frame alone, so that the series has a number; then several at once.
+  /// Submits a frame. The first frame is submitted alone, because its answer has the number of the
+  /// series. Later ones are submitted several at a time.
   void submit(Submission submission) {
-    settle(series_ == 0 ? 0 : most_under_way - 1);
+    settle(series_ == 0 ? 0 : most_in_flight - 1);
     client_.start_submit(std::move(submission));
     if (series_ == 0) settle(0);
   }
 
-  /// Until so many frames are under way at most.
+  /// Waits until at most `most` submissions have no answer yet.
   void settle(std::size_t most) {
     while (client_.submitting() + refused_.size() > most ||
-           client_.submitting_bytes() > most_bytes_under_way || !refused_.empty()) {
-      if (client_.submitting() == 0) try_again();
-      if (auto outcome = client_.take_outcome(milliseconds(500))) note(std::move(*outcome));
-      look_now_and_then();
-      check_wanted();
+           client_.submitting_bytes() > most_bytes_in_flight || !refused_.empty()) {
+      if (client_.submitting() == 0) retry_refused();
+      if (auto outcome = client_.take_outcome(milliseconds(500))) handle(std::move(*outcome));
+      update_if_due();
+      check_not_cancelled();
     }
   }
 
-  void note(Client::Outcome outcome) {
+  /// Handles the coordinator's answer to a submission.
+  void handle(Client::Outcome outcome) {
     const std::uint32_t frame = outcome.submission.frame;
     try {
       if (outcome.refusal) std::rethrow_exception(outcome.refusal);
-      if (series_ == 0) name(client_.show(outcome.job).at("series"));
+      if (series_ == 0) set_series(client_.show(outcome.job).at("series"));
       pending_.insert(frame);
     } catch (const NoRoom& error) {
       wait_for_room(std::move(outcome.submission), error.what());
     } catch (const InputError& error) {
       failures_[frame] = error.what();
-    } catch (const RunError& error) {  // its disk is full, or its memory
+    } catch (const RunError& error) {  // the coordinator's disk or memory is full
       wait_for_room(std::move(outcome.submission), error.what());
     }
   }
 
-  /// One line for all frames that wait for the same reason.
+  /// Keeps a refused submission for later. Prints one line for all frames that wait for the same
+  /// reason.
   void wait_for_room(Submission submission, const std::string& why) {
     const std::uint32_t frame = submission.frame;
     refused_.emplace(frame, std::move(submission));
@@ -231,30 +234,30 @@ class SeriesRun {
     std::cerr << "parray: frame " << frame << " waits: " << why << "\n";
   }
 
-  /// The frames for which there was no room, in their order, after a while.
-  void try_again() {
+  /// Submits the refused frames again, in their order, after a pause.
+  void retry_refused() {
     if (refused_.empty()) return;
-    look();
-    check_wanted();
+    update();
+    check_not_cancelled();
     client_.rest(milliseconds(500));
     for (auto& [frame, submission] : std::exchange(refused_, {})) {
       client_.start_submit(std::move(submission));
     }
   }
 
-  void look_now_and_then() {
-    if (clock_.now() >= next_look_) look();
+  void update_if_due() {
+    if (clock_.now() >= next_update_) update();
   }
 
-  /// Shows how far the series is, and fetches what is done.
-  void look() {
-    next_look_ = clock_.now() + milliseconds(500);
+  /// Shows the progress of the series, and fetches the finished frames.
+  void update() {
+    next_update_ = clock_.now() + milliseconds(500);
     if (series_ == 0) return;
     const json map = client_.show_series(series_, pending_.empty() ? 0 : *pending_.begin());
     const JobStatus status = job_status(map);
     progress_.show(clock_.now(), status);
     for (const ListedFrame& frame : listed_frames(map)) {
-      if (frame.ended() && pending_.erase(frame.frame) > 0) take(frame);
+      if (frame.ended() && pending_.erase(frame.frame) > 0) handle_ended(frame);
     }
     cancelled_ = status.state == name_of(JobState::cancelled);
   }
@@ -266,15 +269,17 @@ class SeriesRun {
                     done ? "" : failures_.begin()->second, request_.outputs.image.string());
   }
 
-  /// While there are frames to submit.
-  void check_wanted() const {
+  /// Throws RunError if the series was cancelled before all frames were submitted.
+  void check_not_cancelled() const {
     if (cancelled_) {
-      throw RunError("series " + std::to_string(series_) +
-                     " was cancelled: parray requeue it, or forget it");
+      const std::string number = std::to_string(series_);
+      throw RunError("series " + number + " was cancelled: use parray requeue " + number +
+                     " to continue, or parray forget " + number + " to start again");
     }
   }
 
-  void take(const ListedFrame& frame) {
+  /// Fetches and writes a frame that is done, or notes why it failed.
+  void handle_ended(const ListedFrame& frame) {
     if (!frame.done()) {
       failures_[frame.frame] = frame.why();
     } else if (request_.wait && !request_.outputs.none()) {
@@ -289,10 +294,10 @@ class SeriesRun {
     }
   }
 
-  /// Enough to share the coordinator's commits.
-  static constexpr std::size_t most_under_way = 64;
-  /// Of scenes. A larger one goes alone.
-  static constexpr std::uint64_t most_bytes_under_way = std::uint64_t{1} << 25;
+  /// Largest number of submissions without an answer: enough to share the coordinator's commits.
+  static constexpr std::size_t most_in_flight = 64;
+  /// Largest size of their scenes together. A larger scene is submitted alone.
+  static constexpr std::uint64_t most_bytes_in_flight = std::uint64_t{1} << 25;
 
   Client& client_;
   const SeriesRequest& request_;
@@ -301,12 +306,12 @@ class SeriesRun {
   Progress progress_;
   SteadyClock clock_;
   Time begin_ = clock_.now();
-  Time next_look_{};
+  Time next_update_{};
   JobId series_ = 0;
   std::set<std::uint32_t> known_;                ///< submitted by an earlier run
   std::set<std::uint32_t> pending_;              ///< submitted, and not known to have ended
-  std::map<std::uint32_t, Submission> refused_;  ///< frames for which there was no room
-  std::string waits_for_;                        ///< the last reason, as told
+  std::map<std::uint32_t, Submission> refused_;  ///< the coordinator had no room for these frames
+  std::string waits_for_;                        ///< the last reason that was printed
   Failures failures_;
   bool cancelled_ = false;
   int status_ = 0;
@@ -318,20 +323,21 @@ void check_frame_outputs(const OutputPaths& outputs) {
   for (const auto& file : {outputs.image, outputs.report, outputs.error_map}) {
     if (!file.empty() && !has_frame_number(file.string())) {
       throw InputError(printable(file.string(), 4096) +
-                       ": every frame needs a file of its own: write #### for its number");
+                       ": every frame needs its own file: write #### for the frame's number");
     }
   }
   check_outputs(outputs_of(outputs, 0));
 }
 
-/// Of one file for all frames.
+/// Throws InputError if the scene is a file of particles, whose automatic camera would differ from
+/// frame to frame.
 static void check_scene(const SeriesRequest& request) {
   if (has_frame_number(request.scene) || !request.camera_path.empty()) return;
   PackedFile file(request.scene);
   if (particle_format_of(file) != nullptr) {
     throw InputError(printable(request.scene, 4096) +
-                     ": its frames need one camera for all: parray convert it to a scene, and "
-                     "submit that");
+                     ": all frames need the same camera: make a scene of the file with parray "
+                     "convert, and submit the scene");
   }
 }
 
@@ -343,7 +349,7 @@ int submit_series(Client& client, const SeriesRequest& request) {
     return run.run();
   } catch (const Interrupted&) {
     throw Interrupted(
-        "interrupted; the same command goes on" +
+        "interrupted; the same command continues" +
         (run.series() == 0 ? std::string() : ", or parray cancel " + std::to_string(run.series())));
   }
 }

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -13,7 +16,16 @@
 /// Options from the descriptions of settings and of sections of a scene file.
 namespace parray::commands {
 
-/// The value that a text is, by the rule of a setting. Each throws InputError.
+/// Returns whether the option of a setting is rarely needed: only `help COMMAND --all` shows it.
+inline bool rarely_needed(const Setting& setting) {
+  constexpr std::array<std::string_view, 13> keys = {
+      "max_depth", "sampler",   "precision", "target_half_width", "adaptive",
+      "outline",   "depth_cue", "unit",      "time_stamp",        "cell",
+      "text",      "font_size", "dpi"};
+  return setting.is(traits::special) || std::ranges::count(keys, setting.key) > 0;
+}
+
+/// Parses the text of a setting by its rule. Throws InputError if the rule does not allow it.
 std::uint64_t value_of(IntegerRange range, const std::string& text);
 bool value_of(OnOff rule, const std::string& text);
 std::vector<std::uint64_t> value_of(Passes rule, const std::string& text);
@@ -32,7 +44,7 @@ inline double value_of(ShareRange /*range*/, const std::string& text) {
   return depth_cue_from(text);
 }
 
-/// Declares the option of a setting: one that is given sets `value` and calls `note`.
+/// Declares the option of a setting. If the user gives it, it sets `value` and calls `note`.
 template <typename Rule, typename T>
 Option add_setting(
     Command& command, const Setting& setting, const Rule& rule, T& value,

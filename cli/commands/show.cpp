@@ -49,7 +49,7 @@ void add_show(CommandLine& line, Action& chosen) {
   add_json(command, options->as_json);
   options->farm.add_to(command);
   command.example("parray show 7",
-                  "its state, error so far, what it waits for and what has happened to it");
+                  "prints its state, its error so far, what it waits for, and its history");
   command.on_chosen([options, &chosen] { chosen = [options] { return show(*options); }; });
 }
 

@@ -43,8 +43,8 @@ RenderRequest request_of(const SubmitCommand& command) {
 int submit_frames(const SubmitCommand& command) {
   if (!command.output.paths().none()) check_frame_outputs(command.output.paths());
   check_request(request_of(command));
-  say_unfinished(postprocessing_of(command.render.auto_scene().viewing().style), command.scene,
-                 "render frames one by one to have them");
+  warn_of_missing_postprocessing(postprocessing_of(command.render.auto_scene().viewing().style),
+                                 command.scene, "render the frames one by one to have them");
   FarmClient client(command.farm);
   return submit_series(*client, {command.scene, command.camera_path, *command.frames,
                                  command.render, command.output.paths(), command.priority,
@@ -76,7 +76,7 @@ int submit(const SubmitCommand& command) {
                           CommandTimes{started, submit_seconds});
   } catch (const Interrupted&) {
     const std::string number = std::to_string(job);
-    throw Interrupted("interrupted; job " + number + " goes on: see parray watch " + number +
+    throw Interrupted("interrupted; job " + number + " continues: use parray watch " + number +
                       " or parray cancel " + number);
   }
 }
@@ -85,7 +85,7 @@ int submit(const SubmitCommand& command) {
 
 void add_submit(CommandLine& line, Action& chosen) {
   Command command =
-      line.command("submit", "Hand a scene to a coordinator; prints the number of the new job");
+      line.command("submit", "Submit a scene to a coordinator; prints the number of the new job");
   const auto options = std::make_shared<SubmitCommand>();
   add_scene(command, options->scene);
   options->render.add_to(command);
@@ -101,15 +101,15 @@ void add_submit(CommandLine& line, Action& chosen) {
           .option(
               "--frames",
               [options](const std::string& text) { options->frames = frame_range_from(text); },
-              "A series of frames, shown and steered as one job: numbers for #### in the scene's "
-              "name, along --camera-path, or of the trajectory that the scene names; run again, it "
-              "goes on; -o name-####.exr")
+              "Submit a series of frames as one job. The numbers replace #### in the scene's name, "
+              "or are frames of --camera-path, or of the trajectory that the scene names. The same "
+              "command continues a series. Write pictures with -o name-####.exr")
           .type_name("FIRST-LAST[:STEP]")
           .group(frames_group);
   command
       .option("--camera-path", options->camera_path,
-              "Where the camera is at which frame: {\"cameras\": [{\"frame\": N, ...}, ...]}, a "
-              "curve between")
+              "Cameras at some frames: {\"cameras\": [{\"frame\": N, ...}, ...]}. A smooth curve "
+              "joins them")
       .type_name("FILE.json")
       .completes(Completes::files)
       .group(frames_group)
@@ -122,22 +122,22 @@ void add_submit(CommandLine& line, Action& chosen) {
   add_whole_number(
       command, "--priority", 0, 100,
       [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },
-      "Of your jobs those of higher priority get the workers first (default: 50)")
+      "Among your jobs, those with a higher priority are rendered first (default: 50)")
       .group(farm_group);
   add_whole_number(
       command, "--max-failures", 1, 1000,
       [options](std::uint64_t value) { options->max_failures = static_cast<std::uint32_t>(value); },
-      "The job fails when so many workers have failed at the same part of it (default: the "
+      "The job fails if N workers have failed at the same part of it (default: the "
       "coordinator's)")
       .group(farm_group);
   options->farm.add_to(command);
   command.example("parray submit scenes/glass.json", "prints the number of the job and returns");
   command.example("parray submit scenes/glass.json --wait -o glass.exr --target-error 0.01",
-                  "shows progress, and writes the picture here when it is done");
+                  "shows progress, and writes the picture here at the end");
   command.example("parray submit 'scene-####.json' --frames 1-120 --wait -o 'frame-####.exr'",
-                  "a series of frames, shown and steered as one job");
+                  "renders a series of frames as one job");
   command.example("parray submit scenes/glass.json --coordinator tcp://farm:7400 --keys ann.key",
-                  "to another machine, with your key");
+                  "submits to another machine, with your key");
   command.on_chosen([options, &chosen] { chosen = [options] { return submit(*options); }; });
 }
 

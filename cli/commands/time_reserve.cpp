@@ -19,7 +19,7 @@
 namespace parray::commands {
 namespace {
 
-/// The time of the steps between tracing and writing, on this machine as it is now. Seconds.
+/// Seconds for the steps between tracing and writing, under the present load of this machine.
 struct EndingCost {
   double denoising = 0;
   double channels = 0;  ///< extra channels, also those for postprocessing
@@ -30,11 +30,12 @@ struct EndingCost {
 using nlohmann::json;
 
 constexpr std::uint32_t miniature_samples = 4;
-/// Other processes may disturb one: the shortest counts.
+/// Number of measurements. The shortest counts, because other processes may slow one down.
 constexpr int trials = 3;
 constexpr double never_ending = std::numeric_limits<double>::infinity();
 
-/// Some tens of milliseconds for one thread, or an eighth of what the picture takes.
+/// Returns the settings of a miniature of the picture. Tracing it takes some tens of milliseconds
+/// of one thread, or an eighth of the picture's time.
 RenderSettings miniature_of(const RenderSettings& whole) {
   constexpr double most_pixels = 6144;
   const double pixels = static_cast<double>(whole.width) * whole.height;
@@ -66,13 +67,12 @@ Picture picture_of(const DirectRender& traced, const std::string& scene_id, bool
   return picture;
 }
 
-/// Does these steps for a miniature of the picture, with at most an eighth of its pixels, and
-/// scales the times up. Builds the accelerator or takes that of `extra`. `scene_id`: the scene's
-/// identity.
+/// Does the steps after tracing for a miniature of the picture, and scales the times up. Builds the
+/// accelerator, or takes the one of `extra`. `scene_id`: the scene's identity.
 EndingCost ending_cost(const ExtraChannels& extra, const std::string& scene_id) {
   ExtraChannels small = extra;
   small.settings = miniature_of(extra.settings);
-  // Channels of a picture have up to 16 samples a pixel, whatever the picture has.
+  // The number of samples of extra channels does not depend on the picture's: at most 16 per pixel.
   small.aovs.erase(Aov::half_width);
   small.denoised = nullptr;
   const auto tracer = tracer_of(small, scene_id);
@@ -98,7 +98,7 @@ EndingCost ending_cost(const ExtraChannels& extra, const std::string& scene_id) 
   return least;
 }
 
-/// Seconds for drawing on the picture and its map.
+/// Returns the seconds for postprocessing, labels and the error map.
 double drawing_seconds(const OutputPaths& outputs, double pixels) {
   constexpr double postprocessing_a_pixel = 150e-9;
   constexpr double map_a_pixel = 100e-9;
@@ -106,14 +106,15 @@ double drawing_seconds(const OutputPaths& outputs, double pixels) {
          (outputs.finishing.empty() ? 0 : postprocessing_a_pixel * pixels);
 }
 
-void say(const TimeShare& share, const std::string& text) {
+void print_note(const TimeShare& share, const std::string& text) {
   std::cerr << "parray: " + share.name + ": " + text + "\n";
 }
 
-void leave_out(TimeShare& share, bool TimeShare::*said, const char* what, double seconds) {
-  if (!(share.*said))
-    say(share, what + (" takes about " + duration_text(seconds)) + " more: left out");
-  share.*said = true;
+/// Prints once that the step `what` is left out. `printed`: whether this has been printed.
+void leave_out(TimeShare& share, bool TimeShare::*printed, const char* what, double seconds) {
+  if (!(share.*printed))
+    print_note(share, what + (" takes about " + duration_text(seconds)) + " more: left out");
+  share.*printed = true;
 }
 
 }  // namespace
@@ -148,10 +149,10 @@ double writing_seconds(const OutputPaths& outputs, const PictureSize& size, doub
 double reserve_time(TimeShare& share, PreparedRender& render) {
   auto& [submission, outputs, extra] = render;
   RenderSettings& settings = submission.settings;
-  constexpr double most = 0.85;  // of the limit: the rest is for tracing
+  constexpr double most = 0.85;  // share of the limit; the rest is for tracing
   const EndingCost cost =
       extra.scene ? ending_cost(extra, scene_identity(*submission.scene)) : EndingCost();
-  const double ending = ending_times(settings, 0, 0).total;  // which others reserve
+  const double ending = ending_times(settings, 0, 0).total;  // the coordinator reserves it
   const double pixels = static_cast<double>(settings.width) * settings.height;
   double reserved = share.elapsed() + share.writing + drawing_seconds(outputs, pixels);
   const auto add_if_it_fits = [&](double needed) {
@@ -174,8 +175,8 @@ double reserve_time(TimeShare& share, PreparedRender& render) {
   if (reserved + ending > share.seconds && !share.without_time) {
     share.without_time = true;
     const double least = share.elsewhere + share.parts * (reserved + ending);
-    say(share, "loading and writing alone take about " + duration_text(least) +
-                   ": as little as possible is traced");
+    print_note(share, "loading and writing alone take about " + duration_text(least) +
+                          ": as little as possible is traced");
   }
   const double left = std::max(share.seconds - reserved - ending, 0.0);
   return reserved + left * cost.background_share / (1 + cost.background_share);

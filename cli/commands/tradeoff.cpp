@@ -30,19 +30,19 @@ constexpr NumberRange budget_range{1, 1e6};
 struct TradeoffCommand {
   std::string scene;
   std::string directory;
-  double error = 0;  ///< 0: not asked
+  double error = 0;  ///< 0: not given
   double seconds = 120;
   std::uint32_t width = 0;  ///< 0: not given
   std::uint32_t height = 0;
   std::vector<std::string> also;
-  RenderOptions none;  ///< the scene's own settings are what is judged
+  RenderOptions none;  ///< no options: the command measures the scene's own settings
   std::uint32_t threads = 0;
   bool restart = false;
   bool quiet = false;
   bool as_json = false;
 };
 
-/// What `parray render` shows of a job.
+/// Shows the progress as `parray render` shows that of a job.
 class Meter {
  public:
   Meter(const TradeoffCommand& command)
@@ -71,7 +71,7 @@ class Meter {
   Progress progress_;
 };
 
-/// The scene's settings with some options of `parray render` laid over them, in the size of `base`.
+/// Returns the scene's settings, replaced by `options` of `parray render`, with the size of `base`.
 RenderSettings also_settings(const std::string& options, const SceneFile& file,
                              const RenderSettings& base) {
   CommandLine line;
@@ -92,11 +92,11 @@ RenderSettings also_settings(const std::string& options, const SceneFile& file,
   }
   if (settings.time_limit > 0 || settings.target_half_width > 0 || !settings.passes.empty()) {
     throw InputError("--also '" + printable(options, 200) +
-                     "': of limits only --spp and --target-error can be measured");
+                     "': the only limits that can be measured are --spp and --target-error");
   }
   if (denoise && settings.samples_per_pixel < 2) {
     throw InputError("--also '" + printable(options, 200) +
-                     "': --denoise takes two samples a pixel at least");
+                     "': --denoise needs at least two samples per pixel: use --spp 2 or more");
   }
   if (denoise && settings.target_error > 0) {
     throw InputError("--also '" + printable(options, 200) +
@@ -127,7 +127,7 @@ tradeoff::Request request_of(const TradeoffCommand& command, const SceneFile& fi
   return request;
 }
 
-/// The command to copy; empty if there is no answer.
+/// Returns the command to copy. Empty: there is no answer.
 std::string answer_command(const TradeoffCommand& command,
                            const tradeoff::TradeoffResults& results) {
   const std::string options = results.answer_facts.value("options", "");
@@ -164,8 +164,8 @@ int run(const TradeoffCommand& command) {
     results = session.measure();
     meter.end();
   } catch (const Interrupted&) {
-    throw Interrupted("interrupted: the same command again goes on with what " +
-                      printable(command.directory, 4096) + " has");
+    throw Interrupted("interrupted: the same command continues with the measurements in " +
+                      printable(command.directory, 4096));
   }
   results.scene_file = command.scene;
   const std::string answer = answer_command(command, results);
@@ -173,7 +173,7 @@ int run(const TradeoffCommand& command) {
   const nlohmann::json document = json_of(results);
   write_tables(results, log, document);
   write_plot_scripts(results, command.directory);
-  const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): no thread sets it
   const auto no_plots = tradeoff::draw_plots(command.directory, path == nullptr ? "" : path);
   if (no_plots) std::cerr << "parray: " + *no_plots + "\n";
   if (command.as_json) {
@@ -192,13 +192,13 @@ int run(const TradeoffCommand& command) {
 
 void add_tradeoff(CommandLine& line, Action& chosen) {
   Command command = line.command(
-      "tradeoff", "Measure what accuracy costs on this machine; name the cheapest settings");
+      "tradeoff", "Measure the cost of accuracy on this machine; find the fastest settings");
   const auto options = std::make_shared<TradeoffCommand>();
   add_scene(command, options->scene);
   command
       .option("-o,--output", options->directory,
-              "Directory for tables, plots (PDF, SVG, PNG) and what has been measured; the same "
-              "command again goes on from there")
+              "Directory for tables, plots (PDF, SVG, PNG) and measurements. The same command "
+              "continues with the measurements")
       .type_name("DIR")
       .completes(Completes::directories)
       .group(output_group)
@@ -206,10 +206,10 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
       .forbid_empty();
   add_real_number(
       command, "--error", ranges::target_error, options->error,
-      "Accuracy asked for: RMSE of the picture in linear radiance (default: that of the "
-      "scene's own settings)");
+      "Required RMSE of the picture, in linear radiance (default: that of the scene's own "
+      "settings)");
   add_real_number(command, "--time-budget", budget_range, options->seconds,
-                  "Seconds for all measurements, about (default: 120)");
+                  "Approximate seconds for all measurements (default: 120)");
   const auto number = [&](const char* name, std::uint32_t most, std::uint32_t& target,
                           const char* description) {
     add_whole_number(
@@ -219,23 +219,22 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
   };
   number(
       "--width", limits::max_image_side, options->width,
-      "Pixels across to measure at (default: the scene's shape, 200 on the shorter side at most: "
-      "the error of a pixel hardly depends on how many there are)");
+      "Pixels across during the measurement (default: the scene's shape, with at most 200 pixels "
+      "on the shorter side; the error hardly depends on the number of pixels)");
   number("--height", limits::max_image_side, options->height, "Pixels down");
   number("--threads", 4096, options->threads,
-         "Threads to trace with (default: every processor that may be used)");
+         "Number of threads that trace (default: all available processors)");
   command
-      .option(
-          "--also", options->also,
-          "More settings to measure, as options of parray render in quotes (--denoise, too); may "
-          "be given several times")
+      .option("--also", options->also,
+              "Additional settings to measure: options of parray render in quotes, also --denoise. "
+              "Can be given several times")
       .type_name("'OPTIONS'")
       .one_value_each();
-  command.flag("--restart", options->restart, "Forget what DIR has from an earlier run");
+  command.flag("--restart", options->restart, "Delete the measurements of an earlier run in DIR");
   add_quiet(command, options->quiet);
   add_json(command, options->as_json);
   command.example("parray tradeoff scenes/glass.json -o trade --error 0.01",
-                  "the cheapest settings for that error, measured in two minutes");
+                  "finds the fastest settings for that error, in two minutes");
   command.on_chosen([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
 

@@ -33,7 +33,7 @@ json vector_json(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
 json optional_json(const auto& value) { return value ? json(*value) : json(); }
 
-/// {name: count}, the commonest of many.
+/// Returns {name: count} with at most `most_names` entries, the most frequent ones.
 json counts_json(NameCounts counts) {
   if (counts.size() > most_names) {
     std::ranges::stable_sort(counts,
@@ -77,7 +77,7 @@ std::string vector_text(const json& v, const char* between) {
   return number(v[0]) + between + number(v[1]) + between + number(v[2]);
 }
 
-/// "C 12, H 30, ...": the commonest few.
+/// Returns the most frequent names: "C 12, H 30, ...".
 std::string names_text(const json& counts) {
   constexpr std::size_t most = 12;
   std::vector<std::pair<std::string, std::uint64_t>> sorted;
@@ -98,16 +98,17 @@ std::string composition_of(const json& report) {
   return "";
 }
 
-/// "b_factor 3.1 to 40, 12 without"
+/// Returns the range of a property: "3.1 to 40, missing for 12".
 std::string range_text(const json& range) {
   const std::uint64_t missing = range["missing"];
   return number(range["low"]) + " to " + number(range["high"]) +
-         (missing > 0 ? ", not known of " + std::to_string(missing) : "");
+         (missing > 0 ? ", missing for " + std::to_string(missing) : "");
 }
 
 std::string particle_format(const json& report) {
   const std::string packing = report["packing"];
-  return report["format"].get<std::string>() + (packing.empty() ? "" : ", packed by " + packing);
+  return report["format"].get<std::string>() +
+         (packing.empty() ? "" : ", compressed by " + packing);
 }
 
 std::string frames_note(const json& report) {
@@ -147,8 +148,8 @@ void add_space(const json& report, Lines& lines) {
   lines.emplace_back("positions", text);
 }
 
-/// The report of a file of particles as JSON; cli/REFERENCE.md lists the keys. `particles`: those
-/// of the file, with all columns.
+/// Returns the report of a file of particles as JSON; cli/REFERENCE.md lists the keys. `particles`:
+/// the particles of the file, with all columns.
 json particle_report(const ParticleFile& file, const Particles& particles) {
   const ParticleFacts& facts = particles.facts;
   const ParticleSummary summary = summary_of(particles);
@@ -172,12 +173,12 @@ json particle_report(const ParticleFile& file, const Particles& particles) {
   return report;
 }
 
-/// "12 elements guessed from names"
+/// Returns a note as text: "12 elements guessed from names".
 std::string note_line(const json& note) {
   return note_text({note["key"], note["count"], note["text"]});
 }
 
-/// The report of a file of particles as pairs of name and value.
+/// Returns the report of a file of particles as pairs of name and value.
 Lines particle_lines(const json& report) {
   Lines lines{{"particles",
                std::to_string(report["particles"].get<std::uint64_t>()) + composition_of(report)}};
@@ -195,7 +196,7 @@ Lines particle_lines(const json& report) {
   return lines;
 }
 
-/// The report in one line.
+/// Returns the report in one line.
 std::string particle_line(const json& report) {
   return printable(report["file"].get<std::string>(), 500) + ": " + particle_format(report) + ", " +
          counted(report["particles"], "particle") + composition_of(report);
@@ -207,7 +208,7 @@ struct ValidateCommand {
   bool as_json = false;
 };
 
-/// A scene's own files of particles lie in its folder; a portrait's one is the file itself.
+/// Returns whether `file` is an automatic scene: its only file of particles is the opened file.
 bool is_auto_scene(const PackedFile& opened, const SceneFile& file) {
   return file.particle_files.size() == 1 && file.particle_files[0].path == opened.path();
 }
@@ -220,23 +221,23 @@ std::string format_of(const PackedFile& opened, const SceneFile& file) {
 std::string format_text(const json& facts) {
   const json& format = facts["format"];
   if (format == "particles") {
-    return particle_format(facts["particle_files"][0]) + ": particles, shown in a portrait";
+    return particle_format(facts["particle_files"][0]) + ": particles, in an automatic scene";
   }
   return format == "seed" ? "the seed program's" : "scene JSON v1";
 }
 
-/// What the scene's files of particles hold, all of their columns, beside what it shows of them.
+/// Returns the reports of the scene's files of particles, with all of their columns.
 json particle_files_of(PackedFile& opened, const SceneFile& file) {
   json list = json::array();
-  const bool portrait = is_auto_scene(opened, file);
-  const std::filesystem::path folder = portrait ? "" : opened.path().parent_path();
+  const bool automatic = is_auto_scene(opened, file);
+  const std::filesystem::path folder = automatic ? "" : opened.path().parent_path();
   const auto describe = [&](PackedFile& particles, const ParticleFile& shown) {
     ParticleRequest request = request_of(shown.source, folder, usable_cpus());
     request.all = true;
     list.push_back(particle_report(shown, read_particles(particles, request)));
   };
   for (const ParticleFile& shown : file.particle_files) {
-    if (portrait) {
+    if (automatic) {
       describe(opened, shown);
     } else {
       PackedFile particles(shown.path);
@@ -246,7 +247,7 @@ json particle_files_of(PackedFile& opened, const SceneFile& file) {
   return list;
 }
 
-/// Everything that the command says.
+/// Returns the output of the command as JSON.
 json facts_of(const ValidateCommand& command) {
   PackedFile opened = PackedFile::of_argument(command.scene);
   const SceneFile file = load_scene(opened, command.render);
@@ -297,12 +298,13 @@ std::string list_of(const json& names) {
 std::string origin_text(const json& origin) {
   if (origin == json{0.0, 0.0, 0.0}) return "0, 0, 0";
   return number(origin[0]) + ", " + number(origin[1]) + ", " + number(origin[2]) +
-         " (re-based: positions are rounded relative to the scene's middle)";
+         " (positions are stored relative to this point, the scene's middle)";
 }
 
 std::string count(const json& value) { return std::to_string(value.get<std::uint64_t>()); }
 
-/// What files of particles hold: of a portrait's all of it, of others the main thing.
+/// Returns the lines about files of particles: the full report in an automatic scene, otherwise one
+/// line per file.
 Lines lines_of_particles(const json& f) {
   Lines lines;
   for (const json& file : f["particle_files"]) {
@@ -316,7 +318,7 @@ Lines lines_of_particles(const json& f) {
 std::string spheres_text(const json& f) {
   return count(f["spheres"]) + ": " + count(f["diffuse"]) + " diffuse, " + count(f["metal"]) +
          " metal, " + count(f["dielectric"]) + " dielectric" +
-         (f["format"] == "particles" ? "; two of them are the portrait's ground and flag" : "");
+         (f["format"] == "particles" ? "; two of them are surroundings" : "");
 }
 
 Lines lines_of_scene(const json& f) {
@@ -333,12 +335,12 @@ Lines lines_of_scene(const json& f) {
       {"radii", any ? number(f["smallest_radius"]) + " to " + number(f["largest_radius"]) : "none"},
       {"origin", origin_text(f["origin"])},
       {"extent", number(f["extent"]) + " (largest coordinate or radius), " + number(f["spread"]) +
-                     " of the smallest radii"},
-      {"nearest", any ? number(f["nearest"]) + " from the eye; the picture is " +
+                     " times the smallest radius"},
+      {"nearest", any ? number(f["nearest"]) + " from the camera; the picture is " +
                             number(f["view_height"]) + " high there"
                       : "none"},
-      {"rounding", "single precision moves surfaces by " + number(f["computed_shift"]) +
-                       " where computed, " + number(f["stored_shift"]) + " where only stored"},
+      {"rounding", "surfaces move by " + number(f["computed_shift"]) + " with precision f32, by " +
+                       number(f["stored_shift"]) + " with mixed"},
       {"precision",
        f["precision"].get<std::string>() + ": " + f["precision_reason"].get<std::string>()},
       {"accelerator", f["accelerator"].get<std::string>() + ": " +
@@ -370,15 +372,17 @@ int validate(const ValidateCommand& command) {
 void add_validate(CommandLine& line, Action& chosen) {
   Command command = line.command(
       "validate",
-      "Check a scene file or a file of particles, and say what is in it, what it requires and what "
-      "auto picks for it");
+      "Check a scene file or a file of particles; print its contents, requirements and automatic "
+      "settings");
   const auto options = std::make_shared<ValidateCommand>();
   add_scene(command, options->scene);
   add_json(command, options->as_json);
   options->render.add_to(command);
-  command.example("parray validate scenes/glass.json", "what is in it, and what auto picks for it");
-  command.example("parray validate scenes/particles/helix.pdb",
-                  "atoms, residues, frames, the cell, and what was guessed or left out");
+  command.example("parray validate scenes/glass.json",
+                  "prints the contents, and the automatic settings");
+  command.example(
+      "parray validate scenes/particles/helix.pdb",
+      "prints atoms, residues, frames, the cell, and data that was guessed or left out");
   command.on_chosen([options, &chosen] { chosen = [options] { return validate(*options); }; });
 }
 

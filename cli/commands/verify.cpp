@@ -37,13 +37,13 @@ struct VerifyCommand {
   bool as_json = false;
 };
 
-/// Wrong pixels that the line names, and the document.
+/// How many wrong pixels the text and the JSON list.
 constexpr std::size_t most_named = 3;
 constexpr std::size_t most_listed = 20;
 
 struct Verdict {
-  std::string damage;      ///< what is wrong with the file by itself; empty: nothing
-  std::uint64_t seed = 0;  ///< of the choice of pixels
+  std::string damage;      ///< a fault of the file itself; empty: none
+  std::uint64_t seed = 0;  ///< seed of the choice of pixels
   VerificationResults findings{};
 
   [[nodiscard]] bool right() const { return damage.empty() && findings.right(); }
@@ -63,9 +63,10 @@ void trace_again(const VerifyCommand& command, const VerifiedPicture& picture, V
                                          {command.pixels, command.all, verdict.seed}, threads);
 }
 
-// ---- What is said ----------------------------------------------------------------------------
+// ---- Output ----------------------------------------------------------------------------------
 
-/// Channels of the file that were not traced again: names, those of one kind as "half_width.*".
+/// Returns the channels of the file that were not checked. Channels of one kind have one name, such
+/// as "half_width.*".
 std::vector<std::string> unchecked_channels(const VerifiedPicture& picture,
                                             const Verdict& verdict) {
   std::vector<std::string> names;
@@ -81,7 +82,7 @@ std::vector<std::string> unchecked_channels(const VerifiedPicture& picture,
   return names;
 }
 
-/// What a reader could take for verified, and is not.
+/// Returns the facts that were not checked, although a reader could think so.
 std::vector<std::string> not_checked(const VerifiedPicture& picture, const Verdict& verdict) {
   std::vector<std::string> list;
   const VerificationResults& findings = verdict.findings;
@@ -154,33 +155,34 @@ std::string error_check_text(const ErrorCheck& error) {
       all ? number(error.traced) : number(error.traced) + " +- " + number(error.uncertainty);
   if (error.wrong) {
     return "the stated error " + number(error.stated) +
-           (all ? " or its interval is not that of its pixels, "
-                : " is too low: these pixels' is ") +
+           (all ? " or its interval does not match the pixels, whose error is "
+                : " is too low: the error of these pixels is ") +
            traced;
   }
-  return all ? "the stated error is that of its pixels"
-             : "stated error " + number(error.stated) + ", these pixels' " + traced;
+  return all ? "the stated error is that of the pixels"
+             : "stated error " + number(error.stated) + ", error of these pixels " + traced;
 }
 
 std::string right_text(const VerifiedPicture& picture, const Verdict& verdict) {
   const VerificationResults& findings = verdict.findings;
-  const std::string hash = picture.hash() + " is that of its pixels";
+  const std::string hash = picture.hash() + " matches the pixels";
   const std::string left = "; not checked: " + joined(not_checked(picture, verdict), ", ");
   if (findings.traced == 0) {
     return hash + left + " (scene_sha256 " + printable(picture.recipe.scene_sha256.substr(0, 16)) +
-           "...): name the scene, too";
+           "...): add the scene to the command to check more";
   }
-  std::string text = "right: " + hash + "; " + traced_text(picture, verdict) + " to the same bits";
+  std::string text =
+      "right: " + hash + "; " + traced_text(picture, verdict) + " with the same bits";
   if (findings.traced < picture.pixels()) {
-    text += ", which finds " + formatted("%.2g", 100 * share_found(findings.traced)) +
-            " % of wrong pixels with a probability of 95 %";
+    text += "; if " + formatted("%.2g", 100 * share_found(findings.traced)) +
+            " % of all pixels were wrong, this would find one with a probability of 95 %";
   }
   std::vector<std::string> channels;
   for (const auto& [name, wrong] : findings.channels) channels.push_back(name);
-  if (!channels.empty()) text += "; so are the channels " + joined(channels, ", ");
+  if (!channels.empty()) text += "; these channels are right, too: " + joined(channels, ", ");
   if (findings.error) text += "; " + error_check_text(*findings.error);
   if (!picture.recipe.denoised_sha256.empty()) {
-    text += "; looked at: the picture before it was denoised";
+    text += "; checked: the picture before denoising";
   }
   return not_checked(picture, verdict).empty() ? text : text + left;
 }
@@ -214,7 +216,7 @@ bool has_picture_name(const std::string& file) {
 int verify(const VerifyCommand& command) {
   if (has_picture_name(command.scene) && !has_picture_name(command.picture)) {
     const std::string right_order = command.scene + " " + command.picture;
-    throw InputError("the picture comes before its scene: parray verify " +
+    throw InputError("give the picture before its scene: parray verify " +
                      printable(right_order, 4096));
   }
   const VerifiedPicture picture = read_verified_picture(command.picture, !command.scene.empty());
@@ -237,22 +239,22 @@ int verify(const VerifyCommand& command) {
 
 void add_verify(CommandLine& line, Action& chosen) {
   Command command = line.command(
-      "verify", "Check a finished picture: its hash and, with its scene, pixels traced again");
+      "verify",
+      "Check a finished picture: its hash and, with its scene, some pixels, traced again");
   const auto options = std::make_shared<VerifyCommand>();
   command.option("PICTURE", options->picture, "EXR, PNG or TIFF file that ParRay has written")
       .required()
       .completes(Completes::files)
       .forbid_empty();
   command
-      .option("SCENE", options->scene,
-              "What it was rendered from: a scene file or a file of particles")
+      .option("SCENE", options->scene, "Scene of the picture: a scene file or a file of particles")
       .completes(Completes::files)
       .forbid_empty();
   add_whole_number(
       command, "--pixels", 1, limits::max_pixels,
       [options](std::uint64_t value) { options->pixels = value; },
-      "Trace N pixels again, picked at random (default: 299, which find 1 % of wrong pixels with a "
-      "probability of 95 %)");
+      "Trace N pixels again, chosen at random (default: 299. If 1 % of all pixels are wrong, they "
+      "find one with a probability of 95 %)");
   command.flag("--all", options->all, "Trace every pixel again");
   add_whole_number(
       command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
@@ -262,10 +264,10 @@ void add_verify(CommandLine& line, Action& chosen) {
   add_whole_number(
       command, "--threads", 1, most_threads,
       [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
-      "Threads to trace with (default: every processor that may be used)");
+      "Number of threads that trace (default: all available processors)");
   add_json(command, options->as_json);
-  command.example("parray verify glass.exr", "its pixels against the hash in the file");
-  command.example("parray verify glass.exr scenes/glass.json", "and 299 of them traced again");
+  command.example("parray verify glass.exr", "compares the pixels with the hash in the file");
+  command.example("parray verify glass.exr scenes/glass.json", "also traces 299 pixels again");
   command.on_chosen([options, &chosen] { chosen = [options] { return verify(*options); }; });
 }
 

@@ -33,9 +33,9 @@ void add_watch(CommandLine& line, Action& chosen) {
   add_job(command, options->job);
   add_following(command, options->following);
   options->farm.add_to(command);
-  command.example("parray watch 7", "until it has ended");
+  command.example("parray watch 7", "shows progress until the job has ended");
   command.example("parray watch 7 --quiet --preview live.png",
-                  "keeps a picture file up to date meanwhile");
+                  "keeps live.png updated with the unfinished picture");
   command.on_chosen([options, &chosen] { chosen = [options] { return watch(*options); }; });
 }
 

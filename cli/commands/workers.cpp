@@ -27,7 +27,8 @@ nlohmann::json ask(const WorkersCommand& command) {
     return client->workers();
   }
   if (command.name.empty()) {
-    throw UsageError("workers " + command.action + ": name a worker, or a host with --host");
+    throw UsageError("workers " + command.action +
+                     " needs the name of a worker, or of a host with --host");
   }
   const msg::WorkerAction action =
       command.action == "drain" ? msg::WorkerAction::drain : msg::WorkerAction::readmit;
@@ -39,7 +40,7 @@ nlohmann::json ask(const WorkersCommand& command) {
   return list;
 }
 
-/// Why a worker gets no leases, of which machine that is said, and when it ends.
+/// Returns why a worker gets no leases. For a quarantine, also the machine and the end.
 std::string reason_of(const nlohmann::json& worker) {
   std::string reason = worker.at("reason").get<std::string>();
   if (worker.at("state") != "quarantined") {
@@ -92,18 +93,20 @@ void add_workers(CommandLine& line, Action& chosen) {
   const auto options = std::make_shared<WorkersCommand>();
   command
       .option("ACTION", options->action,
-              "drain: no more leases for it, those that it has are traced; readmit: it gets "
-              "leases again, whether it was drained or quarantined")
+              "drain: the worker finishes its leases and gets no more. readmit: a drained or "
+              "quarantined worker gets leases again")
       .one_of({"drain", "readmit"});
   command.option("NAME", options->name,
-                 "Worker name; it also applies to workers of that name that connect later");
-  command.flag("--host", options->host, "NAME is a host: all workers there");
+                 "Name of the worker. The action also applies to workers of that name that connect "
+                 "later");
+  command.flag("--host", options->host, "NAME is a host: apply the action to all workers there");
   add_json(command, options->as_json);
   options->farm.add_to(command);
-  command.example("parray workers", "with their speed, and when they were last heard");
+  command.example("parray workers", "lists them, with speed and time since the last message");
   command.example("parray workers drain node7 --host",
-                  "no more leases for any worker of a machine");
-  command.example("parray workers readmit node7-4711", "leases again, also after quarantine");
+                  "grants no more leases to the workers of a machine");
+  command.example("parray workers readmit node7-4711",
+                  "grants leases again, also after a quarantine");
   command.on_chosen([options, &chosen] { chosen = [options] { return workers(*options); }; });
 }
 

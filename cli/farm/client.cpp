@@ -21,7 +21,7 @@ namespace {
 /// Longest time between two calls of the poll function.
 constexpr Time nap = milliseconds(50);
 
-/// Names a job before it has a number; nobody else may ever choose the same.
+/// Returns a name for a job that has no number yet. It is random, so that no other job has it.
 std::string random_token() {
   constexpr std::string_view digits = "0123456789abcdef";
   std::random_device device;
@@ -32,16 +32,16 @@ std::string random_token() {
   return token;
 }
 
-/// Of whoever runs this process; empty: it has none.
+/// Returns the name of the user of this process. Empty: the user has no name.
 std::string login_name() {
   // NOLINTNEXTLINE(concurrency-mt-unsafe): no other thread asks for users
   const passwd* const entry = getpwuid(getuid());
   return entry == nullptr ? "" : std::string(entry->pw_name).substr(0, 64);
 }
 
-/// Time that a slow line, 10 MB/s, takes for so much.
+/// Returns the time of a transfer over a slow line (10 MB/s).
 Time transfer_time(std::uint64_t bytes) {
-  constexpr std::uint64_t most = std::uint64_t{1} << 40;  // whatever the other side claims
+  constexpr std::uint64_t most = std::uint64_t{1} << 40;  // in case the other side lies
   return Time(std::min(bytes, most) * 100);
 }
 
@@ -99,7 +99,7 @@ msg::Submit submit_message(Submission submission) {
   return message;
 }
 
-/// With what makes it safe to repeat.
+/// Returns the request with a token, which makes repeating it safe, and with the user.
 static msg::Submit submit_request(Submission submission) {
   msg::Submit request = submit_message(std::move(submission));
   request.token = request.series.empty() ? random_token()
@@ -109,7 +109,7 @@ static msg::Submit submit_request(Submission submission) {
 }
 
 JobId Client::submit(Submission submission) {
-  // Finds out that nobody is there before a large scene is queued for sending.
+  // Notices a missing coordinator before a large scene is queued for sending.
   ask<msg::Workers>(msg::ListWorkers{});
   msg::Submit request = submit_request(std::move(submission));
   const std::uint64_t bulk = request.scene.size();
@@ -117,10 +117,10 @@ JobId Client::submit(Submission submission) {
 }
 
 void Client::start_submit(Submission submission) {
-  if (under_way_.empty()) {
+  if (in_flight_.empty()) {
     submit_silence_ = {clock_.now()};
   }
-  UnderWay sent;
+  SentSubmission sent;
   sent.submission = submission;
   msg::Submit request = submit_request(std::move(submission));
   request.request = ++request_;
@@ -128,18 +128,18 @@ void Client::start_submit(Submission submission) {
   sent.message = link_.seal(Message(std::move(request)));
   link_.send({}, sent.message);
   sent.repeat_at = clock_.now() + options_.repeat + transfer_time(sent.bytes);
-  under_way_bytes_ += sent.bytes;
-  under_way_.emplace(request_, std::move(sent));
+  bytes_in_flight_ += sent.bytes;
+  in_flight_.emplace(request_, std::move(sent));
 }
 
 std::optional<Client::Outcome> Client::take_outcome(Time most) {
   const Time end = clock_.now() + most;
   receive_outcomes();
-  while (outcomes_.empty() && !under_way_.empty() && clock_.now() < end) {
+  while (outcomes_.empty() && !in_flight_.empty() && clock_.now() < end) {
     repeat_submits(clock_.now());
     wait_a_little(end - clock_.now());
     receive_outcomes();
-    note_silence(submit_silence_, options_.timeout + 10 * transfer_time(under_way_bytes_));
+    note_silence(submit_silence_, options_.timeout + 10 * transfer_time(bytes_in_flight_));
   }
   if (outcomes_.empty()) {
     return {};
@@ -150,15 +150,15 @@ std::optional<Client::Outcome> Client::take_outcome(Time most) {
 }
 
 void Client::repeat_submits(Time now) {
-  for (auto& [number, sent] : under_way_) {
+  for (auto& [number, sent] : in_flight_) {
     if (now >= sent.repeat_at) {
       link_.send({}, sent.message);
-      sent.repeat_at = now + options_.repeat + transfer_time(under_way_bytes_);
+      sent.repeat_at = now + options_.repeat + transfer_time(bytes_in_flight_);
     }
   }
 }
 
-/// Other messages are late answers, or damaged.
+/// Handles all messages that have arrived. Ignores late answers; notes why a message is unreadable.
 void Client::receive_outcomes() {
   while (auto delivery = link_.receive()) {
     try {
@@ -171,15 +171,15 @@ void Client::receive_outcomes() {
   }
 }
 
-/// True if the message answers a submission that is under way.
+/// Notes the outcome if the message answers a submission in flight. Returns whether it does.
 bool Client::note_outcome(const Message& message) {
   const auto* const submitted = std::get_if<msg::Submitted>(&message);
   const auto* const error = std::get_if<msg::Error>(&message);
   if (submitted == nullptr && error == nullptr) {
     return false;
   }
-  const auto sent = under_way_.find(submitted != nullptr ? submitted->request : error->request);
-  if (sent == under_way_.end()) {
+  const auto sent = in_flight_.find(submitted != nullptr ? submitted->request : error->request);
+  if (sent == in_flight_.end()) {
     return false;
   }
   Outcome outcome{std::move(sent->second.submission), 0, nullptr};
@@ -193,8 +193,8 @@ bool Client::note_outcome(const Message& message) {
     }
   }
   outcomes_.push_back(std::move(outcome));
-  under_way_bytes_ -= sent->second.bytes;
-  under_way_.erase(sent);
+  bytes_in_flight_ -= sent->second.bytes;
+  in_flight_.erase(sent);
   submit_silence_ = {clock_.now()};
   return true;
 }
@@ -262,7 +262,7 @@ void Client::rest(Time duration) {
   const Time end = clock_.now() + duration;
   for (Time now = clock_.now(); now < end; now = clock_.now()) {
     wait_a_little(end - now);
-    receive_outcomes();  // and late answers: left there, they would end every wait at once
+    receive_outcomes();  // also removes late answers, which would end every wait at once
   }
 }
 
@@ -272,13 +272,13 @@ void Client::wait_a_little(Time most) {
   options_.poll();
 }
 
-/// Says once that there is no answer. Throws RunError where there never was one.
+/// Reports once that the coordinator does not answer. Throws RunError if it never answered.
 void Client::note_silence(Silence& silence, Time timeout) {
-  // A step that took much longer than the nap was spent stopped (Ctrl-Z, a sleeping laptop).
+  // If a step took much longer than the nap, the process was stopped (Ctrl-Z, a sleeping laptop).
   const Time now = clock_.now();
   silence.waited += std::min(now - silence.last, 20 * nap);
   silence.last = now;
-  if (silence.waited >= timeout && !std::exchange(silence.told, true)) {
+  if (silence.waited >= timeout && !std::exchange(silence.reported, true)) {
     if (!answered_) {
       throw RunError(silence_text());
     }
@@ -286,7 +286,7 @@ void Client::note_silence(Silence& silence, Time timeout) {
   }
 }
 
-/// Sends the request, again and again, until its answer comes.
+/// Sends the request repeatedly until its answer comes.
 template <typename Answer, typename Request>
 Answer Client::ask(Request request, std::uint64_t bulk_bytes) {
   request.request = ++request_;
@@ -302,7 +302,7 @@ Answer Client::ask(Request request, std::uint64_t bulk_bytes) {
       link_.send({}, message);
       send_at = silence.waited + repeat;
     }
-    wait_a_little((silence.told ? send_at : std::min(send_at, timeout)) - silence.waited);
+    wait_a_little((silence.reported ? send_at : std::min(send_at, timeout)) - silence.waited);
     if (take_answer(answer)) {
       answered_ = true;
       return answer;
@@ -311,7 +311,7 @@ Answer Client::ask(Request request, std::uint64_t bulk_bytes) {
   }
 }
 
-/// Bulk that was damaged on its way counts as lost. Throws ChecksumError.
+/// Throws ChecksumError if the bulk data is damaged, so that the answer counts as lost.
 template <typename Answer>
 static void check_bulk(const Answer& answer) {
   if constexpr (std::is_same_v<Answer, msg::ImageData>) {
@@ -321,8 +321,8 @@ static void check_bulk(const Answer& answer) {
   }
 }
 
-/// Takes what has arrived. True once `answer` is there; other messages are late answers to earlier
-/// requests, or damaged.
+/// Handles messages that have arrived, until one of them is the answer to the latest request.
+/// Returns whether there is one. Other messages are late answers, or unreadable.
 template <typename Answer>
 bool Client::take_answer(Answer& answer) {
   while (auto delivery = link_.receive()) {
@@ -353,7 +353,7 @@ bool Client::take_answer(Answer& answer) {
 std::string Client::silence_text() const {
   if (!unreadable_.empty()) {
     return "cannot read the answers of the coordinator at " + options_.address + " (" +
-           unreadable_ + "): is it of the same release?";
+           unreadable_ + "): use parray and parray-coordinator of the same release";
   }
   return "no answer from the coordinator at " + options_.address +
          ": is parray-coordinator running there?" + (answered_ ? "" : options_.silence_hint);

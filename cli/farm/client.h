@@ -24,17 +24,17 @@ struct Submission : JobHead {
   std::shared_ptr<const Scene> scene;
 };
 
-/// The message that submits it, without a token and without the user.
+/// Returns the message that submits a scene, without token and user.
 msg::Submit submit_message(Submission submission);
 
-/// The job map of PROTOCOL.md, read.
+/// The content of a job map; PROTOCOL.md describes it.
 struct JobStatus {
   JobId id = 0;
   std::string name;
   std::string user;  ///< owner of the key that submitted it; empty without keys
   std::string state;
   std::uint64_t priority = 0;
-  double progress = 0;  ///< 0 .. 1
+  double progress = 0;  ///< 0 to 1
   double samples_per_second = 0;
   double seconds_left = -1;  ///< -1: unknown
   std::string reason;        ///< why the job failed, was cancelled or is paused
@@ -45,13 +45,13 @@ struct JobStatus {
   std::uint64_t samples_per_pixel = 0;
   bool whole = false;  ///< every pixel has a sample
   std::string sampler;
-  std::uint64_t frames = 0;  ///< of a series; 0: the job is no series
+  std::uint64_t frames = 0;  ///< number of frames of a series; 0: the job is not a series
   std::uint64_t frames_done = 0;
-  ErrorFigures error{};          ///< of the complete passes; for a finished job of its picture
+  ErrorFigures error{};          ///< of the complete passes, or of the finished picture
   double target_error = 0;       ///< 0: none
   double target_half_width = 0;  ///< 0: none
 
-  /// Whether the job is done, failed or cancelled.
+  /// Returns whether the job is done, failed or cancelled.
   [[nodiscard]] bool ended() const;
 };
 
@@ -101,22 +101,22 @@ class Client {
     std::exception_ptr refusal;  ///< what submit() would throw; null: accepted
   };
   /// Waits for an answer to any submission, at most `most`. Returns nothing if there is no answer,
-  /// or no submission under way.
+  /// or if no submission waits for one.
   std::optional<Outcome> take_outcome(Time most);
-  /// Submissions without an outcome, and the bytes of their scenes.
-  [[nodiscard]] std::size_t submitting() const { return under_way_.size() + outcomes_.size(); }
-  [[nodiscard]] std::uint64_t submitting_bytes() const { return under_way_bytes_; }
+  /// Return the number of submissions without an outcome, and the bytes of their scenes.
+  [[nodiscard]] std::size_t submitting() const { return in_flight_.size() + outcomes_.size(); }
+  [[nodiscard]] std::uint64_t submitting_bytes() const { return bytes_in_flight_; }
 
-  /// The job map of PROTOCOL.md.
+  /// Returns the job map of PROTOCOL.md.
   nlohmann::json show(JobId job);
-  /// The map of a series with `frame_list`: at most 1000 frames from this number on.
+  /// Returns the map of a series with `frame_list`: at most 1000 frames from this number on.
   nlohmann::json show_series(JobId series, std::uint32_t from_frame);
   /// Changes a job and returns its map. `priority`: 0 to 100, for JobAction::prioritise.
   nlohmann::json steer(JobId job, msg::JobAction action, std::uint32_t priority = 0);
-  /// Lists of the maps of PROTOCOL.md.
+  /// Return lists of the maps of PROTOCOL.md.
   nlohmann::json jobs();
   nlohmann::json workers();
-  /// Changes a worker, by name, or all workers of a host. Returns the maps of those that exist.
+  /// Changes a worker, by name, or all workers of a host. Returns the maps of the connected ones.
   nlohmann::json steer_workers(msg::WorkerAction action, const std::string& name, bool host);
   /// Fetches the picture of a finished job and checks its SHA-256.
   Picture fetch(JobId job, PictureDetail detail = PictureDetail::image);
@@ -129,9 +129,10 @@ class Client {
     nlohmann::json report;  ///< for a finished job; otherwise empty
     std::string journal;
   };
+  /// Returns the journal of a job with its map and report.
   JobJournal journal(JobId job);
 
-  /// Sleeps. Calls options.poll meanwhile.
+  /// Sleeps, and calls options.poll meanwhile.
   void rest(Time duration);
 
  private:
@@ -143,11 +144,11 @@ class Client {
   bool note_outcome(const Message& message);
   void repeat_submits(Time now);
   void wait_a_little(Time most);
-  /// How long the coordinator has not answered.
+  /// Measures how long the coordinator has not answered.
   struct Silence {
-    Time last{};
-    Time waited{};
-    bool told = false;
+    Time last{};            ///< when `waited` was updated
+    Time waited{};          ///< time without an answer
+    bool reported = false;  ///< the user knows
   };
   void note_silence(Silence& silence, Time timeout);
   [[nodiscard]] std::string silence_text() const;
@@ -158,14 +159,14 @@ class Client {
   std::uint64_t request_ = 0;  ///< number of the latest request
   bool answered_ = false;      ///< the coordinator has answered some request
   std::string unreadable_;     ///< why the latest message could not be decoded
-  struct UnderWay {
+  struct SentSubmission {
     Submission submission;
     Envelope message;
     std::uint64_t bytes = 0;
     Time repeat_at{};
   };
-  std::map<std::uint64_t, UnderWay> under_way_;  ///< by number of the request
-  std::uint64_t under_way_bytes_ = 0;
+  std::map<std::uint64_t, SentSubmission> in_flight_;  ///< by number of the request
+  std::uint64_t bytes_in_flight_ = 0;
   std::deque<Outcome> outcomes_;
   Silence submit_silence_;
 };

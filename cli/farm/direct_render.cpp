@@ -19,10 +19,10 @@ double cpu_now() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Of records that are traced before they are added up.
+/// Largest size of the records that are traced before they are added to the picture.
 constexpr std::size_t most_record_bytes = std::size_t{1} << 26;
 
-/// One picture on its way.
+/// The rendering of one picture.
 class Rendering {
  public:
   Rendering(const PathTracer& tracer, const Scene& scene, const RenderSettings& settings,

@@ -43,7 +43,7 @@ std::optional<DirectRender> render_directly(
     const PathTracer& tracer, const Scene& scene, const RenderSettings& settings, int threads,
     const std::atomic<bool>& stop, const std::function<void(const DirectRender&)>& after_pass = {});
 
-/// Sets stop() when `asked` returns true. A thread calls `asked` 50 times a second.
+/// Sets stop() when `asked` returns true. Its thread calls `asked` 50 times a second.
 class StopWatch {
  public:
   explicit StopWatch(std::function<bool()> asked);

@@ -25,7 +25,7 @@
 namespace parray::farm {
 namespace {
 
-/// A logger that nobody else sees: the default one belongs to whoever uses this as a library.
+/// Returns a private logger. The default logger belongs to the program that uses this library.
 std::shared_ptr<spdlog::logger> make_logger() {
   auto log = std::make_shared<spdlog::logger>("embedded",
                                               std::make_shared<spdlog::sinks::stderr_sink_mt>());
@@ -34,21 +34,22 @@ std::shared_ptr<spdlog::logger> make_logger() {
   return log;
 }
 
-/// Inside one process nobody is lost without notice, so patience costs nothing, and a process that
-/// was stopped for a while finds its leases where they were.
+/// Returns options with long timeouts. Inside one process no worker gets lost, so long timeouts
+/// cost nothing, and leases survive while the process is stopped.
 CoordinatorOptions patient_options(const std::string& fingerprint) {
   CoordinatorOptions options;
-  options.silence = seconds(600);  // the protocol's longest
+  options.silence = seconds(600);  // the longest that the protocol allows
   options.lease_timeout = std::chrono::hours(24);
   options.fingerprint = fingerprint;
-  options.memory = std::numeric_limits<std::uint64_t>::max() / 2;  // the user has asked for it
+  options.memory =
+      std::numeric_limits<std::uint64_t>::max() / 2;  // no limit for the user's own job
   options.limits.pixels = options.limits.user_pixels = std::numeric_limits<std::size_t>::max();
-  options.waiting_counts = true;  // there is nobody else to wait for
-  options.max_failures = 1;       // there is nobody else to try
+  options.waiting_counts = true;  // a time limit includes waiting: there are no other jobs
+  options.max_failures = 1;       // no other worker could try
   return options;
 }
 
-/// A thread whose end can be waited for with a time limit.
+/// A thread. The owner can wait for its end with a time limit.
 class WatchedThread {
  public:
   template <typename Work>
@@ -84,7 +85,7 @@ class EmbeddedFarm::Impl {
     try {
       start(worker_thread_, &Impl::run_worker);
     } catch (...) {
-      request_stop();  // or the coordinator's thread would be waited for, for ever
+      request_stop();  // otherwise joining the coordinator's thread would never end
       throw;
     }
   }
@@ -164,7 +165,7 @@ class EmbeddedFarm::Impl {
   std::atomic<bool> stop_ = false;
   mutable std::mutex mutex_;  // guards failure_
   std::exception_ptr failure_;
-  // Last, so that the threads end before what they use.
+  // Last, so that the threads end before the members that they use.
   std::unique_ptr<WatchedThread> coordinator_thread_;
   std::unique_ptr<WatchedThread> worker_thread_;
 };

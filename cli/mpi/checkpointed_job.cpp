@@ -17,9 +17,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* database_name = "parray.sqlite";
 
-/// Of results that wait for the disk, so that a short job never asks it.
+/// Largest size of buffered results. A short job stays below it and never uses the disk.
 constexpr std::size_t most_held_bytes = std::size_t{1} << 28;
-/// Of records that are packed at a time.
+/// Size of the records that pack_next() packs.
 constexpr std::size_t most_packed_bytes = std::size_t{1} << 23;
 
 JobRecord record_of(const Submission& submission, const std::string& scene_bytes,
@@ -40,7 +40,7 @@ JobRecord record_of(const Submission& submission, const std::string& scene_bytes
   return record;
 }
 
-/// Equal bits, whatever the plan.
+/// Returns whether two jobs have pictures with the same bits. Their plans may differ.
 bool same_picture(const JobRecord& a, const JobRecord& b) {
   return a.scene == b.scene && a.settings.picture() == b.settings.picture() &&
          a.settings.stop() == b.settings.stop();
@@ -59,8 +59,8 @@ CheckpointedJob::CheckpointedJob(Submission submission, std::uint32_t tile, fs::
   if (fs::exists(directory_ / database_name, ignored)) {
     store_ = std::make_unique<DiskStore>(directory_);
     auto kept = store_->jobs();
-    if (!std::any_of(kept.begin(), kept.end(), [this](JobRecord& job) { return take_up(job); })) {
-      store_.reset();  // whoever it belongs to may go on using it
+    if (!std::any_of(kept.begin(), kept.end(), [this](JobRecord& job) { return resume(job); })) {
+      store_.reset();  // the directory belongs to another program, which may use it
     }
   }
   picture_ = std::make_unique<JobPicture>(record_.settings, SceneFacts(*scene_), record_.passes,
@@ -71,16 +71,16 @@ CheckpointedJob::CheckpointedJob(Submission submission, std::uint32_t tile, fs::
   samples_before_ = picture_->framebuffer().counts().samples;
 }
 
-std::shared_ptr<const Scene> CheckpointedJob::scene_again() const {
+std::shared_ptr<const Scene> CheckpointedJob::copy_scene() const {
   return std::make_shared<const Scene>(scene_from_bytes(scene_bytes_));
 }
 
-bool CheckpointedJob::take_up(JobRecord& kept) {
+bool CheckpointedJob::resume(JobRecord& kept) {
   if (!is_unfinished(kept.state) || !same_picture(record_, kept)) {
     record_.id = std::max(record_.id, kept.id + 1);
     return false;
   }
-  // What is kept counts cells by its own plan; all else may differ from run to run.
+  // Saved results number their cells by the saved plan. Other settings may differ in each run.
   RenderSettings asked = record_.settings;
   asked.schedule = kept.settings.schedule;
   asked.row_order = kept.settings.row_order;
@@ -95,7 +95,8 @@ void CheckpointedJob::replay() {
   try {
     store_->each_rows(record_.id, [this](std::string_view entry) { picture_->replay(entry); });
   } catch (const DecodeError& error) {
-    throw RunError(directory_.string() + ": what is kept of the job is damaged: " + error.what());
+    throw RunError(directory_.string() +
+                   ": the saved rows of the job are damaged: " + error.what());
   }
   const double now =
       std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -136,7 +137,7 @@ std::string CheckpointedJob::amount_text() const {
 
 bool CheckpointedJob::begin_pass(const PassTimes& times) {
   if (picture_->has_begun() && !picture_->collector().done()) {
-    return true;  // an earlier life has begun it
+    return true;  // an earlier run has begun this pass
   }
   const bool begun = picture_->begin_pass(times);
   record_.passes = picture_->passes().begun();
@@ -167,9 +168,9 @@ void CheckpointedJob::add_flag(const std::string& text) {
   record_.flag += (record_.flag.empty() ? "" : "; ") + text;
 }
 
-bool CheckpointedJob::holds_much() const { return held_bytes_ > most_held_bytes; }
+bool CheckpointedJob::buffer_full() const { return held_bytes_ > most_held_bytes; }
 
-bool CheckpointedJob::pack_some() {
+bool CheckpointedJob::pack_next() {
   if (held_.empty()) {
     return false;
   }
@@ -188,10 +189,10 @@ bool CheckpointedJob::pack_some() {
 }
 
 void CheckpointedJob::commit() {
-  while (pack_some()) {
+  while (pack_next()) {
   }
   if (store_) {
-    store_->put_job(record_);  // it may have begun a pass
+    store_->put_job(record_);  // the job may have begun a pass
     store_->commit();
   }
 }
@@ -230,7 +231,7 @@ void CheckpointedJob::forget() {
     fs::remove(directory_ / (std::string(database_name) + suffix), ignored);
   }
   for (const char* name : {"jobs", "scenes", "reserve", "commits", ""}) {
-    fs::remove(directory_ / name, ignored);  // unless somebody has put something else there
+    fs::remove(directory_ / name, ignored);  // fails if the directory contains other files
   }
 }
 

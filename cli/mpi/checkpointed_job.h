@@ -12,66 +12,68 @@
 
 namespace parray::mpi {
 
-/// The one job of an mpirun: its picture under way, kept in the store that a coordinator keeps its
-/// jobs in, so that either goes on with what the other has begun.
+/// The job of an mpirun: its unfinished picture, saved in a store. A coordinator's store has the
+/// same format, so each can continue a job of the other.
 class CheckpointedJob {
  public:
-  /// Takes up the unfinished job of the same picture in `directory`, if there is one, with its plan
-  /// (schedule, row order and `tile`, see WorkPlan); else begins a new one, of which nothing is
-  /// kept before commit() is called.
+  /// Resumes the unfinished job of the same picture in `directory`, if there is one, with its plan
+  /// (schedule, row order and `tile`, see WorkPlan). Otherwise begins a new job, and saves nothing
+  /// before commit().
   ///
-  /// `named`: the user has named the directory, and it stays; else it goes when the job is done.
-  /// Throws InputError or RunError as DiskStore does, RunError when what is kept is damaged.
+  /// `named`: the user has named the directory. forget() removes other directories. Throws
+  /// InputError or RunError as DiskStore does, and RunError if the saved job is damaged.
   CheckpointedJob(Submission submission, std::uint32_t tile, std::filesystem::path directory,
                   bool named);
 
   [[nodiscard]] const JobRecord& record() const { return record_; }
   [[nodiscard]] const std::string& scene_bytes() const { return scene_bytes_; }
-  /// Let go by whoever takes it.
+  /// Returns the scene. This object then has it no more.
   std::shared_ptr<const Scene> take_scene() { return std::move(scene_); }
-  /// The scene once more, from its bytes.
-  [[nodiscard]] std::shared_ptr<const Scene> scene_again() const;
+  /// Returns a new copy of the scene, made from its bytes.
+  [[nodiscard]] std::shared_ptr<const Scene> copy_scene() const;
   [[nodiscard]] JobPicture& picture() { return *picture_; }
   [[nodiscard]] const JobPicture& picture() const { return *picture_; }
   [[nodiscard]] const std::filesystem::path& directory() const { return directory_; }
-  /// Earlier lives have finished something.
-  [[nodiscard]] bool taken_up() const { return samples_before_ > 0; }
-  /// Samples of earlier lives.
+  /// Returns whether an earlier run has saved results.
+  [[nodiscard]] bool resumed() const { return samples_before_ > 0; }
+  /// Returns the number of samples of earlier runs.
   [[nodiscard]] std::uint64_t samples_before() const { return samples_before_; }
-  /// Share of the work that is done `elapsed` after this life's beginning, 0 .. 1; with a target an
-  /// estimate, which may fall.
+  /// Returns the finished share of the work, 0 to 1, `elapsed` after the beginning of this run. For
+  /// a job with a target it is an estimate, which may fall.
   [[nodiscard]] double progress(Time elapsed) const;
-  /// How much that is, for people: "43.1 %", or, in passes, whose end nobody knows, "57.3 samples a
-  /// pixel".
+  /// Returns the finished work as text: "43.1 %". For a picture in passes, whose number is unknown:
+  /// "57.3 samples a pixel".
   [[nodiscard]] std::string amount_text() const;
 
-  /// All of the pass under way is in, or there is none yet: begins the next; false when the picture
-  /// is complete.
+  /// Begins the next pass, unless the current one is unfinished. Returns false if the picture is
+  /// complete.
   bool begin_pass(const PassTimes& times = {});
 
-  /// Takes what has been merged of the pass under way, for the store. What waits is in memory:
-  /// while holds_much(), pack_some() is due.
+  /// Buffers merged results of the current pass for the store. While buffer_full(), call
+  /// pack_next().
   void keep(TracerKey tracer, TracedCells cells);
-  /// The same of cells that were set back.
+  /// Buffers an entry for cells that were set back.
   void retract(const std::vector<CellRange>& cells);
-  /// Drops everything kept so far, because the picture is begun again.
+  /// Drops all saved results, because the picture is begun again.
   void restart();
-  /// What was found wrong and mended, for the report.
+  /// Adds an error in results that was found and repaired, for the report.
   void add_flag(const std::string& text);
-  [[nodiscard]] bool holds_much() const;
-  /// Packs some of what waits, which takes milliseconds; false when nothing was left.
-  bool pack_some();
-  /// All that was kept is on the disk when it returns. Throws RunError.
+  /// Returns whether the buffered results need much memory.
+  [[nodiscard]] bool buffer_full() const;
+  /// Packs some buffered results for the store, which takes milliseconds. Returns false if there
+  /// were none.
+  bool pack_next();
+  /// Writes all results to the disk. Throws RunError.
   void commit();
 
-  /// The job is done. In a directory that the user has named its picture and report take the place
-  /// of its rows.
+  /// Marks the job as done. In a directory that the user has named, replaces its rows by picture
+  /// and report.
   void keep_picture(const Picture& picture);
-  /// The picture is written: a directory that the user has not named goes.
+  /// Removes the directory, unless the user has named it. Call when the picture file is written.
   void forget();
 
  private:
-  bool take_up(JobRecord& kept);
+  bool resume(JobRecord& kept);
   void replay();
   void open_store();
 
@@ -82,13 +84,13 @@ class CheckpointedJob {
   JobRecord record_;
   std::unique_ptr<JobPicture> picture_;
   std::uint64_t samples_before_ = 0;
-  std::unique_ptr<DiskStore> store_;  ///< null until there is something to keep
+  std::unique_ptr<DiskStore> store_;  ///< null until there are results to save
   struct Held {
     std::uint32_t pass;
     TracerKey tracer;
     std::shared_ptr<const CellGrid> grid;
     TracedCells cells;
-    std::string retraction{};  ///< the entry; there are no cells then
+    std::string retraction{};  ///< entry of cells that were set back; `cells` is then empty
   };
   std::deque<Held> held_;
   std::size_t held_bytes_ = 0;

@@ -12,8 +12,8 @@ constexpr const char* about = "Render a scene with all the ranks of one mpirun";
 
 }  // namespace
 
-/// All ranks read the same command line; one speaks, and says the exit status: mpirun ends
-/// everybody, the speaker too, as soon as any rank has failed.
+/// All ranks read the same command line. Only rank 0 prints messages and returns a failure, because
+/// mpirun ends all ranks, also rank 0, as soon as any rank fails.
 int main(int argc, char** argv) {
   using namespace parray::mpi;
   const bool speaks = rank_in_environment() == 0;

@@ -12,16 +12,16 @@
 namespace parray::mpi {
 namespace {
 
-/// How often rank 0 looks. Where MPI needs the target's help, or ranks wait for answers, one
-/// request follows another, so after each it looks often for a while; looking costs its own team
-/// time.
+/// Intervals at which rank 0 polls. If MPI needs the target's help, or ranks wait for answers,
+/// requests often follow each other. So rank 0 polls eagerly for a while after each request, but
+/// not always, because polling takes time from its own team.
 constexpr Time calm_poll = milliseconds(1);
 constexpr Time eager_poll = std::chrono::microseconds(50);
 constexpr Time eager_time = milliseconds(2);
 
 constexpr Time look_interval = milliseconds(50);
 
-/// Of results in one turn, so that a turn stays short.
+/// Largest number of merged cells in one turn, so that a turn stays short.
 constexpr std::uint64_t most_cells_a_turn = 4096;
 
 }  // namespace
@@ -56,7 +56,7 @@ MpiCoordinator::MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, Thre
              {.trace = options_.trace,
               .retracted = [&job](const std::vector<CellRange>& cells) { job.retract(cells); },
               .restarted = [&job] { job.restart(); },
-              .decided = [this](const RankJudge::Verdict& verdict) { tell(verdict); }}),
+              .decided = [this](const RankJudge::Verdict& verdict) { report_verdict(verdict); }}),
       progress_(progress_style(options_.following.quiet, options_.following.progress), std::cerr,
                 terminal_columns),
       preview_(options_.following,
@@ -67,7 +67,7 @@ MpiCoordinator::MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, Thre
       started_(clock_.now()),
       pass_began_(started_),
       finished_(started_),
-      progress_before_(job.taken_up() ? job.progress(Time(0)) : 0),
+      progress_before_(job.resumed() ? job.progress(Time(0)) : 0),
       next_checkpoint_(started_ + options_.checkpoint) {}
 
 bool MpiCoordinator::run_pass(PassResources& resources, Transport& transport) {
@@ -76,7 +76,7 @@ bool MpiCoordinator::run_pass(PassResources& resources, Transport& transport) {
   last_activity_ = 0;
   asked_for_help_ = transport.by_messages() || !world_.one_machine();
   if (asked_for_help_) {
-    prctl(PR_SET_TIMERSLACK, 1000);  // or 50 us of sleep would be 110
+    prctl(PR_SET_TIMERSLACK, 1000);  // otherwise 50 us of sleep take 110
   }
   while (!pass_->collector.done() && !pass_->collector.overtaken()) {
     stop_if_interrupted();
@@ -93,7 +93,7 @@ bool MpiCoordinator::run_pass(PassResources& resources, Transport& transport) {
   return end_pass();
 }
 
-/// Others only wait for leases meanwhile, and see that rank 0 is alive.
+/// Decides on the next pass. Other ranks meanwhile wait for leases, and see rank 0's heartbeat.
 bool MpiCoordinator::end_pass() {
   progress_.show(clock_.now(), status(clock_.now(), false));
   const Time began = clock_.now();
@@ -125,7 +125,7 @@ void MpiCoordinator::stop_if_interrupted() {
   }
 }
 
-/// While rank 0 does something else than its share of the work.
+/// Serves other ranks and shows that rank 0 is alive, while it does other things than tracing.
 void MpiCoordinator::stay_alive() {
   options_.reset_watchdog();
   pass_->transport.progress();
@@ -147,11 +147,11 @@ void MpiCoordinator::take_turn(Time now) {
   collector.issue_copies(now);
   if (now >= next_look_) {
     next_look_ = now + look_interval;
-    look_after_ranks(now);
+    check_ranks(now);
   }
 }
 
-void MpiCoordinator::look_after_ranks(Time now) {
+void MpiCoordinator::check_ranks(Time now) {
   const JobStatus so_far = status(now, false);
   progress_.show(now, so_far);
   preview_.follow(clock_, so_far, [this] { return shown_image(job_.picture()).image; });
@@ -159,32 +159,32 @@ void MpiCoordinator::look_after_ranks(Time now) {
   if (now - pass_->collector.last_sign_of_life() >= options_.patience) {
     give_up(now);
   }
-  if (now >= next_checkpoint_ || job_.holds_much()) {
-    keep_some(now);
+  if (now >= next_checkpoint_ || job_.buffer_full()) {
+    save_some(now);
   }
 }
 
-/// A little at each look, because other ranks may need rank 0 meanwhile. A slow disk is asked less
-/// often, so that it takes a tenth of the time at most.
-void MpiCoordinator::keep_some(Time now) {
-  next_checkpoint_ = now;  // until nothing waits
-  if (!job_.pack_some()) {
+/// Saves a few results in each call, because other ranks may need rank 0 meanwhile. With a slow
+/// disk, checkpoints are less frequent, so that they take at most a tenth of the time.
+void MpiCoordinator::save_some(Time now) {
+  next_checkpoint_ = now;  // the next call continues, until the buffer is empty
+  if (!job_.pack_next()) {
     job_.commit();
-    keeping_ += clock_.now() - now;
-    next_checkpoint_ = now + std::max(options_.checkpoint, 10 * std::exchange(keeping_, Time(0)));
+    saving_ += clock_.now() - now;
+    next_checkpoint_ = now + std::max(options_.checkpoint, 10 * std::exchange(saving_, Time(0)));
     return;
   }
-  keeping_ += clock_.now() - now;
+  saving_ += clock_.now() - now;
 }
 
 std::string MpiCoordinator::kept_text() const {
   return job_.amount_text() + (job_.record().settings.in_passes() ? " are" : " is") + " kept in " +
          job_.directory().string() +
-         ": the same command goes on from there, with any number of ranks";
+         ": the same command continues from there, with any number of ranks";
 }
 
-/// A rank returned wrong bits: which, and what follows.
-void MpiCoordinator::tell(const RankJudge::Verdict& verdict) {
+/// Reports a rank that returned wrong bits, and the consequences, on stderr and in the job's flag.
+void MpiCoordinator::report_verdict(const RankJudge::Verdict& verdict) {
   const auto name_of_rank = [this](std::uint32_t rank) {
     return "rank " + std::to_string(rank) + " on " + options_.hosts[rank];
   };
@@ -206,13 +206,13 @@ void MpiCoordinator::tell(const RankJudge::Verdict& verdict) {
   std::cerr << line + ". Test that machine's memory\n";
 }
 
-/// Rank 0 decides which bits are right, and nobody else can.
+/// Ends the job, because rank 0 itself returned wrong bits and no other rank can decide.
 void MpiCoordinator::give_up_judging() {
   job_.commit();
   throw RunError("rank 0 on " + options_.hosts[0] +
-                 " got other bits when it traced the same samples again, so that the picture "
-                 "cannot be trusted: test that machine's memory. " +
-                 kept_text() + "; begin the list of hosts with another machine");
+                 " got other bits when it traced the same samples again, so the picture cannot be "
+                 "trusted: test that machine's memory. " +
+                 kept_text() + "; put another machine first in the list of hosts");
 }
 
 void MpiCoordinator::give_up(Time now) {
@@ -222,7 +222,8 @@ void MpiCoordinator::give_up(Time now) {
     silent += (silent.empty() ? "" : ", ") + std::to_string(rank);
   }
   throw RunError("no rank has made progress for " + duration_text(to_seconds(options_.patience)) +
-                 (silent.empty() ? "" : "; at work and silent: " + silent) + "; " + kept_text());
+                 (silent.empty() ? "" : "; silent ranks with leases: " + silent) + "; " +
+                 kept_text());
 }
 
 JobStatus MpiCoordinator::status(Time now, bool done) const {

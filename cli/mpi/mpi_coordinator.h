@@ -17,13 +17,13 @@
 
 namespace parray::mpi {
 
-/// What every rank that takes part builds for a pass.
+/// The objects that every participating rank needs for a pass.
 struct PassResources {
   RankPass pass;
   std::optional<WindowLayout> layout;
   std::optional<WindowSource> source;
 
-  /// Collective.
+  /// Makes the objects for the pass `next`. Collective.
   void begin(RankPass next, Transport& transport, const Ranks& ranks, RankJob& job);
 };
 
@@ -35,19 +35,19 @@ class MpiCoordinator {
     Time patience = seconds(60);
     Time checkpoint = seconds(10);
     ProgressOptions following;
-    std::uint32_t threads = 1;      ///< of rank 0
-    std::uint32_t all_threads = 1;  ///< of all ranks
+    std::uint32_t threads = 1;      ///< threads of rank 0
+    std::uint32_t all_threads = 1;  ///< threads of all ranks together
     /// See WindowCollector::Hooks.
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
     /// See RankJudge::Hooks.
     std::function<TracedCells(const CellBatch& cell)> trace;
-    std::vector<std::string> hosts;        ///< of all ranks that take part
-    std::function<void()> reset_watchdog;  ///< called in every turn
+    std::vector<std::string> hosts;        ///< host names of all participating ranks
+    std::function<void()> reset_watchdog;  ///< called at least in every turn
   };
   /// References outlive the object.
   MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, ThreadTeam& team, Options options);
 
-  /// Does the pass that the job has begun. Returns when all cells are merged, the next pass is
+  /// Renders the pass that the job has begun. Returns when all cells are merged, the next pass is
   /// decided, and all ranks can see that this pass is over. Returns whether there is another pass.
   /// Throws RunError if no rank makes progress, Interrupted after a signal; both after the results
   /// are on disk.
@@ -60,17 +60,18 @@ class MpiCoordinator {
   /// Waits for the last values of the other ranks. Returns false if a rank does not answer in time.
   bool last_barrier(Time patience);
 
-  /// Facts for the report, from the values of all ranks.
+  /// Returns facts for the report, from the values of all ranks.
   [[nodiscard]] RenderFacts facts(const Ranks& ranks) const;
-  /// A value that a rank has published. 0 if the job had nothing to do.
+  /// Returns a value that a rank has published. 0 if the job had nothing to do.
   [[nodiscard]] std::uint64_t rank_value(std::uint32_t rank, WindowLayout::RankWord word) const {
     return pass_ ? pass_->collector.rank_value(rank, word) : 0;
   }
   [[nodiscard]] const WindowCollector::Totals& totals() const { return totals_; }
-  /// Ranks that returned wrong results.
+  /// Returns the ranks that returned wrong results.
   [[nodiscard]] const std::vector<RankJudge::Verdict>& verdicts() const {
     return judge_.verdicts();
   }
+  /// Shows the finished picture in the preview.
   void show_finished(const Image& image) { preview_.finish(image); }
 
  private:
@@ -83,13 +84,13 @@ class MpiCoordinator {
   };
 
   bool end_pass();
-  void tell(const RankJudge::Verdict& verdict);
+  void report_verdict(const RankJudge::Verdict& verdict);
   [[noreturn]] void give_up_judging();
   void stop_if_interrupted();
   void stay_alive();
   void take_turn(Time now);
-  void keep_some(Time now);
-  void look_after_ranks(Time now);
+  void save_some(Time now);
+  void check_ranks(Time now);
   [[nodiscard]] PassTimes times(Time now) const;
   [[nodiscard]] JobStatus status(Time now, bool done) const;
   [[noreturn]] void give_up(Time now);
@@ -115,7 +116,7 @@ class MpiCoordinator {
   double progress_before_;
   Time next_look_{};
   Time next_checkpoint_;
-  Time keeping_{};  ///< time spent for the current checkpoint
+  Time saving_{};  ///< time spent for the current checkpoint
 };
 
 }  // namespace parray::mpi

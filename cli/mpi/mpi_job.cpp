@@ -43,7 +43,7 @@ std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job,
 
 namespace {
 
-/// A list as it lies in memory, after its length: all ranks run the same build.
+/// Appends the length of a list and its bytes in memory. All ranks run the same build.
 template <typename Element>
 void append(std::string& bytes, const std::vector<Element>& list) {
   const std::uint64_t count = list.size();
@@ -57,7 +57,7 @@ std::vector<Element> take_list(std::string_view& bytes) {
   std::memcpy(&count, bytes.data(), sizeof count);
   bytes.remove_prefix(sizeof count);
   std::vector<Element> list(count);
-  if (count > 0) {  // the place of nothing may be null, which memcpy must not see
+  if (count > 0) {  // data() of an empty list may be null, which memcpy does not allow
     std::memcpy(list.data(), bytes.data(), count * sizeof(Element));
   }
   bytes.remove_prefix(count * sizeof(Element));
@@ -92,7 +92,7 @@ std::optional<RankPass> broadcast_pass(const MpiWorld& world, const MpiJob& job,
 
 namespace {
 
-/// In rank 0; elsewhere empty ones.
+/// Returns the facts of all ranks in rank 0, and default values in other ranks.
 std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t threads, bool alone) {
   constexpr std::size_t name_size = 64;
   struct Packed {

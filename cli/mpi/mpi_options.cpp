@@ -41,22 +41,24 @@ void MpiOptions::add_to(Command& command) {
   add_whole_number(
       command, "--threads", 1, most_threads,
       [this](std::uint64_t value) { threads = static_cast<std::uint32_t>(value); },
-      "Threads of each rank (default: its machine's processors, shared by the ranks there)")
+      "Number of threads of each rank (default: the processors of its machine, divided among the "
+      "ranks there)")
       .group(work_group);
   command
       .option(
           "--mode", [this](const std::string& text) { mode = mpi_mode_from(text); },
-          "How ranks share the work; window: each takes leases by itself from memory of rank 0's; "
-          "messages: rank 0 is asked for them; static: 1/P of the rows each, whatever --schedule "
-          "says; openmp and sequential: "
-          "rank 0 alone, with all its threads or with one")
+          "How ranks share the work. window: each rank takes leases from rank 0's memory; "
+          "messages: each rank requests leases from rank 0; static: each rank gets 1/P of the "
+          "rows, without regard to --schedule; openmp and sequential: rank 0 alone, with all its "
+          "threads or with one")
       .words({mode_names.begin(), mode_names.end()})
       .group(work_group);
   number("--tile", 0, 4096, tile,
-         "Let threads take square tiles of N x N pixels; 0: runs of pixels along a row")
+         "Let threads trace square tiles of N x N pixels. 0: runs of pixels along a row")
       .group(work_group);
   number("--ledger-ranks", 1, 1U << 20, ledger_ranks,
-         "Ranks that take their leases from one rank's memory; more have several (default: 256)")
+         "Largest number of ranks that take their leases from the memory of one rank. More ranks "
+         "use the memory of several ranks (default: 256)")
       .group(work_group);
   output.add_to(command, true);
   output.add_aov_to(command);
@@ -64,27 +66,25 @@ void MpiOptions::add_to(Command& command) {
   output.add_labels_to(command, render);
   command
       .option("--state", state,
-              "Keep finished rows in DIR, and go on with what is there; a coordinator started "
-              "with --state DIR goes on with it, too (default: IMAGE.state, until the picture "
-              "is written)")
+              "Save finished rows in DIR, and continue with the rows there. A coordinator with "
+              "--state DIR can also continue (default: IMAGE.state, until the picture is written)")
       .type_name("DIR")
       .completes(Completes::directories)
       .group(safety_group);
-  number("--checkpoint", 1, 86400, checkpoint, "Keep finished rows every N seconds (default: 10)")
+  number("--checkpoint", 1, 86400, checkpoint, "Save finished rows every N seconds (default: 10)")
       .group(safety_group);
   number("--patience", 1, 86400, patience,
-         "Give up when no rank has made progress for N seconds (default: 60)")
+         "Give up if no rank has made progress for N seconds (default: 60)")
       .group(safety_group);
   command
-      .flag("--row-seconds", row_seconds,
-            "Put the time that each row took into the report, for simulations")
+      .flag("--row-seconds", row_seconds, "Add the time of each row to the report, for simulations")
       .group(output_group);
   add_following(command, following);
-  command.example(
-      "mpirun -n 4 parray-mpi scenes/glass.json -o glass.png",
-      "four ranks (as root add --allow-run-as-root, for more ranks than cores --oversubscribe)");
+  command.example("mpirun -n 4 parray-mpi scenes/glass.json -o glass.png",
+                  "uses four ranks (as root add --allow-run-as-root; for more ranks than cores add "
+                  "--oversubscribe)");
   command.example("mpirun -n 64 parray-mpi scenes/glass.json -o glass.exr --threads 4 --state rows",
-                  "finished rows are kept: the same command goes on after a crash");
+                  "saves finished rows; after a crash the same command continues");
 }
 
 }  // namespace parray::mpi

@@ -18,7 +18,7 @@ enum class MpiMode : std::uint8_t {
   sequential     ///< rank 0 alone, with one thread
 };
 std::string_view name_of(MpiMode mode);
-/// Throws InputError, which lists the known names.
+/// Parses the name of a mode. Throws InputError, which lists the known names.
 MpiMode mpi_mode_from(std::string_view name);
 
 /// The command line of parray-mpi.
@@ -36,6 +36,7 @@ struct MpiOptions {
   bool row_seconds = false;
   ProgressOptions following;
 
+  /// Declares all options. The object must not move while the command line is parsed.
   void add_to(Command& command);
 };
 

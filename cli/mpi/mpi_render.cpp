@@ -30,7 +30,7 @@ using nlohmann::json;
 
 double ratio(double a, double b) { return b > 0 ? a / b : 0; }
 
-/// Those that returned wrong bits.
+/// Returns the ranks that returned wrong bits, for the report.
 json faulty_ranks(const std::vector<RankJudge::Verdict>& verdicts, const Ranks& ranks) {
   json list = json::array();
   for (const RankJudge::Verdict& verdict : verdicts) {
@@ -43,8 +43,8 @@ json faulty_ranks(const std::vector<RankJudge::Verdict>& verdicts, const Ranks& 
   return list;
 }
 
-/// What the report of an MPI job has beside that of any job: the map "mpi" of cli/REFERENCE.md,
-/// "The report".
+/// Returns the map "mpi" of the report, which only MPI jobs have; see cli/REFERENCE.md, "The
+/// report".
 json mpi_report(const MpiCoordinator& coordinator, const Ranks& ranks, MpiMode mode,
                 const char* transport, double render_seconds, bool row_seconds) {
   double takes = 0;
@@ -90,14 +90,14 @@ json mpi_report(const MpiCoordinator& coordinator, const Ranks& ranks, MpiMode m
 
 constexpr const char* program = "parray-mpi";
 
-/// Ends all ranks, this one at once: a rank that waits for MPI cannot be told otherwise.
+/// Ends all ranks, and this one at once. MPI_Abort also ends ranks that wait in MPI.
 [[noreturn]] void end_all(int status) {
   std::cerr << std::flush;
   MPI_Abort(MPI_COMM_WORLD, status);
   std::_Exit(status);
 }
 
-/// A rank that waits for another in vain says so and takes the others with it.
+/// Returns a watchdog that ends all ranks with a message if this rank waits too long for another.
 Watchdog guard(const MpiWorld& world, const MpiOptions& options) {
   const std::uint32_t rank = world.rank();
   return Watchdog(seconds(options.patience), [rank] {
@@ -109,7 +109,7 @@ Watchdog guard(const MpiWorld& world, const MpiOptions& options) {
   });
 }
 
-/// Of the processors that mpirun has left to this rank.
+/// Returns the number of threads of this rank. `alone`: only rank 0 renders.
 std::uint32_t threads_for(const MpiWorld& world, const MpiOptions& options, bool alone) {
   if (options.mode == MpiMode::sequential) {
     return 1;
@@ -124,16 +124,17 @@ RankJob rank_job(const MpiJob& job, std::shared_ptr<const Scene> scene) {
 }
 
 constexpr Time for_ever = std::chrono::hours(24 * 365);
-/// How often the keeper of a ledger lets others' operations come in, where MPI needs its help.
+/// Interval at which the rank with a ledger completes operations of other ranks, if MPI needs that.
 constexpr Time keeper_poll = std::chrono::microseconds(200);
-/// How long rank 0 waits, when all is done, for ranks that may have been stopped.
+/// How long rank 0 waits at the end for ranks that may have been stopped.
 constexpr Time last_patience = seconds(10);
 
-/// Whether rank 0 has been seen alive, asked now and then.
+/// Watches the heartbeat of rank 0.
 class RootHeartbeat {
  public:
   explicit RootHeartbeat(Window& window) : window_(window) {}
 
+  /// Returns whether the heartbeat has changed since the last check. Checks every 250 ms.
   bool alive(Time now) {
     if (now < next_look_) {
       return false;
@@ -162,7 +163,7 @@ class Follower {
         team_(static_cast<int>(ranks_.own.threads)),
         transport_(world, false, job_.mode == MpiMode::messages, options.ledger_ranks) {}
 
-  /// Pass after pass, until rank 0 has written the picture.
+  /// Renders all passes, and returns when rank 0 has written the picture.
   void run() {
     PassResources resources;
     while (auto pass = broadcast_pass(world_, job_, nullptr)) {
@@ -192,11 +193,11 @@ class Follower {
     }
     runner.stop();
     tally_ = runner.tally();
-    // Rank 0 may wait for another rank. It answers no request after the last rank has come here, so
-    // that without one-sided communication only the watchdog's patience counts.
+    // Rank 0 may wait for another rank. It answers no requests after the last rank has come here.
+    // So without one-sided communication there is no heartbeat, and the watchdog's time runs.
     world_.barrier(for_ever, [&] {
       if (keeps) {
-        transport_.progress();  // others may still look at its ledger
+        transport_.progress();  // other ranks may still use this rank's ledger
       }
       if (!transport_.by_messages() && heartbeat.alive(clock_.now())) {
         watchdog_.reset();
@@ -218,15 +219,15 @@ class Follower {
 int follow(const MpiOptions& options, const MpiWorld& world) {
   auto job = broadcast_job(world, nullptr);
   if (!job) {
-    return 0;  // rank 0 says why
+    return 0;  // rank 0 prints the reason
   }
   if (job->alone()) {
-    world.barrier(for_ever);  // until the work is done, and then until the picture is written
+    world.barrier(for_ever);  // first until the work is done, then until the picture is written
     world.barrier(for_ever);
     return 0;
   }
   Watchdog watchdog = guard(world, options);
-  if (world.all_of(trace_fingerprint() == job->fingerprint)) {  // else rank 0 says so
+  if (world.all_of(trace_fingerprint() == job->fingerprint)) {  // otherwise rank 0 reports it
     Follower(options, world, std::move(*job), watchdog).run();
   }
   return 0;
@@ -252,7 +253,7 @@ LoadedJob load_job(const MpiOptions& options, const MpiWorld& world, Time starte
   auto kept = std::make_unique<CheckpointedJob>(
       std::move(prepared.submission), options.tile,
       named ? options.state : prepared.outputs.image.string() + ".state", named);
-  if (kept->taken_up()) {
+  if (kept->resumed()) {
     std::cerr << std::string(program) + ": going on from " + kept->amount_text() + " in " +
                      kept->directory().string() + "\n";
   }
@@ -264,13 +265,13 @@ LoadedJob load_job(const MpiOptions& options, const MpiWorld& world, Time starte
   return {std::move(job), std::move(kept), std::move(prepared.outputs)};
 }
 
-/// Traces cells again in rank 0. Makes the tracer when the first is asked for.
+/// Traces cells again in rank 0. Makes the tracer when it is first needed.
 class Retracer {
  public:
   Retracer(const CheckpointedJob& kept, const RenderSettings& settings)
       : kept_(kept), settings_(settings) {}
 
-  /// Samples of a cell that are not finite.
+  /// Returns the samples of a cell that are not finite.
   std::vector<ExcludedSamples> locate(const CellBatch& batch) {
     const Cell cell = batch.grid->cell(batch.range.begin);
     return locate_nonfinite(tracer(), {cell.y, cell.x_begin, cell.x_end},
@@ -284,7 +285,7 @@ class Retracer {
  private:
   const PathTracer& tracer() {
     if (!tracer_) {
-      tracer_ = make_path_tracer(*kept_.scene_again(), settings_);
+      tracer_ = make_path_tracer(*kept_.copy_scene(), settings_);
     }
     return *tracer_;
   }
@@ -309,7 +310,7 @@ std::vector<std::string> hosts_of(const Ranks& ranks) {
   return hosts;
 }
 
-/// Pass after pass, in rank 0; the first is the whole job, as a rule.
+/// Renders all passes in rank 0. Most jobs have only one.
 void run_passes(const MpiWorld& world, const Ranks& ranks, const MpiJob& job, CheckpointedJob& kept,
                 MpiCoordinator& coordinator, PassResources& resources, Transport& transport) {
   RankJob own = rank_job(job, kept.take_scene());
@@ -333,7 +334,7 @@ void run_passes(const MpiWorld& world, const Ranks& ranks, const MpiJob& job, Ch
   }
 }
 
-/// Rank 0, once it has a job.
+/// Renders a loaded job in rank 0.
 Rendered render_job(const MpiOptions& options, const MpiWorld& world, CheckpointedJob& kept,
                     const MpiJob& job) {
   Watchdog watchdog = guard(world, options);
@@ -373,7 +374,7 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
   rendered.picture = {std::move(finished.picture.image), std::move(finished.picture.statistics),
                       nlohmann::json::parse(finished.report)};
   coordinator.show_finished(rendered.picture.image);
-  // Nothing is known of them where there are none.
+  // Without half-widths, the error is unknown: infinite.
   rendered.picture.statistics.half_width.resize(rendered.picture.image.rgb.size(),
                                                 std::numeric_limits<float>::infinity());
   rendered.picture.report["mpi"] =
@@ -382,7 +383,7 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
   return rendered;
 }
 
-/// Does what all ranks depend on: when it throws, they all end.
+/// Runs `action`, on which all ranks depend, and returns its result. If it throws, ends all ranks.
 template <typename Action>
 auto or_abort_all(Action action) {
   decltype(action()) result{};
@@ -391,7 +392,7 @@ auto or_abort_all(Action action) {
     return 0;
   });
   if (status == interrupted_status) {
-    // mpirun is ending the others; it drops what a rank that has gone has said just before.
+    // mpirun ends the other ranks, and loses the last output of a rank that ends too early.
     std::this_thread::sleep_for(milliseconds(300));
     std::_Exit(status);
   }
@@ -406,7 +407,7 @@ int finish(const LoadedJob& loaded, Rendered& rendered, Time started) {
   const RenderSettings& settings = loaded.job.settings;
   CheckpointedJob& kept = *loaded.kept;
   kept.keep_picture(rendered.picture);
-  auto scene = needs_scene(outputs, settings) ? kept.scene_again() : nullptr;
+  auto scene = needs_scene(outputs, settings) ? kept.copy_scene() : nullptr;
   add_channels(rendered.picture,
                extra_channels(outputs, settings, std::move(scene), rendered.threads));
   const int status =
@@ -415,7 +416,7 @@ int finish(const LoadedJob& loaded, Rendered& rendered, Time started) {
   return status;
 }
 
-/// Rank 0.
+/// Loads and renders the job in rank 0, and writes the files. Returns the exit status.
 int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
   LoadedJob loaded;
   try {
@@ -429,7 +430,7 @@ int lead(const MpiOptions& options, const MpiWorld& world, Time started) {
       or_abort_all([&] { return render_job(options, world, *loaded.kept, loaded.job); });
   const int status = run_action(program, [&] { return finish(loaded, rendered, started); });
   if (!rendered.all_answer || !world.barrier(last_patience)) {
-    fail(program, status, "the work is done, but not all ranks answer: ending them");
+    fail(program, status, "the work is done, but not all ranks answer: ending all ranks");
     end_all(status);
   }
   rendered.transport->close();
@@ -445,7 +446,7 @@ int mpi_render(const MpiOptions& options) {
   const int status = world->first() ? lead(options, *world, started)
                                     : or_abort_all([&] { return follow(options, *world); });
   const Watchdog watchdog(seconds(options.patience), [status] {
-    std::_Exit(status);  // a rank does not come to the end: all the others have done their work
+    std::_Exit(status);  // another rank does not end, but this rank's work is done
   });
   world.reset();
   return status;

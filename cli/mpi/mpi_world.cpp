@@ -17,17 +17,18 @@
 namespace parray::mpi {
 namespace {
 
-/// Open MPI reads its parameters from the environment; the user's own come first.
+/// Sets parameters of Open MPI in the environment, unless the user has set them.
 void set_mpi_parameters() {
   constexpr int keep = 0;
-  // Debian's configuration switches osc/pt2pt off, the only component that serves windows across
-  // machines without special networks.
+  // Debian's configuration disables osc/pt2pt, the only component for windows across machines
+  // without special networks.
   // NOLINTNEXTLINE(concurrency-mt-unsafe): before there is any other thread
   setenv("OMPI_MCA_osc", "^ucx", keep);
 }
 
-/// mpirun puts its options into the environment. "none" is what we do anyway.
-bool binding_was_asked_for() {
+/// Returns whether the user requested a binding. mpirun passes its options in the environment. The
+/// option "none" means no binding, like the default of ParRay.
+bool binding_requested() {
   // NOLINTBEGIN(concurrency-mt-unsafe): nothing changes the environment meanwhile
   const char* binding = std::getenv("OMPI_MCA_hwloc_base_binding_policy");
   const char* mapping = std::getenv("OMPI_MCA_rmaps_base_mapping_policy");
@@ -42,7 +43,7 @@ void allow_all_processors() {
   for (std::size_t cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
     CPU_SET(cpu, &all);
   }
-  sched_setaffinity(0, sizeof all, &all);  // the kernel keeps what the machine or container allows
+  sched_setaffinity(0, sizeof all, &all);  // the kernel leaves out processors that are not allowed
 }
 
 }  // namespace
@@ -52,7 +53,7 @@ MpiWorld::MpiWorld() {
   int provided = MPI_THREAD_SINGLE;
   check_mpi(MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided), "starting MPI");
   if (provided < MPI_THREAD_FUNNELED) {
-    throw RunError("this MPI library cannot be used by a program that has threads");
+    throw RunError("this MPI library does not support threads: use one with MPI_THREAD_FUNNELED");
   }
   MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
   int rank = 0;
@@ -61,14 +62,14 @@ MpiWorld::MpiWorld() {
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   rank_ = static_cast<std::uint32_t>(rank);
   ranks_ = static_cast<std::uint32_t>(ranks);
-  if (!binding_was_asked_for()) {
+  if (!binding_requested()) {
     allow_all_processors();
   }
-  look_at_machine();
+  inspect_machine();
 }
 
-/// Ranks with the same set of processors share it.
-void MpiWorld::look_at_machine() {
+/// Finds the ranks of this machine, and divides processors among ranks with the same set.
+void MpiWorld::inspect_machine() {
   MPI_Comm here = MPI_COMM_NULL;
   check_mpi(MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &here),
             "finding the ranks of this machine");

@@ -22,11 +22,13 @@ class MpiWorld {
 
   [[nodiscard]] std::uint32_t rank() const { return rank_; }
   [[nodiscard]] std::uint32_t ranks() const { return ranks_; }
-  /// Whether all ranks run on one machine.
+  /// Returns whether all ranks run on one machine.
   [[nodiscard]] bool one_machine() const { return one_machine_; }
-  /// Threads for this rank: its share of the processors that it may use. mpirun by default binds a
-  /// rank to a single core; MpiWorld removes that binding but keeps one that the user asked for.
+  /// Returns the number of threads for this rank: its share of the available processors. By default
+  /// mpirun binds a rank to a single core. MpiWorld removes that binding, but keeps a binding that
+  /// the user requested.
   [[nodiscard]] std::uint32_t threads() const { return threads_; }
+  /// Returns whether this is rank 0.
   [[nodiscard]] bool first() const { return rank_ == 0; }
   [[nodiscard]] MPI_Comm comm() const { return comm_; }
 
@@ -43,7 +45,7 @@ class MpiWorld {
       Time patience, const std::function<void()>& meanwhile = [] {}) const;
 
  private:
-  void look_at_machine();
+  void inspect_machine();
 
   MPI_Comm comm_ = MPI_COMM_WORLD;
   std::uint32_t rank_ = 0;
@@ -52,8 +54,8 @@ class MpiWorld {
   std::uint32_t threads_ = 1;
 };
 
-/// The rank of this process, from the environment that mpirun or srun --mpi=pmix sets before MPI
-/// starts. 0 without either.
+/// Returns the rank of this process from the environment that mpirun or srun --mpi=pmix sets, so
+/// that it is known before MPI starts. 0 without either.
 std::uint32_t rank_in_environment();
 
 }  // namespace parray::mpi

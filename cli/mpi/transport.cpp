@@ -13,7 +13,7 @@ void Transport::begin_pass(const WindowLayout& layout) {
     clear(layout.zeroed_bytes());
     return;
   }
-  // Records of later passes are a little longer, pass by pass.
+  // Records become a little longer with each pass.
   bytes_ = bytes_ == 0 ? layout.bytes() : layout.bytes() / 4 * 5;
   if (!alone_ && !by_messages_) {
     open_window(layout);
@@ -22,7 +22,7 @@ void Transport::begin_pass(const WindowLayout& layout) {
     return;
   }
   if (world_.first()) {
-    local_memory_ = {};  // before there is more: two may not fit
+    local_memory_ = {};  // first, because old and new memory may not both fit
     local_memory_.resize((bytes_ + 7) / 8);
     own_window_ = std::make_unique<LocalWindow>(memory());
   } else {
@@ -51,7 +51,7 @@ void Transport::open_window(const WindowLayout& layout) {
 void Transport::clear(std::size_t zeroed) {
   if (mpi_window_) {
     mpi_window_->clear(zeroed);
-    world_.barrier(std::chrono::hours(24 * 365));  // nobody writes before it is zero
+    world_.barrier(std::chrono::hours(24 * 365));  // no rank may write before the memory is zero
   } else if (world_.first()) {
     std::fill_n(memory().begin(), zeroed, std::byte{0});
   }

@@ -12,7 +12,7 @@
 
 namespace parray::mpi {
 
-/// The memory with leases and results, and how this rank reaches it.
+/// The memory with leases and results, and this rank's access to it.
 class Transport {
  public:
   /// `world` outlives the object. `alone`: only rank 0 takes part. `by_messages`: without one-sided
@@ -33,14 +33,14 @@ class Transport {
 
   /// "window", "messages" or "memory" (rank 0 alone).
   [[nodiscard]] const char* name() const;
-  /// Why MPI has no window although one was requested. Empty otherwise.
+  /// Returns why MPI has no window although one was requested. Empty otherwise.
   [[nodiscard]] const std::string& fallback_reason() const { return fallback_reason_; }
   [[nodiscard]] bool by_messages() const { return by_messages_; }
-  /// Rank 0's window as this rank reaches it.
+  /// Returns this rank's access to rank 0's window.
   [[nodiscard]] Window& window();
-  /// The ledgers as this rank reaches them. Without an MPI window rank 0 has the only one.
+  /// Returns this rank's access to the ledgers. Without an MPI window rank 0 has the only ledger.
   [[nodiscard]] LedgerWindows ledgers();
-  /// Rank 0's memory.
+  /// Returns rank 0's memory.
   [[nodiscard]] std::span<std::byte> memory();
   /// Lets operations of other ranks complete.
   void progress();

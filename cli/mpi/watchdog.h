@@ -10,8 +10,8 @@
 
 namespace parray::mpi {
 
-/// Ends a program whose main thread hangs where it cannot read the clock: in an MPI call that waits
-/// for a rank that never answers.
+/// Ends a program whose main thread hangs in an MPI call, because another rank never answers. The
+/// main thread cannot read the clock there.
 class Watchdog {
  public:
   /// If reset() has not been called for `patience`, a thread of the watchdog calls `on_silence`,
@@ -29,19 +29,20 @@ class Watchdog {
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
+  /// Tells the watchdog that the main thread does not hang. Thread-safe.
   void reset() {
     const std::scoped_lock lock(mutex_);
-    petted_ = true;
+    reset_ = true;
   }
 
  private:
-  /// Counts steps instead of reading the clock: a process that was stopped has missed only one
+  /// Counts steps instead of reading the clock, so that a process that was stopped misses only one
   /// step.
   void watch() {
     constexpr int most_silent_steps = 8;
     std::unique_lock lock(mutex_);
     for (int silent = 0; !quit_; ++silent) {
-      if (std::exchange(petted_, false)) {
+      if (std::exchange(reset_, false)) {
         silent = 0;
       }
       if (silent == most_silent_steps) {
@@ -53,9 +54,9 @@ class Watchdog {
 
   const Time patience_;
   const std::function<void()> on_silence_;
-  std::mutex mutex_;  // guards petted_ and quit_
+  std::mutex mutex_;  // guards reset_ and quit_
   std::condition_variable changed_;
-  bool petted_ = false;
+  bool reset_ = false;
   bool quit_ = false;
   std::thread thread_;
 };

@@ -1,7 +1,7 @@
-// parray-referee: traces cells again for a coordinator to which two machines returned different
-// bits. The coordinator starts it (coordinator/disputes/referee_process.h); people do not. Its
-// standard input is a socket, over which it says `hello`, then answers each `grant` with `result`
-// or `failed`. Frames that begin with "scene" bring the scene of the grants that follow.
+// parray-referee: traces cells again for a coordinator that got different bits from two machines.
+// Only the coordinator starts it (coordinator/disputes/referee_process.h). Its standard input is a
+// socket. It sends `hello`, then answers each `grant` with `result` or `failed`. Frames that begin
+// with "scene" contain the scene of the following grants.
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -39,15 +39,15 @@ void limit(decltype(RLIMIT_AS) what, rlim_t value) {
   if (setrlimit(what, &wanted) != 0) throw RunError("a limit of this process cannot be set");
 }
 
-/// It ends with the coordinator, gets what processor time others leave, and stays within `memory`
-/// bytes of address space.
+/// Ends this process with the coordinator, sets the lowest priority, and limits the address space
+/// to `memory` bytes.
 void confine([[maybe_unused]] std::uint64_t memory) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   constexpr int lowest = 19;
   setpriority(PRIO_PROCESS, 0, lowest);
   limit(RLIMIT_CORE, 0);
-#ifndef PARRAY_SANITIZED  // whose shadow takes more address space than any machine has memory
+#ifndef PARRAY_SANITIZED  // the shadow memory of sanitizers needs a huge address space
   limit(RLIMIT_AS, memory);
 #endif
 }
@@ -60,13 +60,13 @@ double processor_seconds() {
 
 class RefereeProgram {
  public:
-  /// Serves until the coordinator has closed the socket.
+  /// Serves until the coordinator closes the socket. Throws RunError if it cannot send.
   void serve() {
     msg::Hello hello;
     hello.name = "referee";
     hello.instance = std::to_string(getpid());
     hello.fingerprint = trace_fingerprint();
-    say(hello);
+    send(hello);
     constexpr std::uint64_t most_bytes = std::uint64_t{1} << 40;
     while (auto frames = read_frames(socket_of_the_coordinator, most_bytes)) {
       if (!frames->empty() && frames->front().view() == "scene") {
@@ -81,9 +81,9 @@ class RefereeProgram {
   }
 
  private:
-  static void say(const Message& message) {
+  static void send(const Message& message) {
     if (!write_frames(socket_of_the_coordinator, encode(message))) {
-      throw RunError("the coordinator has gone");
+      throw RunError("the coordinator has closed the connection");
     }
   }
 
@@ -102,27 +102,27 @@ class RefereeProgram {
   }
 
   void answer(const msg::Grant& grant) {
-    const double began = told_;
+    const double began = reported_;
     msg::Failed failed{grant.job, grant.epoch, failure_};
     std::optional<msg::Result> result;
     try {
       if (scene_ && scene_id_ == grant.scene) {
         result = trace(grant);
       } else if (failed.reason.empty()) {
-        failed.reason = "the scene has not come";
+        failed.reason = "the scene has not arrived";
       }
     } catch (const std::bad_alloc&) {
       failed.reason = "not enough memory to trace the scene";
     } catch (const std::exception& error) {
       failed.reason = error.what();
     }
-    told_ = processor_seconds();
+    reported_ = processor_seconds();
     if (!result) {
-      say(failed);
+      send(failed);
       return;
     }
-    result->seconds = told_ - began;
-    say(*result);
+    result->seconds = reported_ - began;
+    send(*result);
   }
 
   msg::Result trace(const msg::Grant& grant) {
@@ -148,7 +148,7 @@ class RefereeProgram {
   std::shared_ptr<const Scene> scene_;
   std::string failure_;  ///< why there is no scene
   AcceleratorCache accelerators_;
-  double told_ = 0;  ///< processor time that earlier answers have stated
+  double reported_ = 0;  ///< processor time, in seconds, that earlier answers contain
 };
 
 }  // namespace

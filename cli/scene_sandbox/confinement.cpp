@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Rights that Debian 12's header does not know yet, by the version of Landlock that brought them.
+// Rights that the header of Debian 12 lacks. Comments name the version of Landlock that added them.
 constexpr std::uint64_t right_truncate = std::uint64_t{1} << 14;  // 3
 constexpr std::uint64_t right_ioctl = std::uint64_t{1} << 15;     // 5
 constexpr std::uint64_t net_bind_connect = 3;                     // 4
@@ -67,7 +67,8 @@ void allow(int ruleset, std::uint64_t handled, const fs::path& path, std::uint64
   close(at);
 }
 
-/// Where the libraries are that this process has, and so those that they load later.
+/// Returns the directories of the loaded libraries, which also have the libraries that they load
+/// later.
 std::set<fs::path> library_directories() {
   std::set<fs::path> found;
   const auto note = [](dl_phdr_info* info, std::size_t /*size*/, void* paths) {
@@ -79,11 +80,11 @@ std::set<fs::path> library_directories() {
   dl_iterate_phdr(note, &found);
   std::error_code error;
   const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  if (!error) found.insert(self.parent_path());  // and modules beside the program
+  if (!error) found.insert(self.parent_path());  // modules are beside the program
   return found;
 }
 
-/// Nothing where the kernel knows no Landlock.
+/// Restricts access to files by Landlock. Does nothing if the kernel lacks it.
 void restrict_files(const fs::path& directory) {
   const long version =
       syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION);
@@ -97,7 +98,7 @@ void restrict_files(const fs::path& directory) {
   for (const fs::path& libraries : library_directories()) {
     allow(ruleset, all.files, libraries, reading);
   }
-  // No directory that could hold a farm's keys.
+  // None of these may contain the keys of a farm.
   for (const char* path :
        {"/usr/lib", "/usr/share", "/usr/local/lib", "/lib", "/lib64", "/etc/ld.so.cache",
         "/etc/fonts", "/etc/localtime", "/etc/ssl/openssl.cnf", "/proc/cpuinfo", "/proc/meminfo",
@@ -117,8 +118,8 @@ constexpr std::uint32_t this_architecture = AUDIT_ARCH_AARCH64;
 constexpr std::uint32_t this_architecture = 0;
 #endif
 
-/// Calls that neither a reader nor a writer of files needs: sockets, programs, other processes, and
-/// ways round the other calls.
+/// System calls that reading and writing files do not need: sockets, programs, other processes, and
+/// ways around the other restrictions.
 constexpr std::array refused_calls = {SYS_socket,
                                       SYS_socketpair,
                                       SYS_connect,
@@ -164,7 +165,7 @@ constexpr sock_filter jump(std::uint32_t code, std::uint32_t value, std::uint8_t
   return {static_cast<std::uint16_t>(code), if_true, if_false, value};
 }
 
-/// Nothing where the kernel knows no seccomp.
+/// Restricts system calls by seccomp. Does nothing if the kernel lacks it.
 void restrict_calls() {
   if (this_architecture == 0) return;
   constexpr std::uint32_t load = BPF_LD | BPF_W | BPF_ABS;
@@ -176,19 +177,19 @@ void restrict_calls() {
       statement(load, offsetof(seccomp_data, arch)), jump(equal, this_architecture, 1, 0),
       statement(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS),
       statement(load, offsetof(seccomp_data, nr)), jump(at_least, other_table, 0, 1), refuse,
-      // glibc falls back to clone, whose flags can be looked at.
+      // glibc then uses clone, whose flags a filter can check.
       jump(equal, SYS_clone3, 0, 1), statement(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS)};
   for (const long call : refused_calls) {
     filter.push_back(jump(equal, static_cast<std::uint32_t>(call), 0, 1));
     filter.push_back(refuse);
   }
-#ifdef SYS_vfork  // older processors' calls, which later ones do not have
+#ifdef SYS_vfork  // newer architectures lack these calls
   for (const std::uint32_t call : {SYS_fork, SYS_vfork}) {
     filter.push_back(jump(equal, call, 0, 1));
     filter.push_back(refuse);
   }
 #endif
-  // Threads, but no processes.
+  // Allows threads, but no processes.
   filter.push_back(jump(equal, SYS_clone, 0, 3));
   filter.push_back(statement(load, offsetof(seccomp_data, args)));
   filter.push_back(jump(BPF_JMP | BPF_JSET | BPF_K, CLONE_THREAD, 1, 0));
@@ -214,7 +215,7 @@ bool writes_a_large_file(const Enclosure& enclosure) {
 void enclose_process(const Enclosure& enclosure) {
   const rlimit size{enclosure.file_bytes, enclosure.file_bytes};
   // NOLINTNEXTLINE(concurrency-mt-unsafe): there is one thread
-  static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));  // writing fails instead
+  static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));  // write() then fails with an error
   if (setrlimit(RLIMIT_FSIZE, &size) != 0 || prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) {
     throw RunError("a limit of this process cannot be set");
   }

@@ -1,7 +1,7 @@
-// parray-http-child: what the coordinator's HTTP interface has done by others. It reads what
-// strangers send, under limits of memory and processor time, and makes picture files; both in a
-// directory that the coordinator has made, the current one's parent, beyond which it can open
-// nothing. People do not start it.
+// parray-http-child: reads uploaded scenes and writes picture files for the coordinator's HTTP
+// service. Memory and processor time are limited. The coordinator makes a directory for it, the
+// parent of the current one, and the process can open no files outside. Only the coordinator starts
+// this program.
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
@@ -31,8 +31,8 @@ namespace {
 using namespace parray::scene_sandbox;
 using nlohmann::json;
 
-// Messages are those of the command line.
-constexpr Program as_parray = {"parray", "What the coordinator's HTTP interface has done by others",
+// The name is parray, because users read the messages as those of the command line.
+constexpr Program as_parray = {"parray", "Read scenes and write pictures for the HTTP service",
                                PARRAY_VERSION};
 
 struct Arguments {
@@ -58,15 +58,14 @@ Enclosure enclosure_of(std::uint64_t file_bytes) {
   return {std::filesystem::current_path().parent_path(), file_bytes};
 }
 
-/// A scene can neither eat the machine nor outlive who has asked for it, and whoever takes this
-/// process over by a damaged file gets nothing else. `file_bytes`: of the largest file that it may
-/// write.
+/// Limits memory and processor time, ends this process with its parent, and confines it, in case a
+/// damaged file takes it over. `file_bytes`: size of the largest file that it may write.
 void confine(const Arguments& a, std::uint64_t file_bytes) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   prctl(PR_SET_DUMPABLE, 0);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, a.seconds);
-#ifndef PARRAY_SANITIZED  // whose shadow takes more address space than any machine has memory
+#ifndef PARRAY_SANITIZED  // the shadow memory of sanitizers needs a huge address space
   limit(RLIMIT_AS, a.memory);
   enclose_process(enclosure_of(file_bytes));
 #else
@@ -86,7 +85,8 @@ std::string bytes_of(const std::filesystem::path& file) {
   return *std::move(bytes);
 }
 
-/// Of the scene in the current directory: ../control and ../bulk, the frames of its `submit`.
+/// Reads the scene in the current directory, and writes the frames of its message `submit` to
+/// ../control and ../bulk.
 int submit(const Arguments& a) {
   confine(a, a.memory);
   Submission submission =
@@ -102,7 +102,7 @@ int submit(const Arguments& a) {
   return 0;
 }
 
-/// Of `pixels` and `report` in the current directory: the file `wanted`.
+/// Writes the file `wanted` from `pixels` and `report` in the current directory.
 int picture(const Arguments& a) {
   constexpr std::uint64_t most_of_head = std::uint64_t{1} << 20;
   constexpr std::uint64_t most_of_pixel = 128;
@@ -129,7 +129,8 @@ int picture(const Arguments& a) {
   return 0;
 }
 
-/// Says on stderr what it could do beyond its directory, as one line; nothing where all is refused.
+/// Prints on stderr, in one line, the forbidden actions that succeed. Prints nothing if all are
+/// refused.
 int confinement(const Arguments& a) {
   constexpr std::uint64_t small = 1000;
   confine(a, small);
@@ -144,7 +145,7 @@ int confinement(const Arguments& a) {
 void declare_submit(CommandLine& line, Arguments& a, Action& chosen) {
   Command command = line.command("submit", "Read a scene");
   add_scene(command, a.scene);
-  command.option("--name", a.name, "Of the scene, for people");
+  command.option("--name", a.name, "Name of the scene, for people");
   add_whole_number(
       command, "--priority", 0, 100,
       [&a](std::uint64_t value) { a.priority = static_cast<std::uint32_t>(value); }, "");
@@ -157,7 +158,7 @@ void declare_submit(CommandLine& line, Arguments& a, Action& chosen) {
 }
 
 void declare_picture(CommandLine& line, Arguments& a, Action& chosen) {
-  Command command = line.command("picture", "Make a picture's file");
+  Command command = line.command("picture", "Write a picture file");
   command.option("FILE", a.wanted, "").required();
   command.number("WIDTH", a.width, 1, std::size_t{1} << 32, "").required();
   command.number("HEIGHT", a.height, 1, std::size_t{1} << 32, "").required();
@@ -165,8 +166,8 @@ void declare_picture(CommandLine& line, Arguments& a, Action& chosen) {
 }
 
 void declare_confinement(CommandLine& line, Arguments& a, Action& chosen) {
-  Command command = line.command("confinement", "Try what this process can do");
-  command.option("FILE", a.wanted, "That it must not read").required();
+  Command command = line.command("confinement", "Try forbidden actions");
+  command.option("FILE", a.wanted, "File that the process must not be able to read").required();
   command.on_chosen([&] { chosen = [&a] { return confinement(a); }; });
 }
 
@@ -177,7 +178,7 @@ int main(int argc, char** argv) {
   Action chosen;
   return run_main(as_parray, argc, argv, [&](CommandLine& line) -> Action {
     line.number("--memory", arguments.memory, 0, std::size_t{1} << 50, "Bytes").required();
-    line.number("--seconds", arguments.seconds, 1, 1000000, "Of processor time").required();
+    line.number("--seconds", arguments.seconds, 1, 1000000, "Processor time").required();
     declare_submit(line, arguments, chosen);
     declare_picture(line, arguments, chosen);
     declare_confinement(line, arguments, chosen);

@@ -19,7 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// As posix_spawn needs them; `texts` must stay where they are.
+/// Returns pointers to `texts` with a null pointer at the end, as posix_spawn needs them. `texts`
+/// must not move.
 std::vector<char*> pointers_to(std::vector<std::string>& texts) {
   std::vector<char*> pointers;
   pointers.reserve(texts.size() + 1);
@@ -28,7 +29,7 @@ std::vector<char*> pointers_to(std::vector<std::string>& texts) {
   return pointers;
 }
 
-/// The child's files and signals.
+/// The open files and the signal handling of a child.
 class SpawnPlan {
  public:
   explicit SpawnPlan(const ChildSetup& setup) {

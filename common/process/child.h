@@ -44,8 +44,8 @@ std::vector<std::string> environment_with(const std::vector<std::string>& variab
 /// Threads reserve address space that they never use, so helpers under a memory limit need few.
 std::vector<std::string> helper_environment(int threads);
 
-/// Returns where a helper lies beside this program: bin/../lib/parray/NAME, both where it is built
-/// and where it is installed. The file may be missing.
+/// Returns the path of a helper program: bin/../lib/parray/NAME, relative to the directory of this
+/// program, in a build and in an installation. The file may be missing.
 std::filesystem::path helper_program(const std::string& name);
 
 /// Returns whether this user may run `file`.

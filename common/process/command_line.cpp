@@ -281,9 +281,10 @@ Command CommandLine::command(const std::string& name, const std::string& descrip
 
 void CommandLine::add_help_command() {
   Command help = command("help", "Print the help of a command, or the list of all");
-  help.option("COMMAND", topic_, "Which one").completes(Completes::commands);
-  help.flag("--all", all_options_, "Options for experiments, too");
-  help.example(text_->name + " help " + program_.commands.front().word(), "as --help after it");
+  help.option("COMMAND", topic_, "Command to explain").completes(Completes::commands);
+  help.flag("--all", all_options_, "Show all options, also those that are rarely needed");
+  help.example(text_->name + " help " + program_.commands.front().word(),
+               "prints the same as --help after the command");
 }
 
 ProgramText CommandLine::description() const {
@@ -295,7 +296,7 @@ ProgramText CommandLine::description() const {
 
 std::string CommandLine::help() const { return help_text(description(), help_columns()); }
 
-/// Throws UsageError.
+/// Returns the help of the command `name`. Throws UsageError if there is none.
 std::string CommandLine::help_of(const std::string& name) const {
   for (const CommandText& command : description().commands) {
     if (command.word() == name) return help_text(command, help_columns(), all_options_);

@@ -52,7 +52,7 @@ class Option {
   /// several words, separated by commas.
   Option& words(const std::vector<std::string>& words, bool list = false);
   Option& completes(Completes what);
-  /// Hides the option from --help; `help COMMAND --all` shows it. For experiments.
+  /// Marks an option as rarely needed: only `help COMMAND --all` shows it, not --help.
   Option& special();
   /// Requires the option `other`.
   Option& needs(const Option& other);
@@ -74,7 +74,7 @@ class Command {
  public:
   Command(CLI::App* app, CommandText* text) : app_(app), text_(text) {}
 
-  // `names` in CLI11's form: "-o,--output", or "SCENE" for an argument.
+  /// Declares an option. `names` has CLI11's form: "-o,--output", or "SCENE" for an argument.
   Option option(const std::string& names, std::string& target, const std::string& description);
   /// Collects all given values.
   Option option(const std::string& names, std::vector<std::string>& target,
@@ -119,6 +119,7 @@ class Command {
 /// A whole command line.
 class CommandLine : public Command {
  public:
+  /// `program`: the name in the usage and in messages.
   explicit CommandLine(const std::string& description = {}, const std::string& program = {});
   ~CommandLine();
   CommandLine(const CommandLine&) = delete;

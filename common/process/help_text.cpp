@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t text_column = 26;
 
-/// "  --width N             Pixels across".
+/// Returns an entry of the help: "  --width N             Pixels across".
 std::string entry(const std::string& left, const std::string& text, std::size_t columns) {
   std::string line = "  " + left;
   if (line.size() + 2 > text_column) {
@@ -93,8 +93,9 @@ std::string help_text(const CommandText& command, std::size_t columns, bool all)
   const std::string program = command.name.substr(0, command.name.size() - word.size());
   return head_text(command, false, columns) + examples_text(command, columns) +
          options_text(command, columns, all) +
-         wrapped("More: man " + command.page() +
-                     (has_more ? ", " + program + "help " + word + " --all" : ""),
+         wrapped((has_more ? "More options: " + program + "help " + word + " --all, man "
+                           : "More: man ") +
+                     command.page(),
                  0, columns) +
          "\n";
 }

@@ -9,7 +9,8 @@
 namespace parray::process {
 
 /// Return the help of the whole program or of one of its commands. Lines have at most `columns`
-/// characters, unless a word or an example is longer. `all`: include the options for experiments.
+/// characters, unless a word or an example is longer. `all`: include options that are rarely
+/// needed.
 std::string help_text(const ProgramText& program, std::size_t columns);
 std::string help_text(const CommandText& command, std::size_t columns, bool all = false);
 

@@ -302,9 +302,9 @@ class Pictures(CliTest):
         spheres = SCENE["spheres"] + [{**SCENE["spheres"][3], "material": "glass"},
                                       SCENE["spheres"][1]]
         self.scene.write_text(json.dumps({**SCENE, "spheres": spheres}))
-        warning = (f"parray: warning: {self.scene}: 2 spheres left out, in the same place as an "
-                   "earlier one and of the same radius: the first is sphere 6 (from 0), the same "
-                   "as sphere 3, which stays\n")
+        warning = (f"parray: warning: {self.scene}: 2 spheres left out, because an earlier "
+                   "sphere has the same centre and radius: the first is sphere 6 (from 0), which "
+                   "equals sphere 3\n")
         validated = run("validate", self.scene, "--json")
         self.assertEqual((validated.returncode, validated.stderr), (0, warning))
         facts = json.loads(validated.stdout)

@@ -178,7 +178,7 @@ TEST_CASE("unreadable answers are not treated as missing ones") {
       [&](Message&) { link.arrived.push_back({Frame(std::string("\x81\xA1v\x63"))}); });
   Client client(link, link, options());
   const std::string message = message_of<RunError>([&] { client.jobs(); });
-  CHECK_MESSAGE(message.find("of the same release?") != std::string::npos, message);
+  CHECK_MESSAGE(message.find("of the same release") != std::string::npos, message);
 }
 
 TEST_CASE("a repeated submit keeps its token, and another submit has another token") {

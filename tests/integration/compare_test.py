@@ -73,7 +73,7 @@ class Compare(unittest.TestCase):
         return result.stdout
 
     def left_out(self, image, count, here, there):
-        return (f"parray: warning: {image}: {count} left out, not finite here ({here}) or in the "
+        return (f"parray: warning: {image}: {count} left out: not finite in this picture ({here}) or in the "
                 f"reference ({there})\n")
 
     def refused(self, *arguments, mentions):
@@ -191,8 +191,8 @@ class Compare(unittest.TestCase):
         self.assertEqual([h == sha256 for h in hashes], [True, False, True])
         self.assertEqual([one["identical"] for one in facts["images"]], [False, False, True])
         text = self.text(*arguments)
-        self.assertIn("a.png: by its image_sha256 the picture that", text)
-        self.assertEqual(text.count("by its image_sha256"), 1)
+        self.assertIn("a.png: has the image_sha256 of", text)
+        self.assertEqual(text.count("come from the same render"), 1)
         self.assertIsNone(self.compared(self.reference, self.reference)["reference"]["image_sha256"])
 
     def test_the_verification_picture_is_white_minus_all_differences(self):

@@ -99,7 +99,7 @@ class Doctor(unittest.TestCase):
             self.assertIn(line.split()[0], STATUSES)
         self.assertEqual(lines[-2:], [
             "skipped  mpi                  no mpirun in PATH",
-            "                              -> for parray-mpi install openmpi-bin (Debian)"])
+            "                              -> to use parray-mpi, install openmpi-bin (Debian)"])
         self.assertRegex(verdict, r"\AThis machine is fit for ParRay: "
                          rf"{len(findings)} checks, 0 failed, [^\n]* skipped, [^\n]* s\n\Z")
 

@@ -77,10 +77,10 @@ class Contents(FileTest):
             self.assertEqual(done.stderr.count(b"\n"), 1)
             return done.stderr.decode()
 
-        self.assertIn("standard input has no name that a scene could refer to: add --expand",
+        self.assertIn("standard input has no name for a scene to refer to: add --expand",
                       refusal("convert", "-", self.path("a.json"), data=HELIX.read_bytes()))
         self.assertIn("standard input: the file is empty", refusal("validate", "-"))
-        self.assertIn("standard input can be read once: save it as a file",
+        self.assertIn("standard input can be read only once: save it as a file",
                       refusal("submit", "-", "--frames", "0-3", "--coordinator", "tcp://127.0.0.1:1"))
 
     def test_what_is_neither_is_told_for_what_it_looks_like(self):
@@ -111,9 +111,9 @@ class Particles(FileTest):
         self.assertEqual((file["frame"], file["notes"]), (0, []))
         self.assertEqual((file["box"]["low"][1], file["box"]["high"][1]), (-9.661, 10.345))
         text = run("validate", HELIX).stdout
-        self.assertRegex(text, r"format +PDB: particles, shown in a portrait\n")
+        self.assertRegex(text, r"format +PDB: particles, in an automatic scene\n")
         self.assertRegex(text, r"particles +68: C 36, O 18, N 12, S 2\n")
-        self.assertRegex(text, r"spheres +70: .*; two of them are the portrait's ground and flag\n")
+        self.assertRegex(text, r"spheres +70: .*; two of them are surroundings\n")
 
     def test_numbers_of_particles_are_told_with_their_range(self):
         file, = self.facts(self.put("a.csv", "x,y,z,radius,type\n0,0,0,1,a\n1,0,0,2,b\n5,0,0,2,b\n"))["particle_files"]

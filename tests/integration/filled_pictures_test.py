@@ -70,12 +70,12 @@ class FilledPictures(unittest.TestCase):
         _, picture = self.render("a.exr", *SIZE, "--passes", PASSES)
         done = run("verify", picture, SCENE, "--all")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertIn("all 60000 pixels traced again to the same bits", done.stdout)
+        self.assertIn("all 60000 pixels traced again with the same bits", done.stdout)
         _, png = self.render("a.png", *SIZE, "--passes", PASSES)
         self.assertEqual(run("verify", png).returncode, 0)
         refused = run("verify", png, SCENE)
         self.assertEqual(refused.returncode, 2)
-        self.assertIn("PNG has no room to say how many", refused.stderr)
+        self.assertIn("a PNG file does not contain the numbers", refused.stderr)
 
     def test_however_short_the_limit_there_is_a_picture_that_says_what_it_is(self):
         report, picture = self.render("a.exr", "--width", "1000", "--height", "800",

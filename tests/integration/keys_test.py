@@ -86,7 +86,7 @@ class Keys(unittest.TestCase):
             env = {"PARRAY_COORDINATOR": address}
             silent = run("jobs", env=env)
             self.assertEqual(silent.returncode, 1)
-            self.assertIn("or it wants a key: --keys", silent.stderr)
+            self.assertIn("or it requires a key: --keys", silent.stderr)
             self.refused(run("jobs", "--keys", self.keys / "worker.key", env=env), "has the role worker")
             posing = farm._start("parray-worker", "--coordinator", address, "--keys", ann)
             self.assertEqual(posing.wait(timeout=20), 1)

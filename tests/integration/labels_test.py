@@ -93,7 +93,7 @@ class Labels(CliTest):
         self.render("--text", "water")
         result = run("verify", self.path("a.png"))
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("pixels_sha256 is that of its pixels", result.stdout)
+        self.assertIn("pixels_sha256 matches the pixels", result.stdout)
         self.before = self.files()
         self.refused("verify", self.path("a.png"), self.atoms, mentions="text was drawn on it")
 
@@ -111,7 +111,7 @@ class Labels(CliTest):
         self.refused(*render, *out, "--width-mm", "5000", "--dpi", "9999", mentions="wide: at most")
         self.refused(*render, *out, "--width-mm", "85", "--dpi", "300", "--width", "500",
                      mentions="leave one of them out")
-        self.refused(*render, "-o", self.path("a.exr"), "--legend", mentions="an EXR file keeps")
+        self.refused(*render, "-o", self.path("a.exr"), "--legend", mentions="an EXR file stores")
         self.path("bare.json").write_text(json.dumps(SCENE))
         self.before = self.files()
         self.refused("render", self.path("bare.json"), *out, "--legend", mentions="--legend: the scene has no colours")

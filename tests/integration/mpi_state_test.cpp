@@ -39,10 +39,10 @@ TEST_CASE("ranks do not continue from the rows of a machine that returned wrong 
       Submission submission;
       submission.settings = settings;
       submission.scene = std::make_shared<const Scene>(small_scene());
-      const CheckpointedJob taken_up(submission, 0, directory.path(), true);
-      CHECK(taken_up.taken_up() == !found_faulty);
-      CHECK(taken_up.record().flag.empty() == !found_faulty);
-      CHECK(taken_up.picture().framebuffer().counts().samples == taken_up.samples_before());
+      const CheckpointedJob resumed(submission, 0, directory.path(), true);
+      CHECK(resumed.resumed() == !found_faulty);
+      CHECK(resumed.record().flag.empty() == !found_faulty);
+      CHECK(resumed.picture().framebuffer().counts().samples == resumed.samples_before());
     }
   }
 }

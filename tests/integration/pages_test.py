@@ -147,11 +147,12 @@ class Help(PagesTest):
             self.assertEqual(text, run(word, "--help").stdout)
             self.assertEqual(text, run(word, "-h").stdout)
             self.assertIn("Examples:\n  parray " + word, text)
-            self.assertIn("More: man parray-" + word, text)
-        special = "--accelerator", "--isa", "--schedule", "--row-order", "--passes"
+            self.assertRegex(text, f"\nMore.*man parray-{word}\n")
+        special = "--accelerator", "--isa", "--schedule", "--row-order", "--passes", "--colormap", "--font-size"
         text = run("help", "render").stdout
-        self.assertIn("More: man parray-render, parray help render --all", text)
+        self.assertIn("More options: parray help render --all, man parray-render\n", text)
         self.assertLess(text.index("Examples:"), text.index("--width"))
+        self.assertTrue(15 <= len(re.findall(r"(?m)^  (?:-\w, )?--", text)) <= 25, text)
         for name in special:
             self.assertNotIn(name, text)
             self.assertIn(name, run("help", "render", "--all").stdout)
@@ -162,7 +163,7 @@ class Help(PagesTest):
 
     def test_a_half_width_is_said_to_be_of_channels_as_it_is_counted(self):
         self.assertIn("99 % of all pixel values (each channel)",
-                      re.sub(r"\s+", " ", run("help", "render").stdout))
+                      re.sub(r"\s+", " ", run("help", "render", "--all").stdout))
 
     def test_no_help_says_a_thing_twice(self):
         for program in PROGRAMS:

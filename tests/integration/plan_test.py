@@ -86,7 +86,7 @@ class Plan(unittest.TestCase):
             self.assertIn(plan["alternative"], plan["choices"])
         self.assertEqual(self.carry_out(self.plan("--error", 0.02)["recommended"])["stopped_by"], "error")
         text = run("plan", SCENE, *SMALL, "--probe-seconds", 0.1, "--error", 0.02).stdout
-        self.assertRegex(text, r"\n  parray render .* --target-error 0.02\n(.*\n)*or, with a number of samples .*:"
+        self.assertRegex(text, r"\n  parray render .* --target-error 0.02\n(.*\n)*or, with a fixed number of samples .*:"
                                r"\n\n  parray render .* --spp \d+\n")
 
     def test_a_cheap_picture_has_a_short_probe_and_the_plan_says_that_rendering_is_cheaper(self):
@@ -119,7 +119,7 @@ class Plan(unittest.TestCase):
                     if choice["keeps_goal"] >= confidence and "--spp" not in choice["command"]:
                         self.assertLessEqual(best[cost]["value"], choice[cost]["value"])
         done = run("plan", SCENE, *SMALL, "--probe-seconds", 0.1, "--error", 0.02)
-        self.assertRegex(done.stdout, r"keeps +9[5-9][.0-9]* % probability that the error is at most 0.02\n")
+        self.assertRegex(done.stdout, r"probability +9[5-9][.0-9]* % that the error is at most 0.02\n")
 
     def test_plan_prints_a_command_for_a_farm_that_submit_accepts(self):
         alone = self.plan("--error", 0.001, "--sampler", "sobol", "--threads", 1, probe=0.3)
@@ -176,7 +176,7 @@ class Plan(unittest.TestCase):
 
     def test_a_time_too_short_for_anything_is_refused(self):
         # However fast the machine, so many pixels take longer.
-        self.refused(["--time 0.01", "allow more"], "--time", 0.01, "--width", 3000,
+        self.refused(["--time 0.01", "use a longer time"], "--time", 0.01, "--width", 3000,
                      "--height", 2000)
 
     def test_no_goal_or_two_goals_are_refused(self):

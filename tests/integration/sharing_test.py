@@ -67,7 +67,7 @@ class Sharing(unittest.TestCase):
             self.assertEqual(farm.client("workers", "readmit", "w2").returncode, 0)
             refused = farm.client("workers", "drain")
             self.assertEqual(refused.returncode, 2)
-            self.assertIn("name a worker", refused.stderr)
+            self.assertIn("needs the name of a worker", refused.stderr)
 
     def test_limits_are_refused_with_their_flag(self):
         with Farm("--max-user-jobs", "1", "--max-pixels", "10000") as farm:

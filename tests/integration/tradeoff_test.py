@@ -239,7 +239,7 @@ class Runs(TradeoffCase):
         process.send_signal(signal.SIGINT)
         output, errors = process.communicate(timeout=60)
         self.assertEqual((process.returncode, output), (130, ""))
-        self.assertRegex(errors, r"\Aparray: interrupted: the same command again goes on[^\n]*\n\Z")
+        self.assertRegex(errors, r"\Aparray: interrupted: the same command continues[^\n]*\n\Z")
 
     def test_another_scene_or_size_needs_another_directory_or_restart(self):
         self.trade()

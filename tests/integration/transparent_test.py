@@ -108,10 +108,10 @@ class Checks(TransparentTest):
                               ("c.exr", ["--width", "200", "--height", "100", "--passes", "1250"])):
             with self.subTest(name=name):
                 self.rendered("--transparent", "on", *options, name=name)
-                self.assertIn("is that of its pixels; not checked", self.said("verify", self.path(name)))
+                self.assertIn("matches the pixels; not checked", self.said("verify", self.path(name)))
                 said = self.said("verify", self.path(name), self.scene, "--all")
                 self.assertIn("right: ", said)
-                self.assertIn("traced again to the same bits", said)
+                self.assertIn("traced again with the same bits", said)
 
     def test_wrong_colours_and_wrong_alpha_are_found(self):
         self.rendered("--transparent", "on")
@@ -122,7 +122,7 @@ class Checks(TransparentTest):
                 channels[channel][inside] *= 0.5
             forge_exr(self.path("a.exr"), self.path("f.exr"), change)
             said = self.said("verify", self.path("f.exr"), self.scene, "--all", status=1)
-            self.assertIn("wrong: transparent:image_sha256 is not that of its pixels", said)
+            self.assertIn("wrong: transparent:image_sha256 does not match the pixels", said)
             self.assertIn("1 differ", said)
 
     def test_a_picture_is_made_again_by_its_recipe(self):

@@ -85,7 +85,7 @@ class Recipes(VerifyTest):
     def test_a_preview_and_a_picture_of_others_are_refused(self):
         self.rendered()
         self.refused_picture(self.scene, self.path("a.exr"),
-                             mentions=f"the picture comes before its scene: parray verify {self.path('a.exr')} {self.scene}")
+                             mentions=f"give the picture before its scene: parray verify {self.path('a.exr')} {self.scene}")
         difference = self.path("difference.exr")
         self.assertEqual(run("compare", self.path("a.exr"), self.path("a.exr"), "-o",
                              difference).returncode, 0)
@@ -101,7 +101,7 @@ class Verdicts(VerifyTest):
             self.assertEqual(self.verified(self.path(name))["traced_pixels"], 0)
             line = self.line(self.path(name))
             self.assertIn("not checked", line)
-            self.assertIn("name the scene", line)
+            self.assertIn("add the scene", line)
 
     def test_pictures_of_every_kind_are_right(self):
         for options in (["--sampler", "independent"], ["--precision", "mixed"],
@@ -120,7 +120,7 @@ class Verdicts(VerifyTest):
         self.assertLess(document["share_found"], 0.01)
         line = self.line(self.path("a.exr"), self.scene)
         self.assertIn(": right: ", line)
-        self.assertIn("1 % of wrong pixels with a probability of 95 %", line)
+        self.assertIn("if 1 % of all pixels were wrong, this would find one with a probability of 95 %", line)
         self.assertNotIn(f"--seed {document['seed']})", line)
         same = self.verified(self.path("a.exr"), self.scene, "--seed", document["seed"])
         self.assertEqual(same, document)
@@ -170,7 +170,7 @@ class Forgeries(VerifyTest):
     def test_one_changed_bit_does_not_fit_the_hash(self):
         self.forge([17])
         damage = self.verified(self.forged, status=1)["damage"]
-        self.assertIn("image_sha256 is not that of its pixels", damage)
+        self.assertIn("image_sha256 does not match the pixels", damage)
         self.assertIn(damage, self.line(self.forged, status=1))
 
     def test_one_forged_pixel_in_a_hundred_is_found_by_tracing_though_the_hash_fits(self):

@@ -61,7 +61,7 @@ class Refusals(ViewsTest):
                 (["--outline", "0"], "pixels from 0.1 to 100"),
                 (["--outline", "0.5pt"], "add --dpi or --width-mm"),
                 (["--depth-cue", "2"], "a share from 0 to 1"),
-                (["--views", "front,front"], "'front' stands there twice"),
+                (["--views", "front,front"], "'front' occurs twice"),
                 (["--views", "front,"], "unknown view ''"),
                 (["--views", "front", "--view", "top"], "--view: not possible for a sheet of views")):
             self.refused("render", self.atoms, "-o", picture, *options, mentions=mentions)

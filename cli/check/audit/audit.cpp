@@ -7,10 +7,10 @@
 namespace parray::audit {
 namespace {
 
-/// Ranges of cells that do not overlap.
+/// A set of cells, as ranges that do not overlap.
 class Coverage {
  public:
-  /// False: some of them are in already, and nothing has changed.
+  /// Adds a range. Returns false, and changes nothing, if it contains some of the cells already.
   bool add(const CellRange& range) {
     auto next = ranges_.lower_bound(range.begin);
     if ((next != ranges_.end() && next->first < range.end) ||
@@ -22,7 +22,7 @@ class Coverage {
     return true;
   }
 
-  /// False: some of them are not in.
+  /// Removes a range. Returns false if it lacks some of the cells.
   bool remove(const CellRange& range) {
     std::uint64_t removed = 0;
     auto at = ranges_.upper_bound(range.begin);
@@ -77,13 +77,13 @@ class Auditor {
     const auto pass = passes_.find(e.pass);
     const auto worker = workers_.find(e.tracer);
     if (pass == passes_.end() || e.range.end > pass->second.first) {
-      problem(text(e.pass, e.range) + " are of no pass that has begun");
+      problem(text(e.pass, e.range) + " belong to a pass that has not begun");
     } else if (worker == workers_.end()) {
-      problem(text(e.pass, e.range) + " were merged by somebody who is not named");
+      problem(text(e.pass, e.range) + " were merged by an unknown worker");
     } else if (!epochs_.insert(e.epoch).second) {
       problem("a lease of " + text(e.pass, e.range) + " was merged twice");
     } else if (!pass->second.second.add(e.range)) {
-      problem(text(e.pass, e.range) + " were merged, some of them not for the first time");
+      problem(text(e.pass, e.range) + " were merged, but some of them had been merged before");
     } else {
       Audit::Worker& by = audit_.workers[worker->second];
       ++by.leases;
@@ -122,8 +122,8 @@ class Auditor {
   }
 
   Audit audit_;
-  std::map<TracerKey, std::size_t> workers_;  ///< their places in the audit
-  std::map<std::uint32_t, std::pair<std::uint64_t, Coverage>> passes_;  ///< cells, those merged
+  std::map<TracerKey, std::size_t> workers_;  ///< indices in Audit::workers
+  std::map<std::uint32_t, std::pair<std::uint64_t, Coverage>> passes_;  ///< all and merged cells
   std::set<std::uint64_t> epochs_;
 };
 

@@ -45,7 +45,7 @@ struct RecordedPass {
 
 struct Recorded {
   std::map<std::uint32_t, RecordedPass> passes;
-  std::map<TracerKey, std::uint32_t> threads;  ///< of those that have merged something
+  std::map<TracerKey, std::uint32_t> threads;  ///< of workers with merged results
 };
 
 Recorded recorded(const std::vector<JournalEntry>& journal) {
@@ -89,7 +89,7 @@ class PassReplay {
       events_.pop();
       const auto range = leases_.range_of(epoch);
       if (leases_.arrive(worker, epoch).kind != LeaseTable::Arrival::first) {
-        continue;  // a copy that came second
+        continue;  // the result of another copy arrived earlier
       }
       now = at;
       measure(worker, *range);
@@ -136,10 +136,10 @@ class PassReplay {
 
   const RecordedPass& pass_;
   const std::vector<ImaginedWorker>& workers_;
-  std::vector<double> speeds_;  ///< measured; 0: not yet
+  std::vector<double> speeds_;  ///< measured, in samples/s; 0: not yet measured
   LeaseTable leases_;
   FarmSpeed farm_;
-  using Event = std::tuple<double, WorkerId, Epoch>;  ///< when a lease is traced
+  using Event = std::tuple<double, WorkerId, Epoch>;  ///< the end of a lease
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
 };
 

@@ -17,7 +17,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double pixels_per_degree = 0.7 * (3840 / 0.7) * pi / 180;
 
-/// One number a pixel, row by row.
+/// One number per pixel, row by row.
 struct Plane {
   std::ptrdiff_t width;
   std::ptrdiff_t height;
@@ -31,7 +31,7 @@ struct Plane {
 
 // ---- Filters ---------------------------------------------------------------------------------
 
-/// Weights at -radius..radius.
+/// Weights of a filter at -radius to radius.
 using Filter = std::vector<float>;
 
 template <typename Function>
@@ -47,7 +47,7 @@ double sum_of(const std::vector<double>& values) {
   return sum;
 }
 
-/// Positive weights over `positive`, negative ones over `negative`.
+/// Divides positive weights by `positive` and negative ones by `negative`.
 Filter scaled(const std::vector<double>& weights, double positive, double negative) {
   Filter filter;
   for (const double w : weights) {
@@ -56,19 +56,19 @@ Filter scaled(const std::vector<double>& weights, double positive, double negati
   return filter;
 }
 
-/// What blurs the three opponent channels as an eye at that distance does (the paper's 4.1.1,
-/// after Johnson and Fairchild, 2003): Gaussians of the distance in degrees, given by the transform
-/// exp(-pi^2 x^2 / b) sqrt(pi / b) a of the eye's contrast sensitivity. For blue-yellow it is the
-/// sum of two, each separable by itself and normalised together.
+/// Filters that blur the three opponent channels as an eye does at that distance (the paper's
+/// 4.1.1, after Johnson and Fairchild, 2003). They are Gaussians of the distance in degrees: the
+/// transform exp(-pi^2 x^2 / b) sqrt(pi / b) a of the eye's contrast sensitivity. The filter for
+/// blue-yellow is a sum of two Gaussians; each is separable, and their sum is normalised.
 struct EyeFilters {
   Filter luminance;
   Filter red_green;
   std::array<Filter, 2> blue_yellow;
 };
 
-/// One dimension of it: its product with itself is the Gaussian of two dimensions.
+/// Returns the filter in one dimension. Its product with itself is the two-dimensional Gaussian.
 std::vector<double> eye_gaussian(double a, double b) {
-  constexpr double widest = 0.04;  // of all b
+  constexpr double widest = 0.04;  // the largest b
   const int radius =
       static_cast<int>(std::ceil(3 * std::sqrt(widest / (2 * pi * pi)) * pixels_per_degree));
   return sampled(radius, [a, b](int i) {
@@ -89,8 +89,8 @@ EyeFilters eye_filters() {
       alone(1, 0.0047), alone(1, 0.0053), {scaled(narrow, together, 1), scaled(wide, together, 1)}};
 }
 
-/// Detectors of edges and points (the paper's 4.2.1): a Gaussian as wide as an edge that is well
-/// seen, and its derivatives, whose positive weights add up to 1 and negative ones to -1.
+/// Detectors of edges and points (the paper's 4.2.1): a Gaussian as wide as a clearly visible edge,
+/// and its derivatives. Their positive weights add up to 1, their negative ones to -1.
 struct FeatureFilters {
   Filter gaussian;
   Filter first;
@@ -115,12 +115,12 @@ FeatureFilters feature_filters() {
               sampled(radius, [&](int i) { return (i * i / (sigma * sigma) - 1) * gaussian(i); }))};
 }
 
-/// sum += weight * values, `count` of them.
+/// Adds weight * values to sum, for `count` values.
 void add_weighted(float weight, const float* values, std::ptrdiff_t count, float* sum) {
   for (std::ptrdiff_t x = 0; x < count; ++x) sum[x] += weight * values[x];
 }
 
-/// Rows filtered; beyond the picture its border goes on.
+/// Filters the rows. Beyond the picture, its border pixels repeat.
 Plane filtered_across(const Plane& in, const Filter& filter) {
   const auto radius = static_cast<std::ptrdiff_t>(filter.size() / 2);
   Plane out(in.width, in.height);
@@ -136,7 +136,7 @@ Plane filtered_across(const Plane& in, const Filter& filter) {
   return out;
 }
 
-/// Adds the columns of `in`, filtered, to `out`.
+/// Adds the filtered columns of `in` to `out`.
 void add_filtered_down(const Plane& in, const Filter& filter, Plane& out) {
   const auto size = static_cast<std::ptrdiff_t>(filter.size());
   for (std::ptrdiff_t y = 0; y < in.height; ++y) {
@@ -158,7 +158,8 @@ Plane filtered(const Plane& in, const Filter& across, const Filter& down) {
 using Colour = std::array<float, 3>;
 using Matrix = std::array<Colour, 3>;
 
-/// Linear RGB of sRGB's primaries to CIE XYZ over that of white (D65: x 0.31271, y 0.32902).
+/// Converts linear RGB with sRGB's primaries to CIE XYZ, divided by the XYZ of white (D65: x
+/// 0.31271, y 0.32902).
 constexpr Matrix xyz_of_rgb = {{{0.433895389F, 0.376242373F, 0.189862239F},
                                 {0.212636822F, 0.715182982F, 0.072180196F},
                                 {0.017752423F, 0.109465629F, 0.872781948F}}};
@@ -180,7 +181,7 @@ float lab_response(float t) {
   return t > delta * delta * delta ? std::cbrt(t) : t / (3 * delta * delta) + 4.0F / 29;
 }
 
-/// CIELAB with Hunt's effect: the darker, the less colourful. (The paper's 4.1.2.)
+/// CIELAB with Hunt's effect: darker colours are less colourful. (The paper's 4.1.2.)
 Colour perceived(const Colour& rgb) {
   const Colour xyz = product(xyz_of_rgb, rgb);
   const Colour f = {lab_response(xyz[0]), lab_response(xyz[1]), lab_response(xyz[2])};
@@ -189,7 +190,7 @@ Colour perceived(const Colour& rgb) {
   return {lightness, hunt * 500 * (f[0] - f[1]), hunt * 200 * (f[1] - f[2])};
 }
 
-/// The distance HyAB (Abasi et al., 2020), to the power of qc = 0.7.
+/// Returns the distance HyAB (Abasi et al., 2020) to the power qc = 0.7.
 float colour_distance(const Colour& a, const Colour& b) {
   const float red_green = a[1] - b[1];
   const float blue_yellow = a[2] - b[2];
@@ -197,8 +198,8 @@ float colour_distance(const Colour& a, const Colour& b) {
       std::abs(a[0] - b[0]) + std::sqrt(red_green * red_green + blue_yellow * blue_yellow), 0.7F);
 }
 
-/// The distance over that of green and blue, the largest; bent so that its first 0.4 (pc) take up
-/// 0.95 (pt) of [0, 1]. (The paper's equation 7.)
+/// Divides a distance by the largest one, that of green and blue. Maps its first 0.4 (pc) to 0.95
+/// (pt) of [0, 1]. (The paper's equation 7.)
 float bent(float distance) {
   constexpr float knee = 0.4F;
   constexpr float level = 0.95F;
@@ -207,10 +208,10 @@ float bent(float distance) {
   return d < knee ? d * level / knee : level + (d - knee) / (1 - knee) * (1 - level);
 }
 
-// ---- What is seen of a picture ---------------------------------------------------------------
+// ---- The visible features of a picture -------------------------------------------------------
 
-/// The opponent channels of the paper's YCxCz, without its constant factors, which cancel: the
-/// luminance Y, X - Y and Y - Z, of XYZ over white.
+/// The opponent channels of the paper's YCxCz: Y (luminance), X - Y and Y - Z of XYZ relative to
+/// white. The paper's constant factors cancel and are left out.
 std::array<Plane, 3> opponent_channels(const Image& image) {
   const std::ptrdiff_t width = image.width;
   const std::ptrdiff_t height = image.height;
@@ -250,7 +251,7 @@ std::vector<Colour> seen_colours(const std::array<Plane, 3>& channels) {
   return colours;
 }
 
-/// Length of the gradient that a derivative's filter sees.
+/// Returns the length of the gradient that a derivative's filter detects.
 std::vector<float> seen_features(const Plane& y, const Filter& derivative, const Filter& gaussian) {
   Plane across = filtered(y, derivative, gaussian);
   const Plane down = filtered(y, gaussian, derivative);
@@ -262,7 +263,7 @@ std::vector<float> seen_features(const Plane& y, const Filter& derivative, const
   return std::move(across.values);
 }
 
-/// `image` is in [0, 1].
+/// Returns the visible features of `image`, whose values are in [0, 1].
 Seen seen(const Image& image) {
   static const FeatureFilters features = feature_filters();
   const std::array<Plane, 3> channels = opponent_channels(image);
@@ -270,14 +271,15 @@ Seen seen(const Image& image) {
           seen_features(channels[0], features.second, features.gaussian)};
 }
 
-/// The colour's difference, raised by that of features. (The paper's 4.2.2 and 4.3.)
+/// Returns the difference of colours, increased by the difference of features. (The paper's 4.2.2
+/// and 4.3.)
 FlipMap difference(const Seen& r, const Seen& f) {
   FlipMap map(r.colours.size());
   for (std::size_t i = 0; i < map.size(); ++i) {
     const float colour = bent(colour_distance(r.colours[i], f.colours[i]));
     const float feature =
         std::max(std::abs(r.edges[i] - f.edges[i]), std::abs(r.points[i] - f.points[i]));
-    // To the power of qf = 0.5; rounding must not lead out of [0, 1].
+    // The power qf = 0.5. Rounding must not leave [0, 1].
     const float raised = std::min(std::sqrt(feature / std::numbers::sqrt2_v<float>), 1.0F);
     map[i] = std::min(std::pow(colour, 1 - raised), 1.0F);
   }
@@ -291,7 +293,8 @@ struct Pair {
   Image image;
 };
 
-/// Both pictures, in which a pixel that is not finite in one is black, and nothing is negative.
+/// Both pictures. A pixel that is not finite in one of them is black in both; negative values are
+/// 0.
 Pair cleaned(const Image& reference, const Image& image) {
   Pair pair{reference, image};
   for (std::size_t i = 0; i < image.rgb.size(); ++i) {
@@ -326,14 +329,14 @@ struct ToneMapper {
   [[nodiscard]] double operator()(double x) const {
     return x * (a * x + b) / (x * (c * x + d) + e);
   }
-  /// The positive value that it maps to `level`, between b / d and a / c.
+  /// Returns the positive value that is mapped to `level`, which is between b / d and a / c.
   [[nodiscard]] double inverse(double level) const {
     const double half = (b - level * d) / (a - level * c) / 2;
     return -half + std::sqrt(half * half + level * e / (a - level * c));
   }
 };
 
-/// `image` at an exposure of `stops`, tone-mapped, in [0, 1].
+/// Returns `image` at an exposure of `stops`, tone-mapped to [0, 1].
 Image photographed(const Image& image, double stops) {
   const ToneMapper tone;
   const double factor = std::exp2(stops);
@@ -344,8 +347,8 @@ Image photographed(const Image& image, double stops) {
   return result;
 }
 
-/// The exposures for a reference without negative values. Black as a median or as a maximum
-/// counts as float's epsilon.
+/// Returns the exposures for a reference without negative values. A median or maximum of 0 counts
+/// as float's epsilon.
 HdrFlip exposures_for(const Image& reference) {
   std::vector<float> luminances;
   for (std::size_t i = 0; i < reference.rgb.size(); i += 3) {
@@ -365,8 +368,8 @@ HdrFlip exposures_for(const Image& reference) {
   return result;
 }
 
-/// FLIP of what `show` makes of the pictures, one thread for each: finer shares would have threads
-/// wait for each other hundreds of times.
+/// Returns FLIP of both pictures after `show`, with one thread for each picture. With smaller tasks
+/// the threads would wait for each other hundreds of times.
 template <typename Show>
 FlipMap flip_of(const Pair& pair, const Show& show) {
   const std::array<const Image*, 2> pictures = {&pair.reference, &pair.image};
@@ -376,7 +379,7 @@ FlipMap flip_of(const Pair& pair, const Show& show) {
   for (std::size_t i = 0; i < 2; ++i) {
     try {
       both[i] = seen(show(*pictures[i]));
-    } catch (...) {  // none may leave a team of threads
+    } catch (...) {  // an exception must not leave a team of threads
       failures[i] = std::current_exception();
     }
   }
@@ -386,7 +389,7 @@ FlipMap flip_of(const Pair& pair, const Show& show) {
   return difference(both[0], both[1]);
 }
 
-/// As a screen shows it.
+/// Clamps a picture to [0, 1], as a screen does.
 Image clamped(const Image& image) {
   Image result = image;
   for (float& value : result.rgb) value = std::min(value, 1.0F);

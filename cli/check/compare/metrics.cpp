@@ -9,7 +9,7 @@
 namespace parray::compare {
 namespace {
 
-/// Sums over the values that are compared.
+/// Sums over all compared values.
 struct Sums {
   double square = 0;
   double relative_square = 0;
@@ -28,7 +28,8 @@ struct Sums {
   }
 };
 
-/// Nearest rank, ceil(0.999 n) from 1, in whole numbers; reorders `values`, which are not empty.
+/// Returns the value of rank ceil(0.999 n), counted from 1 (nearest rank). Reorders `values`, which
+/// must not be empty.
 double percentile_999(std::vector<double>& values) {
   const std::size_t rank = values.size() - values.size() / 1000;
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(rank - 1);

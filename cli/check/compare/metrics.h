@@ -51,11 +51,11 @@ struct ErrorMetrics {
 /// Precondition: both have the same size, at least one pixel.
 ErrorMetrics error_metrics(const Image& reference, const Image& image);
 
-/// Whether every channel of pixel `index` (y * width + x) is finite.
+/// Returns whether every channel of pixel `index` (y * width + x) is finite.
 bool finite_pixel(const Image& image, std::size_t index);
 
-/// Whether both have the same size and the same bits in every value. NaN may equal NaN; -0 differs
-/// from 0.
+/// Returns whether both have the same size and the same bits in every value. NaN may equal NaN; -0
+/// differs from 0.
 bool same_bits(const Image& a, const Image& b);
 
 }  // namespace parray::compare

@@ -52,7 +52,7 @@ CheckResult run(const Check& check) {
   } catch (const Interrupted&) {
     throw;
   } catch (const std::exception& error) {
-    found = failed(error.what(), "mend what the message names, then run parray doctor again");
+    found = failed(error.what(), "fix the problem in the message, then run parray doctor again");
   }
   found.name = check.name;
   return found;

@@ -55,7 +55,7 @@ void add_extremes(std::vector<Check>& checks) {
 }
 
 CheckResult check_mpi_here(const fs::path& directory) {
-  const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+  const char* const path = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe): no thread sets it
   MpiTrial trial;
   trial.mpirun = find_program("mpirun", path == nullptr ? "" : path);
   trial.parray_mpi = program_directory() / "parray-mpi";
@@ -64,7 +64,7 @@ CheckResult check_mpi_here(const fs::path& directory) {
   return check_mpi_trial(trial);
 }
 
-/// A check that needs the temporary directory.
+/// Returns a check that needs the temporary directory, and is skipped without it.
 Check on_disk(const std::string& name, const std::shared_ptr<Scratch>& scratch,
               CheckResult (*check)(const fs::path& directory)) {
   return {name, [scratch, check] {

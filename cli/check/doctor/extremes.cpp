@@ -38,7 +38,7 @@ bool all_are(const Sums& sums, std::uint64_t fixed, const RenderSettings& settin
          pixels_other_than(sums.pixels, fixed, settings.samples_per_pixel) == 0;
 }
 
-/// The names of those among the precisions and accelerators that `wrong` is true of.
+/// Returns the names of the precisions and accelerators for which `wrong` returns true.
 std::string wrong_ones(RenderSettings settings,
                        const std::function<bool(const RenderSettings&)>& wrong) {
   std::string names;
@@ -57,7 +57,7 @@ std::string wrong_ones(RenderSettings settings,
 
 template <typename Real>
 Real computed(char operation, Real first, Real second) {
-  // At run time, by the processor: no compiler may know the operands.
+  // Volatile, so that the processor computes the result and not the compiler.
   const volatile Real a = first;
   const volatile Real b = second;
   switch (operation) {
@@ -122,7 +122,7 @@ CheckResult check_self_hits(const TracerMaker& make) {
     return sums.counts.rays != 2 * sums.counts.samples || !all_are(sums, one / 2, settings);
   });
   return wrong.empty() ? passed("none in " + counted(paths, "path"))
-                       : failed("paths meet the surface that they leave in " + wrong, wrong_bits);
+                       : failed("paths hit the surface that they leave in " + wrong, wrong_bits);
 }
 
 CheckResult check_scaling(const TracerMaker& make) {
@@ -136,9 +136,8 @@ CheckResult check_scaling(const TracerMaker& make) {
     return differs(-40) || differs(0) || differs(40);
   });
   return wrong.empty()
-             ? passed("scaled by 2^-40, 1 and 2^40, a picture has the bits of its definition")
-             : failed("a scaled picture does not have the bits of its definition in " + wrong,
-                      wrong_bits);
+             ? passed("scenes scaled by 2^-40, 1 and 2^40 give exactly the defined bits")
+             : failed("a scaled scene does not give the defined bits in " + wrong, wrong_bits);
 }
 
 CheckResult check_rounding(std::span<const RoundingCase<std::uint32_t>> singles,
@@ -157,8 +156,7 @@ CheckResult check_rounding(std::span<const RoundingCase<std::uint32_t>> singles,
   }
   return failed("wrong results of + - x / sqrt: " + std::to_string(wrong_singles) + " in f32, " +
                     std::to_string(wrong_doubles) + " in f64, over all threads (" + cases + ")",
-                "do not render on this machine: its processor, or an emulator of one, is not IEEE "
-                "754");
+                "do not render on this machine: its processor or emulator violates IEEE 754");
 }
 
 CheckResult check_rounding() { return check_rounding(single_cases, double_cases); }

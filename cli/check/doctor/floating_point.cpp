@@ -9,7 +9,7 @@
 namespace parray::doctor {
 namespace {
 
-/// What differs from IEEE 754's own mode; empty: nothing.
+/// Returns the differences from the default mode of IEEE 754. Empty: none.
 std::string oddities(unsigned control) {
   std::string text;
   const auto add = [&](unsigned bits, const char* name) {
@@ -39,9 +39,9 @@ CheckResult check_float_mode(std::span<const unsigned> found) {
     return passed("round to nearest, denormals kept, in " + counted(found.size(), "thread"));
   }
   return warned(odd + ", in " + std::to_string(threads) + " of " + counted(found.size(), "thread") +
-                    " as they start",
-                "tracing sets its own mode; look for a library that was linked with -ffast-math "
-                "(LD_PRELOAD?)");
+                    " when they start",
+                "tracing is not affected, because it sets its own mode; look for a library that "
+                "was linked with -ffast-math (LD_PRELOAD?)");
 }
 
 CheckResult check_float_mode() {

@@ -27,8 +27,9 @@ std::string zmq_version_text() {
   return dotted(major, minor, patch);
 }
 
-/// Values that a careless writer would change: halves would round them, a clamp would cut them.
-Image thorny_image() {
+/// Returns a picture with values that a wrong writer would change, by rounding to half precision or
+/// by clamping.
+Image extreme_image() {
   Image image{64, 32, {}};
   const std::size_t values = 3UL * image.width * image.height;
   image.rgb = {0.0F,
@@ -45,7 +46,7 @@ Image thorny_image() {
   return image;
 }
 
-/// Every value that a PNG can hold, three times a channel or so.
+/// Returns a picture with all 8-bit values.
 Image byte_image() {
   Image image{16, 16, {}};
   for (int i = 0; i < 256 * 3; ++i) {
@@ -54,8 +55,8 @@ Image byte_image() {
   return image;
 }
 
-/// image_sha256 looks at the bits.
-bool comes_back(const std::filesystem::path& file, const Image& image) {
+/// Writes a picture, reads it again, and returns whether all bits are the same.
+bool reads_back(const std::filesystem::path& file, const Image& image) {
   write_image(file, image, {{"Software", "ParRay"}});
   const Image found = read_image(file).image;
   return found.width == image.width && found.height == image.height &&
@@ -87,11 +88,11 @@ CheckResult check_libraries() {
 }
 
 CheckResult check_pictures(const std::filesystem::path& directory) {
-  const bool exr = comes_back(directory / "trial.exr", thorny_image());
-  const bool png = comes_back(directory / "trial.png", byte_image());
-  if (exr && png) return passed("EXR comes back with every bit, PNG with every byte");
+  const bool exr = reads_back(directory / "trial.exr", extreme_image());
+  const bool png = reads_back(directory / "trial.png", byte_image());
+  if (exr && png) return passed("EXR and PNG files have the same values after reading back");
   return failed(std::string(exr ? "" : "EXR") + (exr || png ? "" : " and ") + (png ? "" : "PNG") +
-                    " come back changed",
+                    " files have other values after reading back",
                 "reinstall OpenImageIO (Debian: libopenimageio2.4) and OpenEXR");
 }
 
@@ -102,7 +103,7 @@ CheckResult check_state(const std::filesystem::path& directory) {
   {
     DiskStore store(place);
     store.put_scene(digest, bytes);
-    JobRecord job;  // a scene that no unfinished job uses may be dropped
+    JobRecord job;  // the store may drop a scene that no unfinished job uses
     job.id = 1;
     job.token = "doctor";
     job.name = "doctor";
@@ -112,8 +113,8 @@ CheckResult check_state(const std::filesystem::path& directory) {
   }
   DiskStore store(place);
   return store.scene(digest) == bytes
-             ? passed("committed and read again after closing")
-             : failed("what was committed is not there after closing",
+             ? passed("committed data is there after closing and opening")
+             : failed("committed data is missing after closing and opening",
                       "use a local disk for --state: SQLite needs its locks and syncs to work");
 }
 

@@ -23,14 +23,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of /proc/meminfo, in bytes; 0 if unknown.
+/// Returns a value of /proc/meminfo in bytes. 0: unknown.
 std::uint64_t memory_bytes(const std::string& key) {
   std::ifstream file("/proc/meminfo");
   constexpr std::uint64_t kibibyte = 1024;
   return kibibyte * std::strtoull(value_of(file, key).c_str(), nullptr, 10);
 }
 
-/// Empty if a file can be made in `directory` and written to, else why not.
+/// Returns why a file cannot be made and written in `directory`. Empty: it can.
 std::string why_not_writable(const fs::path& directory) {
   std::string name = (directory / ".parray-doctor-XXXXXX").string();
   const int file = mkstemp(name.data());
@@ -53,8 +53,8 @@ CheckResult check_processor() {
     names.push_back(name_of(isa));
     list += (list.empty() ? "" : ", ") + std::string(name_of(isa));
   }
-  CheckResult found = passed(model + ", " + counted(cpus, "CPU") + " to use; kernels: " + list +
-                             "; auto picks " + std::string(name_of(best_isa())));
+  CheckResult found = passed(model + ", " + counted(cpus, "CPU") + " available; kernels: " + list +
+                             "; auto uses " + std::string(name_of(best_isa())));
   found.facts = {{"model", model},
                  {"cpus", cpus},
                  {"instruction_sets", names},
@@ -65,7 +65,7 @@ CheckResult check_processor() {
 CheckResult check_memory() {
   const std::uint64_t total = std::min(memory_bytes("MemTotal"), usable_memory());
   const std::uint64_t available = std::min(memory_bytes("MemAvailable"), total);
-  if (total == 0) return skipped("the system does not say how much there is", "");
+  if (total == 0) return skipped("the system does not report its memory", "");
   const std::string text = bytes_text(available) + " available of " + bytes_text(total);
   constexpr std::uint64_t enough = std::uint64_t{256} << 20;  // a few million spheres
   CheckResult found = available >= enough
@@ -93,7 +93,7 @@ CheckResult check_temporary_directory(Scratch& scratch) {
 CheckResult check_current_directory(const fs::path& directory) {
   const std::string problem = why_not_writable(directory);
   return problem.empty() ? passed("writable")
-                         : warned(problem, "name another directory for pictures with -o");
+                         : warned(problem, "write pictures to another directory with -o");
 }
 
 std::uint64_t window_bytes() {
@@ -106,12 +106,12 @@ std::uint64_t window_bytes() {
 
 CheckResult check_shared_memory(std::uint64_t available, std::uint64_t needed) {
   const std::string text = bytes_text(available) + " free in /dev/shm; a picture of 1200 x 800 " +
-                           "under MPI takes " + bytes_text(needed);
+                           "under MPI needs " + bytes_text(needed);
   CheckResult found =
       available >= needed
           ? passed(text)
           : warned(text,
-                   "give it more (mount -o remount,size=1g /dev/shm; in a container "
+                   "enlarge /dev/shm (mount -o remount,size=1g /dev/shm; for a container "
                    "--shm-size=1g), or use parray-mpi --mode messages");
   found.facts = {{"available_bytes", available}, {"needed_bytes", needed}};
   return found;
@@ -121,7 +121,7 @@ CheckResult check_shared_memory() {
   std::error_code problem;
   const auto space = fs::space("/dev/shm", problem);
   if (problem) {
-    return skipped("no /dev/shm: " + problem.message(), "parray-mpi --mode messages needs none");
+    return skipped("no /dev/shm: " + problem.message(), "use parray-mpi --mode messages");
   }
   return check_shared_memory(space.available, window_bytes());
 }

@@ -15,11 +15,10 @@ namespace parray::doctor {
 namespace {
 
 constexpr const char* loopback = "tcp://127.0.0.1:*";
-constexpr const char* loopback_remedy =
-    "see whether a firewall or a sandbox keeps programs from 127.0.0.1";
+constexpr const char* loopback_remedy = "check whether a firewall or a sandbox blocks 127.0.0.1";
 constexpr std::size_t most_bytes = 1 << 20;
 
-/// Waits until `link` has a message; nothing if none comes before `end`.
+/// Waits for a message of `link`, and returns it. Returns nothing if none comes before `end`.
 std::optional<Delivery> next_message(Link& link, const Clock& clock, Time end) {
   for (;;) {
     if (auto delivery = link.receive()) return delivery;
@@ -42,21 +41,21 @@ CheckResult check_messages(Time patience) {
   worker->send({}, question);
   const auto arrived = next_message(server.link(), clock, end);
   if (!arrived || arrived->content.frames() != question) {
-    return failed("no message came through " + server.endpoint(), loopback_remedy);
+    return failed("no message arrived over " + server.endpoint(), loopback_remedy);
   }
   const Frames reply{std::string("an answer")};
   server.link().send(arrived->peer, reply);
   const auto answer = next_message(*worker, clock, end);
   if (!answer || answer->content.frames() != reply) {
-    return failed("no answer came back through " + server.endpoint(), loopback_remedy);
+    return failed("no answer arrived over " + server.endpoint(), loopback_remedy);
   }
-  return passed("there and back over " + server.endpoint() + " in " +
+  return passed("a message and its answer over " + server.endpoint() + " took " +
                 duration_text(to_seconds(clock.now() - begin)));
 }
 
 CheckResult check_keys(Time patience, const std::filesystem::path& directory, KeyTrial trial) {
   if (zmq_has("curve") == 0) {
-    return failed("this ZeroMQ was built without CURVE: nothing can be encrypted",
+    return failed("this ZeroMQ was built without CURVE, so it cannot encrypt",
                   "install a libzmq with libsodium (Debian: libzmq5)");
   }
   const std::filesystem::path keys = directory / "keys";
@@ -83,19 +82,20 @@ CheckResult check_keys(Time patience, const std::filesystem::path& directory, Ke
   while (const auto message = next_message(server.link(), clock, end)) {
     const bool own = message->content.frames() == greeting;
     if (own && !heard) {
-      end = std::min(end, clock.now() + milliseconds(300));  // in which no other must come
+      // No other message may come in this time.
+      end = std::min(end, clock.now() + milliseconds(300));
     }
     heard = heard || own;
     invaded = invaded || !own;
   }
   const char* const remedy = "reinstall libzmq (Debian: libzmq5) and libsodium";
   if (invaded) {
-    return failed("a client whose key is not known was let in", remedy);
+    return failed("the server accepts a client with an unknown key", remedy);
   }
   if (!heard) {
-    return failed("a client whose key is known was not let in", remedy);
+    return failed("the server refuses a client with a known key", remedy);
   }
-  return passed("CURVE: a known key is let in, encrypted; an unknown one is refused");
+  return passed("CURVE: the server accepts a known key, encrypted, and refuses an unknown one");
 }
 
 }  // namespace parray::doctor

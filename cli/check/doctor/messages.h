@@ -11,7 +11,7 @@ namespace parray::doctor {
 /// Sends a message from a worker's link to a coordinator's link and back, within `patience`.
 CheckResult check_messages(Time patience);
 
-/// Behaviour of the server's authenticator. Tests use wrong ones.
+/// Behaviour of the server's authenticator. Only tests use wrong ones.
 enum class KeyTrial : std::uint8_t { honest, accepts_anybody, refuses_everybody };
 
 /// Makes new keys in a folder of `directory`. A server with CURVE must accept the message of a

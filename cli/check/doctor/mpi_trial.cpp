@@ -17,7 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The lines of `log` that say something: Open MPI frames its own by dashes and empty lines.
+/// Returns the lines of `log` without lines of dashes and empty lines, which frame Open MPI's
+/// messages.
 std::string words_of(const fs::path& log) {
   std::ifstream file(log);
   std::string text;
@@ -26,11 +27,11 @@ std::string words_of(const fs::path& log) {
       text += (text.empty() ? "" : " ") + line;
     }
   }
-  return text.empty() ? "it said nothing" : printable(text, 300);
+  return text.empty() ? "it printed nothing" : printable(text, 300);
 }
 
 std::vector<std::string> variables_for_root() {
-  // mpirun refuses to serve root otherwise; two ranks on loopback harm nobody.
+  // mpirun refuses to run as root without these. Two ranks on loopback are harmless.
   if (geteuid() != 0) return {};
   return {"OMPI_ALLOW_RUN_AS_ROOT=1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1"};
 }
@@ -42,18 +43,18 @@ CheckResult judge_report(const fs::path& file, const std::string& expected) {
   const std::string transport = report.at("mpi").at("transport");
   const std::size_t ranks = report.at("mpi").at("ranks").size();
   if (found != expected) {
-    return failed("two ranks make another picture than this process: " + found.substr(0, 16) +
+    return failed("two ranks make a different picture than this process: " + found.substr(0, 16) +
                       " instead of " + expected.substr(0, 16),
                   "install parray and parray-mpi from the same build");
   }
   if (ranks != 2) {
-    return failed("mpirun -n 2 made " + counted(ranks, "rank"),
+    return failed("mpirun -n 2 started " + counted(ranks, "rank") + " instead of 2",
                   "use the mpirun of the MPI that ParRay was built with (Debian: openmpi-bin)");
   }
   if (transport != "window") {
     return warned("the same picture from 2 ranks, but by " + transport +
                       ": windows (one-sided communication) do not work",
-                  "look at the OMPI_MCA_osc variable and at the room in /dev/shm");
+                  "check the variable OMPI_MCA_osc and the free space in /dev/shm");
   }
   return passed("the same picture from 2 ranks, over a window: " + expected.substr(0, 16));
 }
@@ -68,7 +69,7 @@ fs::path program_directory() {
 
 CheckResult check_mpi_trial(const MpiTrial& trial) {
   if (!trial.mpirun) {
-    return skipped("no mpirun in PATH", "for parray-mpi install openmpi-bin (Debian)");
+    return skipped("no mpirun in PATH", "to use parray-mpi, install openmpi-bin (Debian)");
   }
   if (!executable(trial.parray_mpi)) {
     return skipped("no parray-mpi in " + printable(trial.parray_mpi.parent_path().string(), 200),
@@ -81,7 +82,7 @@ CheckResult check_mpi_trial(const MpiTrial& trial) {
                  (directory / "scene.json").string(), "-o", (directory / "mpi.exr").string(),
                  "--report", (directory / "mpi.json").string(), "--quiet", "--threads", "1"},
                 variables_for_root(), directory / "mpi.log", trial.limit);
-  const char* const remedy = "see whether mpirun -n 2 hostname works, and man parray-mpi";
+  const char* const remedy = "check whether mpirun -n 2 hostname works; see man parray-mpi";
   if (end.timed_out) {
     return failed("mpirun -n 2 parray-mpi did not end within " +
                       duration_text(to_seconds(trial.limit)) + ": " +

@@ -13,7 +13,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// As std::filesystem::temp_directory_path() looks for it, whose errors do not name the place.
+/// Returns the same directory as std::filesystem::temp_directory_path(), whose errors do not name
+/// it.
 fs::path temporary_place() {
   for (const char* variable : {"TMPDIR", "TMP", "TEMP", "TEMPDIR"}) {
     const char* const place = std::getenv(variable);  // NOLINT(concurrency-mt-unsafe)

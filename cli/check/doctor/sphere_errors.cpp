@@ -10,10 +10,10 @@
 namespace parray::doctor {
 namespace {
 
-/// Seeded, and the same on every machine.
+/// A seeded random generator. Its numbers are the same on every machine.
 class Random {
  public:
-  /// [low, high)
+  /// Returns a number in [low, high).
   double between(double low, double high) {
     return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
   }
@@ -32,12 +32,12 @@ class Random {
   std::mt19937_64 engine_{1};
 };
 
-/// A ray from outside that is aimed at a point of the sphere's disc, off the middle or at the rim.
+/// Returns a ray from outside to a point of the sphere's disc, away from the middle or at the rim.
 template <typename Real, typename Store>
 Ray<Real> aimed(Random& random, const SphereShape<Store>& sphere) {
   const auto radius = static_cast<double>(sphere.radius);
   const Vec3d center = vec_cast<double>(sphere.center);
-  const double farthest = std::max(1e15 / radius, 2.0);  // as far as single precision reaches
+  const double farthest = std::max(1e15 / radius, 2.0);  // the range of single precision
   const double distance = std::min(random.ten_to(0.01, 6), farthest);
   const Vec3<Real> origin = vec_cast<Real>(center + (distance * radius) * random.direction());
   const Vec3d axis = center - vec_cast<double>(origin);
@@ -55,9 +55,9 @@ struct Trial {
   Ray<Real> ray;
 };
 
-/// All of them before the first is judged: where GCC 12 (-O2) sees doubles that become floats and
-/// doubles again, it may leave the rounding out, and the judge would have other numbers than the
-/// judged.
+/// Makes all rays before the first is checked. If GCC 12 (-O2) sees doubles that become floats and
+/// doubles again, it may leave out the rounding; the check would then use other numbers than the
+/// traced ones.
 template <typename Store, typename Real>
 std::vector<Trial<Store, Real>> make_trials(std::uint64_t count) {
   Random random;
@@ -79,7 +79,7 @@ double worst_of(std::uint64_t rays, std::uint64_t& hits) {
   for (const auto& [stored, ray] : make_trials<Store, Real>(rays)) {
     const SphereShape<Real> sphere{vec_cast<Real>(stored.center), static_cast<Real>(stored.radius)};
     Real t = 0;
-    // Rounding may put the origin of a ray that starts near the surface inside.
+    // Rounding may move an origin near the surface into the sphere.
     if (distance_in_radii<Wide>(ray, sphere) > 1 && enters(ray, sphere, t)) {
       const double error = backward_error<Wide, Store>(ray, sphere, t);
       if (!(error <= worst)) worst = std::isnan(error) ? RealTraits<double>::infinity : error;
@@ -103,15 +103,15 @@ HitErrors worst_hit_errors(std::uint64_t rays) {
 CheckResult check_hit_errors(const HitErrors& worst) {
   const std::string text = "f32 " + formatted("%.2g", worst.f32) + ", mixed " +
                            formatted("%.2g", worst.mixed) + ", f64 " +
-                           formatted("%.2g", worst.f64) + " ulp(S) off the surface at most, in " +
+                           formatted("%.2g", worst.f64) + " ulp(S) from the surface at most, in " +
                            counted(worst.hits, "hit") + " over 24 decades of radii";
   constexpr double most = 8;
   constexpr double most_mixed = 2;
   const bool good =
       worst.hits > 0 && worst.f32 <= most && worst.f64 <= most && worst.mixed <= most_mixed;
   CheckResult found = good ? passed(text)
-                           : failed(text + "; allowed are 8, 2 and 8",
-                                    "do not render on this machine: please report it");
+                           : failed(text + "; the limits are 8, 2 and 8",
+                                    "do not render on this machine, and please report it");
   found.facts = {
       {"f32", worst.f32}, {"mixed", worst.mixed}, {"f64", worst.f64}, {"hits", worst.hits}};
   return found;

@@ -57,18 +57,18 @@ SceneFile doctor_scene() {
 CheckResult check_picture(const TracerMaker& make, std::string_view expected) {
   std::string wrong;
   for (const AcceleratorKind accelerator : accelerators) {
-    const auto insisting = [&](const Scene& scene, RenderSettings settings) {
+    const auto with_accelerator = [&](const Scene& scene, RenderSettings settings) {
       settings.accelerator = accelerator;
       return make(scene, settings);
     };
-    const std::string found = trace_fingerprint(insisting);
+    const std::string found = trace_fingerprint(with_accelerator);
     if (found != expected) {
       wrong += (wrong.empty() ? "" : ", ") + std::string(name_of(accelerator)) + " traces " +
                found.substr(0, 16);
     }
   }
   if (wrong.empty()) {
-    return passed("the built-in picture has its bits in f32, mixed and f64, linear and bvh");
+    return passed("the built-in picture has the known bits in f32, mixed, f64, linear and bvh");
   }
   return failed("the built-in picture is not " + std::string(expected.substr(0, 16)) + ": " + wrong,
                 wrong_bits);
@@ -95,7 +95,7 @@ CheckResult check_threads(const TracerMaker& make, int threads) {
                   " make the same picture, twice: " + alone.substr(0, 16));
   }
   return failed("pictures of 1 thread and " + count + " differ",
-                "test the machine's memory, and take back any overclocking");
+                "test the machine's memory, and undo any overclocking");
 }
 
 CheckResult check_repetition(const std::function<std::string()>& picture, int times, int threads) {
@@ -106,7 +106,7 @@ CheckResult check_repetition(const std::function<std::string()>& picture, int ti
   for (int i = 0; i < times * threads; ++i) {
     try {
       different += picture() == expected ? 0 : 1;
-    } catch (const std::exception&) {  // must not leave the team
+    } catch (const std::exception&) {  // an exception must not leave the team
       thrown = true;
     }
   }
@@ -114,10 +114,10 @@ CheckResult check_repetition(const std::function<std::string()>& picture, int ti
   const auto total = static_cast<std::uint64_t>(times) * static_cast<std::uint64_t>(threads);
   const std::string text = counted(total, "time") + " on " +
                            counted(static_cast<std::uint64_t>(threads), "thread") + " at once";
-  return different == 0
-             ? passed("the same picture " + text)
-             : failed(std::to_string(different) + " other pictures, of the same one traced " + text,
-                      "test the machine's memory, and take back any overclocking");
+  return different == 0 ? passed("the same picture " + text)
+                        : failed(std::to_string(different) +
+                                     " different pictures; the same one was traced " + text,
+                                 "test the machine's memory, and undo any overclocking");
 }
 
 }  // namespace parray::doctor

@@ -31,7 +31,8 @@ std::vector<RetracedPixel> choose_pixels(const VerifiedPicture& picture,
   return pixels;
 }
 
-/// The same pixels, or, of those that were filled, what fills them: distinct, sorted.
+/// Returns the pixels that the colours of `pixels` come from: a pixel without samples has the
+/// colour of its block's corner. The result is distinct and sorted.
 std::vector<RetracedPixel> sources_of(const std::vector<RetracedPixel>& pixels,
                                       const std::vector<std::uint32_t>& counts,
                                       std::uint32_t width) {
@@ -47,7 +48,7 @@ std::vector<RetracedPixel> sources_of(const std::vector<RetracedPixel>& pixels,
   return sorted;
 }
 
-/// Traces the pixels, or what fills them.
+/// Traces the pixels that the colours of `pixels` come from.
 void retrace_sources(const PathTracer& tracer, const RadianceScale& scale,
                      const std::vector<std::uint32_t>& counts, std::uint32_t width,
                      std::vector<RetracedPixel>& pixels, int threads, bool transparent) {
@@ -63,7 +64,7 @@ void retrace_sources(const PathTracer& tracer, const RadianceScale& scale,
   }
 }
 
-/// Pixels without samples have the colour of another pixel.
+/// Traces all chosen pixels. Pixels without samples have the colour of another pixel.
 void retrace_all(const PathTracer& tracer, const RadianceScale& scale,
                  const VerifiedPicture& picture, std::vector<RetracedPixel>& pixels, int threads) {
   const auto has_none = [](const RetracedPixel& pixel) { return pixel.samples == 0; };
@@ -82,7 +83,7 @@ const Channel* channel_of(const VerifiedPicture& picture, std::string_view name)
   return found == picture.file.channels.end() ? nullptr : &*found;
 }
 
-/// Those of a file that are traced from the scene.
+/// Returns the extra channels of a file that can be traced from the scene.
 Aovs traced_aovs(const VerifiedPicture& picture) {
   constexpr std::array<std::pair<Aov, std::string_view>, 9> names = {{{Aov::depth, "Z"},
                                                                       {Aov::normal, "N.X"},
@@ -100,7 +101,7 @@ Aovs traced_aovs(const VerifiedPicture& picture) {
   return aovs;
 }
 
-/// The value's bits, whatever its type.
+/// Returns the bits of a value of any type.
 std::uint32_t bits_at(const Channel& channel, std::size_t place) {
   return std::visit(
       [place](const auto& values) { return std::bit_cast<std::uint32_t>(values[place]); },
@@ -131,7 +132,7 @@ void check_channels(const PathTracer& tracer, const Scene& scene, RenderSettings
 
 // ---- The stated error ------------------------------------------------------------------------
 
-/// Channels half_width.R, .G and .B, where the file has them. Half-widths take all pixels.
+/// Compares the channels half_width.R, .G and .B, if the file has them. Needs all pixels.
 void check_half_widths(const VerifiedPicture& picture, const ErrorEstimate& error,
                        VerificationResults& findings) {
   for (const std::size_t c : {0U, 1U, 2U}) {
@@ -146,7 +147,7 @@ void check_half_widths(const VerifiedPicture& picture, const ErrorEstimate& erro
   }
 }
 
-/// Of all pixels: the estimate that the renderer made, to the bit.
+/// Repeats the renderer's estimate from all pixels. The result must have the same bits.
 void estimate_from_all(const std::vector<RetracedPixel>& pixels, const VerifiedPicture& picture,
                        double largest, ErrorCheck& check, VerificationResults& findings) {
   std::vector<PixelSums> sums;
@@ -166,8 +167,8 @@ void estimate_from_all(const std::vector<RetracedPixel>& pixels, const VerifiedP
   check_half_widths(picture, error, findings);
 }
 
-/// Of some pixels: their mean square, and its standard error. Few pixels may hold most of the
-/// error and be missed: less than what is stated says nothing.
+/// Estimates the mean square error from some pixels, and its standard error. A result below the
+/// stated error is no fault: a few pixels that were not chosen may have most of the error.
 void estimate_from_some(const std::vector<RetracedPixel>& pixels, double largest,
                         ErrorCheck& check) {
   constexpr double many = 5;  // standard errors

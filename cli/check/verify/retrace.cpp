@@ -13,10 +13,10 @@
 namespace parray::verify {
 namespace {
 
-/// Samples that a thread takes at a time, unless a single pixel has more: some ten milliseconds.
+/// Number of samples in a piece of work, unless one pixel has more: about ten milliseconds.
 constexpr std::uint64_t piece_samples = std::uint64_t{1} << 16;
 
-/// Cut where a row ends, or a piece has samples enough.
+/// Divides the pixels into pieces. A piece ends at the end of a row, or when it has enough samples.
 std::vector<std::span<RetracedPixel>> pieces_of(std::span<RetracedPixel> pixels) {
   std::vector<std::span<RetracedPixel>> pieces;
   std::size_t begin = 0;
@@ -33,9 +33,9 @@ std::vector<std::span<RetracedPixel>> pieces_of(std::span<RetracedPixel> pixels)
   return pieces;
 }
 
-/// Takes the background out of pixels of one row, whose samples are `ranges`.
-void take_out_sky(const PathTracer& tracer, const RadianceScale& scale, const PixelRun& run,
-                  std::span<const SampleRange> ranges, std::span<RetracedPixel> pixels) {
+/// Removes the background from pixels of one row, whose samples are `ranges`.
+void remove_sky(const PathTracer& tracer, const RadianceScale& scale, const PixelRun& run,
+                std::span<const SampleRange> ranges, std::span<RetracedPixel> pixels) {
   std::vector<SkySamples> sky(ranges.size());
   tracer.add_sky_samples(run, RunSamples(ranges), sky);
   for (RetracedPixel& pixel : pixels) {
@@ -46,7 +46,7 @@ void take_out_sky(const PathTracer& tracer, const RadianceScale& scale, const Pi
   }
 }
 
-/// Pixels of one row; those between them have no samples.
+/// Traces pixels of one row. The pixels between them get no samples.
 void retrace_piece(const PathTracer& tracer, const RadianceScale& scale,
                    std::span<RetracedPixel> pixels, bool transparent) {
   const std::uint32_t first = pixels.front().x;
@@ -58,7 +58,7 @@ void retrace_piece(const PathTracer& tracer, const RadianceScale& scale,
   }
   TraceCounts counts;
   tracer.trace_run(run, RunSamples(ranges), sums, counts);
-  if (counts.nonfinite > 0 && pixels.size() > 1) {  // each has to know its own
+  if (counts.nonfinite > 0 && pixels.size() > 1) {  // count these samples for each pixel
     for (RetracedPixel& pixel : pixels) {
       retrace_piece(tracer, scale, {&pixel, 1}, transparent);
     }
@@ -69,12 +69,12 @@ void retrace_piece(const PathTracer& tracer, const RadianceScale& scale,
     pixel.sums = sums[pixel.x - first];
     pixel.mean = mean_radiance(pixel.sums, static_cast<std::uint32_t>(finite), scale);
   }
-  if (transparent) take_out_sky(tracer, scale, run, ranges, pixels);
+  if (transparent) remove_sky(tracer, scale, run, ranges, pixels);
 }
 
 }  // namespace
 
-/// Bentley and Floyd, "A sample of brilliance", Communications of the ACM 30 (1987).
+// Source: Bentley and Floyd, "A sample of brilliance", Communications of the ACM 30 (1987).
 std::vector<std::uint64_t> choose(std::uint64_t count, std::uint64_t total, std::uint64_t seed) {
   if (count >= total) {
     std::vector<std::uint64_t> all(total);

@@ -18,41 +18,45 @@
 namespace parray::verify {
 namespace {
 
-/// Of a denoised picture, the one that its samples make is looked at.
+/// Replaces a denoised picture by the picture before denoising, which follows from its samples.
+/// Throws InputError if the file does not contain it.
 void take_raw(VerifiedPicture& picture) {
   if (!picture.file.high_dynamic_range) {
     throw InputError(picture.name +
-                     ": denoised, and a PNG has no room for the picture that its samples make: "
+                     ": a denoised PNG picture does not contain the picture before denoising: "
                      "verify the EXR picture");
   }
   if (!picture.transparent() &&
       image_sha256(picture.file.image) != picture.recipe.denoised_sha256) {
-    picture.damage = "denoised:image_sha256 is not that of its pixels";
+    picture.damage = "denoised:image_sha256 does not match the pixels";
   }
   auto raw = raw_image(picture.file);
   if (!raw) {
     throw InputError(picture.name +
-                     ": denoised, and its channels raw.R, raw.G, raw.B are gone: "
-                     "verify the picture as it was written");
+                     ": the picture is denoised, but its channels raw.R, raw.G, raw.B are missing: "
+                     "verify the original file");
   }
   picture.file.image = *std::move(raw);
-  picture.alpha.clear();  // it has its background
+  picture.alpha.clear();  // the picture before denoising has its background
 }
 
+/// Takes the alpha of a transparent picture, and compares the hash of an EXR picture. Throws
+/// InputError if channel A is missing.
 void take_alpha(VerifiedPicture& picture) {
   const std::span<const float> alpha = alpha_of(picture.file.channels);
   picture.alpha.assign(alpha.begin(), alpha.end());
   if (!picture.file.high_dynamic_range) {
-    if (alpha.empty()) picture.alpha.assign(picture.pixels(), 1);  // that is how a PNG is read
+    // The reader leaves out the alpha of a PNG file if it is 1 everywhere.
+    if (alpha.empty()) picture.alpha.assign(picture.pixels(), 1);
     return;
   }
   if (alpha.empty()) {
     throw InputError(picture.name +
-                     ": transparent, and its channel A is gone: verify the picture as it was "
-                     "written");
+                     ": the picture is transparent, but its channel A is missing: verify the "
+                     "original file");
   }
   if (transparent_sha256(picture.file.image, alpha) != picture.recipe.transparent_sha256) {
-    picture.damage = picture.hash() + " is not that of its pixels";
+    picture.damage = picture.hash() + " does not match the pixels";
   }
 }
 
@@ -63,13 +67,13 @@ VerifiedPicture read_verified_picture(const std::string& file, bool traced) {
   picture.recipe = recipe_in(picture.file.metadata, picture.name);
   if (!picture.file.high_dynamic_range && picture.recipe.pixels_sha256.empty()) {
     throw InputError(picture.name +
-                     ": its recipe has no pixels_sha256: it was converted from an EXR "
-                     "picture, which can be verified");
+                     ": its recipe has no pixels_sha256, because it was converted from an EXR "
+                     "picture: verify the EXR picture");
   }
   if (!picture.recipe.finished.empty() && traced) {
     throw InputError(picture.name + ": " + printable(picture.recipe.finished) +
-                     " was drawn on it after it was traced: verify the EXR picture, or leave the "
-                     "scene out");
+                     " was drawn on it after tracing: verify the EXR picture, or leave the scene "
+                     "out");
   }
   if (!picture.recipe.transparent_sha256.empty()) take_alpha(picture);
   if (!picture.recipe.denoised_sha256.empty()) take_raw(picture);
@@ -78,7 +82,7 @@ VerifiedPicture read_verified_picture(const std::string& file, bool traced) {
 
 namespace {
 
-/// Channel `samples`; null: there is none.
+/// Returns channel `samples`. Null: the file has none.
 const std::vector<std::uint32_t>* samples_in(const VerifiedPicture& picture) {
   for (const Channel& channel : picture.file.channels) {
     if (channel.name == samples_channel) {
@@ -94,8 +98,9 @@ std::string misfit_of(const VerifiedPicture& picture) {
   const RenderSettings& settings = picture.recipe.settings;
   const Image& image = picture.file.image;
   if (image.width != settings.width || image.height != settings.height) {
-    return "it is not " + std::to_string(settings.width) + " x " + std::to_string(settings.height) +
-           " pixels, as its recipe says";
+    return "the file has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+           " pixels, its recipe " + std::to_string(settings.width) + " x " +
+           std::to_string(settings.height);
   }
   std::uint64_t samples = picture.pixels() * settings.samples_per_pixel;
   if (!picture.recipe.equal_samples) {
@@ -104,26 +109,27 @@ std::string misfit_of(const VerifiedPicture& picture) {
     samples = std::accumulate(counts->begin(), counts->end(), std::uint64_t{0});
   }
   if (samples == picture.recipe.samples) return "";
-  return "its pixels have " + std::to_string(samples) + " samples, not " +
-         std::to_string(picture.recipe.samples) + ", as its recipe says";
+  return "the pixels have " + std::to_string(samples) + " samples, its recipe " +
+         std::to_string(picture.recipe.samples);
 }
 
 std::string damage_of(const VerifiedPicture& picture) {
   if (!picture.damage.empty()) return picture.damage;
   const Image& image = picture.file.image;
   if (picture.file.high_dynamic_range) {
-    if (picture.transparent()) return "";  // take_alpha() has looked
+    if (picture.transparent()) return "";  // take_alpha() has compared the hash
     if (image_sha256(image) == picture.recipe.image_sha256) return "";
   } else {
     const auto bytes =
         picture.transparent() ? transparent_bytes(image.rgb, picture.alpha) : srgb_bytes(image.rgb);
     if (sha256_hex(std::as_bytes(std::span(bytes))) == picture.recipe.pixels_sha256) return "";
   }
-  return picture.hash() + " is not that of its pixels";
+  return picture.hash() + " does not match the pixels";
 }
 
 namespace {
 
+/// Returns whether the traced pixel has the colour and alpha of the file.
 bool same_transparent(const VerifiedPicture& picture, const RetracedPixel& pixel) {
   const std::array<float, 3> stored = picture.stored(pixel);
   const float alpha = picture.alpha[std::size_t{pixel.y} * picture.file.image.width + pixel.x];
@@ -139,9 +145,9 @@ std::vector<std::uint32_t> sample_counts(const VerifiedPicture& picture) {
   if (counts == nullptr) {
     throw InputError(picture.name + ": its pixels have different numbers of samples, and " +
                      (picture.file.high_dynamic_range
-                          ? "channel samples, which says how many, is gone"
-                          : "PNG has no room to say how many") +
-                     ": parray render --like " + picture.name + " makes all of it again");
+                          ? "channel samples with the numbers is missing"
+                          : "a PNG file does not contain the numbers") +
+                     ": use parray render --like " + picture.name + " to render all of it again");
   }
   const std::uint32_t most = *std::max_element(counts->begin(), counts->end());
   if (most > limits::max_samples_per_pixel) {

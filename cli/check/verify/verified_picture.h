@@ -48,7 +48,7 @@ std::string damage_of(const VerifiedPicture& picture);
 /// Throws InputError if the file does not state them.
 std::vector<std::uint32_t> sample_counts(const VerifiedPicture& picture);
 
-/// Whether the file has the colour and alpha of a retraced pixel.
+/// Returns whether the file has the colour and alpha of a retraced pixel.
 bool same_colour(const VerifiedPicture& picture, const RetracedPixel& pixel);
 
 }  // namespace parray::verify

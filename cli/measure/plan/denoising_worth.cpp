@@ -29,7 +29,7 @@ double denoised_square(const DenoisingProbe& probe, Sampler sampler, double samp
   return raw_square(probe, sampler, samples) * odds / (1 + odds);
 }
 
-/// With which a denoised picture meets a target.
+/// Returns the samples per pixel with which a denoised picture meets a target error.
 double samples_for(const DenoisingProbe& probe, Sampler sampler, double target) {
   double few = 2;
   double many = 1 << 24;
@@ -53,10 +53,11 @@ RenderSettings part_settings(const RenderSettings& whole, const PartOfPicture& p
 
 struct Probed {
   DenoisingProbe probe;
-  double seconds_a_sample = 0;  ///< of all the picture's pixels
+  double seconds_a_sample = 0;  ///< time of one sample of every pixel of the picture
 };
 
-/// None: tracing took longer than a twentieth of the time limit, or a second.
+/// Traces and denoises a part of the picture. Returns nothing if tracing takes longer than 1/20 of
+/// the time limit, or without a limit longer than a second.
 std::optional<Probed> probe_part(const PathTracer& tracer, const Scene& scene,
                                  const RenderSettings& whole, int threads, std::uint64_t pixels) {
   constexpr PartOfPicture::Tile tile{32, 32};
@@ -115,7 +116,7 @@ std::string denoising_does_not_pay(const DenoisingWorth& worth) {
   return "--denoise is not expected to pay: " + number_cell(std::round(worth.samples)) +
          " samples a pixel, denoised, have an error of about " + formatted("%.2g", worth.denoised) +
          "; in the same time " + number_cell(std::round(worth.samples + worth.more_samples)) +
-         " samples without it have " + formatted("%.2g", worth.undenoised);
+         " samples without --denoise have " + formatted("%.2g", worth.undenoised);
 }
 
 }  // namespace parray::plan

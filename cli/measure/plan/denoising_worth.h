@@ -11,7 +11,7 @@ namespace parray::plan {
 
 /// Measurements of some pixels of a picture.
 struct DenoisingProbe {
-  double samples = 0;   ///< a pixel
+  double samples = 0;   ///< per pixel
   double raw = 0;       ///< RMSE before denoising
   double denoised = 0;  ///< RMSE after it
   /// Samples per pixel that could be traced in the time of denoising.
@@ -21,13 +21,13 @@ struct DenoisingProbe {
 /// Two pictures that take the same time, with and without denoising. Errors are RMSE in linear
 /// radiance.
 struct DenoisingWorth {
-  double samples = 0;       ///< a pixel of the denoised picture
-  double denoised = 0;      ///< its error
+  double samples = 0;       ///< per pixel of the denoised picture
+  double denoised = 0;      ///< error of the denoised picture
   double more_samples = 0;  ///< per pixel of the picture without denoising
   double undenoised = 0;    ///< error of the picture without denoising
 
-  /// Whether denoising pays. Forecasts of errors are good to about 15 %, so a small disadvantage
-  /// does not count.
+  /// Returns whether denoising pays. Ignores a small disadvantage, because predictions of errors
+  /// have an uncertainty of about 15 %.
   [[nodiscard]] bool pays() const { return denoised <= 1.15 * undenoised; }
 };
 

@@ -9,16 +9,17 @@
 namespace parray::plan {
 namespace {
 
-/// By how much a law may be off for each octave away from the most samples that were measured.
+/// Relative uncertainty of a law per octave of distance from the largest measured number of
+/// samples.
 constexpr double doubt_per_octave = 0.03;
 constexpr double least_relative = 0.005;
 
-constexpr double unit = 1 << 20;  ///< of samples in whole numbers, which passes count in
+constexpr double unit = 1 << 20;  ///< passes count samples per pixel in units of 1 / unit
 
-constexpr double search_begin = -7;  ///< of every search, in logarithms of samples
+constexpr double search_begin = -7;  ///< limits of every search: logarithms of samples
 constexpr double search_end = 60;
 
-/// Where a falling function of the logarithm of samples meets `wanted`.
+/// Returns the number of samples at which a falling function has the value `wanted`.
 template <typename Falling>
 double samples_where(const Falling& falling, double wanted) {
   double low = search_begin;
@@ -30,9 +31,8 @@ double samples_where(const Falling& falling, double wanted) {
   return std::exp(high);
 }
 
-/// How much of its logarithm a number of Sobol points is worth less, over two octaves: at 16, 18,
-/// 20
-/// ... 30 points, then at 32, 36 ... 60, then at 64. It repeats from there, and below.
+/// The loss of worth of a number of Sobol points, as a difference of logarithms, over two octaves:
+/// at 16, 18, 20 ... 30 points, then at 32, 36 ... 60, then at 64. It repeats above and below.
 constexpr std::array<double, 17> uneven{0,     0.407, 0.429, 0.612, 0.450, 0.618,
                                         0.476, 0.491, 0.214, 0.514, 0.487, 0.482,
                                         0.267, 0.385, 0.330, 0.218, 0};
@@ -144,7 +144,7 @@ double ErrorModel::at(double samples) const {
   const double x = std::log(samples);
   const auto after =
       std::find_if(gains_.begin(), gains_.end(), [x](const Gain& one) { return one.samples >= x; });
-  // How far measurements are off the law of the exponent.
+  // Deviation of a measurement from the law of the exponent.
   const auto off = [this](const Gain& one) { return one.gain + exponent_ * one.points; };
   double offset = 0;
   if (after == gains_.begin() || after == gains_.end()) {
@@ -174,7 +174,7 @@ double UpperBound::of(double rmse, double samples) const {
 
 namespace {
 
-/// Samples that passes will want of the next one. `samples` and the result: of a pixel.
+/// Returns the samples per pixel that the next pass needs. `samples`: per pixel so far.
 double wanted(const TargetLaws& laws, double samples, double share, bool placed) {
   const auto lacking = [&](double total) { return lacking_for_error(total, samples); };
   const bool may_place = laws.placing_pays && samples >= pilot_samples;
@@ -216,7 +216,7 @@ Forecast forecast_time(const PassCosts& costs, double seconds, double most_sampl
     return now;
   }
   double left = seconds - now.samples * costs.pilot_sample - costs.pass;
-  double sample = costs.pilot_sample;  // of the pass before: what the passes go by
+  double sample = costs.pilot_sample;  // measured in the previous pass; decides on the next
   for (; left > 0; ++now.passes, ++now.decisions) {
     const auto traced = static_cast<std::uint64_t>(now.samples * unit);
     const auto lacking = static_cast<std::uint64_t>((most_samples - now.samples) * unit);

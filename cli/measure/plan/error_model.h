@@ -14,15 +14,16 @@ namespace parray::plan {
 /// pixels get more.
 class ModelError {
  public:
-  /// Every pixel has the same number of samples. `deviation` > 0: standard deviation of a sample,
-  /// root mean square over pixels and channels.
+  /// Returns the model for the same number of samples in every pixel. `deviation` > 0: standard
+  /// deviation of a sample, root mean square over pixels and channels.
   static ModelError uniform(double deviation);
-  /// Adaptive passes continue from `state`, in which all pixels have the same number of samples, at
-  /// least 2. `rmse` > 0: the error of `state`.
+  /// Returns the model for adaptive passes that continue from `state`, in which all pixels have the
+  /// same number of samples, at least 2. `rmse` > 0: the error of `state`.
   static ModelError adaptive(const FramebufferView& state, double rmse);
 
+  /// Returns the error with `samples` > 0 per pixel.
   [[nodiscard]] double at(double samples) const;
-  /// The inverse of at().
+  /// Returns the samples with the error `rmse`: the inverse of at().
   [[nodiscard]] double samples_for(double rmse) const;
 
  private:
@@ -116,8 +117,7 @@ struct TargetLaws {
   UpperBound stated_even;
   UpperBound stated_placed;
   Sampler sampler = Sampler::independent;
-  /// Whether passes ever place samples by noise: from pilot_samples on, in a pass of at least half
-  /// as many.
+  /// Passes may place samples by noise: from pilot_samples on, in a pass of at least half as many.
   bool placing_pays = true;
 };
 

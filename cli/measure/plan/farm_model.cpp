@@ -22,7 +22,7 @@ double FarmModel::seconds(double wall, double samples, int passes) const {
   const WorkPlan plan(settings, Pass{{{0, settings.samples_per_pixel}}, {}});
   std::vector<ImaginedWorker> workers;
   for (const double speed : speeds_) workers.push_back({threads_, speed});
-  // Longer passes have the same start and end, and more of what is between: no need to go there.
+  // A longer pass has the same beginning and end, so only `longest` is replayed.
   constexpr double longest = 100;
   const double power = std::accumulate(speeds_.begin(), speeds_.end(), 0.0);
   const double pass = wall / passes;

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file that is gone when this is.
+/// A temporary file. The destructor removes it.
 class ScratchFile {
  public:
   explicit ScratchFile(const fs::path& extension)
@@ -40,7 +40,7 @@ class ScratchFile {
   fs::path path_;
 };
 
-/// A worker's result of the whole picture; its counts are made up.
+/// Returns a worker's result for the whole picture, with invented counts.
 TracedCells as_cells(const Framebuffer& traced, const CellBatch& batch) {
   const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
   TracedCells cells;
@@ -60,7 +60,7 @@ TracedCells as_cells(const Framebuffer& traced, const CellBatch& batch) {
 }  // namespace
 
 void forget_memory() {
-  constexpr int large = 128 * 1024;  // glibc's own bound, which it would raise with use
+  constexpr int large = 128 * 1024;  // glibc's default; setting it stops glibc from raising it
   mallopt(M_MMAP_THRESHOLD, large);  // NOLINT(concurrency-mt-unsafe): before other threads allocate
 }
 
@@ -97,7 +97,7 @@ Effort measure_overheads(const DirectRender& picture, const fs::path& extension)
   const Effort began = effort_now();
   const Image image = resolve_image(picture.framebuffer, picture.largest_radiance);
   const ErrorEstimate error = estimate_error(picture.state());
-  for (int side = 0; side < 2; ++side) {  // who made it, and who fetches it
+  for (int side = 0; side < 2; ++side) {  // coordinator and client each compute the hash
     image_sha256(image);
   }
   const ScratchFile file(extension);

@@ -7,7 +7,7 @@
 namespace parray::plan {
 namespace {
 
-/// `count` stretches of `side` places each, spread evenly over `size` places.
+/// Returns `count` stretches of `side` places each, spread evenly over `size` places.
 std::vector<std::uint32_t> stretches(std::uint32_t size, std::uint32_t side, std::uint32_t count) {
   std::vector<std::uint32_t> places;
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -27,7 +27,7 @@ std::vector<std::uint32_t> all_places(std::uint32_t size) {
   return places;
 }
 
-/// As many tiles on a side as `wanted`, as far as there is room for 1 .. `room`.
+/// Returns the number of tiles along a side: `wanted`, but at least 1 and at most `room`.
 std::uint32_t tiles(double wanted, std::uint32_t room) {
   return static_cast<std::uint32_t>(std::clamp(std::round(wanted), 1.0, static_cast<double>(room)));
 }

@@ -6,7 +6,7 @@
 namespace parray::plan {
 
 static constexpr double least_doubt = 0.05;
-/// What is left for samples of a pass's time, at least.
+/// Smallest share of a pass's time that belongs to its samples.
 static constexpr double least_share = 0.3;
 
 PassCost fit_pass_cost(std::span<const TracedPass> passes) {

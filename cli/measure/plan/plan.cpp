@@ -20,20 +20,19 @@ constexpr double most_samples = limits::max_samples_per_pixel;
 /// Measured on 16 scenes: 95 % of renders use 0.90 to 0.99 of it.
 constexpr double used_limit = 0.945;
 constexpr double limit_doubt = 0.022;
-/// Standard deviation of the log of the samples with which passes meet a target, whatever is known
-/// of the law: the last pass is planned from an error that is an estimate (32 renders of 16
-/// scenes).
+/// Standard deviation of the log of the samples with which passes meet a target, even if the law is
+/// known exactly: the last pass is planned from an estimated error (32 renders of 16 scenes).
 constexpr double passes_doubt = 0.09;
-/// Seconds, a standard deviation, that any command may take longer or shorter.
+/// Standard deviation of the time of any command, in seconds.
 constexpr double starting_doubt = 0.03;
-/// Standard deviation of the log error of a picture around the law that a part of it shows.
+/// Standard deviation of the log error of a picture around the law that was measured on a part.
 constexpr double law_doubt = 0.04;
 /// Standard deviation of the log error of evenly spread points around their law.
 constexpr double points_doubt = 0.04;
 
 double normal_share(double x) { return std::erfc(-x / std::sqrt(2.0)) / 2; }
 
-/// That a value expected like this, log-normal, is at most `most`.
+/// Returns the probability that a log-normal value with this prediction is at most `most`.
 double probability(const Expected& expected, double most) {
   const double relative = std::log(expected.high / expected.value) / normal_95;
   const double above = std::log(most / expected.value);
@@ -59,7 +58,8 @@ class Chooser {
   [[nodiscard]] Choice uniform(const SamplerProbe& sampler) const {
     const double exactly =
         goal_.error > 0 ? enough(sampler) : affordable(sampler.uniform_sample, surely_in_time());
-    // Replicates are halves; a picture of less than two samples a pixel does not know its error.
+    // The number must be even, because each replicate has half the samples, and at least 2, because
+    // otherwise the error is unknown.
     const double even = 2 * (goal_.error > 0 ? std::ceil(exactly / 2) : std::floor(exactly / 2));
     Choice choice;
     choice.sampler = sampler.sampler;
@@ -79,56 +79,58 @@ class Chooser {
 
   [[nodiscard]] Effort least() const { return fixed_ + probe_.collect + probe_.overheads; }
 
-  /// Passes end when the upper end of the stated interval meets the target, below which the error
-  /// is 97.5 % of the time. For more than that the target is below the goal.
+  /// Returns the target error. Passes end when the upper end of the stated interval meets the
+  /// target, so the error is below it with 97.5 % probability. For a higher probability the target
+  /// is below the goal.
   [[nodiscard]] double target() const {
     const double relative = std::log(probe_.stated_adaptive.factor) / 2 / normal_95;
     return goal_.error * std::exp(-std::max(quantile_ - normal_95, 0.0) * relative);
   }
 
  private:
-  /// What to aim at, so that a value off by a factor of standard deviation `relative` stays below
-  /// `most` as surely as is asked for.
+  /// Returns the value to aim at, so that the real value is at most `most` with the required
+  /// probability. `relative`: standard deviation of its logarithm.
   [[nodiscard]] double surely(double most, double relative) const {
     return most * std::exp(-quantile_ * relative);
   }
 
-  /// Of the logarithm of a command's `seconds`.
+  /// Returns the standard deviation of the logarithm of a command's `seconds`.
   [[nodiscard]] double time_doubt(double seconds) const {
     return std::hypot(probe_.timing_doubt, starting_doubt / seconds);
   }
 
-  /// Seconds to aim at. What is doubtful about them depends on how many they are.
+  /// Returns the seconds to aim at. Iterates, because their uncertainty depends on the result.
   [[nodiscard]] double surely_in_time() const {
     double aim = goal_.seconds;
     for (int step = 0; step < 20; ++step) aim = surely(goal_.seconds, time_doubt(aim));
     return aim;
   }
 
-  /// How much shorter tracing is on the farm.
+  /// Returns how many times faster the farm traces than this machine.
   [[nodiscard]] double speedup(Effort sample, double samples, int passes) const {
     const double wall = samples * pixels_ * sample.wall;
     return wall > 0 ? wall / farm_.seconds(wall, samples, passes) : 1;
   }
 
-  /// Samples a pixel that all but what is not tracing leaves time for.
+  /// Returns the samples per pixel that fit into `seconds` besides the fixed steps.
   [[nodiscard]] double affordable(Effort sample, double seconds) const {
     const double here = (seconds - least().wall) / sample.wall / pixels_;
     double samples = here;
-    for (int step = 0; step < (farm_.here() ? 0 : 6);
-         ++step) {  // the longer, the more it speeds up
+    // Iterates, because the speedup of a farm grows with the time of tracing.
+    for (int step = 0; step < (farm_.here() ? 0 : 6); ++step) {
       samples = here * speedup(sample, std::clamp(samples, 1.0, most_samples), 1);
     }
     return samples;
   }
 
-  /// Of log(error).
+  /// Returns the standard deviation of log(error).
   [[nodiscard]] static double uniform_doubt(const SamplerProbe& sampler, double samples) {
     const double ripple = sampler.sampler == Sampler::sobol ? points_doubt : 0;
     return std::hypot(ripple, sampler.uniform.relative_at(samples));
   }
 
-  /// Uniform samples that surely meet the error. What is known of it depends on how many they are.
+  /// Returns the uniform samples that meet the error with the required probability. Iterates,
+  /// because the uncertainty of the error depends on their number.
   [[nodiscard]] double enough(const SamplerProbe& sampler) const {
     double samples = sampler.uniform.samples_for(goal_.error);
     for (int step = 0; step < 8; ++step) {
@@ -142,8 +144,8 @@ class Chooser {
     return std::min<double>(samples, pilot_samples);
   }
 
-  /// Of tracing so many samples a pixel in adaptive passes, which place those after the pilot or
-  /// not.
+  /// Returns the effort of tracing `samples` per pixel in adaptive passes. `placed`: passes after
+  /// the pilot place their samples by noise.
   [[nodiscard]] Effort tracing(const SamplerProbe& sampler, double samples, bool placed) const {
     const double pilot = placed ? pilot_of(samples) : samples;
     return pixels_ * (pilot * sampler.uniform_sample + (samples - pilot) * sampler.adaptive_sample);
@@ -159,14 +161,14 @@ class Chooser {
     const bool placed = forecast.decisions > 0;
     choice.sampler = sampler.sampler;
     choice.adaptive = true;
-    // That the law is off by 1 % changes the samples by twice that, and not the error at which
-    // passes end: it is between the last pass's plan and the goal.
+    // A law that is wrong by 1 % changes the samples by 2 %, but not the error at the end, which is
+    // between the plan of the last pass and the goal.
     const ErrorModel& law = placed ? sampler.adaptive : sampler.uniform;
     choice.samples =
         around(forecast.samples, std::hypot(passes_doubt, 2 * law.relative_at(forecast.samples)));
     choice.error = {forecast.rmse, 0.95 * forecast.rmse,
                     std::max(forecast.rmse, choice.target_error)};
-    if (forecast.passes == 1) {  // nothing brings it near the target
+    if (forecast.passes == 1) {  // no later pass stops close to the target
       choice.error.low = around(forecast.rmse, uniform_doubt(sampler, forecast.samples)).low;
     }
     add_time(choice, tracing(sampler, forecast.samples, placed), forecast);
@@ -206,7 +208,7 @@ class Chooser {
     choice.seconds = around(total, doubt);
     choice.cpu_seconds = rest.cpu + tracing.cpu;
     if (choice.time_limit > 0) {
-      // Passes end at the limit, however dear their samples are, but for the least picture.
+      // Passes end at the limit, even if samples are slow, except for a picture of least samples.
       const bool least = choice.samples.value <= 2;
       choice.seconds =
           around(least ? total : std::min(total, used_limit * choice.time_limit), limit_doubt);
@@ -216,7 +218,7 @@ class Chooser {
   const Probe& probe_;
   const FarmModel& farm_;
   const PlanGoal goal_;
-  const double quantile_;  ///< of the standard normal distribution
+  const double quantile_;  ///< quantile of the standard normal distribution for the confidence
   const Effort fixed_;
   const double pixels_;
 };
@@ -229,9 +231,9 @@ void check_samples(const std::vector<SamplerProbe>& samplers, PlanGoal goal) {
     best = std::min(best, sampler.adaptive.at(most_samples));
   }
   if (goal.error < best) {
-    throw InputError(error_option(goal.error) + "more than " +
+    throw InputError(error_option(goal.error) + "needs more than " +
                      std::to_string(limits::max_samples_per_pixel) +
-                     " samples a pixel would be needed, the most there can be: ask for " +
+                     " samples a pixel, the largest possible number: use " +
                      formatted("%.1e", 1.1 * best) + " or more");
   }
 }
@@ -254,7 +256,7 @@ std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, 
   if (goal.seconds > 0 && goal.seconds <= 1.05 * chooser.least().wall) {
     throw InputError("--time " + number_cell(goal.seconds) +
                      ": reading the scene and writing the picture alone take about " +
-                     duration_text(chooser.least().wall) + ": allow more");
+                     duration_text(chooser.least().wall) + ": use a longer time");
   }
   if (goal.error > 0) {
     check_above_rounding("--error", goal.error, probe.largest_radiance,

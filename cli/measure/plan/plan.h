@@ -11,7 +11,7 @@ namespace parray::plan {
 /// The user's goal: one of `error` and `seconds` is > 0.
 struct PlanGoal {
   double error = 0;          ///< RMSE, linear radiance
-  double seconds = 0;        ///< of the whole render
+  double seconds = 0;        ///< time of the whole render
   double confidence = 0.95;  ///< required probability of keeping the goal, in [0.5, 1)
 };
 
@@ -27,9 +27,9 @@ struct Choice {
   Sampler sampler = Sampler::independent;
   bool adaptive = false;
   std::uint32_t samples_per_pixel = 0;  ///< option --spp; 0: adaptive, no fixed number
-  double time_limit = 0;                ///< to ask for; 0: none
-  double target_error = 0;              ///< to ask for; 0: none
-  Expected samples;                     ///< a pixel
+  double time_limit = 0;                ///< option --time-limit; 0: none
+  double target_error = 0;              ///< option --target-error; 0: none
+  Expected samples;                     ///< per pixel
   Expected error;
   Expected seconds;
   double cpu_seconds = 0;

@@ -23,24 +23,24 @@
 namespace parray::plan {
 namespace {
 
-// Samples a pixel.
+// Samples per pixel.
 constexpr double look_samples = 4;
-constexpr double comparison = 8;  ///< of a sampler that only its speed is asked of
+constexpr double comparison = 8;  ///< for the sampler of which only the speed is measured
 constexpr double adaptive_least = 128;
 constexpr double adaptive_most = 4096;
-/// Pixels of a part: where there is time for them, and at least.
+/// Pixels of a part: the usual number if there is time, and the smallest number.
 constexpr double usual_pixels = 49152;
 constexpr double least_pixels = 8192;
-/// How much of the render's time the probe may take, and seconds that it may always take.
+/// The longest time of the probe: a share of the render's time, or these seconds if that is more.
 constexpr double share_of_render = 0.5;
 constexpr double always_allowed = 1;
-/// How much of the time to look around, and in tiles of which size; and in which to watch noise
-/// fall, where pixels need their neighbours.
+/// Share of the time for the survey of the whole picture, and the size of its tiles. Tiles for
+/// measuring noise are larger, because pixels need their neighbours.
 constexpr double look_share = 0.2;
 constexpr PartOfPicture::Tile look_tile{8, 1};
 constexpr PartOfPicture::Tile noise_tile{32, 32};
 
-/// What is known of Owen-scrambled Sobol points before a scene is: errors fall as n^-(1/2 + d).
+/// Prior knowledge of Owen-scrambled Sobol points, for any scene: errors fall as n^-(1/2 + d).
 constexpr ExponentPrior sobol_uniform{0.15, 0.07};
 constexpr ExponentPrior sobol_adaptive{0.05, 0.04};
 
@@ -50,18 +50,19 @@ ExponentPrior prior_of(Sampler sampler, ExponentPrior of_sobol) {
 
 struct Stopped {};
 
-/// A picture as it was after one of its passes.
+/// A picture after one of its passes.
 struct Stage {
-  double samples = 0;  ///< a pixel
+  double samples = 0;  ///< per pixel
   double rmse = 0;
   double relative = 0;  ///< standard error of rmse / rmse
-  TracedPass pass;      ///< the latest
+  TracedPass pass;      ///< the latest pass
 };
 
-/// What ErrorEstimate's interval is beside the error itself.
+/// Returns the upper end of ErrorEstimate's interval as a function of the error, for a picture of
+/// `pixels` pixels.
 UpperBound stated_high(const FramebufferView& state, double pixels) {
   const ErrorEstimate error = estimate_rmse(state);
-  // factor = e^relative, nearly, and relative is in proportion to 1/sqrt(pixels).
+  // factor is approximately e^relative, and relative is proportional to 1/sqrt(pixels).
   const double factor = error.low > 0 ? error.rmse * error.rmse / (error.low * error.low) : 1;
   const double own = static_cast<double>(state.counts.size());
   const double relative = (std::sqrt(2 * factor - 1) - 1) * std::sqrt(own / pixels);
@@ -74,7 +75,7 @@ UpperBound stated_high(const FramebufferView& state, double pixels) {
   return {1 + relative + relative * relative / 2, unseen};
 }
 
-/// The error of `state`; where there is no noise, the smallest that sums can show.
+/// Returns the error of `state`. Without noise, returns the smallest error that sums can represent.
 Stage stage_of(const FramebufferView& state) {
   const ErrorEstimate error = estimate_rmse(state);
   const double least = RadianceScale(state.largest_radiance).mean(1, 1) / 2;
@@ -84,7 +85,8 @@ Stage stage_of(const FramebufferView& state) {
   return {0, error.rmse, std::log(error.rmse / error.low) / normal_95, {}};
 }
 
-/// Mean variance of a sample over pixels and channels: of `state`, traced with error `rmse`.
+/// Returns the variance of a sample of `state`, mean over pixels and channels. `rmse`: the error of
+/// `state`.
 double variance_of(const FramebufferView& state, double rmse) {
   const RadianceScale scale(state.largest_radiance);
   double sum = 0;
@@ -96,12 +98,12 @@ double variance_of(const FramebufferView& state, double rmse) {
       biased += variance * (1 - 1.0 / state.counts[i]);
     }
   }
-  // Around their own mean samples spread less than around the true one, by the mean's error.
+  // Samples spread less around their own mean than around the true mean, by the error of the mean.
   const double values = 3 * static_cast<double>(state.pixels.size());
   return std::max(biased / values + rmse * rmse, sum / values * 0.5);
 }
 
-/// A sampler's tracer: all of the picture, and a part of it.
+/// The tracers of a sampler, for the whole picture and for a part of it.
 struct Candidate {
   Sampler sampler = Sampler::independent;
   std::unique_ptr<PathTracer> tracer;
@@ -143,7 +145,7 @@ class Prober {
 
   // ---- Tracing -------------------------------------------------------------------------------
 
-  /// What is done once, but for loading, and the tracers.
+  /// Does and measures the steps that every picture needs once, except loading. Makes the tracers.
   void build() {
     forget_memory();
     trace_fingerprint();
@@ -178,21 +180,21 @@ class Prober {
     }
   }
 
-  /// The larger the part, the better it stands for the picture; the smaller, the more samples its
-  /// pixels can have in time.
+  /// Chooses the size of the part. A larger part represents the picture better; the pixels of a
+  /// smaller part can have more samples in the same time.
   void choose_part() {
     cut_part(least_pixels);
     stages(main_, false, {look_samples});  // touches memory for the first time
     if (other_) {
       stages(*other_, false, {look_samples});
     }
-    look_around();
+    survey();
     allowed_ = std::min(request_.seconds, std::max(always_allowed, share_of_render * expected()));
     const double each = 48 + (other_ ? comparison : 0) + 1.3 * adaptive_depth();
     cut_part(std::max(least_pixels, seconds_left() / sample_.wall / each));
   }
 
-  /// Seconds that the render will take, about.
+  /// Returns the approximate time of the render in seconds.
   [[nodiscard]] double expected() const {
     if (request_.error <= 0) {
       return request_.goal_seconds;
@@ -200,9 +202,10 @@ class Prober {
     return samples_wanted() * pixels_ * sample_.wall + result_.fixed.wall + result_.overheads.wall;
   }
 
-  /// A few samples everywhere: what tiles are to be compared with; and what is done with pictures.
-  void look_around() {
-    // What finishing a picture takes is scaled up from these pixels: too few of them show nothing.
+  /// Traces a few samples everywhere, to scale the results of tiles up to the picture. Also
+  /// measures the steps after tracing.
+  void survey() {
+    // The time of these steps is scaled up from these pixels, so there must be enough of them.
     const double each = sample_.wall * look_samples;
     const double affordable =
         std::clamp(always_allowed / 2 / each, least_pixels,
@@ -217,17 +220,17 @@ class Prober {
     const double times = pixels_ / (static_cast<double>(everywhere.width()) * everywhere.height());
     const Collecting collecting = effort_of_collecting(render_->framebuffer);
     result_.collect = times * collecting.again;
-    result_.collect.wall /= request_.threads;  // others trace meanwhile
+    result_.collect.wall /= request_.threads;  // the other threads trace meanwhile
     const Effort first = measure_overheads(*render_, request_.image.extension());
     const Effort overheads = measure_overheads(*render_, request_.image.extension());
-    // The first time libraries are loaded, which larger pictures take no longer for.
+    // The first call also loads libraries, which does not depend on the size of the picture.
     const Effort loading = first - overheads;
     result_.overheads = times * (overheads + collecting.touching) +
                         Effort{std::max(loading.wall, 0.0), std::max(loading.cpu, 0.0)};
     result_.largest_radiance = render_->largest_radiance;
   }
 
-  /// Segments of a path.
+  /// Returns the mean number of segments per path.
   static double rays_of(const DirectRender& render) {
     const TraceCounts& counts = render.framebuffer.counts();
     return static_cast<double>(counts.rays) / static_cast<double>(counts.samples);
@@ -237,18 +240,19 @@ class Prober {
     return allowed_ - (effort_now() - tracing_began_).wall;
   }
 
-  /// As many samples a pixel as the wanted error will take, within reason.
+  /// Returns the samples per pixel that the target error needs, within limits.
   [[nodiscard]] double adaptive_depth() const {
     return std::clamp(samples_wanted(), adaptive_least, adaptive_most);
   }
   [[nodiscard]] double samples_wanted() const {
     const double wanted = request_.error > 0 ? variance_ / request_.error / request_.error : 0;
-    // Adaptive passes take about 0.6 of it, those of evenly spread points half of that.
+    // Adaptive passes need about 0.6 of it, and with Sobol points half of that.
     return (main_.sampler == Sampler::sobol ? 0.3 : 0.6) * wanted;
   }
 
-  /// Half as many again after the first, because evenly spread points lose at once what a power of
-  /// two gains them; then four times as many after each, until time or use ends.
+  /// Returns the sizes of adaptive passes, in samples per pixel. The second pass adds half as many
+  /// as the first, because Sobol points then lose the advantage of a power of two. Later passes
+  /// make the total up to four times as large, while there is time and use for them.
   [[nodiscard]] std::vector<double> adaptive_passes() const {
     const double each = 1.3 * sample_.wall * pixels_of_part();
     const double most = std::min(adaptive_depth(), seconds_left() / each);
@@ -287,7 +291,7 @@ class Prober {
     return stages(one.sampler, *one.part, adaptive, passes);
   }
 
-  /// Renders the part in passes of so many samples a pixel; render_ is what comes of it.
+  /// Renders the part in `passes` of samples per pixel. Sets render_ to the result.
   std::vector<Stage> stages(Sampler sampler, const PartOfPicture& part, bool adaptive,
                             const std::vector<double>& passes) {
     const RenderSettings settings = settings_of(sampler, part, adaptive, passes);
@@ -317,13 +321,13 @@ class Prober {
     return found;
   }
 
-  /// What stands between two passes, and the model of adaptive passes.
+  /// Measures the decision between two passes, and makes the model of adaptive passes.
   void measure_deciding(const FramebufferView& state, RenderSettings settings) {
     const Effort began = effort_now();
     const std::uint64_t more = 2 * pilot_samples * state.counts.size();
     const std::vector<std::uint32_t> counts = Placement(state, settings).counts(more);
     counting_ = effort_now() - began;
-    // Again, with memory that was touched before, as in all passes but the first.
+    // Repeats it with memory that was touched before, as in all passes except the first.
     const Effort again = effort_now();
     Placement placement(state, settings);
     result_.placing_pays = !placement.is_even(more);
@@ -340,9 +344,9 @@ class Prober {
     adaptive_model_ = ModelError::adaptive(state, stage_of(state).rmse);
   }
 
-  // ---- What it says --------------------------------------------------------------------------
+  // ---- Results -------------------------------------------------------------------------------
 
-  /// Of passes that give every pixel the same.
+  /// Returns the error law of passes with the same number of samples in every pixel.
   [[nodiscard]] ErrorModel even_law(const std::vector<Stage>& stages) const {
     return {ModelError::uniform(std::sqrt(variance_)), measured(stages),
             prior_of(main_.sampler, sobol_uniform),
@@ -366,16 +370,16 @@ class Prober {
       const std::vector<Stage> later(adaptive.begin() + 1, adaptive.end());
       found.adaptive_sample = cost_scale_ * sample_effort(passes_of(later), times_.pass);
     }
-    // Part of a pass's time is fixed, and part grows with the pixels. Passes of one size do not
-    // tell them apart, so this takes the mean of both cases.
+    // A part of a pass's time is fixed, and a part grows with the pixels. Passes of one size cannot
+    // separate the parts, so this takes the mean of both extremes.
     const double times = (1 + pixels_ / pixels_of_part()) / 2;
     result_.collect = result_.collect + times * times_.pass;
     result_.timing_doubt = times_.doubt;
     result_.samplers.push_back(std::move(found));
   }
 
-  /// Only its speed was measured, beside the main sampler's: samples of any sampler show the same
-  /// variance.
+  /// Adds the other sampler. Only its speed was measured, because the variance of a sample does not
+  /// depend on the sampler.
   void add_other(const std::vector<Stage>& stages) {
     const SamplerProbe main = result_.samplers.front();
     const double share = sample_effort(passes_of(stages), times_.pass).cpu / times_.sample.cpu;
@@ -411,7 +415,7 @@ class Prober {
 
   const ProbeRequest& request_;
   const std::atomic<bool>& stop_;
-  const double pixels_;  ///< of the picture
+  const double pixels_;  ///< pixels of the picture
   Effort began_;
   Effort tracing_began_;
   std::shared_ptr<const Accelerator> accelerator_;
@@ -419,14 +423,14 @@ class Prober {
   std::optional<Candidate> other_;
   std::optional<DirectRender> render_;
   std::optional<ModelError> adaptive_model_;
-  double allowed_ = 0;      ///< seconds of tracing
-  double variance_ = 0;     ///< of a sample, mean over the picture
-  double rays_ = 0;         ///< of a sample, likewise
-  double error_scale_ = 1;  ///< the picture's error / the part's
-  double cost_scale_ = 1;   ///< of a sample, likewise
+  double allowed_ = 0;      ///< seconds for tracing
+  double variance_ = 0;     ///< variance of a sample, mean over the picture
+  double rays_ = 0;         ///< segments of a sample, mean over the picture
+  double error_scale_ = 1;  ///< the picture's error divided by the part's
+  double cost_scale_ = 1;   ///< the picture's cost of a sample divided by the part's
   PassCost times_;          ///< of the main sampler, on the part
-  Effort sample_;           ///< of the latest pass, what it takes whatever its samples included
-  Effort counting_;         ///< what counting the next pass's samples takes
+  Effort sample_;           ///< the latest pass's effort per sample, including its fixed part
+  Effort counting_;         ///< effort of counting the samples of the next pass
   Probe result_;
 };
 

@@ -33,7 +33,7 @@ std::vector<double> values_of(const std::vector<const Run*>& runs, const Functio
   return values;
 }
 
-/// Adds what a run has by level to the mean.
+/// Adds `share` of a run's values to the mean.
 void add_share(const ByLevel& of_run, double share, ByLevel& mean) {
   for (std::size_t i = 0; i < mean.size(); ++i) mean.at(i) += of_run.at(i) * share;
 }
@@ -96,7 +96,7 @@ Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Ti
   row.rmse_8bit = root(mean_of(runs, &Run::mse_8bit));
   row.mse_scatter = mean_of(runs, &Run::mse_scatter);
   row.passes = mean_of(runs, &Run::passes);
-  double denoise = 0;  // of the time
+  double denoise = 0;  // sum of shares of the time
   for (const Run* run : runs) denoise += run->seconds > 0 ? run->denoise_seconds / run->seconds : 0;
   row.denoise_seconds = row.seconds.median * denoise / static_cast<double>(runs.size());
   row.bias = mean_of(runs, &Run::bias);

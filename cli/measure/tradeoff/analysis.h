@@ -40,8 +40,8 @@ struct Run {
   ByLevel claims{};            ///< whether the interval of its RMSE holds: 0 or 1
 };
 
-/// Whether an interval of the RMSE around `claimed` holds. Widens it by the uncertainty of the
-/// reference.
+/// Returns whether an interval of the RMSE around `claimed` contains the true RMSE. Widens it by
+/// the uncertainty of the reference.
 bool claim_holds(const Run& run, double low, double high, std::size_t level);
 
 /// Mean square of a systematic difference, from paired renders.
@@ -68,7 +68,7 @@ struct Quartiles {
   double median = 0;
   double q3 = 0;
 };
-/// By linear interpolation between ranks. Precondition: not empty.
+/// Returns quartiles, with linear interpolation between ranks. `values` must not be empty.
 Quartiles quartiles_of(std::vector<double> values);
 
 /// Statistics of all runs of the same settings.

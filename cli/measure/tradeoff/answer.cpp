@@ -11,9 +11,9 @@
 namespace parray::tradeoff {
 namespace {
 
-/// How another depth, precision or accelerator changes what uniform samples of the scene's own
-/// settings give.
-struct Turn {
+/// The effect of another depth, precision or accelerator on uniform samples, relative to the
+/// scene's own settings.
+struct Change {
   std::uint32_t depth = 0;
   Precision precision = Precision::automatic;
   AcceleratorKind accelerator = AcceleratorKind::automatic;
@@ -24,7 +24,7 @@ struct Turn {
 
 double square(double value) { return value * value; }
 
-const Row* like(const std::vector<Row>& rows, const RenderSettings& settings) {
+const Row* row_with(const std::vector<Row>& rows, const RenderSettings& settings) {
   const std::string options = options_of(settings);
   const auto found = std::find_if(rows.begin(), rows.end(),
                                   [&](const Row& row) { return row.options == options; });
@@ -38,39 +38,39 @@ double bias_square_of(const RenderSettings& settings, const PairedBiases& biases
          (precision == biases.precision.end() ? 0 : square(precision->second.rms()));
 }
 
-Turn own_turn(const RenderSettings& base) {
-  Turn own;
+Change no_change(const RenderSettings& base) {
+  Change own;
   own.depth = base.max_depth;
   own.precision = base.precision;
   own.accelerator = base.accelerator;
   return own;
 }
 
-/// The scene's own first, then what else was measured.
-std::vector<Turn> turns_of(const std::vector<Row>& rows, const RenderSettings& base,
-                           const PairedBiases& biases) {
-  std::vector<Turn> turns = {own_turn(base)};
-  turns[0].bias_square = bias_square_of(base, biases);
+/// Returns the scene's own settings first, then the measured changes.
+std::vector<Change> changes_of(const std::vector<Row>& rows, const RenderSettings& base,
+                               const PairedBiases& biases) {
+  std::vector<Change> changes = {no_change(base)};
+  changes[0].bias_square = bias_square_of(base, biases);
   for (const Row& row : rows) {
     RenderSettings without = row.settings;
     without.max_depth = base.max_depth;
     without.precision = base.precision;
     without.accelerator = base.accelerator;
-    const Row* plain = like(rows, without);
-    const bool turned = row.varied == VariedSetting::depth ||
-                        row.varied == VariedSetting::precision ||
-                        row.varied == VariedSetting::accelerator;
-    if (!turned || plain == nullptr || plain == &row || !(plain->budget.monte_carlo > 0)) continue;
-    turns.push_back({row.settings.max_depth, row.settings.precision, row.settings.accelerator,
-                     row.seconds.median / plain->seconds.median,
-                     square(row.budget.monte_carlo / plain->budget.monte_carlo),
-                     bias_square_of(row.settings, biases)});
+    const Row* plain = row_with(rows, without);
+    const bool changed = row.varied == VariedSetting::depth ||
+                         row.varied == VariedSetting::precision ||
+                         row.varied == VariedSetting::accelerator;
+    if (!changed || plain == nullptr || plain == &row || !(plain->budget.monte_carlo > 0)) continue;
+    changes.push_back({row.settings.max_depth, row.settings.precision, row.settings.accelerator,
+                       row.seconds.median / plain->seconds.median,
+                       square(row.budget.monte_carlo / plain->budget.monte_carlo),
+                       bias_square_of(row.settings, biases)});
   }
-  return turns;
+  return changes;
 }
 
-/// What one way to spend samples, denoised or not, gives with the scene's own depth and precision:
-/// as functions of samples a pixel, or of the target.
+/// The results of one way to use samples, denoised or not, with the scene's own depth and
+/// precision. The amount is the samples per pixel, or the target error.
 struct Family {
   RenderSettings settings;
   LogCurve amount;   ///< for a Monte Carlo RMSE
@@ -83,7 +83,7 @@ std::vector<Family> measured_families(const std::vector<Row>& rows, const Render
   for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
     for (const bool targeted : {false, true}) {
       for (const bool denoised : {false, true}) {
-        if (targeted && denoised) continue;  // as add_denoised()
+        if (targeted && denoised) continue;  // add_denoised() leaves targets out, too
         RenderSettings settings = with_denoise(base, denoised);
         settings.sampler = sampler;
         settings.adaptive = false;
@@ -98,8 +98,8 @@ std::vector<Family> measured_families(const std::vector<Row>& rows, const Render
           amount.emplace_back(row.budget.monte_carlo, spent);
           seconds.emplace_back(spent, row.seconds.median);
         }
-        // What one row alone would go on like: noise halves with four times the samples. What a
-        // filter does to it, one row does not tell.
+        // Slopes for a family with a single row: four times the samples halve the noise. For a
+        // denoised picture a single row does not determine the slope (0).
         families.push_back({settings,
                             LogCurve(amount, denoised   ? 0
                                              : targeted ? 1
@@ -114,38 +114,38 @@ std::vector<Family> measured_families(const std::vector<Row>& rows, const Render
   return families;
 }
 
-/// Pairs of samples: each of a pixel's two replicates gets as many.
+/// Returns an even number of samples, because both replicates of a pixel get the same number.
 std::uint32_t samples_from(double amount) {
   const double most = limits::max_samples_per_pixel;
   return static_cast<std::uint32_t>(2 * std::ceil(std::clamp(amount, 2.0, most) / 2));
 }
 
-/// Three digits, rounded down: a target is a promise.
+/// Returns a target with three digits. Rounds down, because the error must not exceed it.
 double target_from(double amount) {
   const double unit = std::pow(10, std::floor(std::log10(amount)) - 2);
   return std::stod(formatted("%.3g", std::floor(amount / unit + 1e-9) * unit));
 }
 
-std::optional<Candidate> candidate_of(const Family& family, const Turn& turn, double error) {
-  const double left = square(error) - turn.bias_square;
+std::optional<Candidate> candidate_of(const Family& family, const Change& change, double error) {
+  const double left = square(error) - change.bias_square;
   if (!family.amount.known() || !family.seconds.known() || !(left > 0)) return std::nullopt;
   Candidate candidate{family.settings, 0};
   RenderSettings& settings = candidate.settings;
-  settings.max_depth = turn.depth;
-  settings.precision = turn.precision;
-  settings.accelerator = turn.accelerator;
+  settings.max_depth = change.depth;
+  settings.precision = change.precision;
+  settings.accelerator = change.accelerator;
   double spent = 0;
   if (family.targeted) {
     settings.target_error = target_from(std::sqrt(left));
     spent = settings.target_error;
   } else {
-    spent = family.amount.at(std::sqrt(left / turn.variance));
+    spent = family.amount.at(std::sqrt(left / change.variance));
     if (!(spent <= limits::max_samples_per_pixel)) return std::nullopt;
     settings.samples_per_pixel = samples_from(spent);
     spent = settings.samples_per_pixel;
   }
-  const double variance = family.targeted ? turn.variance : 1;
-  candidate.seconds = family.seconds.at(spent) * turn.time * variance;
+  const double variance = family.targeted ? change.variance : 1;
+  candidate.seconds = family.seconds.at(spent) * change.time * variance;
   return candidate;
 }
 
@@ -165,15 +165,15 @@ bool same_but_samples(const RenderSettings& a, const RenderSettings& b) {
 
 std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows,
                                       const RenderSettings& base, const PairedBiases& biases) {
-  const std::vector<Turn> turns = turns_of(rows, base, biases);
+  const std::vector<Change> changes = changes_of(rows, base, biases);
   std::vector<Candidate> candidates;
   for (const Family& family : measured_families(rows, base)) {
-    auto best = candidate_of(family, turns[0], error);
+    auto best = candidate_of(family, changes[0], error);
     if (!best) continue;
     double limit = 0.95 * best->seconds;
-    for (std::size_t i = 1; i < turns.size() && !family.settings.replicates; ++i) {
-      if (turns[i].bias_square > square(error) / 10) continue;
-      const auto other = candidate_of(family, turns[i], error);
+    for (std::size_t i = 1; i < changes.size() && !family.settings.replicates; ++i) {
+      if (changes[i].bias_square > square(error) / 10) continue;
+      const auto other = candidate_of(family, changes[i], error);
       if (other && other->seconds < limit) {
         best = other;
         limit = other->seconds;
@@ -190,7 +190,7 @@ std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
                                  const RenderSettings& base) {
   for (const Family& family : measured_families(rows, base)) {
     if (same_but_samples(family.settings, with_denoise(base, false)) && !family.targeted) {
-      return candidate_of(family, own_turn(base), error);
+      return candidate_of(family, no_change(base), error);
     }
   }
   return std::nullopt;
@@ -243,7 +243,7 @@ std::string sentence_of(const Answer& answer) {
   }
   text += "; measured RMSE " + formatted("%.3g", pick.rmse) + " +- " +
           formatted("%.1g", pick.rmse_deviation) + ")";
-  if (answer.own) return text + "; nothing else that was measured is faster.";
+  if (answer.own) return text + "; no other measured settings are faster.";
   if (answer.own_options.empty() || !(pick.seconds.median > 0)) return text + ".";
   return text + "; the scene's own settings" +
          (answer.asked ? " reach it with " + answer.own_options + " and " : " ") +

@@ -35,7 +35,7 @@ std::optional<Candidate> corrected(const Row& row, double error);
 /// Returns the fastest row with at most that RMSE, or null.
 const Row* fastest_within(double error, const std::vector<Row>& rows);
 
-/// Whether the settings differ only in the number of samples or the target.
+/// Returns whether the settings differ only in the number of samples or the target.
 bool same_but_samples(const RenderSettings& a, const RenderSettings& b);
 
 /// The contents of the sentence.

@@ -29,7 +29,9 @@ DirectRender Bench::render(const RenderSettings& settings) {
 DenoisedRender Bench::denoise(const RenderSettings& settings, const DirectRender& picture) {
   const FramebufferView state = picture.state();
   const std::uint32_t samples = *std::ranges::min_element(state.counts);
-  if (samples < 2) throw InputError("--denoise: takes two samples a pixel at least");
+  if (samples < 2) {
+    throw InputError("--denoise needs at least two samples per pixel: use --spp 2 or more");
+  }
   const auto tracer = make_path_tracer(accelerator_for(settings), scene_.camera, settings);
   const Effort began = effort_now();
   const Features features =

@@ -9,12 +9,12 @@
 namespace parray::tradeoff {
 namespace {
 
-/// Half differences of replicates, with what the variance of the mean square needs.
+/// Half differences of replicates, and sums for the variance of the mean square.
 struct Differences {
-  std::vector<double> value;   ///< 3 a pixel, image order
-  double squares = 0;          ///< sum
-  double variances = 0;        ///< sum, of means
-  double by_own_variance = 0;  ///< sum over pixels: square times variance, channels alike
+  std::vector<double> value;   ///< 3 per pixel, row by row
+  double squares = 0;          ///< sum of squares
+  double variances = 0;        ///< sum of the variances of means
+  double by_own_variance = 0;  ///< sum over pixels of square times variance, channels added up
 };
 
 Differences differences_of(const FramebufferView& state) {
@@ -39,11 +39,11 @@ Differences differences_of(const FramebufferView& state) {
   return all;
 }
 
-/// Of two pixels side by side, or one below the other, in the mean: what their noise has in common
-/// is its covariance by channels alone.
+/// Means over all pairs of adjacent pixels, horizontally and vertically. Their noise is
+/// independent; only the covariance of channels is similar.
 struct Neighbours {
-  double products = 0;    ///< squared product of their differences
-  double magnitudes = 0;  ///< product of the squares of these
+  double products = 0;    ///< squared scalar product of their differences
+  double magnitudes = 0;  ///< product of the squared lengths of their differences
 };
 
 Neighbours neighbours_of(const std::vector<double>& difference, std::size_t width,
@@ -74,7 +74,7 @@ Neighbours neighbours_of(const std::vector<double>& difference, std::size_t widt
   return {sum.products / pairs, sum.magnitudes / pairs};
 }
 
-/// Of the mean square error, in sums over pixels; relative to the square of that.
+/// Returns the variance of the mean square error, divided by its square.
 double relative_variance(const Differences& all, std::size_t width, std::size_t height) {
   if (!(all.squares > 0)) return 0;
   const Neighbours near = neighbours_of(all.value, width, height);
@@ -105,7 +105,7 @@ ErrorIntervals::ErrorIntervals(const FramebufferView& state, const ErrorEstimate
       std::nth_element(ratios.begin(), ratios.begin() + rank, ratios.end());
       scales_[level] = ratios[static_cast<std::size_t>(rank)];
     }
-    // e^relative, nearly, as the stated interval.
+    // Approximately e^relative, as in the stated interval.
     const double relative = normal_half_widths[level] * deviation;
     const double factor = std::sqrt(1 + relative + relative * relative / 2);
     rmse_[level] = {error.rmse / factor, error.rmse * factor};

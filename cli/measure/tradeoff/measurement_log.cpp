@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* remedy = ": name another directory, or start anew with --restart";
+constexpr const char* remedy = ": use another directory, or start again with --restart";
 constexpr const char* runs_name = "runs.csv";
 constexpr const char* state_name = "state.json";
 constexpr int format_version = 3;
@@ -42,7 +42,7 @@ constexpr std::array<std::pair<const char*, double Run::*>, 15> run_columns = {
      {"truncation", &Run::truncation},
      {"passes", &Run::passes},
      {"denoise_seconds", &Run::denoise_seconds}}};
-/// What there is for each level, each in as many columns.
+/// The values that exist for each confidence level. Each has a column per level.
 constexpr std::array<std::pair<const char*, ByLevel Run::*>, 2> by_level = {
     {{"coverage", &Run::coverage}, {"claim", &Run::claims}}};
 
@@ -71,7 +71,7 @@ json json_of(const Identity& identity) {
 
 double number(std::string_view text) {
   const std::optional<double> value = parsed<double>(text);
-  if (!value) throw std::runtime_error("'" + std::string(text) + "' is no number");
+  if (!value) throw std::runtime_error("'" + std::string(text) + "' is not a number");
   return *value;
 }
 
@@ -114,11 +114,11 @@ Run run_of_csv(const std::string& line) {
   const std::vector<std::string_view> cells = split_at(',', line);
   Run run;
   if (cells.size() != 2 + run_columns.size() + by_level.size() * interval_levels.size()) {
-    throw std::runtime_error("not as many cells as the header");
+    throw std::runtime_error("another number of cells than the header");
   }
   run.options = cells[0];
   const auto seed = parsed<decltype(run.seed)>(cells[1]);
-  if (!seed) throw std::runtime_error("'" + std::string(cells[1]) + "' is no seed");
+  if (!seed) throw std::runtime_error("'" + std::string(cells[1]) + "' is not a seed");
   run.seed = *seed;
   for (std::size_t i = 0; i < run_columns.size(); ++i) {
     run.*run_columns.at(i).second = number(cells[2 + i]);
@@ -136,7 +136,7 @@ MeasurementLog::MeasurementLog(fs::path directory, const Identity& identity, boo
   fs::create_directories(directory_, failed);
   if (!fs::is_directory(directory_)) {
     throw InputError(shown(directory_) + ": cannot be made: " + failed.message() +
-                     ": name another directory");
+                     ": use another directory");
   }
   check_output_path(file("tradeoff.json"));
   if (restart) {
@@ -163,7 +163,7 @@ void MeasurementLog::read_state(const Identity& identity) {
   for (const auto& [name, value] : wanted.items()) {
     const json there = state_["identity"].value(name, json());
     if (there != value) {
-      throw InputError(shown(directory_) + ": holds a trade of another " + name + " (" +
+      throw InputError(shown(directory_) + ": has measurements with another " + name + " (" +
                        printable(there.dump(), 200) + ", now " + value.dump() + ")" + remedy);
     }
   }
@@ -172,7 +172,7 @@ void MeasurementLog::read_state(const Identity& identity) {
 void MeasurementLog::read_runs() {
   std::string text = text_of(file(runs_name));
   const std::size_t whole = text.rfind('\n') == std::string::npos ? 0 : text.rfind('\n') + 1;
-  if (whole < text.size()) {  // a line that the end of the program has cut
+  if (whole < text.size()) {  // the program ended while it wrote the last line
     text.resize(whole);
     fs::resize_file(file(runs_name), whole);
   }

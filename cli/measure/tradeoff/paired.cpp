@@ -44,7 +44,7 @@ PairedBias PairedDifference::bias() const {
   double squares = 0;
   const std::size_t pixels = sum_.size() / 3;
   for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-    double product = 0;  // of different pairs, mean over channels: these are not independent
+    double product = 0;  // of different pairs; mean over channels, which are not independent
     for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) {
       product += (sum_[i] * sum_[i] - squares_[i]) / (pairs_ * (pairs_ - 1) * 3);
       bias.mean += sum_[i] / pairs_;

@@ -14,14 +14,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A string of gnuplot's.
+/// Returns a text as a string of gnuplot.
 std::string quoted(const std::string& text) {
   std::string safe;
   for (const char c : text) safe += c == '\'' ? std::string("''") : std::string(1, c);
   return "'" + safe + "'";
 }
 
-/// values.gp: the texts of the plots that depend on the scene and the machine.
+/// Returns the file values.gp: texts of the plots that depend on the scene and the machine.
 std::string values_of(const TradeoffResults& results) {
   return "caption = " + quoted(caption_of(results)) + "\ntime_axis = 'time of a picture (s" +
          (results.timing.busy ? " of processor / threads" : "") +
@@ -54,7 +54,7 @@ std::optional<std::string> draw_plots(const fs::path& directory, const std::stri
   const auto gnuplot = find_program("gnuplot", path);
   if (!gnuplot) {
     return "no plots: gnuplot is missing (apt-get install gnuplot-nox); " +
-           printable((directory / "plots").string(), 4096) + " has what it needs";
+           printable((directory / "plots").string(), 4096) + " has the scripts for it";
   }
   const fs::path plots = directory / "plots";
   for (const char* name : {"convergence", "front", "budget", "coverage", "farms"}) {
@@ -64,7 +64,7 @@ std::optional<std::string> draw_plots(const fs::path& directory, const std::stri
         run_child({gnuplot->string(), "-c", script.string(), plots.string()}, {}, log, seconds(60));
     if (end.status != 0 || end.timed_out) {
       return "no plot " + std::string(name) + ": gnuplot failed, " + printable(log.string(), 4096) +
-             " says why";
+             " has the reason";
     }
     fs::remove(log);
   }

@@ -21,7 +21,7 @@ constexpr const char* samples_name = "parray:reference_samples";
 constexpr const char* chunks_name = "parray:reference_chunks";
 constexpr const char* rgb = "RGB";
 
-/// Linear light of the 256 codes, and where one code ends and the next begins.
+/// Linear light of the 256 codes, and the borders between adjacent codes.
 struct Codes {
   std::array<double, 256> light{};
   std::array<double, 255> border{};
@@ -36,7 +36,7 @@ struct Codes {
   }
 };
 
-/// Values of one channel out of three.
+/// Returns the values of one of three channels.
 std::vector<float> channel_of(const std::vector<double>& values, std::size_t channel) {
   std::vector<float> one(values.size() / 3);
   for (std::size_t i = 0; i < one.size(); ++i) one[i] = static_cast<float>(values[3 * i + channel]);
@@ -49,13 +49,13 @@ const std::vector<float>& floats_of(const Channels& channels, const std::string&
     const auto* values = std::get_if<std::vector<float>>(&channel.values);
     if (channel.name == name && values != nullptr && values->size() == size) return *values;
   }
-  throw InputError(file + ": channel " + name + " is missing: start anew with --restart");
+  throw InputError(file + ": channel " + name + " is missing: start again with --restart");
 }
 
 double number_in(const ImageMetadata& metadata, const std::string& name, const std::string& file) {
   const double number = real_in(metadata, name).value_or(0);
   if (number > 0 && number < 1e15) return number;
-  throw InputError(file + ": " + name + " is missing: start anew with --restart");
+  throw InputError(file + ": " + name + " is missing: start again with --restart");
 }
 
 }  // namespace
@@ -122,14 +122,14 @@ Run Reference::errors_of(const std::vector<float>& picture) const {
     run.mse_8bit += (coded - first) * (coded - second);
     run.quantisation += (coded - value) * (coded - value);
     run.bias += value - mean(i);
-    // Of (e - u)(e - w): u + w and uw have variances 4 and 4 times that of the mean, and its
-    // square.
+    // Variance of (e - u)(e - w): with v the variance of the mean, u + w has the variance 4 v, and
+    // u w has 4 v^2.
     const double square = std::max((value - first) * (value - second), 0.0);
     scatter += 4 * (square + variance(i)) * variance(i);
   }
   const auto values = static_cast<double>(square_.size());
   for (double* sum : {&run.mse, &run.mse_8bit, &run.quantisation, &run.bias}) *sum /= values;
-  run.mse_scatter = std::sqrt(3 * scatter) / values;  // as if a pixel's channels were one
+  run.mse_scatter = std::sqrt(3 * scatter) / values;  // as if all channels had the same noise
   return run;
 }
 
@@ -138,7 +138,7 @@ ByLevel Reference::coverage_of(const std::vector<float>& picture, const ErrorEst
   ByLevel hold{};
   double asked = 0;
   for (std::size_t i = 0; i < square_.size(); ++i) {
-    // Values that agree but for the last bit of a float have no noise that an interval could miss.
+    // Leaves out values that differ only in the last bit of a float: they have no noise.
     if (variance(i) * samples() <= 1e-12 * mean(i) * mean(i)) continue;
     const double error = std::max(std::abs(picture[i] - mean(i)) - 1e-6 * mean(i), 0.0);
     ++asked;
@@ -174,7 +174,7 @@ Run Reference::compare(const Denoised& picture) const {
   run.claimed = picture.rmse;
   run.low = picture.low;
   run.high = picture.high;
-  // Of squares, in which the stated interval is symmetric.
+  // Works with squares, because the stated interval is symmetric in them.
   const double square = picture.rmse * picture.rmse;
   const double half_width = picture.high * picture.high - square;
   for (std::size_t level = 0; level < run.claims.size(); ++level) {
@@ -210,7 +210,7 @@ void Reference::load(const std::filesystem::path& path) {
   const std::string file = printable(path.string(), 4096);
   const ImageFile read = read_image(path);
   if (read.image.width != width_ || read.image.height != height_) {
-    throw InputError(file + ": has another size than this trade: start anew with --restart");
+    throw InputError(file + ": has another size than the measurements: start again with --restart");
   }
   samples_.fill(number_in(read.metadata, samples_name, file));
   chunks_ = static_cast<std::uint64_t>(number_in(read.metadata, chunks_name, file));

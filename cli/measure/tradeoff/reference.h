@@ -29,7 +29,7 @@ class Reference {
 
   /// Returns the samples per pixel of both halves together.
   [[nodiscard]] double samples() const { return samples_[0] + samples_[1]; }
-  /// Whether both halves have the same number of samples, above 0.
+  /// Returns whether both halves have the same number of samples, above 0.
   [[nodiscard]] bool balanced() const { return samples_[0] > 0 && samples_[0] == samples_[1]; }
   /// Returns the RMSE of the mean of both halves, from their difference. Precondition: balanced().
   [[nodiscard]] double rmse() const;
@@ -38,7 +38,7 @@ class Reference {
   /// times and work of the run. Pixels without noise do not count. Precondition: balanced(), and
   /// the same size.
   [[nodiscard]] Run compare(const DirectRender& picture) const;
-  /// The same for a denoised picture, which states no intervals of its pixels.
+  /// Does the same for a denoised picture, which states no intervals of its pixels.
   [[nodiscard]] Run compare(const Denoised& picture) const;
 
   /// Writes an EXR file: the mean as RGB, and both halves and the variance of a sample as further
@@ -49,7 +49,7 @@ class Reference {
 
  private:
   [[nodiscard]] double mean(std::size_t i) const { return (half_[0][i] + half_[1][i]) / 2; }
-  /// Of the mean.
+  /// Returns the variance of mean(i).
   [[nodiscard]] double variance(std::size_t i) const;
   [[nodiscard]] Run errors_of(const std::vector<float>& picture) const;
   [[nodiscard]] ByLevel coverage_of(const std::vector<float>& picture,

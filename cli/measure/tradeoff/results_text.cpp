@@ -1,4 +1,4 @@
-// What people and scripts read of a trade: tables, CSV, JSON.
+// Results as tables for people, and as CSV and JSON for scripts.
 #include <algorithm>
 #include <functional>
 #include <map>
@@ -12,13 +12,13 @@ namespace {
 
 using nlohmann::json;
 
-/// A value of a row, as CSV and JSON name it.
+/// A value of a row, with its name in CSV and JSON.
 struct Field {
   const char* name;
   std::function<json(const Row&)> value;
 };
 
-/// Denoised pictures state nothing of their pixels.
+/// Returns the coverage of pixels' intervals. Denoised pictures have none.
 json coverage_of(const Row& row, std::size_t level) {
   return row.settings.replicates ? json() : json(row.coverage.at(level));
 }
@@ -154,7 +154,7 @@ std::string calibration_text(const TradeoffResults& results) {
   return table_text({"intervals that hold", "50 %", "80 %", "90 %", "95 %", "99 %", "runs"}, cells);
 }
 
-/// For each number of workers: what its front costs.
+/// Returns the table of farms: the time of each point on the front, for each number of workers.
 std::string farms_text(const TradeoffResults& results) {
   std::vector<std::string> header = {"RMSE"};
   for (const FarmFront& farm : results.farms) {
@@ -294,18 +294,18 @@ std::string text_of(const TradeoffResults& results) {
                      counted(static_cast<std::uint64_t>(results.timing.threads), "thread") + ", " +
                      counted(results.rows.size(), "setting") + " measured against " +
                      formatted("%.0f", results.reference_samples) + " samples a pixel (RMSE " +
-                     rough(results.reference_rmse) + ", taken off)\n\n";
+                     rough(results.reference_rmse) + ", subtracted)\n\n";
   text += "Pareto-optimal settings (nothing measured was both faster and as accurate):\n\n" +
           front_text(results);
   text +=
-      "\nRMSE of linear radiance; noise, depth and precision are its parts, measured by "
-      "themselves; "
-      "predicted: the\nroot of their squares over the RMSE; PNG: with the error of 8 bits.\n\n";
+      "\nRMSE: of linear radiance. noise, depth, precision: its parts, measured separately.\n"
+      "predicted: root of the sum of their squares, divided by the RMSE. PNG: with the error of 8 "
+      "bits.\n\n";
   text += convergence_text(results) + "\n" + calibration_text(results);
-  text += "\nModelled, not measured: seconds of a picture of " +
+  text += "\nModelled, not measured: seconds for a picture of " +
           std::to_string(results.scene.width) + " x " + std::to_string(results.scene.height) +
-          " pixels by workers as fast as this machine\neach, leases as the coordinator deals them "
-          "out, no network; \"-\": there something else is faster and as accurate.\n\n" +
+          " pixels with workers as fast as this machine,\nwith the coordinator's rules for leases, "
+          "without network. \"-\": other settings are faster and as accurate.\n\n" +
           farms_text(results);
   for (const std::string& note : results.notes) text += "\nNote: " + note;
   return text + (results.notes.empty() ? "" : "\n");

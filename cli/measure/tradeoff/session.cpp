@@ -18,15 +18,15 @@ namespace {
 
 using nlohmann::json;
 
-// Shares of the time.
+// Shares of the time for each part of the session.
 constexpr double reference_share = 0.3;
 constexpr double sweep_share = 0.45;
 constexpr double paired_share = 0.1;
 constexpr double answer_share = 0.15;
 
-/// Renders that check the answer.
+/// Largest number of renders for each candidate of the answer.
 constexpr std::uint32_t answer_runs = 8;
-/// How small the reference's error should be, relative to the smallest that is measured.
+/// Largest error of the reference, relative to the smallest measured error.
 constexpr double reference_to_smallest = 0.2;
 
 std::string date_text(std::chrono::system_clock::time_point when) {
@@ -57,7 +57,7 @@ Pilot pilot_from(const json& map) {
   return pilot;
 }
 
-/// An even number of samples a pixel that take about `seconds`.
+/// Returns an even number of samples per pixel that take about `seconds`.
 std::uint32_t even_samples(double seconds, double samples_per_second, double pixels,
                            std::uint32_t most) {
   const double samples = seconds * samples_per_second / pixels;
@@ -95,7 +95,7 @@ TradeoffResults Session::measure() {
     biases_ = paired_biases_from(state["biases"]);
   } catch (const json::exception&) {
     throw InputError(printable(log_.file("state.json").string(), 4096) +
-                     ": is damaged: start anew with --restart");
+                     ": is damaged: start again with --restart");
   }
   TradeoffResults results;
   results.scene = request_.scene;
@@ -111,7 +111,7 @@ TradeoffResults Session::measure() {
   return results;
 }
 
-/// The date is that of the last measurement.
+/// Returns machine and date. The date is that of the last measurement.
 Environment Session::environment() {
   json& state = log_.state();
   const std::size_t runs = log_.runs().size();
@@ -126,7 +126,7 @@ Environment Session::environment() {
 
 // ---- Pilot -------------------------------------------------------------------------------------
 
-/// Samples a second of the faster of two renders.
+/// Returns the samples per second of the faster of two renders.
 double Session::speed_of(const RenderSettings& settings, std::uint32_t samples) const {
   RenderSettings trial = settings;
   trial.samples_per_pixel = samples;
@@ -142,7 +142,7 @@ double Session::speed_of(const RenderSettings& settings, std::uint32_t samples) 
 Pilot Session::pilot() {
   const RenderSettings& base = request_.base;
   Pilot pilot;
-  pilot.samples_per_second = speed_of(base, pilot_samples);  // builds the accelerator, too
+  pilot.samples_per_second = speed_of(base, pilot_samples);  // also builds the accelerator
   RenderSettings trial = base;
   trial.samples_per_pixel = pilot_samples;
   trial.seed = paired_seed(base.seed, 1000);
@@ -178,7 +178,8 @@ void Session::make_reference() {
   RenderSettings settings = Reference::settings_of(base);
   settings.samples_per_pixel =
       even_samples(std::min(1.0, limit / 10), pilot_.samples_per_second / 1.5, pixels, 4096);
-  // Of the most samples that the sweep can afford, four times better than independent ones.
+  // The largest number of samples that fits into the sweep. The target assumes that a sampler makes
+  // them as good as four times as many independent samples.
   const double most = std::clamp(
       sweep_share * request_.seconds * pilot_.samples_per_second / (48 * pixels), 16.0, 4096.0);
   const double target =
@@ -197,7 +198,7 @@ void Session::make_reference() {
     reference_.add(bench_.render(settings));
     show(stage, took / limit);
   }
-  // What is on the disk has rounded values: another run must see the same.
+  // The file has rounded values. Loads them, so that a later run works with the same values.
   reference_.load(log_.reference());
   log_.state()["reference_done"] = true;
   log_.keep_state();
@@ -205,14 +206,14 @@ void Session::make_reference() {
 
 // ---- Sweep -------------------------------------------------------------------------------------
 
-/// Whether the sweep measures these settings with that seed.
+/// Returns whether the sweep measures these settings in this run.
 bool Session::planned(const RenderSettings& settings, std::uint32_t run) const {
   return std::ranges::any_of(sweep_.variants, [&](const Variant& variant) {
     return run < variant.runs && options_of(variant.settings) == options_of(settings);
   });
 }
 
-/// `measured` has errors and times.
+/// Completes a run that has errors and times, and appends it to the log.
 void Session::keep(Run measured, const RenderSettings& settings, const DirectRender& render) {
   const TraceCounts& counts = render.framebuffer.counts();
   const auto samples = static_cast<double>(std::max<std::uint64_t>(counts.samples, 1));
@@ -228,7 +229,7 @@ void Session::keep(Run measured, const RenderSettings& settings, const DirectRen
   log_.append(measured);
 }
 
-/// The raw picture and the denoised one come of one render, if both are wanted.
+/// Measures one run. If the picture is needed with and without denoising, renders it only once.
 void Session::measure_run(const RenderSettings& settings, std::uint32_t run) {
   RenderSettings seeded = settings;
   seeded.seed = seed_of(settings, request_.base.seed, run);
@@ -259,7 +260,7 @@ void Session::sweep() {
   }
   const Time began = clock_.now();
   std::size_t done = 0;
-  // By turns, so that a machine whose speed drifts drifts for all.
+  // Takes the variants in turn, so that a drift of the machine's speed affects all of them.
   for (std::uint32_t round = 0; round < rounds; ++round) {
     for (const Variant& variant : sweep_.variants) {
       if (variant.runs <= round) continue;
@@ -278,7 +279,7 @@ void Session::sweep() {
 void Session::measure_biases() {
   const Stage stage{reference_share + sweep_share, paired_share};
   const RenderSettings& base = request_.base;
-  // Those that go deeper, or compute in f64, take longer.
+  // Divides by 1.2, because renders with a greater depth or in f64 take longer.
   const double each = paired_share * request_.seconds / static_cast<double>(paired_renders(base));
   const std::uint32_t samples =
       even_samples(each, pilot_.samples_per_second / 1.2, pixels_of(base), 256);
@@ -297,7 +298,7 @@ void Session::refresh(TradeoffResults& results) const {
   results.spheres = bench_.scene().spheres.size();
 }
 
-/// Measures settings of the answer, if there is time, and returns their row, or null.
+/// Measures settings of the answer if there is time. Returns their row, or null.
 const Row* Session::measured(const RenderSettings& settings, TradeoffResults& results) {
   const std::string options = options_of(settings);
   const auto find = [&]() -> const Row* {
@@ -314,7 +315,7 @@ const Row* Session::measured(const RenderSettings& settings, TradeoffResults& re
     const double took = to_seconds(clock_.now() - began);
     if (run >= 4 && took > limit) break;
     measure_run(settings, run);
-    if (run == 0 && to_seconds(clock_.now() - began) > limit) break;  // one has to do
+    if (run == 0 && to_seconds(clock_.now() - began) > limit) break;  // a single run must suffice
     show(stage, took / limit);
   }
   sweep_.variants.push_back({VariedSetting::answer, settings, answer_runs});
@@ -332,7 +333,7 @@ void Session::find_answer(TradeoffResults& results) {
   answer.error = request_.error.value_or(scene_row.rmse);
   answer.scene = request_.scene;
   const auto candidates = candidates_for(answer.error, results.rows, request_.base, biases_);
-  // Those that should be the fastest are put to the test; what is promised has been measured.
+  // Measures the candidates that should be fastest, because the answer must be a measured row.
   const double affordable = answer_share * request_.seconds / 2;
   for (std::size_t i = 0; i < std::min<std::size_t>(candidates.size(), 2); ++i) {
     std::optional<Candidate> next = candidates[i];
@@ -365,16 +366,16 @@ void Session::find_answer(TradeoffResults& results) {
     return;
   }
   results.answer =
-      "For an RMSE of " + formatted("%.3g", answer.error) + " nothing that was measured will do; ";
+      "For an RMSE of " + formatted("%.3g", answer.error) + ", no measured settings suffice; ";
   if (candidates.empty()) {
-    results.answer += "a longer --time-budget measures more.";
+    results.answer += "use a longer --time-budget to measure more.";
     return;
   }
   const Candidate& best = candidates.front();
-  results.answer += options_against(best.settings, request_.scene) + " should, in about " +
+  results.answer += options_against(best.settings, request_.scene) + " should suffice, in about " +
                     duration_text(best.seconds) + " at " + std::to_string(request_.base.width) +
                     " x " + std::to_string(request_.base.height) +
-                    " (extrapolated: a longer --time-budget measures it).";
+                    " (extrapolated; use a longer --time-budget to measure it).";
   results.answer_facts["options"] = options_against(best.settings, request_.scene);
   results.answer_facts["seconds"] = best.seconds;
 }
@@ -392,29 +393,29 @@ void Session::add_notes(TradeoffResults& results) const {
   if (smallest > 0 && results.reference_rmse > reference_to_smallest * smallest) {
     results.notes.push_back(
         "the reference's own RMSE is " + formatted("%.2g", results.reference_rmse / smallest) +
-        " of the smallest that was measured; it is taken off, but leaves more scatter there: a "
-        "longer --time-budget makes it smaller");
+        " of the smallest measured one. It is subtracted, but makes small errors less certain: use "
+        "a longer --time-budget");
   }
   if (farthest > 1.1 || (farthest > 0 && farthest < 1 / 1.1)) {
-    results.notes.push_back("the parts of the error make up " + formatted("%.2f", farthest) +
-                            " of it where they fit least (column predicted_to_rmse)");
+    results.notes.push_back("in the worst row, the parts of the error add up to " +
+                            formatted("%.2f", farthest) +
+                            " of the measured error (column predicted_to_rmse)");
   }
   if (runs_missing_ > 0) {
     results.notes.push_back("the time is used up: " + counted(runs_missing_, "render") +
-                            " left out; the same command again goes on");
+                            " left out; the same command continues");
   }
   if (results.calibration.empty()) {
     results.notes.push_back(
-        "no calibration of intervals: everywhere more than a fifth of the error is systematic, "
-        "from "
-        "--max-depth or --precision");
+        "no calibration of intervals: in all rows more than a fifth of the error is systematic, "
+        "because of --max-depth or --precision");
   }
   results.left_out = sweep_.left_out;
   if (!sweep_.left_out.empty()) {
     results.notes.push_back(
         "settings whose renders would take too long are left out (" +
         std::to_string(sweep_.left_out.size()) +
-        "; tradeoff.json lists them): a longer --time-budget has room for more");
+        "; tradeoff.json lists them): use a longer --time-budget to measure them");
   }
   if (results.timing.busy) {
     results.notes.push_back(

@@ -31,7 +31,7 @@ Families families_of(const std::vector<Row>& rows, const RenderSettings& base) {
 
 namespace {
 
-/// MSE as a function of seconds.
+/// Returns the MSE as a function of seconds.
 LogCurve over_time(const std::vector<const Row*>& rows) {
   std::vector<std::pair<double, double>> points;
   points.reserve(rows.size());
@@ -39,7 +39,8 @@ LogCurve over_time(const std::vector<const Row*>& rows) {
   return LogCurve(points);
 }
 
-/// At the middle, in the logarithm, of the time that both have been measured over.
+/// Returns the gain in MSE in the same time, at the logarithmic middle of the times at which both
+/// were measured. 0: unknown.
 double gain_of(const std::vector<const Row*>& rows, const std::vector<const Row*>& independent) {
   const LogCurve ours = over_time(rows);
   const LogCurve theirs = over_time(independent);
@@ -111,12 +112,12 @@ std::vector<Calibration> calibration_of(const std::vector<Row>& rows) {
     one.runs += row.runs;
   };
   for (const Row& row : rows) {
-    // These share their random numbers with other rows: they would count the same luck again.
+    // These rows share their random numbers with other rows, so they are not independent.
     if (row.varied == VariedSetting::depth || row.varied == VariedSetting::precision ||
         row.varied == VariedSetting::accelerator) {
       continue;
     }
-    // A systematic error is no part of what intervals promise; one of a fifth hardly changes it.
+    // Intervals do not cover systematic errors. One of less than a fifth hardly matters.
     const double systematic = std::hypot(row.budget.depth, row.budget.precision);
     if (systematic > 0.2 * row.budget.monte_carlo) continue;
     if (!row.settings.replicates) add("all", row);

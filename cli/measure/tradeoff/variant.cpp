@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint32_t least_samples = 16;
 constexpr std::uint32_t most_samples = 4096;
 constexpr double shorter_side = 200;
-/// A hundredth of what a slow machine traces.
+/// 1/100 of the speed of a slow machine.
 constexpr double samples_a_second = 250'000;
 
 std::string stop_options(const RenderSettings& settings) {
@@ -40,7 +40,7 @@ std::string denoise_option(const RenderSettings& settings) {
   return settings.replicates ? " --denoise" : "";
 }
 
-/// FNV-1a: names become numbers, everywhere the same.
+/// Returns the FNV-1a hash of a text. It is the same on every machine.
 std::uint64_t hash_of(const std::string& text) {
   std::uint64_t hash = 0xCBF29CE484222325;
   for (const char letter : text) {
@@ -49,13 +49,13 @@ std::uint64_t hash_of(const std::string& text) {
   return hash;
 }
 
-/// The two highest bits say what a seed is for.
+/// Returns a seed. Its two highest bits are the use, so that different uses have different seeds.
 std::uint64_t seed_for(std::uint64_t use, std::uint64_t base, std::uint64_t number) {
   constexpr std::uint64_t low = (std::uint64_t{1} << 62) - 1;
   return use << 62 | ((base * 0x9E3779B97F4A7C15 + number) & low);
 }
 
-/// Two significant digits: what a person would ask for.
+/// Rounds to two significant digits, as a person would write the number.
 double rounded(double value) { return std::stod(formatted("%.2g", value)); }
 
 std::uint32_t scaled_side(std::uint32_t side, double factor) {
@@ -64,13 +64,14 @@ std::uint32_t scaled_side(std::uint32_t side, double factor) {
       std::clamp(scaled, 1.0, static_cast<double>(limits::max_image_side)));
 }
 
-/// Collects variants, each as often as its share of the time allows.
+/// Collects variants, with as many runs as their share of the time allows.
 class Planner {
  public:
   Planner(const RenderSettings& base, const Pilot& pilot, double seconds)
       : base_(base), pilot_(pilot), seconds_(seconds) {}
 
-  /// `samples`: a pixel, as expected. False if there is no time for it; known ones are no news.
+  /// Adds a variant, unless it is known. `samples`: expected samples per pixel. Returns false if
+  /// there is no time for it.
   bool add(VariedSetting varied, const RenderSettings& settings, double samples, double speed = 0) {
     const std::string options = options_of(settings);
     if (known_.contains(options)) return true;
@@ -91,7 +92,7 @@ class Planner {
     return true;
   }
 
-  /// Samples at which settings other than samples are tried: few enough to be tried often.
+  /// Returns the samples per pixel for varying other settings: few, so that there can be many runs.
   [[nodiscard]] std::uint32_t setting_samples() const {
     const double speed = pilot_.samples_per_second;
     return 8 * cost(64, speed) <= seconds_ / 40   ? 64
@@ -105,13 +106,14 @@ class Planner {
   [[nodiscard]] double cost(double samples, double speed) const {
     return pilot_.overhead + samples * base_.width * base_.height / speed;
   }
-  /// Many cheap runs, few dear ones.
+  /// Returns the number of runs: many if they are short, few if they are long.
   [[nodiscard]] std::uint32_t runs_of(double one, bool needed) const {
     if (16 * one <= seconds_ / 60) return 16;
     if (8 * one <= seconds_ / 25) return 8;
     return 4 * one <= seconds_ / 12 ? 4 : needed ? 2 : 0;
   }
-  /// Denoising takes as long whatever the samples: all of its settings are dear.
+  /// Returns the number of runs with denoising. All are long, because denoising takes the same time
+  /// for any number of samples.
   [[nodiscard]] std::uint32_t denoised_runs_of(double one, bool needed) const {
     return 4 * one <= seconds_ / 24 ? 4 : 2 * one <= seconds_ / 24 || needed ? 2 : 0;
   }
@@ -130,7 +132,7 @@ RenderSettings uniform(RenderSettings settings, Sampler sampler, std::uint32_t s
   return settings;
 }
 
-/// Of adaptive passes to `share` of the pilot's error.
+/// Returns the samples per pixel of adaptive passes to `share` of the pilot's error.
 double expected_samples(double share) { return pilot_samples / (share * share) / 1.5; }
 
 double samples_of(const RenderSettings& settings, const Pilot& pilot) {
@@ -142,8 +144,9 @@ double samples_of(const RenderSettings& settings, const Pilot& pilot) {
 constexpr std::array samplers = {Sampler::independent, Sampler::sobol};
 
 void add_targets(const RenderSettings& base, const Pilot& pilot, Planner& planner) {
-  if (!(pilot.error > 0)) return;  // nothing is random
-  // Below what the first pass reaches by itself, each target four times the work of the one before.
+  if (!(pilot.error > 0)) return;  // the picture has no noise
+  // Begins below the error of the first pass. Each target needs four times the work of the
+  // previous.
   for (double target = pilot.error / 2; target > 1e-9; target /= 2) {
     const double share = target / pilot.error;
     bool any = false;
@@ -277,7 +280,7 @@ Sweep plan_sweep(const RenderSettings& base, const std::vector<RenderSettings>& 
     turned.precision = precision;
     planner.add(VariedSetting::precision, turned, setting_samples);
   }
-  // So slow, some of them, that more samples would not fit.
+  // Uses few samples, because some accelerators are very slow.
   turned = uniform(base, own, least_samples);
   for (const auto& [accelerator, speed] : pilot.other_speeds) {
     turned.accelerator = accelerator;

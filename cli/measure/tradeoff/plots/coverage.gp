@@ -1,4 +1,4 @@
-# How often stated intervals hold, minus how often they should. Bars: the standard error of independent runs.
+# Share of stated intervals that hold, minus the nominal share. Bars: the standard error of independent runs.
 if (ARGC > 0) cd ARG1
 plot = 'coverage'
 load 'style.gp'
@@ -12,7 +12,7 @@ set yrange [*<-5:5<*]
 families = '"independent" "sobol" "independent adaptive" "sobol adaptive" "sobol denoised" "sobol adaptive denoised" "all"'
 of(i, x) = strcol('intervals') eq word(families, i) ? x : NaN
 pixels(i, x) = column('pixel_runs') > 0 ? of(i, x) : NaN
-# Pictures of one kind only where its pixels state nothing.
+# Shows pictures of a single kind only if its pixels have no intervals.
 pictures(i, x) = column('runs') >= 16 && (i == 7 || column('pixel_runs') == 0) ? of(i, x) : NaN
 excess(what) = 100 * (column(what) - column('nominal'))
 scatter(x) = 100 * sqrt(x * (1 - x) / column('runs'))

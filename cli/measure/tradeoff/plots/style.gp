@@ -1,4 +1,4 @@
-# What all plots share. front.gp draws front.svg, .pdf and .png: `gnuplot front.gp` in this directory.
+# Settings of all plots. front.gp draws front.svg, .pdf and .png: `gnuplot front.gp` in this directory.
 set terminal svg noenhanced size 900,600 font 'DejaVu Sans,12' background rgb 'white'
 set output plot.'.svg'
 load 'values.gp'
@@ -15,7 +15,7 @@ set label caption at screen 0.5, screen 0.02 center
 set key at screen 0.5, screen bottom - 0.087 center top horizontal maxcols 3 Left reverse samplen 2
 set grid lt 1 lw 0.5 lc rgb '#dddddd'
 
-# Okabe and Ito's colours: people with any colour vision can tell them apart. Markers: full and hollow.
+# Okabe and Ito's colours, which people with any colour vision can distinguish. Markers: full and hollow.
 colours = '#0072B2 #D55E00 #009E73 #CC79A7 #E69F00 #56B4E9 #000000'
 full = '7 5 9 11 13 15 3'
 hollow = '6 4 8 10 12 14 2'
@@ -27,7 +27,7 @@ shown(i) = word(families, i).(i == 7 ? ' depth, precision or search' : '')
 has_error(x) = column('rmse') > 0 ? x : NaN
 of_family(i, x) = column('rmse') > 0 && strcol('family') eq word(families, i) ? x : NaN
 
-# Room around the points of a logarithmic axis, in parts of their extent.
+# Space around the points of a logarithmic axis, as a share of their extent.
 low(least, most, room) = least * (least / (most * 1.01)) ** room
 high(least, most, room) = most * ((most * 1.01) / least) ** room
 set xtics () nomirror
@@ -41,7 +41,7 @@ do for [power = -9:6] {
 }
 error_axis = 'RMSE (linear radiance)'
 
-# The name of a point, unless another name stands at about the same height. `height`: of a line, as a logarithm.
+# The name of a point, or nothing if another name is at about the same height. `height`: logarithm of a line's height.
 names = ''
 at(y) = int(floor(log10(y) / height))
 is_free(y) = strstrt(names, sprintf('|%d|', at(y))) == 0

@@ -42,12 +42,12 @@ struct Rooms {
   fs::path outside = directory.path() / "outside";
 };
 
-TEST_CASE("a process that is not enclosed has every way out that is tried") {
+TEST_CASE("all forbidden actions succeed in a process that is not enclosed") {
   const Rooms rooms;
   CHECK(ways_out({rooms.inside, 1000}, rooms.outside / "secret").size() == 6);
 }
 
-TEST_CASE("an enclosed process has no way out, and works in its own directory") {
+TEST_CASE("all forbidden actions fail in an enclosed process, and it can use its own directory") {
   if (PARRAY_SANITIZED || !kernel_knows_landlock()) return;
   const Rooms rooms;
   const Enclosure enclosure{rooms.inside, 1000};
@@ -64,7 +64,8 @@ TEST_CASE("an enclosed process has no way out, and works in its own directory") 
         }) == 0);
 }
 
-TEST_CASE("an enclosed process can start no other and make no hard link to what it may not read") {
+TEST_CASE(
+    "an enclosed process cannot start processes or make hard links to files that it may not read") {
   if (PARRAY_SANITIZED || !kernel_knows_landlock()) return;
   const Rooms rooms;
   CHECK(status_of_process([&] {

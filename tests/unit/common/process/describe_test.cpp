@@ -39,7 +39,7 @@ TEST_CASE("an example that the program does not understand is refused, with the 
   CHECK(refusal_of("go --fast") == "the example 'go --fast': it does not name prog");
 }
 
-TEST_CASE("the words of an example are those of a shell") {
+TEST_CASE("an example is split into words as in a shell") {
   using Words = std::vector<std::string>;
   CHECK(shell_words("") == Words{});
   CHECK(shell_words("  a  b ") == Words{"a", "b"});
@@ -48,7 +48,7 @@ TEST_CASE("the words of an example are those of a shell") {
   CHECK(shell_words("a b & c") == Words{"a", "b"});
 }
 
-TEST_CASE("text is wrapped between words, and a word that is too long stands alone") {
+TEST_CASE("text is wrapped between words, and a word that is too long has its own line") {
   CHECK(wrapped("", 2, 10).empty());
   CHECK(wrapped("one two", 0, 7) == "one two");
   CHECK(wrapped("one two", 0, 6) == "one\ntwo");

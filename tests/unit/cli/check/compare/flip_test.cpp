@@ -107,14 +107,14 @@ TEST_CASE("HDR-FLIP agrees with its authors' program, exposures included") {
   check(bright_ramp(), noisy(bright_ramp()), 0.0852792, -6.767803, -1.119811, 6);
 }
 
-TEST_CASE("equal pictures flip unseen, at any exposure") {
+TEST_CASE("equal pictures have FLIP 0 at any exposure") {
   for (const Image& image : {coloured_checks(0), noise(3), bright_ramp(), plain(0, 0, 0)}) {
     CHECK(largest(flip(image, image)) == 0);
     CHECK(largest(hdr_flip(image, image).map) == 0);
   }
 }
 
-TEST_CASE("FLIP stays in [0, 1], which green against blue reaches") {
+TEST_CASE("FLIP is in [0, 1]; green and blue differ by almost 1") {
   CHECK(mean_of(flip(plain(0, 1, 0), plain(0, 0, 1))) == doctest::Approx(1).epsilon(1e-6));
   const Image sharp = drawn(40, 30, [](std::uint32_t x, std::uint32_t y, std::uint32_t c) {
     return c == 1 + (x ^ y) % 2;
@@ -136,13 +136,13 @@ TEST_CASE("FLIP is symmetric; HDR-FLIP takes its exposures from the reference") 
   CHECK(hdr_flip(ramp(), bright_ramp()).exposures != hdr_flip(bright_ramp(), ramp()).exposures);
 }
 
-TEST_CASE("FLIP clamps as a screen does, HDR-FLIP sees what is brighter than white") {
+TEST_CASE("FLIP clamps values, HDR-FLIP detects differences above white") {
   CHECK(largest(flip(plain(1, 1, 1), plain(7, 7, 7))) == 0);
   CHECK(mean_of(hdr_flip(plain(1, 1, 1), plain(7, 7, 7)).map) > 0.05);
   CHECK(largest(flip(plain(-1, 0, 0), plain(0, 0, -3))) == 0);
 }
 
-TEST_CASE("a difference is seen within the filters' ten pixels and no further") {
+TEST_CASE("FLIP of a difference reaches ten pixels, the size of the filters") {
   const Image reference =
       drawn(60, 60, [](std::uint32_t, std::uint32_t, std::uint32_t) { return 0.25; });
   Image image = reference;
@@ -156,7 +156,9 @@ TEST_CASE("a difference is seen within the filters' ten pixels and no further") 
   CHECK(map[middle - 660] < 1e-4F);
 }
 
-TEST_CASE("a pixel that is not finite is left out of FLIP's mean and is black beside it") {
+TEST_CASE(
+    "a pixel that is not finite is left out of FLIP's mean and counts as black for its "
+    "neighbours") {
   Image reference = plain(0.5F, 0.5F, 0.5F);
   Image image = reference;
   constexpr std::size_t middle = 12 * 24 + 12;

@@ -25,7 +25,7 @@ Image grey(std::uint32_t width, std::uint32_t height, float value) {
 
 }  // namespace
 
-TEST_CASE("every metric of two pixels is what its formula gives by hand") {
+TEST_CASE("every metric of two pixels has the value computed by hand") {
   // Differences: 0.5, 0, -0.25; 0, 0, 1.
   const ErrorMetrics m =
       error_metrics(row_of({0.5F, 1, 0.25F, 0, 2, 0}), row_of({1, 1, 0, 0, 2, 1}));
@@ -54,7 +54,7 @@ TEST_CASE("a picture that is too dark has a negative bias, and the reference alo
   CHECK(error_metrics(dark, bright).relative_mse == doctest::Approx(0.25 / 0.26));
 }
 
-TEST_CASE("of 3000 values the 99.9th percentile is the 2997th, of 999 the last") {
+TEST_CASE("the 99.9th percentile of 3000 values is the 2997th, of 999 values the last") {
   // |F - R| = 1, 2, 3, ... in no order, with either sign.
   const auto errors_of = [](std::uint32_t pixels) {
     const Image reference = grey(pixels, 1, 0);
@@ -71,7 +71,7 @@ TEST_CASE("of 3000 values the 99.9th percentile is the 2997th, of 999 the last")
   CHECK(m.worst_x == 2999 * 7 % 3000 / 3);
 }
 
-TEST_CASE("the worst pixel is found in rows and columns, the first of several") {
+TEST_CASE("the worst pixel has the right row and column; of several equal ones it is the first") {
   const Image reference = grey(5, 4, 0.5F);
   Image image = reference;
   image.rgb[(2 * 5 + 3) * 3 + 1] = 0.25F;
@@ -112,7 +112,7 @@ TEST_CASE("pixels that are not finite are counted for each picture and change no
   CHECK(m.worst_x == 0);
 }
 
-TEST_CASE("where no pixel is finite in both, there is no error to tell") {
+TEST_CASE("if no pixel is finite in both pictures, there is no error") {
   const ErrorMetrics m = error_metrics(grey(2, 1, nan_value), grey(2, 1, 1));
   CHECK_FALSE(m.any());
   CHECK(m.excluded == 2);
@@ -122,7 +122,7 @@ TEST_CASE("where no pixel is finite in both, there is no error to tell") {
   }
 }
 
-TEST_CASE("pictures are the same by size and by bits") {
+TEST_CASE("pictures are the same if size and bits are equal") {
   CHECK(same_bits(grey(2, 3, 0.1F), grey(2, 3, 0.1F)));
   CHECK(same_bits(grey(2, 3, nan_value), grey(2, 3, nan_value)));
   CHECK_FALSE(same_bits(grey(2, 3, 0.1F), grey(3, 2, 0.1F)));
@@ -132,7 +132,7 @@ TEST_CASE("pictures are the same by size and by bits") {
   CHECK_FALSE(same_bits(grey(2, 3, 0.1F), other));
 }
 
-TEST_CASE("a verification picture is white less the sum of all differences, channel by channel") {
+TEST_CASE("a verification picture is white minus the sum of all differences, for each channel") {
   const Image reference = row_of({0.5F, 0.5F, 0.5F, 3, 0, 0});
   DifferenceImage verification(reference);
   CHECK(verification.largest() == 0);
@@ -143,7 +143,7 @@ TEST_CASE("a verification picture is white less the sum of all differences, chan
   CHECK(verification.drawn().rgb == std::vector<float>{0.5F, 1, 0.875F, 0, 1, 1});
 }
 
-TEST_CASE("in a verification picture what is not finite differs from all but itself") {
+TEST_CASE("in a verification picture a value that is not finite differs from all other values") {
   const Image reference = row_of({nan_value, infinity, 0, nan_value, infinity, 0});
   DifferenceImage verification(reference);
   verification.add(row_of({nan_value, infinity, 0, 0, -infinity, nan_value}));

@@ -62,7 +62,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("samples that are not finite are left out of the pixel that has them, of no other") {
+TEST_CASE("samples that are not finite are left out only of their own pixel") {
   std::vector<RetracedPixel> pixels;
   for (std::uint32_t x = 0; x < 6; ++x) pixels.push_back({x, 0, 8});
   pixels[5].samples = 0;
@@ -72,7 +72,9 @@ TEST_CASE("samples that are not finite are left out of the pixel that has them, 
   }
 }
 
-TEST_CASE("chosen pixels are distinct, sorted, the same for a seed, and anywhere alike") {
+TEST_CASE(
+    "chosen pixels are distinct and sorted, depend only on the seed, and are uniformly "
+    "distributed") {
   CHECK(choose(5, 3, 1) == std::vector<std::uint64_t>{0, 1, 2});
   CHECK(choose(299, 100000, 1) == choose(299, 100000, 1));
   CHECK(choose(299, 100000, 1) != choose(299, 100000, 2));
@@ -89,7 +91,7 @@ TEST_CASE("chosen pixels are distinct, sorted, the same for a seed, and anywhere
   }
 }
 
-TEST_CASE("299 pixels find one wrong pixel in a hundred with 95 %") {
+TEST_CASE("299 pixels find 1 % of wrong pixels with a probability of 95 %") {
   CHECK(share_found(299) < 0.01);
   CHECK(share_found(298) > 0.01);
   // Wrong are the first hundredth of 10000.

@@ -20,7 +20,7 @@ constexpr DenoisingProbe molecule{8, 0.0400, 0.0055, 15};
 
 }  // namespace
 
-TEST_CASE("denoising pays where it takes off more than samples do in the same time") {
+TEST_CASE("denoising pays if it reduces the error more than samples do in the same time") {
   CHECK_FALSE(foresee_denoising(lens, asked(8), 0).pays());
   CHECK(foresee_denoising(molecule, asked(8), 0).pays());
   DenoisingProbe slow = molecule;
@@ -31,7 +31,7 @@ TEST_CASE("denoising pays where it takes off more than samples do in the same ti
   CHECK(foresee_denoising(free, asked(8), 0).pays());
 }
 
-TEST_CASE("the foreseen picture has the samples that the settings ask for") {
+TEST_CASE("the prediction is for the number of samples in the settings") {
   const DenoisingWorth worth = foresee_denoising(molecule, asked(8), 0);
   CHECK(worth.samples == 8);
   CHECK(worth.denoised == doctest::Approx(0.0055));
@@ -43,7 +43,8 @@ TEST_CASE("the foreseen picture has the samples that the settings ask for") {
   CHECK(met.samples > 8);
 }
 
-TEST_CASE("denoising takes off less the more samples there are, as five scenes have shown") {
+TEST_CASE(
+    "denoising reduces the error less if there are more samples, as measured for five scenes") {
   double last = 0;
   for (const std::uint32_t samples : {8U, 32U, 128U, 512U}) {
     DenoisingProbe probe = molecule;

@@ -41,7 +41,9 @@ struct HalfNoisy {
   FramebufferView state;
 };
 
-TEST_CASE("independent samples: error is the deviation over the root of their number") {
+TEST_CASE(
+    "independent samples: the error is the standard deviation divided by the root of their "
+    "number") {
   const ModelError model = ModelError::uniform(0.2);
   CHECK(model.at(1) == Approx(0.2));
   CHECK(model.at(100) == Approx(0.02));
@@ -49,7 +51,7 @@ TEST_CASE("independent samples: error is the deviation over the root of their nu
   CHECK(model.samples_for(0.4) == Approx(0.25));
 }
 
-TEST_CASE("with a known exponent of 0 the law goes through the one measurement") {
+TEST_CASE("with a known exponent of 0 the law contains the single measurement") {
   const ErrorModel law = law_of(0.2, {{16, 0.04, 0.01}}, {0, 0});
   CHECK(law.at(16) == Approx(0.04));
   CHECK(law.at(64) == Approx(0.02));
@@ -57,7 +59,7 @@ TEST_CASE("with a known exponent of 0 the law goes through the one measurement")
   CHECK(law.relative_at(1 << 20) == Approx(0.01));
 }
 
-TEST_CASE("without a prior to speak of, the exponent of exact measurements is found") {
+TEST_CASE("with a very weak prior, exact measurements determine the exponent") {
   // E = 0.3 n^-0.7
   std::vector<MeasuredError> measured;
   for (const double n : {8.0, 32.0, 128.0}) {
@@ -69,7 +71,7 @@ TEST_CASE("without a prior to speak of, the exponent of exact measurements is fo
   CHECK(law.samples_for(0.3 * std::pow(5000, -0.7)) == Approx(5000));
 }
 
-TEST_CASE("measurements and prior are weighed by their variances") {
+TEST_CASE("measurements and prior are weighted by their variances") {
   // Two measurements as good as each other would say d = 0.2; by hand, with x = -+ ln(2) and the
   // doubt of the first one octave pair away left out by a large standard error of both:
   // precision of the data 2 ln(2)^2 / r^2, of the prior 1 / s^2.
@@ -86,7 +88,7 @@ TEST_CASE("measurements and prior are weighed by their variances") {
   CHECK(law.relative_at(1024) == Approx(std::sqrt(r * r + s * s / 2 * away * away)).epsilon(1e-4));
 }
 
-TEST_CASE("between measurements the law goes through them, beyond them along its exponent") {
+TEST_CASE("the law interpolates measurements, and follows its exponent beyond them") {
   const ErrorModel law = law_of(1, {{4, 0.6, 0.001}, {64, 0.1, 0.001}}, {0.1, 0.001});
   CHECK(law.at(4) == Approx(0.6));
   CHECK(law.at(64) == Approx(0.1));
@@ -97,7 +99,7 @@ TEST_CASE("between measurements the law goes through them, beyond them along its
   CHECK(law.at(1) == Approx(0.6 * 2 * std::pow(4, law.exponent())));
 }
 
-TEST_CASE("where the exponent is known, a measurement of more samples counts for more") {
+TEST_CASE("if the exponent is known, a measurement of more samples has more weight") {
   const ErrorModel law = law_of(1, {{4, 0.6, 0.001}, {256, 0.06, 0.001}}, {0, 0});
   // Gains 1.2 at 4 samples, 0.96 at 256.
   CHECK(law.at(256) < 0.0615);
@@ -105,7 +107,7 @@ TEST_CASE("where the exponent is known, a measurement of more samples counts for
   CHECK(law.at(1024) == Approx(law.at(256) / 2));
 }
 
-TEST_CASE("Sobol points are worth most at powers of two, in the same way every two octaves") {
+TEST_CASE("Sobol points are worth most at powers of two, with a period of two octaves") {
   for (const double power : {1.0, 4.0, 16.0, 1024.0}) {
     CHECK(even_points(power) == Approx(power));
     CHECK(even_points(2 * power) == Approx(2 * power * std::exp(-0.214)));
@@ -114,7 +116,7 @@ TEST_CASE("Sobol points are worth most at powers of two, in the same way every t
   }
 }
 
-TEST_CASE("a law of Sobol points that was measured at some counts knows the error at others") {
+TEST_CASE("a law of Sobol points predicts the error at numbers that were not measured") {
   const double d = 0.2;
   const auto error = [&](double n) { return 0.3 / std::sqrt(n) * std::pow(even_points(n), -d); };
   std::vector<MeasuredError> measured;
@@ -129,7 +131,7 @@ TEST_CASE("a law of Sobol points that was measured at some counts knows the erro
   CHECK(smooth.at(88) < 0.97 * error(88));
 }
 
-TEST_CASE("adaptive passes leave pixels without noise out") {
+TEST_CASE("adaptive passes leave out pixels without noise") {
   const HalfNoisy picture(64, 32);
   const ModelError model = ModelError::adaptive(picture.state, 0.1);
   CHECK(model.at(32) == Approx(0.1));
@@ -162,7 +164,8 @@ TEST_CASE("a target that needs little more than the pilot takes two more passes,
   CHECK(forecast.rmse < 1 / std::sqrt(64.0));
 }
 
-TEST_CASE("while samples are not placed, passes go by the even law and add whole samples") {
+TEST_CASE(
+    "passes that do not place samples follow the law for equal numbers and add whole samples") {
   const ErrorModel even = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
   const ErrorModel better = law_of(1, {{32, 0.5 / std::sqrt(32.0), 0.01}}, {0, 0});
   const auto forecast = [&](double target, bool pays) {
@@ -180,7 +183,7 @@ TEST_CASE("while samples are not placed, passes go by the even law and add whole
   CHECK(placed.samples < 100);
 }
 
-TEST_CASE("passes to a far target grow as the render's own, and end just beyond it") {
+TEST_CASE("passes to a distant target grow like those of a render, and end just beyond it") {
   const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
   const Forecast forecast = forecast_with(law, 0.01);
   // 8, 32, 128, 512, 2048 (lacking 9488, more than 7 * 512); then 7952 lack: 2048 more, then all.
@@ -189,7 +192,7 @@ TEST_CASE("passes to a far target grow as the render's own, and end just beyond 
   CHECK(forecast.decisions == 5);
 }
 
-TEST_CASE("passes of evenly spread points come near a target without going far beyond it") {
+TEST_CASE("passes of Sobol points end near a target, not far beyond it") {
   for (const double exponent : {0.0, 0.1, 0.25}) {
     CAPTURE(exponent);
     const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {exponent, 0});
@@ -202,7 +205,7 @@ TEST_CASE("passes of evenly spread points come near a target without going far b
   }
 }
 
-TEST_CASE("the stated interval has to meet the target, not the error alone") {
+TEST_CASE("the stated interval must meet the target, not only the error") {
   const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
   const UpperBound stated{1.21, 0};
   CHECK(stated.of(0.1, 100) == Approx(0.11));
@@ -211,14 +214,14 @@ TEST_CASE("the stated interval has to meet the target, not the error alone") {
   CHECK(forecast.rmse == Approx(0.01).epsilon(0.02));
 }
 
-TEST_CASE("passes end at the most samples that there may be") {
+TEST_CASE("passes end at the largest number of samples") {
   const ErrorModel law = law_of(1, {{32, 1 / std::sqrt(32.0), 0.01}}, {0, 0});
   const Forecast forecast = forecast_with(law, 1e-4, 5000);
   CHECK(forecast.samples == Approx(5000));
   CHECK(forecast.rmse > 1e-4);
 }
 
-TEST_CASE("a time limit: at most half of the time left, until there is little") {
+TEST_CASE("a time limit: a pass takes at most half of the remaining time, unless little is left") {
   // The pilot takes 32 of 96 seconds and 1 for itself. Of 63 left half, 31.5; then of 30.5, of
   // 14.25, of 6.125; then 2.0625 is less than a 32nd of what is traced.
   const Forecast forecast = forecast_time({1, 1, 1}, 96, 1e6);
@@ -226,7 +229,7 @@ TEST_CASE("a time limit: at most half of the time left, until there is little") 
   CHECK(forecast.samples == Approx(32 + 31.5 + 15.25 + 7.125 + 3.0625).epsilon(1e-5));
 }
 
-TEST_CASE("a time that is too short for the pilot ends it early, with two samples at least") {
+TEST_CASE("a time limit that is too short for the pilot ends it early, with at least two samples") {
   const Forecast forecast = forecast_time({1, 1, 1}, 5, 1e6);
   CHECK(forecast.passes == 1);
   CHECK(forecast.samples == 4);

@@ -61,7 +61,7 @@ Holding holding(int trials, double largest, const auto& radiance_of, const auto&
   return hold;
 }
 
-TEST_CASE("intervals: of nearly normal errors hold as often as they say") {
+TEST_CASE("intervals: with nearly normal errors, intervals hold as often as stated") {
   const Holding hold = holding(
       200, 1,
       [](Dice& dice, auto) {
@@ -74,7 +74,8 @@ TEST_CASE("intervals: of nearly normal errors hold as often as they say") {
   }
 }
 
-TEST_CASE("intervals: of noise that differs from pixel to pixel, and is rare, hold as often") {
+TEST_CASE(
+    "intervals: with rare noise that differs between pixels, intervals hold as often as stated") {
   // From pixel to pixel the rare light is 1 or 4 times as bright, and in half of all pixels none
   // is.
   const auto light_of = [](std::size_t pixel) {
@@ -94,7 +95,8 @@ TEST_CASE("intervals: of noise that differs from pixel to pixel, and is rare, ho
   }
 }
 
-TEST_CASE("intervals: at 95 % are what the picture states, and wider ones are wider") {
+TEST_CASE(
+    "intervals: the 95 % interval is the stated one, and higher levels have wider intervals") {
   Dice dice(7);
   const GrowingPicture picture = picture_of(16, 1, [&](auto...) {
     return Vec3d{dice.unit(), dice.unit(), dice.unit()};
@@ -111,7 +113,7 @@ TEST_CASE("intervals: at 95 % are what the picture states, and wider ones are wi
   }
 }
 
-TEST_CASE("intervals: pixels that have shown no noise have no say in how wide the others' are") {
+TEST_CASE("intervals: pixels without noise do not change the widths of other pixels' intervals") {
   const auto scale_of = [](bool with_sky) {
     Dice dice(8);
     const GrowingPicture picture = picture_of(32, 1, [&](std::size_t pixel, auto) {
@@ -125,7 +127,7 @@ TEST_CASE("intervals: pixels that have shown no noise have no say in how wide th
   CHECK(scale_of(true) > 0.5 * alone);
 }
 
-TEST_CASE("intervals: of a picture without noise are finite") {
+TEST_CASE("intervals: those of a picture without noise are finite") {
   const GrowingPicture picture = picture_of(8, 1, [](auto...) { return Vec3d{0.5, 0.5, 0.5}; });
   const ErrorIntervals intervals(picture.state(), estimate_error(picture.state()));
   CHECK(intervals.rmse(0).low == 0);
