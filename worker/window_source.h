@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/settings_fwd.h"
 #include "common/schedule/cell_list.h"
 #include "common/schedule/chunk_sizer.h"
 #include "common/schedule/work_plan.h"
@@ -20,7 +21,7 @@ namespace parray::worker {
 
 /// What a rank traces for, through all passes.
 struct RankJob {
-  RenderSettings settings;  ///< resolved
+  Boxed<RenderSettings> settings;  ///< resolved
   std::string scene_id;
   std::shared_ptr<const Scene> scene;  ///< let go when the first result is there
 };

@@ -87,7 +87,7 @@ std::string FinishOptions::first_given() const {
 void add_finishing(OutputPaths& outputs, const FinishOptions& options, const SceneFile& file,
                    const std::shared_ptr<const Scene>& scene, const RenderSettings& settings) {
   const Finish finish = options.over(file.finish);
-  const double width = pixels_of(finish.outline, settings.height, outputs.dpi);
+  const double width = pixels_of(finish.outline, height_of(settings), outputs.dpi);
   if (width > 0 && scene->camera.aperture > 0) {
     throw InputError(
         "outline: the camera's lens blurs what it would be drawn around: set aperture to 0, or add "

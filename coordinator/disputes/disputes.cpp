@@ -212,7 +212,7 @@ void DisputeDesk::judge(RefereeDesk::Traced traced) {
   errands.give([this, judged, id = job.record.id, generation = traced.generation,
                 claims = std::move(traced.claims), parcel = std::move(traced.cells),
                 picture = job.work->picture, plan = job.work->plan, store = farm_.store,
-                depth = job.record.settings.max_depth]() -> Backroom::Outcome {
+                depth = max_depth_of(job.record.settings)]() -> Backroom::Outcome {
     judged->timely = picture->plan() == plan;
     try {
       if (judged->timely) {

@@ -1,6 +1,7 @@
 // Pictures of few pixels and many samples, in virtual time: they are shared as well as others.
 #include <doctest/doctest.h>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sim_farm.h"
 

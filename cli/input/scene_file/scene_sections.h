@@ -10,7 +10,7 @@
 #include "cli/input/scene_file/json_value.h"
 #include "cli/input/scene_file/label_settings.h"
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 /// The sections of scene JSON v1, each from its JSON. What they take is what
 /// scenes/schema/scene.v1.schema.json says, and what a schema cannot say: cameras that look

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/math/float_mode.h"
+#include "common/scene/settings.h"
 #include "common/trace/isa.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
@@ -324,7 +325,7 @@ TEST_CASE(
   for (const RenderSettings& settings : {sized(8, 4, 2), sized(4, 8, 2)}) {
     for (const bool is_dark : {false, true, false, false}) {
       Assignment next = assignment(1, settings);
-      next.settings.samples_per_pixel += is_dark ? 0 : 5;  // no picture's bits
+      next.settings->samples_per_pixel += is_dark ? 0 : 5;  // no picture's bits
       if (is_dark) {
         next.scene = dark_scene;
         next.scene_id = "dark";

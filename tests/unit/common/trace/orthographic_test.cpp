@@ -9,6 +9,7 @@
 
 #include "cli/output/channel_tracing.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/start_spheres.h"
 #include "common/trace/tracer.h"

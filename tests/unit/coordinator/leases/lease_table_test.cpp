@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 /// Each arrow of the picture "A lease" in proto/PROTOCOL.md, and the bounds around it.

@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "common/scene/settings.h"
 #include "tests/support/faulty_disk.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
@@ -65,7 +66,7 @@ void check_converted(const fs::path& directory, std::size_t picture_bytes) {
   REQUIRE(jobs.size() == 4);
   CHECK(jobs[0].state == JobState::done);
   CHECK(jobs[0].name == "job 1");
-  CHECK(jobs[0].settings.width == 20);
+  CHECK(jobs[0].settings->width == 20);
   CHECK(jobs[1].state == JobState::cancelled);
   CHECK(jobs[1].reason == "kept by an earlier version: submit it again");
   CHECK(jobs[2].state == JobState::failed);
