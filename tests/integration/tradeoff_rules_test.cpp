@@ -209,7 +209,7 @@ TEST_CASE("trade: another depth is taken if it is faster by more than doubt and 
   PairedBiases biases;
   biases.depth[5] = {1e-6, 1e-9, 0};  // RMSE 0.001
   const auto depth_for = [&](double error) {
-    return candidates_for(error, rows, base_settings(), biases)[0].settings.max_depth;
+    return candidates_for(error, rows, base_settings(), biases)[0].settings->max_depth;
   };
   CHECK(depth_for(0.02) == 5);
   CHECK(depth_for(0.002) == 10);  // a quarter of the mean square
