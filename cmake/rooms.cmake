@@ -15,6 +15,14 @@ function(parray_room name)
   add_library(parray::${name} ALIAS parray_${name})
 endfunction()
 
+# parray_less_optimised(TARGET...): rooms that read options and write text. Their speed does not matter, and -O1 takes
+# a quarter less time to compile. Not for rooms that trace, add up samples, read large files or serve a farm.
+function(parray_less_optimised)
+  foreach(target ${ARGV})
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endforeach()
+endfunction()
+
 # parray_pages(TARGET): makes the man pages and shell completion of a program with cmake/pages.py whenever it is linked,
 # and installs them. The build fails if the program does not understand an example of its own help.
 find_package(Python3 COMPONENTS Interpreter)

@@ -127,7 +127,7 @@ void ControlWriter::epochs(const char* key,
   map_[key] = std::move(list);
 }
 
-void ControlWriter::settings(const char* key, RenderSettings& value) {
+void ControlWriter::settings(const char* key, Boxed<RenderSettings>& value) {
   map_[key] = settings_to_json(value);
 }
 
@@ -285,7 +285,7 @@ void ControlReader::epochs(const char* key,
   }
 }
 
-void ControlReader::settings(const char* key, RenderSettings& value) const {
+void ControlReader::settings(const char* key, Boxed<RenderSettings>& value) const {
   value = settings_from_json(at(key));
 }
 

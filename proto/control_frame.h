@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "common/scene/settings_fwd.h"
 #include "proto/messages.h"
 
 namespace parray::proto {
@@ -42,7 +43,7 @@ class ControlWriter {
   void version(std::uint32_t& value) { map_["v"] = value; }
   void batch(const char* key, CellBatch& value);
   void epochs(const char* key, std::vector<std::pair<std::uint64_t, std::uint64_t>>& value);
-  void settings(const char* key, RenderSettings& value);
+  void settings(const char* key, Boxed<RenderSettings>& value);
   void object(const char* key, nlohmann::json& value) { map_[key] = value; }
   void list(const char* key, nlohmann::json& value) { map_[key] = value; }
   /// Writes one of `names`, which has a name for each value of the enumeration.
@@ -90,7 +91,7 @@ class ControlReader {
   void version(std::uint32_t& value) const { value = protocol_; }
   void batch(const char* key, CellBatch& value) const;
   void epochs(const char* key, std::vector<std::pair<std::uint64_t, std::uint64_t>>& value) const;
-  void settings(const char* key, RenderSettings& value) const;
+  void settings(const char* key, Boxed<RenderSettings>& value) const;
   void object(const char* key, nlohmann::json& value) const;
   void list(const char* key, nlohmann::json& value) const;
   template <typename Enum, std::size_t N>

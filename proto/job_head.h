@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/scene/limits.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::proto {
 
@@ -18,7 +18,7 @@ inline constexpr std::size_t max_line = 2000;
 struct JobHead {
   std::string name;  ///< name for people: that of the scene file
   std::uint32_t priority = 50;
-  RenderSettings settings;  ///< resolved: nothing automatic
+  Boxed<RenderSettings> settings;  ///< resolved: nothing automatic
   std::string precision_reason;
   double load_seconds = 0;
   /// The part of a time limit for loading and writing, if these count. It is not available to the

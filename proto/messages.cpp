@@ -7,6 +7,7 @@
 #include "common/base/error.h"
 #include "common/image/picture_bytes.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 #include "proto/control_frame.h"
 #include "proto/link.h"
 
@@ -298,10 +299,10 @@ void check(const msg::Grant& m) {
   const GridShape& shape = m.cells.grid->shape();
   // In passes, samples_per_pixel bounds only the mean over all pixels.
   const std::uint32_t most =
-      m.settings.in_passes() ? limits::max_samples_per_pixel : m.settings.samples_per_pixel;
+      m.settings->in_passes() ? limits::max_samples_per_pixel : m.settings->samples_per_pixel;
   const bool beyond = std::any_of(shape.stages.begin(), shape.stages.end(),
                                   [most](const Stage& stage) { return stage.end > most; });
-  if (shape.width != m.settings.width || shape.height != m.settings.height || beyond) {
+  if (shape.width != m.settings->width || shape.height != m.settings->height || beyond) {
     throw ProtocolError("'cells' do not fit the picture");
   }
 }

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "common/scene/scene_chunks.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/schedule/cell_grid.h"
 #include "proto/frame.h"
 #include "proto/job_head.h"
@@ -60,7 +60,7 @@ struct Grant {
   std::uint64_t epoch = 0;
   CellBatch cells;
   std::string scene;
-  RenderSettings settings;
+  Boxed<RenderSettings> settings;
   /// Seconds of tracing after which the worker returns the cells traced so far; 0: no limit.
   double longest = 0;
 };

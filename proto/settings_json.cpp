@@ -101,7 +101,7 @@ json settings_in_report(const RenderSettings& settings) {
   });
 }
 
-RenderSettings settings_from_json(const json& map) {
+Boxed<RenderSettings> settings_from_json(const json& map) {
   if (!map.is_object()) {
     throw ProtocolError("settings are not a map");
   }

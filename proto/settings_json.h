@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::proto {
 
@@ -16,7 +16,7 @@ nlohmann::json settings_in_report(const RenderSettings& settings);
 
 /// Reads the map of settings_to_json(). Checks every value; no value may be automatic. Throws
 /// ProtocolError.
-RenderSettings settings_from_json(const nlohmann::json& map);
+Boxed<RenderSettings> settings_from_json(const nlohmann::json& map);
 
 /// Returns the unsigned integer `key` of a map, at most `most`. (The library itself would convert
 /// any other number.) Throws ProtocolError with the name of the key.

@@ -14,8 +14,7 @@ AcceleratorCache::Pointer AcceleratorCache::build(const std::string& scene_id, c
     const std::scoped_lock lock(mutex_);
     last_.reset();
   }
-  Pointer built = make_accelerator(scene, settings.precision, settings.accelerator, settings.isa,
-                                   {.threads = threads});
+  Pointer built = make_accelerator(scene, settings, {.threads = threads});
   const std::scoped_lock lock(mutex_);
   scene_id_ = scene_id;
   last_ = built;

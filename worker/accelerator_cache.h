@@ -4,6 +4,7 @@
 #include <mutex>
 #include <string>
 
+#include "common/scene/settings_fwd.h"
 #include "common/trace/tracer.h"
 
 namespace parray::worker {

@@ -13,11 +13,6 @@ namespace {
 /// Longest reason of a failure, in bytes: one line.
 constexpr std::size_t longest_reason = 200;
 
-/// Returns whether a tracer for one of the settings also serves the other.
-bool same_tracer(const RenderSettings& a, const RenderSettings& b) {
-  return a.picture() == b.picture() && a.accelerator == b.accelerator && a.isa == b.isa;
-}
-
 }  // namespace
 
 ThreadTeam::ThreadTeam(int threads, std::function<void()> on_finished,

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/schedule/cell_grid.h"
 #include "common/schedule/traced_cells.h"
 #include "common/trace/integrator/path_tracer.h"
@@ -27,8 +27,8 @@ struct LeaseWork {
   std::uint32_t pass = 0;
   std::uint64_t epoch = 0;
   CellBatch cells;
-  RenderSettings settings;  ///< resolved
-  std::string scene_id;     ///< scenes with equal ids are equal
+  Boxed<RenderSettings> settings;  ///< resolved
+  std::string scene_id;            ///< scenes with equal ids are equal
   /// Null only if the team's latest result has the same scene and settings.
   std::shared_ptr<const Scene> scene;
   /// Seconds of tracing after which the team hands in what it has; 0: it traces all cells.
@@ -110,7 +110,7 @@ class ThreadTeam final : public Team {
 
   // Only the background thread uses these members: the picture traced last.
   std::string scene_;
-  RenderSettings settings_;
+  Boxed<RenderSettings> settings_;
   std::shared_ptr<const PathTracer> tracer_;
   double build_seconds_ = 0;
 

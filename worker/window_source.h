@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/settings_fwd.h"
 #include "common/schedule/cell_list.h"
 #include "common/schedule/chunk_sizer.h"
 #include "common/schedule/work_plan.h"
@@ -20,7 +21,7 @@ namespace parray::worker {
 
 /// The job of a rank. It is the same in all passes.
 struct RankJob {
-  RenderSettings settings;  ///< resolved
+  Boxed<RenderSettings> settings;  ///< resolved
   std::string scene_id;
   std::shared_ptr<const Scene> scene;  ///< released with the first result
 };

@@ -27,7 +27,7 @@ int fetch(const FetchCommand& command) {
   const DeferredInterrupts deferred;
   if (series) return fetch_series(*client, command.job, outputs);
   Picture picture = fetch_picture(*client, command.job, outputs);
-  add_channels(picture, extra_channels(outputs, {}, {}, 1));
+  add_channels(picture, extra_channels(outputs));
   return write_outputs(std::move(picture), outputs, {});
 }
 

@@ -52,8 +52,8 @@ LabelContent content_of(const LabelSettings& labels, const SceneFile& file,
     content.unit = length_unit_of(file.particle_files.front().facts.format);
   }
   content.camera = file.scene.camera;
-  content.width = settings.width;
-  content.height = settings.height;
+  content.width = width_of(settings);
+  content.height = height_of(settings);
   content.scenery = file.scenery;
   return content;
 }
@@ -151,9 +151,9 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
 
 void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFile& file,
                 const RenderSettings& settings) {
-  const LabelSettings labels = options.over(file.labels, settings.width);
+  const LabelSettings labels = options.over(file.labels, width_of(settings));
   if (!file.legends.empty()) outputs.legends = legends_text(file.legends);
-  if (labels.dpi || labels.width_mm) outputs.dpi = dots_per_inch(labels, settings.width);
+  if (labels.dpi || labels.width_mm) outputs.dpi = dots_per_inch(labels, width_of(settings));
   if (!labels.any()) return;
   if (outputs.has_png()) {
     outputs.finishing.push_back(label_step(labels, content_of(labels, file, settings)));

@@ -9,7 +9,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "cli/output/write_outputs.h"
 #include "common/process/command_line.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::commands {
 

@@ -11,6 +11,7 @@
 #include "common/base/printable.h"
 #include "common/base/text.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings_fields.h"
 
 namespace parray::commands {
 namespace {
@@ -140,13 +141,13 @@ void add_job(Command& command, std::uint64_t& job) {
 }
 
 void RenderOptions::add_to(Command& command) {
-  settings_fields(SettingDeclarer(command, keys_), given_);
+  settings_fields(SettingDeclarer(command, keys_), *given_);
   add_looks_to(command);
 }
 
 void RenderOptions::add_without_samples_to(Command& command) {
-  picture_fields(SettingDeclarer(command, keys_), given_);
-  work_fields(SettingDeclarer(command, keys_), given_);
+  picture_fields(SettingDeclarer(command, keys_), *given_);
+  work_fields(SettingDeclarer(command, keys_), *given_);
   add_looks_to(command);
 }
 
@@ -157,7 +158,7 @@ void RenderOptions::add_looks_to(Command& command) {
 }
 
 void RenderOptions::add_size_to(Command& command, const std::string& group) {
-  size_fields(SettingDeclarer(command, keys_, group.c_str()), given_);
+  size_fields(SettingDeclarer(command, keys_, group.c_str()), *given_);
 }
 
 void RenderOptions::add_like_to(Command& command) {
@@ -216,7 +217,16 @@ static void check_first_passes(const RenderSettings& settings) {
   }
 }
 
-RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
+void RenderOptions::follow(const RenderSettings& settings, bool transparent) {
+  followed_ = settings;
+  view_.follow(transparent);
+}
+
+std::optional<Sampler> RenderOptions::sampler() const {
+  return keys_.contains("sampler") ? std::optional(given_->sampler) : std::nullopt;
+}
+
+Boxed<RenderSettings> RenderOptions::over(const RenderSettings& of_scene) const {
   RenderSettings settings = of_scene;
   if (print_width_ && !has_size()) {
     const double share = static_cast<double>(*print_width_) / settings.width;
@@ -228,7 +238,7 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
       [this](const Setting& setting, const auto& /*rule*/, auto& to, const auto& from) {
         if (keys_.contains(setting.key)) to = from;
       },
-      settings, given_);
+      settings, *given_);
   const bool limited =
       settings.target_error > 0 || settings.target_half_width > 0 || settings.time_limit > 0;
   if (!keys_.contains("adaptive")) settings.adaptive = limited || !settings.passes.empty();
@@ -236,14 +246,14 @@ RenderSettings RenderOptions::over(const RenderSettings& of_scene) const {
     settings.samples_per_pixel = limits::max_samples_per_pixel;
   }
   if (followed_) {
-    static_cast<PictureSettings&>(settings) = followed_->picture();
-    static_cast<StopSettings&>(settings) = followed_->stop();
+    static_cast<PictureSettings&>(settings) = (*followed_)->picture();
+    static_cast<StopSettings&>(settings) = (*followed_)->stop();
   }
   try {
     check_settings(settings);
   } catch (const InputError& error) {
     // Each option is in its range, so their combination is wrong.
-    throw InputError(std::string(given_.passes.empty() ? "--width, --height: "
+    throw InputError(std::string(given_->passes.empty() ? "--width, --height: "
                                                        : "--width, --height, --passes: ") +
                      error.what());
   }

@@ -15,7 +15,8 @@
 #include "cli/output/write_outputs.h"
 #include "common/process/command_line.h"
 #include "common/scene/number_range.h"
-#include "common/scene/settings.h"
+#include "common/scene/setting_choices.h"
+#include "common/scene/settings_fwd.h"
 
 /// Options that several commands share. A wrong value ends the parsing with a UsageError that names
 /// the option, before any work. The objects keep the values; they must not move while the command
@@ -82,25 +83,20 @@ class RenderOptions {
   void check_like() const;
   /// Makes over() and view() take everything that determines the picture from these values instead
   /// of from the scene.
-  void follow(const RenderSettings& settings, bool transparent) {
-    followed_ = settings;
-    view_.follow(transparent);
-  }
+  void follow(const RenderSettings& settings, bool transparent);
   [[nodiscard]] const ParticleOptions& particles() const { return particles_; }
   [[nodiscard]] const ViewOptions& view() const { return view_; }
   [[nodiscard]] const AutoSceneOptions& auto_scene() const { return auto_scene_; }
   [[nodiscard]] AutoSceneOptions& auto_scene() { return auto_scene_; }
   /// Returns the sampler of --sampler. Empty: the scene's.
-  [[nodiscard]] std::optional<Sampler> sampler() const {
-    return keys_.contains("sampler") ? std::optional(given_.sampler) : std::nullopt;
-  }
+  [[nodiscard]] std::optional<Sampler> sampler() const;
 
   /// Returns the given options that determine the picture, as text. Equal commands have equal
   /// texts.
   [[nodiscard]] std::string as_given() const;
   /// Returns the scene's settings, replaced by the options that are given. Throws InputError, which
   /// names the options, if the result is impossible.
-  [[nodiscard]] RenderSettings over(const RenderSettings& of_scene) const;
+  [[nodiscard]] Boxed<RenderSettings> over(const RenderSettings& of_scene) const;
 
  private:
   void add_looks_to(Command& command);
@@ -108,9 +104,9 @@ class RenderOptions {
   ViewOptions view_;
   std::string like_;
   std::optional<Command> command_;  ///< the command that has --like
-  std::optional<RenderSettings> followed_;
+  std::optional<Boxed<RenderSettings>> followed_;
   std::optional<std::uint32_t> print_width_;
-  RenderSettings given_;
+  Boxed<RenderSettings> given_;
   std::set<std::string_view> keys_;  ///< keys of the given settings
   ParticleOptions particles_;
   AutoSceneOptions auto_scene_;

@@ -26,6 +26,7 @@
 #include "common/process/stop_signal.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_ranges.h"
+#include "common/scene/settings.h"
 
 namespace parray::commands {
 namespace {

@@ -91,7 +91,7 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
                         const SceneFile& file, const std::shared_ptr<const Scene>& scene,
                         const RenderSettings& settings) {
   const Postprocessing postprocessing = options.over(file.postprocessing);
-  const double width = pixels_of(postprocessing.outline, settings.height, outputs.dpi);
+  const double width = pixels_of(postprocessing.outline, height_of(settings), outputs.dpi);
   if (width > 0 && scene->camera.aperture > 0) {
     throw InputError(
         "outline: the camera's lens blurs the edges of spheres, so they have no outline: set "

@@ -21,6 +21,7 @@
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
 #include "common/trace/isa.h"
 
 namespace parray::commands {

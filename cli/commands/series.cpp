@@ -72,7 +72,7 @@ OutputPaths outputs_of(const OutputPaths& outputs, std::uint32_t frame) {
 int deliver_frame(Client& client, const ListedFrame& frame, const OutputPaths& outputs) {
   const OutputPaths numbered = outputs_of(outputs, frame.frame);
   Picture picture = fetch_picture(client, frame.job, numbered);
-  add_channels(picture, extra_channels(outputs, {}, {}, 1));
+  add_channels(picture, extra_channels(outputs));
   return write_outputs(std::move(picture), numbered, {});
 }
 

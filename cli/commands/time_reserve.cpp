@@ -14,6 +14,7 @@
 #include "common/adaptive/replicates.h"
 #include "common/image/image.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
 #include "coordinator/jobs/report.h"
 
 namespace parray::commands {
@@ -78,7 +79,7 @@ EndingCost ending_cost(const ExtraChannels& extra, const std::string& scene_id) 
   const auto tracer = tracer_of(small, scene_id);
   const std::atomic<bool> stop = false;
   const auto traced = render_directly(*tracer, *extra.scene, small.settings, extra.threads, stop);
-  small.settings.samples_per_pixel = extra.settings.samples_per_pixel;
+  small.settings->samples_per_pixel = extra.settings->samples_per_pixel;
   const auto pixels = [](const RenderSettings& settings) {
     return static_cast<double>(settings.width) * settings.height;
   };

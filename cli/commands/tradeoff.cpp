@@ -21,6 +21,7 @@
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 #include "common/scene/scene_ranges.h"
+#include "common/scene/settings.h"
 
 namespace parray::commands {
 namespace {
@@ -116,7 +117,7 @@ tradeoff::Request request_of(const TradeoffCommand& command, const SceneFile& fi
   request.base = tradeoff::with_size(request.scene, command.width, command.height, command.seconds);
   const auto before = tradeoff::size_in(command.directory);
   if (before && command.width == 0 && command.height == 0 && !command.restart) {
-    std::tie(request.base.width, request.base.height) = *before;
+    std::tie(request.base->width, request.base->height) = *before;
   }
   check_settings(request.base);
   for (const std::string& options : command.also) {
@@ -151,9 +152,9 @@ int run(const TradeoffCommand& command) {
   const DeferredInterrupts deferred;
   tradeoff::MeasurementLog log(
       command.directory,
-      {scene_identity(file.scene), request.base.width, request.base.height,
-       tradeoff::options_of(request.base) + " --seed " + std::to_string(request.base.seed), threads,
-       processor_model()},
+      {scene_identity(file.scene), request.base->width, request.base->height,
+       tradeoff::options_of(request.base) + " --seed " + std::to_string(request.base->seed),
+       threads, processor_model()},
       command.restart);
   const StopWatch watch(interrupt_noted);
   tradeoff::Bench bench(file.scene, threads, watch.stop());

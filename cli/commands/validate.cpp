@@ -19,6 +19,7 @@
 #include "common/base/printable.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 
 namespace parray::commands {

@@ -6,6 +6,7 @@
 
 #include "common/adaptive/pass_controller.h"
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "coordinator/leases/result_collector.h"
 #include "proto/clock.h"
 #include "worker/cell_tracer.h"
@@ -90,6 +91,9 @@ class Rendering {
 };
 
 }  // namespace
+
+DirectRender::DirectRender(const RenderSettings& settings, double largest)
+    : framebuffer(settings.width, settings.height), largest_radiance(largest) {}
 
 double DirectRender::samples_per_pixel() const {
   return static_cast<double>(framebuffer.counts().samples) /

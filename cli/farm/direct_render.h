@@ -11,7 +11,7 @@
 #include "common/adaptive/passes.h"
 #include "common/image/framebuffer.h"
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/trace/integrator/path_tracer.h"
 
 /// Renders in this process without a farm, for commands that need many pictures and the time of
@@ -20,8 +20,7 @@ namespace parray::farm {
 
 /// A complete picture.
 struct DirectRender {
-  DirectRender(const RenderSettings& settings, double largest)
-      : framebuffer(settings.width, settings.height), largest_radiance(largest) {}
+  DirectRender(const RenderSettings& settings, double largest);
 
   [[nodiscard]] FramebufferView state() const { return framebuffer.view(largest_radiance); }
   [[nodiscard]] double samples_per_pixel() const;

@@ -8,6 +8,7 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
 #include "coordinator/disputes/retraction.h"
 
 namespace parray::mpi {
@@ -42,8 +43,8 @@ JobRecord record_of(const Submission& submission, const std::string& scene_bytes
 
 /// Returns whether two jobs have pictures with the same bits. Their plans may differ.
 bool same_picture(const JobRecord& a, const JobRecord& b) {
-  return a.scene == b.scene && a.settings.picture() == b.settings.picture() &&
-         a.settings.stop() == b.settings.stop();
+  return a.scene == b.scene && a.settings->picture() == b.settings->picture() &&
+         a.settings->stop() == b.settings->stop();
 }
 
 }  // namespace
@@ -82,9 +83,9 @@ bool CheckpointedJob::resume(JobRecord& kept) {
   }
   // Saved results number their cells by the saved plan. Other settings may differ in each run.
   RenderSettings asked = record_.settings;
-  asked.schedule = kept.settings.schedule;
-  asked.row_order = kept.settings.row_order;
-  asked.progressive = kept.settings.progressive;
+  asked.schedule = kept.settings->schedule;
+  asked.row_order = kept.settings->row_order;
+  asked.progressive = kept.settings->progressive;
   record_ = std::move(kept);
   record_.settings = asked;
   record_.state = JobState::queued;

@@ -8,6 +8,7 @@
 #include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/settings.h"
 
 namespace parray::mpi {
 namespace {
@@ -178,7 +179,7 @@ void MpiCoordinator::save_some(Time now) {
 }
 
 std::string MpiCoordinator::kept_text() const {
-  return job_.amount_text() + (job_.record().settings.in_passes() ? " are" : " is") + " kept in " +
+  return job_.amount_text() + (job_.record().settings->in_passes() ? " are" : " is") + " kept in " +
          job_.directory().string() +
          ": the same command continues from there, with any number of ranks";
 }
@@ -237,8 +238,8 @@ JobStatus MpiCoordinator::status(Time now, bool done) const {
   status.progress = done ? 1 : progress;
   status.whole = preview_.wanted() && framebuffer.whole();
   status.error = job_.picture().passes().error();
-  status.target_error = job_.record().settings.target_error;
-  status.target_half_width = job_.record().settings.target_half_width;
+  status.target_error = job_.record().settings->target_error;
+  status.target_half_width = job_.record().settings->target_half_width;
   if (progress > progress_before_ && elapsed > 0) {
     status.samples_per_second = (static_cast<double>(framebuffer.counts().samples) -
                                  static_cast<double>(job_.samples_before())) /

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "common/base/error.h"
+#include "common/scene/settings.h"
 #include "proto/mpi_window.h"
 #include "proto/settings_json.h"
 
@@ -123,7 +124,7 @@ Ranks find_ranks(const MpiWorld& world, const MpiJob& job, std::uint32_t threads
   Ranks ranks;
   ranks.count = job.alone() ? 1 : world.ranks();
   ranks.facts = gather_facts(world, threads, job.alone());
-  ranks.own.policy = job.settings.schedule;
+  ranks.own.policy = job.settings->schedule;
   ranks.own.rank = world.rank();
   ranks.own.threads = threads;
   ranks.own.all_threads = job.alone() ? threads : static_cast<std::uint32_t>(world.sum(threads));

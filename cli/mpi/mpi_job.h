@@ -7,14 +7,14 @@
 
 #include "cli/mpi/mpi_options.h"
 #include "cli/mpi/mpi_world.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "worker/window_source.h"
 
 namespace parray::mpi {
 
 /// The facts about a job that every rank needs before it begins.
 struct MpiJob {
-  RenderSettings settings;
+  Boxed<RenderSettings> settings;
   MpiMode mode = MpiMode::window;
   std::uint32_t tile = 0;
   std::string fingerprint;  ///< fingerprint of rank 0's tracing kernels

@@ -19,6 +19,7 @@
 #include "common/process/run_main.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
 #include "common/trace/integrator/nonfinite.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "worker/cell_tracer.h"

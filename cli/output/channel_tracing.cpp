@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/math/float_mode.h"
+#include "common/scene/settings.h"
 
 namespace parray::output {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "cli/output/picture/channels.h"
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/trace/integrator/path_tracer.h"
 
 namespace parray::output {

@@ -11,6 +11,7 @@
 #include "common/adaptive/replicates.h"
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/settings.h"
 #include "common/trace/isa.h"
 #include "proto/clock.h"
 
@@ -40,7 +41,7 @@ void denoise_again(DenoisedSoFar& so_far, const Replicates& replicates, const Pa
         trace_features(tracer, *extra.scene, extra.settings, traced, extra.threads, between_bands);
     so_far.least = traced;
   }
-  const Isa isa = runs_on_this_machine(extra.settings.isa) ? extra.settings.isa : Isa::automatic;
+  const Isa isa = runs_on_this_machine(extra.settings->isa) ? extra.settings->isa : Isa::automatic;
   so_far.picture = denoise::denoise(replicates, so_far.features, extra.threads, isa, between_bands);
   so_far.samples = samples;
 }

@@ -13,6 +13,7 @@
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "proto/clock.h"
 
@@ -32,6 +33,10 @@ ExtraChannels extra_channels(const OutputPaths& outputs, const RenderSettings& s
           .for_postprocessing = needs_of(outputs.finishing),
           .denoise = settings.replicates,
           .transparent = outputs.transparent};
+}
+
+ExtraChannels extra_channels(const OutputPaths& outputs) {
+  return extra_channels(outputs, RenderSettings{}, nullptr, 1);
 }
 
 bool wants_statistics(const Aovs& aovs) {
@@ -97,7 +102,8 @@ void add_aovs(Picture& picture, const PathTracer* tracer, const ExtraChannels& e
     Channels traced = trace_channels(*tracer, *extra.scene, extra.settings, wanted, extra.threads,
                                      check_interrupted);
     std::move(traced.begin(), traced.end(), std::back_inserter(into));
-    picture.report["channel_samples"] = std::min(extra.settings.samples_per_pixel, channel_samples);
+    picture.report["channel_samples"] =
+        std::min(extra.settings->samples_per_pixel, channel_samples);
   };
   trace(extra.aovs, picture.channels);
   Aovs others;

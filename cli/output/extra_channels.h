@@ -4,6 +4,7 @@
 #include <string>
 
 #include "cli/output/picture/picture.h"
+#include "common/scene/settings_fwd.h"
 #include "common/trace/integrator/path_tracer.h"
 #include "worker/accelerator_cache.h"
 
@@ -16,7 +17,7 @@ struct OutputPaths;
 /// not know them. Without such channels, `scene` is null.
 struct ExtraChannels {
   Aovs aovs;
-  RenderSettings settings;             ///< without automatic values
+  Boxed<RenderSettings> settings;             ///< without automatic values
   std::shared_ptr<const Scene> scene;  ///< null: no channel is traced
   int threads = 1;
   /// Channels that postprocessing needs. They are traced like `aovs`.
@@ -42,6 +43,8 @@ bool needs_scene(const OutputPaths& outputs, const RenderSettings& settings);
 /// replicates request denoising. `threads`: number of threads in this process.
 ExtraChannels extra_channels(const OutputPaths& outputs, const RenderSettings& settings,
                              std::shared_ptr<const Scene> scene, int threads);
+/// The extra channels of a job whose scene this process does not have.
+ExtraChannels extra_channels(const OutputPaths& outputs);
 
 /// Returns whether the channels need the statistics of the picture.
 bool wants_statistics(const Aovs& aovs);

@@ -7,7 +7,7 @@
 
 #include "cli/output/picture/image_file.h"
 #include "cli/output/picture/picture.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 /// All values that determine the bits of a picture, stored in its file. With the scene, ParRay can
 /// reproduce the whole picture or single pixels.
@@ -27,7 +27,7 @@ struct Recipe {
   std::string version;  ///< of ParRay
   /// Settings that decide the bits of a sample, and the number of samples: `samples_per_pixel`, or
   /// `passes` if pixels have different numbers.
-  RenderSettings settings;
+  Boxed<RenderSettings> settings;
   std::uint64_t samples = 0;   ///< total number of samples
   bool equal_samples = false;  ///< true: every pixel has settings.samples_per_pixel
   std::uint32_t channel_samples =

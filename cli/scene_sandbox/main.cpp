@@ -25,6 +25,7 @@
 #include "common/base/files.h"
 #include "common/image/picture_bytes.h"
 #include "common/process/run_main.h"
+#include "common/scene/settings.h"
 
 namespace {
 
@@ -92,7 +93,7 @@ int submit(const Arguments& a) {
   Submission submission =
       load_submission(RenderMode::http, a.scene, a.render, a.priority).submission;
   submission.max_failures = a.max_failures;
-  submission.settings.progressive = a.progressive;
+  submission.settings->progressive = a.progressive;
   if (!a.name.empty()) submission.name = a.name;
   msg::Submit message = submit_message(std::move(submission));
   message.token = "to be replaced";

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/scene/settings.h"
+
 namespace parray::adaptive {
 namespace {
 
@@ -49,7 +51,7 @@ PassController::PassController(const RenderSettings& settings, double largest_ra
       largest_radiance_(largest_radiance),
       begun_(std::move(begun)),
       judge_(std::move(judge)) {
-  if (settings_.target_denoised && settings_.passes.empty() && !judge_) {
+  if (settings_->target_denoised && settings_->passes.empty() && !judge_) {
     throw std::logic_error("a target for the denoised picture needs a judge");
   }
 }
@@ -57,18 +59,18 @@ PassController::PassController(const RenderSettings& settings, double largest_ra
 /// Begins the next pass of a picture without adaptive passes. Workers return all sums once per
 /// pass, so a progressive picture has only three.
 std::optional<Pass> PassController::next_undecided(const Framebuffer& framebuffer) {
-  const std::uint32_t all = settings_.samples_per_pixel;
+  const std::uint32_t all = settings_->samples_per_pixel;
   const std::uint64_t pixels = framebuffer.samples().size();
   expected_ = pixels * all;
   std::vector<std::uint32_t> ends{all};
-  if (settings_.progressive) ends = {1, std::min(16U, all), all};
+  if (settings_->progressive) ends = {1, std::min(16U, all), all};
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
   if (passes_ == ends.size()) {
     return {};
   }
   const std::uint32_t begin = passes_ == 0 ? 0 : ends[passes_ - 1];
   Pass pass{{{begin, ends[passes_]}}, {}};
-  if (settings_.progressive && begin == 0) {
+  if (settings_->progressive && begin == 0) {
     pass.stages.clear();
     for (const Lattice& lattice : nested_lattices(framebuffer.width(), framebuffer.height())) {
       pass.stages.emplace_back(0, 1, lattice);
@@ -83,7 +85,7 @@ std::optional<Pass> PassController::next_undecided(const Framebuffer& framebuffe
 /// picture has.
 Affordable PassController::affordable(const Framebuffer& framebuffer,
                                       const PassTimes& times) const {
-  if (settings_.time_limit == 0 || passes_ == 0) {
+  if (settings_->time_limit == 0 || passes_ == 0) {
     return {};
   }
   const std::uint64_t samples = framebuffer.counts().samples;
@@ -95,7 +97,7 @@ Affordable PassController::affordable(const Framebuffer& framebuffer,
   const auto samples_in = [speed, most](double seconds) {
     return static_cast<std::uint64_t>(std::clamp(speed * seconds, 0.0, most));
   };
-  return {samples_in(settings_.time_limit - times.total - times.deciding),
+  return {samples_in(settings_->time_limit - times.total - times.deciding),
           samples_in(times.stating)};
 }
 
@@ -119,7 +121,7 @@ PassSize PassController::decide(const Framebuffer& framebuffer, Placement& place
 }
 
 std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const PassTimes& times) {
-  if (!settings_.in_passes()) {
+  if (!settings_->in_passes()) {
     return next_undecided(framebuffer);
   }
   Placement placement(framebuffer.view(largest_radiance_), settings_, &noise_weights_);
@@ -142,7 +144,7 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
   }
   auto pass = pass_of(framebuffer, placement, size.samples);
   if (pass) {
-    if (settings_.progressive) show_early(*pass);
+    if (settings_->progressive) show_early(*pass);
     samples_before_ = framebuffer.counts().samples;
     ++passes_;
     if (!repeats_) {

@@ -7,7 +7,7 @@
 
 #include "common/adaptive/passes.h"
 #include "common/image/framebuffer.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/schedule/work_plan.h"
 
 namespace parray::adaptive {
@@ -67,7 +67,7 @@ class PassController {
                                                    Placement& placement, std::uint64_t samples);
   [[nodiscard]] std::optional<Pass> next_undecided(const Framebuffer& framebuffer);
 
-  RenderSettings settings_;
+  Boxed<RenderSettings> settings_;
   double largest_radiance_;
   std::vector<std::uint64_t> begun_;
   PictureJudge judge_;

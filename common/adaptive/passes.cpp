@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/scene/settings.h"
+
 namespace parray::adaptive {
 namespace {
 

@@ -9,7 +9,8 @@
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/placement.h"
 #include "common/image/framebuffer.h"
-#include "common/scene/settings.h"
+#include "common/scene/setting_choices.h"
+#include "common/scene/settings_fwd.h"
 #include "common/schedule/cell_grid.h"
 
 namespace parray::adaptive {

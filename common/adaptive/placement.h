@@ -7,7 +7,7 @@
 
 #include "common/adaptive/allocation.h"
 #include "common/image/framebuffer.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::adaptive {
 

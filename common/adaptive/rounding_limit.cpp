@@ -5,6 +5,7 @@
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/scene/settings.h"
 
 namespace parray::adaptive {
 namespace {

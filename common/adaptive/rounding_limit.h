@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::adaptive {
 

@@ -9,6 +9,8 @@
 #include "common/base/bands.h"
 #include "common/math/largest_component.h"
 #include "common/scene/origin.h"
+#include "common/scene/setting_choices.h"
+#include "common/scene/settings.h"
 
 namespace parray::scene {
 namespace {
@@ -156,7 +158,7 @@ Sight sight_of(double shift, const Requirements& r) {
 }
 
 void decide_precision(const Requirements& r, ResolvedSettings& result) {
-  result.settings.precision = Precision::f32;
+  result.settings->precision = Precision::f32;
   if (r.spheres == 0) {
     result.precision_reason = "no spheres";
     return;
@@ -167,12 +169,12 @@ void decide_precision(const Requirements& r, ResolvedSettings& result) {
     result.precision_reason =
         "computing in single precision moves surfaces by up to " + computed.text();
   } else if (stored.invisible()) {
-    result.settings.precision = Precision::mixed;
+    result.settings->precision = Precision::mixed;
     result.precision_reason = "computing in single precision would move surfaces by up to " +
                               computed.text() + "; storing in it moves them by " +
                               number(stored.shift);
   } else {
-    result.settings.precision = Precision::f64;
+    result.settings->precision = Precision::f64;
     result.precision_reason =
         "storing in single precision would move surfaces by up to " + stored.text();
   }

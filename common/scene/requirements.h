@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::scene {
 
@@ -46,7 +46,7 @@ Requirements requirements_of(const Scene& scene, int threads = 1);
 
 /// Settings in which every `automatic` is decided, with the reasons.
 struct ResolvedSettings {
-  RenderSettings settings;
+  Boxed<RenderSettings> settings;
   std::string precision_reason;
   std::string accelerator_reason;
 };

@@ -131,4 +131,16 @@ void check_settings(const RenderSettings& settings) {
   check_passes(settings);
 }
 
+std::uint32_t width_of(const RenderSettings& settings) { return settings.width; }
+
+std::uint32_t height_of(const RenderSettings& settings) { return settings.height; }
+
+std::uint64_t pixel_count(const RenderSettings& settings) {
+  return std::uint64_t{settings.width} * settings.height;
+}
+
+std::uint32_t max_depth_of(const RenderSettings& settings) { return settings.max_depth; }
+
 }  // namespace parray::scene
+
+template class parray::base::Boxed<parray::scene::RenderSettings>;

@@ -7,7 +7,7 @@
 
 #include "common/image/lattice.h"
 #include "common/image/sample_range.h"
-#include "common/scene/settings.h"
+#include "common/scene/setting_choices.h"
 
 namespace parray::schedule {
 

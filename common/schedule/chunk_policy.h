@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/scene/settings.h"
+#include "common/scene/setting_choices.h"
 
 namespace parray::schedule {
 

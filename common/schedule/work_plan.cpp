@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "common/base/divide_up.h"
+#include "common/scene/settings.h"
 
 namespace parray::schedule {
 namespace {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/scene/settings_fwd.h"
 #include "common/schedule/cell_grid.h"
 
 namespace parray::schedule {

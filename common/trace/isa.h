@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/scene/settings.h"
+#include "common/scene/setting_choices.h"
 
 /// Applies X(isa) to the name of each instruction set with kernels in this build: see
 /// common/CMakeLists.txt.

@@ -1,5 +1,6 @@
 #include "common/trace/tracer.h"
 
+#include "common/scene/settings.h"
 #include "common/trace/integrator/wavefront_tracer.h"
 #include "common/trace/isa.h"
 #include "common/trace/reference/linear.h"
@@ -48,11 +49,24 @@ bool serves(const Accelerator& accelerator, const RenderSettings& settings) {
          accelerator.isa() == isa_for(settings.accelerator, settings.isa);
 }
 
+std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene,
+                                                    const RenderSettings& settings,
+                                                    const BuildOptions& options) {
+  return make_accelerator(scene, settings.precision, settings.accelerator, settings.isa, options);
+}
+
 std::unique_ptr<PathTracer> make_path_tracer(const Scene& scene, const RenderSettings& settings,
                                              const BuildOptions& options) {
-  return make_path_tracer(
-      make_accelerator(scene, settings.precision, settings.accelerator, settings.isa, options),
-      scene.camera, settings);
+  return make_path_tracer(make_accelerator(scene, settings, options), scene.camera, settings);
+}
+
+std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator> accelerator,
+                                             const Camera& camera, const RenderSettings& settings) {
+  return make_path_tracer(std::move(accelerator), camera, settings.picture());
+}
+
+bool same_tracer(const RenderSettings& a, const RenderSettings& b) {
+  return a.picture() == b.picture() && a.accelerator == b.accelerator && a.isa == b.isa;
 }
 
 std::unique_ptr<PathTracer> make_scalar_tracer(const Scene& scene, const RenderSettings& settings) {

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "common/scene/settings_fwd.h"
 #include "common/trace/integrator/path_tracer.h"
 
 namespace parray::trace {
@@ -12,6 +13,10 @@ namespace parray::trace {
 std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene, Precision precision,
                                                     AcceleratorKind kind, Isa isa,
                                                     const BuildOptions& options = {});
+/// The same for the values in the settings.
+std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene,
+                                                    const RenderSettings& settings,
+                                                    const BuildOptions& options = {});
 
 /// Returns whether make_accelerator() would make an accelerator like `accelerator` from its scene
 /// with these settings.
@@ -21,6 +26,13 @@ bool serves(const Accelerator& accelerator, const RenderSettings& settings);
 /// have completed the settings.
 std::unique_ptr<PathTracer> make_path_tracer(const Scene& scene, const RenderSettings& settings,
                                              const BuildOptions& options = {});
+
+/// Does the same as make_path_tracer() with settings.picture().
+std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator> accelerator,
+                                             const Camera& camera, const RenderSettings& settings);
+
+/// Returns whether a tracer of a scene for one of the settings also serves the other.
+bool same_tracer(const RenderSettings& a, const RenderSettings& b);
 
 /// Makes the tracer that defines the same picture: path.h with linear search, independent of
 /// settings.accelerator.

@@ -209,7 +209,7 @@ void DisputeDesk::check_answer(RefereeDesk::Traced traced) {
   tasks.give([this, checked, id = job.record.id, generation = traced.generation,
               claims = std::move(traced.claims), payload = std::move(traced.cells),
               picture = job.work->picture, plan = job.work->plan, store = farm_.store,
-              depth = job.record.settings.max_depth]() -> JobThread::Completion {
+              depth = max_depth_of(job.record.settings)]() -> JobThread::Completion {
     checked->timely = picture->plan() == plan;
     try {
       if (checked->timely) {

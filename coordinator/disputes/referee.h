@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/schedule/cell_grid.h"
 #include "proto/payloads.h"
 
@@ -19,7 +19,7 @@ class Referee {
     std::uint64_t id = 0;
     std::string scene;  ///< scene_identity()
     ScenePayload payload;
-    RenderSettings settings;
+    Boxed<RenderSettings> settings;
     CellBatch cells;
     std::uint64_t memory = 0;  ///< bytes that the referee may use
   };

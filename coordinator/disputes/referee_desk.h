@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/settings_fwd.h"
 #include "common/schedule/work_plan.h"
 #include "coordinator/disputes/referee.h"
 #include "coordinator/disputes/referee_budget.h"
@@ -21,7 +22,7 @@ struct RefereeCase {
   std::shared_ptr<const WorkPlan> plan;
   std::string scene;
   ScenePayload payload;
-  RenderSettings settings;
+  Boxed<RenderSettings> settings;
   std::uint64_t memory = 0;          ///< bytes of scene and tree, estimated
   std::uint64_t cells_at_once = 1;   ///< most cells of one question
   std::uint64_t claimant = 0;        ///< machine_key() of the machine that contradicts merged cells

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "common/scene/settings.h"
 #include "coordinator/jobs/report.h"
 
 namespace parray::coordinator {
@@ -95,10 +96,10 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
                   {"reason", job.pause_reason.empty() ? record.reason : job.pause_reason},
                   {"waits_for", waits_for},
                   {"flag", record.flag},
-                  {"width", record.settings.width},
-                  {"height", record.settings.height},
-                  {"samples_per_pixel", record.settings.samples_per_pixel},
-                  {"sampler", name_of(record.settings.sampler)},
+                  {"width", record.settings->width},
+                  {"height", record.settings->height},
+                  {"samples_per_pixel", record.settings->samples_per_pixel},
+                  {"sampler", name_of(record.settings->sampler)},
                   {"whole", record.state == JobState::done || (job.work && job.work->whole)}};
   add_error(summary, job);
   if (record.series_id != 0) {

@@ -13,6 +13,7 @@
 #include "common/base/error.h"
 #include "common/image/image.h"
 #include "common/image/picture_bytes.h"
+#include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/replaying.h"
 #include "coordinator/jobs/report.h"
@@ -142,7 +143,7 @@ void JobBook::prepare(Job& job) {
         scene = ScenePayload(Bulk::of(std::move(*bytes)));
       }
       p.scene = scene;
-      const bool limited = record.settings.time_limit > 0;
+      const bool limited = record.settings->time_limit > 0;
       const bool touches = limited && may_touch(record.settings, waiting_counts);
       p.picture =
           std::make_shared<JobPicture>(record.settings, SceneFacts(*scene.scene()), record.passes,
@@ -198,7 +199,7 @@ void JobBook::begin_tracing(Job& job, const Prepared& prepared) {
   job.record.passes = prepared.passes;
   job.error = prepared.error;
   job.phase = JobPhase::tracing;
-  if (job.record.settings.in_passes() && work.started != never) {
+  if (job.record.settings->in_passes() && work.started != never) {
     work.deciding = work.pass_ended == never ? 0 : to_seconds(farm_.now - work.pass_ended);
     work.facts.deciding_seconds += work.deciding;
     work.pass_began = farm_.now;
@@ -216,7 +217,7 @@ void JobBook::begin_tracing(Job& job, const Prepared& prepared) {
   if (work.leases) {
     job.next_epoch = work.leases->next_epoch();
   }
-  work.leases.emplace(ChunkSizer(job.record.settings.schedule, *work.plan, length),
+  work.leases.emplace(ChunkSizer(job.record.settings->schedule, *work.plan, length),
                       prepared.missing, job.next_epoch, most_cells);
   farm_.grants_due = true;
   disputes_.retract_later_faulty(job);
@@ -258,7 +259,7 @@ void JobBook::end_pass_if_done(Job& job) {
         work.unchecked);
     farm_.note(job, job.record.flag);
   }
-  if (job.record.settings.has_passes()) {
+  if (job.record.settings->has_passes()) {
     next_pass(job);
   } else {
     finish_job(job);
@@ -421,8 +422,8 @@ void JobBook::fail_job(Job& job, const std::string& reason) {
 }
 
 PictureJudge JobBook::judge_of(const JobRecord& record) const {
-  return record.settings.target_denoised && farm_.options.judge_of ? farm_.options.judge_of(record)
-                                                                   : PictureJudge{};
+  return record.settings->target_denoised && farm_.options.judge_of ? farm_.options.judge_of(record)
+                                                                    : PictureJudge{};
 }
 
 }  // namespace parray::coordinator

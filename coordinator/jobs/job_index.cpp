@@ -6,9 +6,7 @@
 
 namespace parray::coordinator {
 
-static std::uint64_t pixels_of(const Job& job) {
-  return std::uint64_t{job.record.settings.width} * job.record.settings.height;
-}
+static std::uint64_t pixels_of(const Job& job) { return pixel_count(job.record.settings); }
 
 void JobIndex::add(Job& job) {
   const JobRecord& record = job.record;

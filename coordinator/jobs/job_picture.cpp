@@ -6,6 +6,7 @@
 
 #include "common/base/bytes.h"
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 
 namespace parray::coordinator {
 namespace {
@@ -50,7 +51,7 @@ bool JobPicture::begin_pass(const PassTimes& times) {
 
 JobPicture::Retraction JobPicture::retract(TracerKey tracer) {
   const bool decided_passes = earlier_tracers_.contains(tracer) || collector_->has_cells_of(tracer);
-  if (!settings_.has_passes() || !decided_passes) {
+  if (!settings_->has_passes() || !decided_passes) {
     auto retraction = collector_->retract(tracer);
     return {std::move(retraction.cells), false, std::move(retraction.unchecked)};
   }
@@ -73,7 +74,7 @@ void JobPicture::restart() {
   journal_.clear();
   earlier_tracers_.clear();
   earlier_cells_ = earlier_checked_ = 0;
-  framebuffer_ = Framebuffer(settings_.width, settings_.height);
+  framebuffer_ = Framebuffer(settings_->width, settings_->height);
   passes_ = std::make_unique<PassController>(settings_, scene_.largest_radiance,
                                              std::vector<std::uint64_t>{}, judge_);
   begin_pass();
@@ -150,7 +151,7 @@ void JobPicture::replay(std::string_view entry) {
     const auto tracer = in.get<TracerKey>();
     const CellRange range = take_range();
     const CellBatch batch = plan()->batch(range);
-    take(tracer, unpack_cells(in.get_bytes(in.left()), batch, settings_.max_depth));
+    take(tracer, unpack_cells(in.get_bytes(in.left()), batch, settings_->max_depth));
     return;
   }
   if (kind == EntryKind::check) {

@@ -12,6 +12,7 @@
 #include "common/image/framebuffer.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene.h"
+#include "common/scene/settings_fwd.h"
 #include "coordinator/jobs/journal.h"
 #include "coordinator/leases/result_collector.h"
 #include "coordinator/store/store.h"
@@ -114,7 +115,7 @@ class JobPicture {
  private:
   void restart();
 
-  RenderSettings settings_;
+  Boxed<RenderSettings> settings_;
   SceneFacts scene_;
   std::uint32_t tile_;
   PictureJudge judge_;

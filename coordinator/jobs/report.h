@@ -8,6 +8,7 @@
 #include "common/image/image.h"
 #include "common/image/lattice.h"
 #include "common/image/picture_bytes.h"
+#include "common/scene/settings_fwd.h"
 #include "coordinator/jobs/job_picture.h"
 #include "coordinator/store/job_record.h"
 

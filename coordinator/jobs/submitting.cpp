@@ -10,6 +10,7 @@
 #include "common/base/error.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/loop/farm.h"
@@ -67,7 +68,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
   try {
     join_series(record);
     check_limits(record);
-    if (m.settings.target_denoised && !farm_.options.judge_of) {
+    if (m.settings->target_denoised && !farm_.options.judge_of) {
       throw InputError(
           "a coordinator does not trace and cannot estimate the error of a denoised picture: "
           "render it with parray render, or set the target for the picture before denoising");
@@ -195,9 +196,7 @@ std::string gigabytes(std::uint64_t bytes) {
   return fmt::format("{:.1f} GiB", static_cast<double>(bytes) * 0x1p-30);
 }
 
-std::uint64_t pixels_of(const JobRecord& record) {
-  return std::uint64_t{record.settings.width} * record.settings.height;
-}
+std::uint64_t pixels_of(const JobRecord& record) { return pixel_count(record.settings); }
 
 }  // namespace
 

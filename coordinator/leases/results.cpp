@@ -56,7 +56,7 @@ void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Resul
   merged->isa = result.isa;
   const auto work = [merged, store = farm_.store, id = job.record.id, picture = job.work->picture,
                      plan = job.work->plan, pass = job.work->pass,
-                     payload = std::move(result.cells), depth = job.record.settings.max_depth] {
+                     payload = std::move(result.cells), depth = max_depth_of(job.record.settings)] {
     if (picture->plan() != plan) {
       return;
     }

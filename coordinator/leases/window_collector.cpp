@@ -59,7 +59,7 @@ WindowCollector::WindowCollector(JobPicture& picture, RankJudge& judge, const Wi
       last_entry_(now),
       lives_(layout.ranks(), Life{0, now}),
       last_life_(now) {
-  totals_.row_nanoseconds.resize(picture.settings().height);
+  totals_.row_nanoseconds.resize(picture.framebuffer().height());
   stop_faulty_ranks();
 }
 
@@ -261,7 +261,7 @@ bool WindowCollector::complete(TracedCells& traced, std::span<const Cell> cells)
     }
   }
   std::sort(traced.excluded.begin(), traced.excluded.end());
-  return fault_of(traced, batch, cells, picture_.settings().max_depth).empty();
+  return fault_of(traced, batch, cells, max_depth_of(picture_.settings())).empty();
 }
 
 double WindowCollector::progress() const {

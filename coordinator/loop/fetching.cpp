@@ -8,6 +8,7 @@
 
 #include "common/image/image.h"
 #include "common/image/picture_bytes.h"
+#include "common/scene/settings.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/jobs/picture_file.h"
 #include "coordinator/loop/client_requests.h"

@@ -73,13 +73,13 @@ struct HeadFields {
     self().value(key, value);
   }
   void duration(const char* key, double& value) { self().value(key, value); }
-  void settings(const char* key, RenderSettings& value) { self().value(key, value); }
+  void settings(const char* key, Boxed<RenderSettings>& value) { self().value(key, value); }
 
  private:
   Record& self() { return static_cast<Record&>(*this); }
 };
 
-json to_json(const RenderSettings& value) { return settings_to_json(value); }
+json to_json(const Boxed<RenderSettings>& value) { return settings_to_json(value); }
 json to_json(JobState value) { return static_cast<int>(value); }
 json to_json(const std::vector<JobEvent>& value) { return events_to_json(value); }
 json to_json(const auto& value) { return value; }
@@ -94,7 +94,7 @@ struct RecordWriter : HeadFields<RecordWriter> {
   }
 };
 
-void read(const json& from, RenderSettings& value) { value = settings_from_json(from); }
+void read(const json& from, Boxed<RenderSettings>& value) { value = settings_from_json(from); }
 void read(const json& from, JobState& value) {
   if (!from.is_number_unsigned() || from.get<std::size_t>() >= state_names.size()) {
     throw RunError("the state " + from.dump() + " does not exist");
@@ -122,8 +122,7 @@ struct RecordReader : HeadFields<RecordReader> {
 
 /// Checks values that depend on each other. A pass without samples would never complete a picture.
 void check(const JobRecord& job) {
-  const std::uint64_t most =
-      std::uint64_t{job.settings.width} * job.settings.height * limits::max_samples_per_pixel;
+  const std::uint64_t most = pixel_count(job.settings) * limits::max_samples_per_pixel;
   for (const std::uint64_t samples : job.passes) {
     if (samples == 0 || samples > most) {
       throw RunError("a pass cannot have " + std::to_string(samples) + " samples");

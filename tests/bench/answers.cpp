@@ -22,6 +22,7 @@
 #include "common/process/command_line.h"
 #include "common/process/run_main.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "proto/clock.h"
 #include "tests/bench/peer.h"
 #include "tests/support/rooms.h"

@@ -10,6 +10,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "common/adaptive/error_estimate.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
 #include "tests/support/rooms.h"

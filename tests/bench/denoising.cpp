@@ -11,6 +11,7 @@
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/replicates.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
 #include "tests/support/rooms.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "common/scene/settings.h"
 #include "tests/bench/embree_scene.h"
 #include "tests/bench/embree_shading.h"
 

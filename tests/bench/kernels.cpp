@@ -12,6 +12,7 @@
 #include "common/base/sha256.h"
 #include "common/math/float_mode.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/bench_scenes.h"

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "cli/input/scene_file/scene_file.h"
+#include "common/scene/settings.h"
 #include "common/trace/integrator/wavefront_tracer.h"
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/mpi/mpi_world.h"
+#include "common/scene/settings.h"
 #include "coordinator/leases/window_collector.h"
 #include "proto/mpi_window.h"
 #include "tests/bench/bench.h"

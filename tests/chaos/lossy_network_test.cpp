@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sim_farm.h"
 

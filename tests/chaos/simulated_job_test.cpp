@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/scene/settings.h"
 #include "tests/experiments/simulation/sim_job.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"

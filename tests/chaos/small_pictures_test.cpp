@@ -1,6 +1,7 @@
 // Pictures with few pixels and many samples, in virtual time: workers share them as well as others.
 #include <doctest/doctest.h>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sim_farm.h"
 

@@ -6,6 +6,7 @@
 #include <deque>
 #include <memory>
 
+#include "common/scene/settings.h"
 #include "tests/support/faulty_window.h"
 #include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"

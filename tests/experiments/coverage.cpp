@@ -13,6 +13,7 @@
 
 #include "common/math/float_mode.h"
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 namespace {

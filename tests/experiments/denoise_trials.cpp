@@ -15,6 +15,7 @@
 #include "common/math/float_mode.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "tests/support/coverage.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"

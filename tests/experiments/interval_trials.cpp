@@ -12,6 +12,7 @@
 #include "cli/measure/tradeoff/error_intervals.h"
 #include "common/math/float_mode.h"
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "tests/support/coverage.h"
 #include "tests/support/rooms.h"
 

@@ -18,6 +18,7 @@
 #include "common/math/float_mode.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/rooms.h"
 #include "tests/support/tracers.h"

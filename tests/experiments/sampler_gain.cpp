@@ -16,6 +16,7 @@
 #include "common/math/float_mode.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/bench/bench.h"
 #include "tests/support/rooms.h"

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "common/base/error.h"
+#include "common/scene/settings.h"
 #include "tests/experiments/simulation/seed_job.h"
 #include "tests/experiments/simulation/sim_job.h"
 #include "tests/support/rooms.h"

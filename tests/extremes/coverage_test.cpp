@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 namespace parray::test {

@@ -11,6 +11,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/rooms.h"
 #include "tests/support/textbook_tracer.h"

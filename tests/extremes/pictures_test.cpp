@@ -11,6 +11,7 @@
 
 #include "cli/check/doctor/known_pictures.h"
 #include "cli/input/scene_file/scene_file.h"
+#include "common/scene/settings.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/rooms.h"

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "tests/support/extreme_scenes.h"
 #include "tests/support/extremes.h"
 #include "tests/support/paired_pictures.h"

@@ -15,6 +15,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "common/base/error.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/quad.h"

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/check/doctor/known_pictures.h"
+#include "common/scene/settings.h"
 #include "tests/support/extremes.h"
 #include "tests/support/path_steps.h"
 #include "tests/support/quad.h"

@@ -3,6 +3,7 @@
 #include "common/adaptive/error_estimate.h"
 #include "common/base/bytes.h"
 #include "common/image/image.h"
+#include "common/scene/settings.h"
 #include "coordinator/jobs/job_picture.h"
 #include "coordinator/store/row_log.h"
 #include "tests/fuzz/target.h"
@@ -143,10 +144,10 @@ JobRecord sample_record() {
   job.name = "glass";
   job.user = "ann";
   job.settings = test::made_settings(20, 30, 40);
-  job.settings.precision = Precision::f64;
-  job.settings.accelerator = AcceleratorKind::bvh;
-  job.settings.adaptive = true;
-  job.settings.passes = {1000, 2000};
+  job.settings->precision = Precision::f64;
+  job.settings->accelerator = AcceleratorKind::bvh;
+  job.settings->adaptive = true;
+  job.settings->passes = {1000, 2000};
   job.scene = std::string(64, 'a');
   job.passes = {1000};
   job.report = "{}";

@@ -7,6 +7,7 @@
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
 #include "coordinator/jobs/job_picture.h"
 #include "tests/support/rooms.h"
 

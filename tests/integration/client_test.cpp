@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/base/error.h"
+#include "common/scene/settings.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
@@ -62,9 +63,9 @@ class ScriptedLink final : public Link, public Clock {
 Submission some_submission(std::size_t spheres) {
   Submission submission;
   submission.name = "a.json";
-  submission.settings.precision = Precision::f32;
-  submission.settings.accelerator = AcceleratorKind::bvh;
-  submission.settings.row_order = RowOrder::sequential;
+  submission.settings->precision = Precision::f32;
+  submission.settings->accelerator = AcceleratorKind::bvh;
+  submission.settings->row_order = RowOrder::sequential;
   Scene scene = small_scene();
   scene.spheres.resize(spheres, scene.spheres.front());
   submission.scene = std::make_shared<const Scene>(std::move(scene));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <initializer_list>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/served.h"
 #include "tests/support/service.h"

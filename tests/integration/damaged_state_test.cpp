@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "common/scene/settings.h"
 #include "coordinator/jobs/picture_file.h"
 #include "coordinator/replica/replica.h"
 #include "coordinator/replica/replicated_store.h"

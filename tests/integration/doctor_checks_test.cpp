@@ -30,6 +30,7 @@
 #include "common/base/error.h"
 #include "common/math/float_mode.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/settings.h"
 #include "common/trace/isa.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"

@@ -8,6 +8,7 @@
 #include "cli/farm/embedded.h"
 #include "cli/output/write_outputs.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"

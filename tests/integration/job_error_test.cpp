@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "cli/farm/client.h"
+#include "common/scene/settings.h"
 #include "coordinator/jobs/report.h"
 #include "coordinator/store/disk_store.h"
 #include "tests/support/rooms.h"

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "cli/mpi/mpi_world.h"
+#include "common/scene/settings.h"
 #include "common/trace/integrator/path_tracer.h"
 #include "tests/support/rooms.h"
 

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cli/mpi/checkpointed_job.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"
 #include "tests/support/temporary_directory.h"

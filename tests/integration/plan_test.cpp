@@ -11,6 +11,7 @@
 #include "cli/measure/plan/part_of_picture.h"
 #include "cli/measure/plan/pass_cost.h"
 #include "common/base/error.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <thread>
 
+#include "common/scene/settings.h"
 #include "common/schedule/traced_cells.h"
 #include "common/schedule/work_plan.h"
 #include "common/trace/selfcheck/fingerprint.h"

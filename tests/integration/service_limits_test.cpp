@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <deque>
 
+#include "common/scene/settings.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/memory.h"
 #include "tests/support/rooms.h"

@@ -5,7 +5,9 @@
 #include <string>
 #include <type_traits>
 
+#include "cli/input/scene_file/image_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 namespace parray::input {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "coordinator/store/replication_state.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"

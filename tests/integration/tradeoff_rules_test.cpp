@@ -10,6 +10,7 @@
 #include "cli/measure/tradeoff/tradeoff_results.h"
 #include "cli/output/processor.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 namespace parray::tradeoff {
@@ -189,14 +190,14 @@ TEST_CASE("trade: the cheapest settings for an error, sampler by sampler") {
   // 0.02: independent takes 2500 samples and 2.5 s, sobol 100 and 0.125 s.
   const auto candidates = candidates_for(0.02, known_rows(), base_settings(), {});
   REQUIRE(candidates.size() == 2);
-  CHECK(candidates[0].settings.sampler == Sampler::sobol);
-  CHECK(candidates[0].settings.samples_per_pixel == 100);
+  CHECK(candidates[0].settings->sampler == Sampler::sobol);
+  CHECK(candidates[0].settings->samples_per_pixel == 100);
   CHECK(candidates[0].seconds == Approx(0.125));
-  CHECK(candidates[1].settings.samples_per_pixel == 2500);
+  CHECK(candidates[1].settings->samples_per_pixel == 2500);
   CHECK(candidates[1].seconds == Approx(2.5));
   const auto own = own_for(0.02, known_rows(), base_settings());
   REQUIRE(own.has_value());
-  CHECK(own->settings.samples_per_pixel == 2500);
+  CHECK(own->settings->samples_per_pixel == 2500);
   CHECK(candidates_for(0.02, {}, base_settings(), {}).empty());
 }
 
@@ -208,7 +209,7 @@ TEST_CASE("trade: another depth is chosen if it is clearly faster and has little
   PairedBiases biases;
   biases.depth[5] = {1e-6, 1e-9, 0};  // RMSE 0.001
   const auto depth_for = [&](double error) {
-    return candidates_for(error, rows, base_settings(), biases)[0].settings.max_depth;
+    return candidates_for(error, rows, base_settings(), biases)[0].settings->max_depth;
   };
   CHECK(depth_for(0.02) == 5);
   CHECK(depth_for(0.002) == 10);  // a quarter of the mean square
@@ -240,9 +241,9 @@ TEST_CASE(
   }
   const auto candidates = candidates_for(0.001, rows, base_settings(), {});
   REQUIRE(candidates.size() == 1);
-  CHECK(candidates[0].settings.samples_per_pixel == limits::max_samples_per_pixel);
-  CHECK(candidates[0].settings.adaptive);
-  CHECK(candidates[0].settings.target_error == 0.001);
+  CHECK(candidates[0].settings->samples_per_pixel == limits::max_samples_per_pixel);
+  CHECK(candidates[0].settings->adaptive);
+  CHECK(candidates[0].settings->target_error == 0.001);
 }
 
 TEST_CASE(
@@ -250,7 +251,7 @@ TEST_CASE(
   Row missed = row(sampled(Sampler::sobol, 100), 1, 0.03);
   const auto better = corrected(missed, 0.02);
   REQUIRE(better.has_value());
-  CHECK(better->settings.samples_per_pixel == 226);  // 225, in pairs
+  CHECK(better->settings->samples_per_pixel == 226);  // 225, in pairs
   CHECK(better->seconds == Approx(2.25));
   CHECK_FALSE(corrected(row(sampled(Sampler::sobol, 100), 1, 0.0199), 0.02).has_value());
   CHECK_FALSE(corrected(row(sampled(Sampler::sobol, 100), 1, 0), 0.02).has_value());
@@ -262,8 +263,8 @@ TEST_CASE(
   answer.error = 0.01;
   answer.asked = true;
   answer.scene = base_settings();
-  answer.scene.width = 1000;
-  answer.scene.height = 500;
+  answer.scene->width = 1000;
+  answer.scene->height = 500;
   answer.pick = row(sampled(Sampler::sobol, 38), 0.42, 0.0099);
   answer.pick.rmse_deviation = 0.0003;
   answer.own_seconds = 2.142;
@@ -314,7 +315,7 @@ TEST_CASE(
     CHECK(variant.runs >= 2);
     CHECK(variant.runs <= 16);
     // parray render counts the denoised picture where it has a target
-    CHECK_FALSE((variant.settings.replicates && variant.settings.target_error > 0));
+    CHECK_FALSE((variant.settings->replicates && variant.settings->target_error > 0));
   }
   for (const VariedSetting varied :
        {VariedSetting::scene, VariedSetting::also, VariedSetting::spp, VariedSetting::target,
@@ -399,8 +400,8 @@ TEST_CASE(
   const std::vector<Variant> quick = denoised(0.01);
   CHECK(quick.size() >= 2);
   for (const Variant& variant : quick) {
-    CHECK(variant.settings.replicates);
-    CHECK(variant.settings.sampler == Sampler::sobol);
+    CHECK(variant.settings->replicates);
+    CHECK(variant.settings->sampler == Sampler::sobol);
     CHECK(variant.runs <= 4);
     const RenderSettings raw = with_denoise(variant.settings, false);
     CHECK(options_of(variant.settings) == options_of(raw) + " --denoise");
@@ -424,7 +425,7 @@ TEST_CASE("trade: an answer may be denoised, with the samples that its own error
   REQUIRE(candidates.size() == 2);
   CHECK(options_against(candidates[0].settings, base_settings()) ==
         "--sampler sobol --spp 100 --denoise");
-  CHECK(candidates[1].settings.samples_per_pixel == 400);
+  CHECK(candidates[1].settings->samples_per_pixel == 400);
 }
 
 TEST_CASE("trade: denoised pictures count for pictures' calibration, and not for pixels'") {

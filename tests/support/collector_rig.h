@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"

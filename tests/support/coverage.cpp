@@ -5,6 +5,7 @@
 
 #include "common/adaptive/pixel_noise.h"
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 namespace parray::test {

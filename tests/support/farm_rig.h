@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/leases/lease_desk.h"
@@ -68,8 +69,8 @@ struct FarmRig {
     job.record.id = id;
     job.record.user = user;
     job.record.state = JobState::queued;
-    job.record.settings.width = 8;
-    job.record.settings.height = 8;
+    job.record.settings->width = 8;
+    job.record.settings->height = 8;
     Job& added = farm.jobs.emplace(id, std::move(job)).first->second;
     farm.index.add(added);
     return added;

@@ -5,6 +5,7 @@
 
 #include "cli/input/scene_file/scene_file.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 
@@ -20,7 +21,7 @@ NoisyScene sized(std::string name, Scene scene, std::uint32_t max_depth) {
 
 NoisyScene from_file(std::string name, const std::string& path) {
   const SceneFile file = read_scene_file(std::string(PARRAY_SOURCE_DIR) + "/scenes/" + path);
-  return sized(std::move(name), file.scene, file.settings.max_depth);
+  return sized(std::move(name), file.scene, file.settings->max_depth);
 }
 
 Material diffuse(const Vec3d& albedo) { return {MaterialType::diffuse, albedo, 0, 1}; }

@@ -5,6 +5,7 @@
 
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/passes.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/rooms.h"
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/rooms.h"
 

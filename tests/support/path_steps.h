@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "common/trace/integrator/path.h"
 #include "common/trace/reference/linear.h"
 #include "tests/support/quad.h"

@@ -7,6 +7,7 @@
 
 #include "common/scene/largest_radiance.h"
 #include "common/scene/origin.h"
+#include "common/scene/settings.h"
 #include "common/trace/integrator/path.h"
 #include "common/trace/integrator/scene_parts.h"
 #include "common/trace/reference/linear.h"

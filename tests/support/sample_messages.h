@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "proto/messages.h"
 #include "tests/support/rooms.h"
 

@@ -9,6 +9,7 @@
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/rooms.h"
 

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "cli/check/audit/audit.h"
+#include "common/scene/settings.h"
 #include "coordinator/loop/coordinator.h"
 #include "tests/support/faulty_team.h"
 #include "tests/support/rooms.h"
@@ -245,7 +246,7 @@ class Hand {
   void send_part(const msg::Grant& grant, std::uint64_t cells, bool lie = false) {
     msg::Grant part = grant;
     part.cells = first_cells(grant.cells, cells);
-    part.settings.seed += lie ? 1 : 0;
+    part.settings->seed += lie ? 1 : 0;
     msg::Result returned = result(grant, trace(small_scene(), part));
     returned.count = cells;
     say(returned);

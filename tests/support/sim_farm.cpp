@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/base/bytes.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 namespace parray::test {

@@ -12,6 +12,7 @@
 
 #include "cli/check/audit/audit.h"
 #include "common/image/image.h"
+#include "common/scene/settings.h"
 #include "coordinator/loop/coordinator.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/faulty_team.h"

@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 

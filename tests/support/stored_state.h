@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "coordinator/store/disk_store.h"
 #include "tests/support/rooms.h"
 
@@ -26,10 +27,10 @@ inline JobRecord stored_job(JobId id, JobState state = JobState::queued, char sc
   job.token = "token-" + std::to_string(id);
   job.name = "a scene, with \"quotes\"";
   job.priority = 70;
-  job.settings.precision = Precision::f64;
-  job.settings.accelerator = AcceleratorKind::bvh;
-  job.settings.row_order = RowOrder::interleaved;
-  job.settings.seed = UINT64_MAX;
+  job.settings->precision = Precision::f64;
+  job.settings->accelerator = AcceleratorKind::bvh;
+  job.settings->row_order = RowOrder::interleaved;
+  job.settings->seed = UINT64_MAX;
   job.precision_reason = "asked for";
   job.duplicates_removed = 5;
   job.load_seconds = 0.25;

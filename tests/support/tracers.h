@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/lane_search.h"
 #include "tests/support/reference_tracer.h"

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "coordinator/leases/window_collector.h"
 #include "proto/window.h"
 #include "tests/support/dice.h"

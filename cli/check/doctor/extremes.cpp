@@ -11,6 +11,7 @@
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/math/float_mode.h"
+#include "common/scene/settings.h"
 
 namespace parray::doctor {
 namespace {

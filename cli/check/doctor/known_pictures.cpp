@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/image/radiance_scale.h"
+#include "common/scene/settings.h"
 
 namespace parray::doctor {
 

@@ -14,6 +14,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/printable.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "common/schedule/work_plan.h"
 #include "common/trace/isa.h"
 #include "proto/window.h"

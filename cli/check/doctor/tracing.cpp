@@ -14,6 +14,7 @@
 #include "common/image/image.h"
 #include "common/scene/largest_radiance.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 
 namespace parray::doctor {
 

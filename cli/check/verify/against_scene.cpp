@@ -12,6 +12,7 @@
 #include "common/adaptive/pixel_noise.h"
 #include "common/image/lattice.h"
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 
 namespace parray::verify {
@@ -26,7 +27,7 @@ std::vector<RetracedPixel> choose_pixels(const VerifiedPicture& picture,
   for (const std::uint64_t place : choose(choice.all ? total : choice.pixels, total, choice.seed)) {
     pixels.push_back({static_cast<std::uint32_t>(place % width),
                       static_cast<std::uint32_t>(place / width),
-                      counts.empty() ? picture.recipe.settings.samples_per_pixel : counts[place]});
+                      counts.empty() ? picture.recipe.settings->samples_per_pixel : counts[place]});
   }
   return pixels;
 }

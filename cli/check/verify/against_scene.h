@@ -8,7 +8,7 @@
 
 #include "cli/check/verify/verified_picture.h"
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 /// Checks a finished picture against its scene: traces pixels again.
 namespace parray::verify {

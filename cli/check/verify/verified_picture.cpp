@@ -14,6 +14,7 @@
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 
 namespace parray::verify {
 namespace {

@@ -6,7 +6,8 @@
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/postprocessing.h"
 #include "common/scene/scene.h"
-#include "common/scene/settings_fields.h"
+#include "common/scene/scene_ranges.h"
+#include "common/scene/setting_rules.h"
 
 /// Descriptions of the sections of a scene file. Each member has a key, a rule, and the help text
 /// of its option if it has one. They work like the descriptions of settings.
@@ -61,14 +62,6 @@ void material_fields(F&& f, MaterialType type, S&... s) {
     f({"albedo", nullptr, required}, Vec3Range{ranges::unit_interval}, s.albedo...);
   }
   if (type == MaterialType::metal) f({"fuzz"}, ranges::unit_interval, s.fuzz...);
-}
-
-/// Visits the sections `image` and `render`: settings, and whether the picture is transparent.
-template <typename F, typename S, typename... T>
-void image_fields(F&& f, S& settings, T&... transparent) {
-  stop_fields(f, settings);
-  picture_fields(f, settings);
-  f({"transparent", nullptr, traits::image}, Flag{}, transparent...);
 }
 
 template <typename F, typename... S>

@@ -14,7 +14,7 @@
 #include "cli/input/scene_file/particle_source.h"
 #include "cli/input/scene_file/postprocessing.h"
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::input {
 
@@ -33,7 +33,7 @@ struct ParticleFile {
 /// samples, depth 10.
 struct SceneFile {
   Scene scene;
-  RenderSettings settings;
+  Boxed<RenderSettings> settings;
   bool transparent = false;  ///< pictures have no background
   bool seed_format = false;  ///< true: the seed program's format, recognised by its shape
   MaterialNames materials;   ///< the section `materials`; empty for the seed format

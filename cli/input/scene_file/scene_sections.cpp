@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "cli/input/scene_file/image_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"

@@ -10,7 +10,7 @@
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/postprocessing.h"
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 
 /// Readers of the sections of scene JSON v1. They accept what scenes/schema/scene.v1.schema.json
 /// allows. They also reject what a schema cannot express: invalid cameras and images with too many

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "cli/input/scene_file/image_fields.h"
 #include "cli/input/scene_file/material_table.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/base/error.h"
@@ -126,7 +127,7 @@ std::string object_text(const ParticleSource& source) {
 
 std::string head_text(const SceneFile& file) {
   const auto settings = [&file](const auto& f) {
-    image_fields(f, file.settings, file.transparent);
+    image_fields(f, *file.settings, file.transparent);
   };
   const auto camera = [&file](const auto& f) { camera_fields(f, file.scene.camera); };
   const auto sky = [&file](const auto& f) { sky_fields(f, file.scene.sky); };

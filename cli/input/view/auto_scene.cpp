@@ -13,6 +13,7 @@
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/view/principal_axes.h"
 #include "common/base/error.h"
+#include "common/scene/settings.h"
 
 namespace parray::input {
 namespace {
@@ -99,7 +100,7 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
 
 }  // namespace
 
-RenderSettings auto_scene_settings() {
+Boxed<RenderSettings> auto_scene_settings() {
   RenderSettings settings;
   settings.width = 1200;
   settings.height = 900;

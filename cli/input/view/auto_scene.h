@@ -5,11 +5,12 @@
 #include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/scene_file.h"
 #include "cli/input/view/surroundings.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::input {
 
 /// Returns the default settings of an automatic scene: 1200 x 900, 256 samples, depth 10.
-RenderSettings auto_scene_settings();
+Boxed<RenderSettings> auto_scene_settings();
 
 /// Name of the only material of particles in an automatic scene.
 inline constexpr std::string_view plain_material_name = "plain";

@@ -10,6 +10,7 @@
 #include "cli/output/text.h"
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/replicates.h"
+#include "common/scene/settings.h"
 
 namespace parray::plan {
 namespace {

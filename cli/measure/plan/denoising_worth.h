@@ -4,7 +4,7 @@
 #include <string>
 
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/trace/integrator/path_tracer.h"
 
 namespace parray::plan {

@@ -7,6 +7,7 @@
 
 #include "cli/check/audit/replay.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 
 namespace parray::plan {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/schedule/chunk_sizer.h"
 
 namespace parray::plan {
@@ -26,7 +26,7 @@ class FarmModel {
   [[nodiscard]] double seconds(double wall, double samples, int passes) const;
 
  private:
-  RenderSettings settings_;
+  Boxed<RenderSettings> settings_;
   std::vector<double> speeds_;
   std::uint32_t threads_ = 1;
 };

@@ -13,6 +13,7 @@
 #include "cli/output/picture/image_file.h"
 #include "common/adaptive/error_estimate.h"
 #include "common/image/image.h"
+#include "common/scene/settings.h"
 #include "common/schedule/traced_cells.h"
 #include "common/schedule/work_plan.h"
 #include "coordinator/leases/result_collector.h"

@@ -53,7 +53,7 @@ class Chooser {
         goal_(goal),
         quantile_(normal_quantile(goal.confidence)),
         fixed_(load + probe.fixed),
-        pixels_(static_cast<double>(settings.width) * settings.height) {}
+        pixels_(static_cast<double>(pixel_count(settings))) {}
 
   [[nodiscard]] Choice uniform(const SamplerProbe& sampler) const {
     const double exactly =

@@ -5,6 +5,7 @@
 
 #include "cli/measure/plan/farm_model.h"
 #include "cli/measure/plan/probe.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::plan {
 

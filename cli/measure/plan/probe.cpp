@@ -17,6 +17,7 @@
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 #include "common/scene/scene_ranges.h"
+#include "common/scene/settings.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "common/trace/tracer.h"
 

@@ -9,15 +9,16 @@
 #include "cli/measure/plan/effort.h"
 #include "cli/measure/plan/error_model.h"
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/setting_choices.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::plan {
 
 /// The task of a probe and its time.
 struct ProbeRequest {
   const Scene* scene = nullptr;
-  RenderSettings settings;        ///< resolved; sampler and limits are ignored
-  std::vector<Sampler> samplers;  ///< candidates, at least one; the last gets most of the time
+  Boxed<RenderSettings> settings;  ///< resolved; sampler and limits are ignored
+  std::vector<Sampler> samplers;   ///< candidates, at least one; the last gets most of the time
   int threads = 1;
   double seconds = 3;           ///< wall-clock time, approximate, without building the accelerator
   double error = 0;             ///< target error; 0: none

@@ -74,7 +74,7 @@ Quartiles quartiles_of(std::vector<double> values);
 /// Statistics of all runs of the same settings.
 struct Row {
   VariedSetting varied = VariedSetting::spp;
-  RenderSettings settings;
+  Boxed<RenderSettings> settings;
   std::string options;
   std::size_t runs = 0;
   Quartiles seconds;       ///< Timing::seconds_of()

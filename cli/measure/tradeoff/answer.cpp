@@ -7,6 +7,7 @@
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 
 namespace parray::tradeoff {
 namespace {
@@ -61,7 +62,7 @@ std::vector<Change> changes_of(const std::vector<Row>& rows, const RenderSetting
                          row.varied == VariedSetting::precision ||
                          row.varied == VariedSetting::accelerator;
     if (!changed || plain == nullptr || plain == &row || !(plain->budget.monte_carlo > 0)) continue;
-    changes.push_back({row.settings.max_depth, row.settings.precision, row.settings.accelerator,
+    changes.push_back({row.settings->max_depth, row.settings->precision, row.settings->accelerator,
                        row.seconds.median / plain->seconds.median,
                        square(row.budget.monte_carlo / plain->budget.monte_carlo),
                        bias_square_of(row.settings, biases)});
@@ -94,7 +95,7 @@ std::vector<Family> measured_families(const std::vector<Row>& rows, const Render
         for (const Row& row : rows) {
           if (!same_but_samples(row.settings, settings)) continue;
           const double spent =
-              targeted ? row.settings.target_error : row.settings.samples_per_pixel;
+              targeted ? row.settings->target_error : row.settings->samples_per_pixel;
           amount.emplace_back(row.budget.monte_carlo, spent);
           seconds.emplace_back(spent, row.seconds.median);
         }
@@ -198,7 +199,7 @@ std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
 
 std::optional<Candidate> corrected(const Row& row, double error) {
   const double ratio = row.rmse / error;
-  const bool targeted = row.settings.target_error > 0;
+  const bool targeted = row.settings->target_error > 0;
   if (!(ratio > 0) || (ratio <= 1.005 && (targeted || ratio > 0.97))) return std::nullopt;
   RenderSettings settings = row.settings;
   if (targeted) {
@@ -226,14 +227,14 @@ std::string sentence_of(const Answer& answer) {
   const auto size = [](const RenderSettings& s) {
     return std::to_string(s.width) + " x " + std::to_string(s.height);
   };
-  const double pixels = static_cast<double>(pick.settings.width) * pick.settings.height;
-  const double scale = static_cast<double>(answer.scene.width) * answer.scene.height / pixels;
+  const double pixels = static_cast<double>(pick.settings->width) * pick.settings->height;
+  const double scale = static_cast<double>(answer.scene->width) * answer.scene->height / pixels;
   std::string text =
       "For an RMSE of " + formatted("%.3g", answer.error) +
       (answer.asked ? "" : ", that of the scene's own settings") + ": " +
       options_against(pick.settings, answer.scene) +
       (answer.own ? ", the scene's own settings with " +
-                        counted(pick.settings.samples_per_pixel, "sample") + " a pixel"
+                        counted(pick.settings->samples_per_pixel, "sample") + " a pixel"
                   : "") +
       " (" + formatted("%.3g s", pick.seconds.median) + " at " + size(pick.settings) +
       " on this machine";

@@ -12,7 +12,7 @@ namespace parray::tradeoff {
 
 /// Settings with the predicted time to reach an RMSE.
 struct Candidate {
-  RenderSettings settings;
+  Boxed<RenderSettings> settings;
   double seconds = 0;
 };
 
@@ -41,12 +41,12 @@ bool same_but_samples(const RenderSettings& a, const RenderSettings& b);
 /// The contents of the sentence.
 struct Answer {
   double error = 0;
-  bool asked = false;       ///< false: `error` is the RMSE of the scene's own settings
-  Row pick;                 ///< measured
-  bool own = false;         ///< `pick` has the scene's own settings, apart from the samples
-  double own_seconds = 0;   ///< time of the scene's own settings to reach `error`
-  std::string own_options;  ///< options of those settings; empty: unknown
-  RenderSettings scene;     ///< with the size of the scene's own picture
+  bool asked = false;           ///< false: `error` is the RMSE of the scene's own settings
+  Row pick;                     ///< measured
+  bool own = false;             ///< `pick` has the scene's own settings, apart from the samples
+  double own_seconds = 0;       ///< time of the scene's own settings to reach `error`
+  std::string own_options;      ///< options of those settings; empty: unknown
+  Boxed<RenderSettings> scene;  ///< with the size of the scene's own picture
 };
 std::string sentence_of(const Answer& answer);
 

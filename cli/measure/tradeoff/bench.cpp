@@ -6,6 +6,7 @@
 #include "common/adaptive/replicates.h"
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 
 namespace parray::tradeoff {
@@ -14,8 +15,7 @@ const std::shared_ptr<const Accelerator>& Bench::accelerator_for(const RenderSet
   for (const auto& accelerator : accelerators_) {
     if (serves(*accelerator, settings)) return accelerator;
   }
-  return accelerators_.emplace_back(
-      make_accelerator(scene_, settings.precision, settings.accelerator, settings.isa, {threads_}));
+  return accelerators_.emplace_back(make_accelerator(scene_, settings, {threads_}));
 }
 
 DirectRender Bench::render(const RenderSettings& settings) {

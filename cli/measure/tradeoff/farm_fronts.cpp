@@ -6,6 +6,7 @@
 
 #include "cli/measure/plan/farm_model.h"
 #include "cli/measure/tradeoff/variant.h"
+#include "common/scene/settings.h"
 
 namespace parray::tradeoff {
 namespace {

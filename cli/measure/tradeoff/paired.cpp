@@ -6,6 +6,7 @@
 
 #include "cli/measure/tradeoff/variant.h"
 #include "common/image/image.h"
+#include "common/scene/settings.h"
 
 namespace parray::tradeoff {
 namespace {

@@ -26,8 +26,8 @@ std::string values_of(const TradeoffResults& results) {
   return "caption = " + quoted(caption_of(results)) + "\ntime_axis = 'time of a picture (s" +
          (results.timing.busy ? " of processor / threads" : "") +
          ")'\nfarm_axis = 'modelled, not measured: time of a picture of " +
-         std::to_string(results.scene.width) + " x " + std::to_string(results.scene.height) +
-         " pixels (s)'\n";
+         std::to_string(width_of(results.scene)) + " x " +
+         std::to_string(height_of(results.scene)) + " pixels (s)'\n";
 }
 
 }  // namespace
@@ -35,7 +35,7 @@ std::string values_of(const TradeoffResults& results) {
 std::string caption_of(const TradeoffResults& results) {
   const std::string name = fs::path(results.scene_file).stem().string();
   return printable(name, 40) + ", " + counted(results.spheres, "sphere") + ", " +
-         std::to_string(results.base.width) + " x " + std::to_string(results.base.height) +
+         std::to_string(width_of(results.base)) + " x " + std::to_string(height_of(results.base)) +
          " pixels; " + short_processor(results.environment.processor).substr(0, 40) + ", " +
          counted(static_cast<std::uint64_t>(results.timing.threads), "thread") + ", " +
          results.environment.isa + "; ParRay " PARRAY_VERSION ", " + results.environment.date;

@@ -13,6 +13,7 @@
 #include "common/base/printable.h"
 #include "common/image/image.h"
 #include "common/image/radiance_scale.h"
+#include "common/scene/settings.h"
 
 namespace parray::tradeoff {
 namespace {

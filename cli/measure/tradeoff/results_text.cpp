@@ -6,6 +6,7 @@
 #include "cli/measure/tradeoff/tradeoff_results.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
+#include "common/scene/settings.h"
 
 namespace parray::tradeoff {
 namespace {
@@ -20,20 +21,20 @@ struct Field {
 
 /// Returns the coverage of pixels' intervals. Denoised pictures have none.
 json coverage_of(const Row& row, std::size_t level) {
-  return row.settings.replicates ? json() : json(row.coverage.at(level));
+  return row.settings->replicates ? json() : json(row.coverage.at(level));
 }
 
 const std::vector<Field>& fields() {
   static const std::vector<Field> all = {
       {"options", [](const Row& r) { return r.options; }},
       {"knob", [](const Row& r) { return name_of(r.varied); }},
-      {"sampler", [](const Row& r) { return name_of(r.settings.sampler); }},
-      {"adaptive", [](const Row& r) { return r.settings.adaptive; }},
-      {"denoised", [](const Row& r) { return r.settings.replicates; }},
-      {"target_error", [](const Row& r) { return r.settings.target_error; }},
-      {"max_depth", [](const Row& r) { return r.settings.max_depth; }},
-      {"precision", [](const Row& r) { return name_of(r.settings.precision); }},
-      {"accelerator", [](const Row& r) { return name_of(r.settings.accelerator); }},
+      {"sampler", [](const Row& r) { return name_of(r.settings->sampler); }},
+      {"adaptive", [](const Row& r) { return r.settings->adaptive; }},
+      {"denoised", [](const Row& r) { return r.settings->replicates; }},
+      {"target_error", [](const Row& r) { return r.settings->target_error; }},
+      {"max_depth", [](const Row& r) { return r.settings->max_depth; }},
+      {"precision", [](const Row& r) { return name_of(r.settings->precision); }},
+      {"accelerator", [](const Row& r) { return name_of(r.settings->accelerator); }},
       {"runs", [](const Row& r) { return r.runs; }},
       {"samples_per_pixel", [](const Row& r) { return r.samples; }},
       {"passes", [](const Row& r) { return r.passes; }},
@@ -303,7 +304,7 @@ std::string text_of(const TradeoffResults& results) {
       "bits.\n\n";
   text += convergence_text(results) + "\n" + calibration_text(results);
   text += "\nModelled, not measured: seconds for a picture of " +
-          std::to_string(results.scene.width) + " x " + std::to_string(results.scene.height) +
+          std::to_string(results.scene->width) + " x " + std::to_string(results.scene->height) +
           " pixels with workers as fast as this machine,\nwith the coordinator's rules for leases, "
           "without network. \"-\": other settings are faster and as accurate.\n\n" +
           farms_text(results);

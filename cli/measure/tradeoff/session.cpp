@@ -11,6 +11,7 @@
 #include "common/adaptive/error_estimate.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/scene/settings.h"
 #include "common/trace/isa.h"
 
 namespace parray::tradeoff {
@@ -72,7 +73,7 @@ Session::Session(const Request& request, Bench& bench, MeasurementLog& log,
       bench_(bench),
       log_(log),
       show_(std::move(show)),
-      reference_(request.base.width, request.base.height) {}
+      reference_(request.base->width, request.base->height) {}
 
 void Session::show(const Stage& stage, double done) const {
   show_(stage.from + stage.share * std::clamp(done, 0.0, 1.0));
@@ -120,7 +121,7 @@ Environment Session::environment() {
     state["date"] = date_text(std::chrono::system_clock::now());
     log_.keep_state();
   }
-  const Isa isa = request_.base.isa == Isa::automatic ? best_isa() : request_.base.isa;
+  const Isa isa = request_.base->isa == Isa::automatic ? best_isa() : request_.base->isa;
   return {processor_model(), std::string(name_of(isa)), state.value("date", "")};
 }
 
@@ -232,7 +233,7 @@ void Session::keep(Run measured, const RenderSettings& settings, const DirectRen
 /// Measures one run. If the picture is needed with and without denoising, renders it only once.
 void Session::measure_run(const RenderSettings& settings, std::uint32_t run) {
   RenderSettings seeded = settings;
-  seeded.seed = seed_of(settings, request_.base.seed, run);
+  seeded.seed = seed_of(settings, request_.base->seed, run);
   if (log_.has(options_of(settings), seeded.seed)) return;
   const DirectRender render = bench_.render(seeded);
   const auto wanted = [&](bool denoised) {
@@ -373,8 +374,8 @@ void Session::find_answer(TradeoffResults& results) {
   }
   const Candidate& best = candidates.front();
   results.answer += options_against(best.settings, request_.scene) + " should suffice, in about " +
-                    duration_text(best.seconds) + " at " + std::to_string(request_.base.width) +
-                    " x " + std::to_string(request_.base.height) +
+                    duration_text(best.seconds) + " at " + std::to_string(request_.base->width) +
+                    " x " + std::to_string(request_.base->height) +
                     " (extrapolated; use a longer --time-budget to measure it).";
   results.answer_facts["options"] = options_against(best.settings, request_.scene);
   results.answer_facts["seconds"] = best.seconds;

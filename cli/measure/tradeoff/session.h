@@ -16,11 +16,11 @@ namespace parray::tradeoff {
 
 /// The task of a session.
 struct Request {
-  RenderSettings scene;                ///< the scene's own, resolved, with its own size
-  RenderSettings base;                 ///< the same settings with the measured size
-  std::vector<RenderSettings> also{};  ///< more settings to measure
-  std::optional<double> error;         ///< required RMSE; empty: that of the scene's own settings
-  double seconds = 120;                ///< for all measurements
+  Boxed<RenderSettings> scene;                ///< the scene's own, resolved, with its own size
+  Boxed<RenderSettings> base;                 ///< the same settings with the measured size
+  std::vector<Boxed<RenderSettings>> also{};  ///< more settings to measure
+  std::optional<double> error;  ///< required RMSE; empty: that of the scene's own settings
+  double seconds = 120;         ///< for all measurements
 };
 
 /// Measures stage by stage and writes to a log. Skips measurements that the log already has. Not

@@ -6,6 +6,7 @@
 
 #include "cli/output/text.h"
 #include "common/base/printable.h"
+#include "common/scene/settings.h"
 
 namespace parray::tradeoff {
 namespace {
@@ -72,10 +73,10 @@ std::vector<Row> rows_of(const std::vector<Variant>& variants, const std::vector
     if (found == by_options.end()) continue;
     Row row = row_of(variant, found->second, timing);
     by_options.erase(found);  // a variant listed twice is one row
-    if (const auto bias = biases.depth.find(row.settings.max_depth); bias != biases.depth.end()) {
+    if (const auto bias = biases.depth.find(row.settings->max_depth); bias != biases.depth.end()) {
       row.budget.depth = bias->second.rms();
     }
-    if (const auto bias = biases.precision.find(row.settings.precision);
+    if (const auto bias = biases.precision.find(row.settings->precision);
         bias != biases.precision.end()) {
       row.budget.precision = bias->second.rms();
     }
@@ -103,7 +104,7 @@ std::vector<Calibration> calibration_of(const std::vector<Row>& rows) {
   const auto add = [&](const std::string& name, const Row& row) {
     Calibration& one = by_name[name];
     one.name = name;
-    const bool pixels = !row.settings.replicates;
+    const bool pixels = !row.settings->replicates;
     for (std::size_t i = 0; i < one.pixels.size(); ++i) {
       one.pixels.at(i) += pixels ? row.coverage.at(i) * static_cast<double>(row.runs) : 0;
       one.pictures.at(i) += row.claims.at(i) * static_cast<double>(row.runs);
@@ -120,7 +121,7 @@ std::vector<Calibration> calibration_of(const std::vector<Row>& rows) {
     // Intervals do not cover systematic errors. One of less than a fifth hardly matters.
     const double systematic = std::hypot(row.budget.depth, row.budget.precision);
     if (systematic > 0.2 * row.budget.monte_carlo) continue;
-    if (!row.settings.replicates) add("all", row);
+    if (!row.settings->replicates) add("all", row);
     add(family_of(row.settings), row);
   }
   std::vector<Calibration> found;

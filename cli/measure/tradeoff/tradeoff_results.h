@@ -42,8 +42,8 @@ struct TradeoffResults {
   std::string scene_file;
   std::size_t spheres = 0;
   Environment environment;
-  RenderSettings scene;  ///< the scene's own settings and size
-  RenderSettings base;   ///< the same with the measured size
+  Boxed<RenderSettings> scene;  ///< the scene's own settings and size
+  Boxed<RenderSettings> base;   ///< the same with the measured size
   Timing timing;
   std::vector<Row> rows;
   PairedBiases biases;

@@ -9,6 +9,7 @@
 #include "cli/output/text.h"
 #include "common/base/printable.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 
 namespace parray::tradeoff {
 namespace {
@@ -174,6 +175,10 @@ std::string_view name_of(VariedSetting varied) {
   constexpr std::array<std::string_view, 9> known = {
       "scene", "also", "spp", "target", "denoise", "depth", "precision", "accelerator", "answer"};
   return known.at(static_cast<std::size_t>(varied));
+}
+
+double pixels_of(const RenderSettings& settings) {
+  return static_cast<double>(pixel_count(settings));
 }
 
 std::string options_of(const RenderSettings& settings) {

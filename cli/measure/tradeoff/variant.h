@@ -6,7 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "common/scene/settings.h"
+#include "common/scene/setting_choices.h"
+#include "common/scene/settings_fwd.h"
 
 /// The settings that `parray tradeoff` tries. Pure functions.
 namespace parray::tradeoff {
@@ -28,14 +29,12 @@ std::string_view name_of(VariedSetting varied);
 /// Settings to measure in several short renders, each with its own seed.
 struct Variant {
   VariedSetting varied = VariedSetting::spp;
-  RenderSettings settings;  ///< resolved; the seed is replaced by seed_of()
+  Boxed<RenderSettings> settings;  ///< resolved; the seed is replaced by seed_of()
   std::uint32_t runs = 0;
 };
 
 /// Pixels of a picture.
-inline double pixels_of(const RenderSettings& settings) {
-  return static_cast<double>(settings.width) * settings.height;
-}
+double pixels_of(const RenderSettings& settings);
 
 /// Returns the canonical form of settings, as options of `parray render`. It is the key of
 /// measurements. Settings with `replicates` are those of denoised pictures (--denoise).
@@ -89,7 +88,7 @@ struct Sweep {
 /// and denoising; depths from 2 to twice the base's; precisions; accelerators. Settings that exceed
 /// their share of `seconds` get fewer runs (16, 8 or 4; denoised: 4 or 2), or are left out. `base`,
 /// `also` and the first settings of each kind except accelerators get at least 2 runs.
-Sweep plan_sweep(const RenderSettings& base, const std::vector<RenderSettings>& also,
+Sweep plan_sweep(const RenderSettings& base, const std::vector<Boxed<RenderSettings>>& also,
                  const Pilot& pilot, double seconds);
 
 /// Returns the depths to try: ascending, including `base_depth`, below reference_depth().

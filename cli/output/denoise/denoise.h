@@ -5,7 +5,7 @@
 
 #include "cli/output/denoise/features.h"
 #include "common/image/replicates.h"
-#include "common/scene/settings.h"
+#include "common/scene/setting_choices.h"
 
 /// Denoising, and the remaining error.
 ///

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "common/math/float_mode.h"
+#include "common/scene/settings.h"
 
 namespace parray::denoise {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/trace/integrator/path_tracer.h"
 
 namespace parray::denoise {

@@ -4,7 +4,8 @@
 #include <memory>
 
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/setting_choices.h"
+#include "common/scene/settings_fwd.h"
 
 namespace parray::trace {
 

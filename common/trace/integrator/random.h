@@ -4,7 +4,7 @@
 
 #include "common/math/philox.h"
 #include "common/math/sobol.h"
-#include "common/scene/settings.h"
+#include "common/scene/setting_choices.h"
 
 namespace parray::trace {
 

@@ -5,7 +5,7 @@
 
 #include "common/math/real.h"
 #include "common/scene/scene.h"
-#include "common/scene/settings.h"
+#include "common/scene/settings_fwd.h"
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/material.h"
 #include "common/trace/integrator/path_tracer.h"

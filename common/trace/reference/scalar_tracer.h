@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "common/trace/integrator/path.h"
 #include "common/trace/integrator/scene_parts.h"
 

@@ -5,6 +5,7 @@
 
 #include "common/base/sha256.h"
 #include "common/math/float_mode.h"
+#include "common/scene/settings.h"
 
 namespace parray::trace {
 namespace {

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <queue>
 
+#include "common/scene/settings.h"
 #include "common/schedule/chunk_policy.h"
 #include "tests/support/rooms.h"
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 namespace parray::simulation {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "coordinator/leases/window_collector.h"
 #include "tests/experiments/simulation/costs.h"
 #include "tests/experiments/simulation/sim_team.h"

@@ -13,6 +13,7 @@
 
 #include "common/base/bytes.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 #include "proto/control_frame.h"
 #include "tests/support/protocol_table.h"
 #include "tests/support/rooms.h"
@@ -393,7 +394,7 @@ TEST_CASE("the passes of settings are a list of unsigned integers") {
 
 TEST_CASE("settings without a sampler mean independent samples") {
   const auto sampler_of = [](auto change) {
-    return std::get<msg::Grant>(decode(with(frames_of("grant"), change))).settings.sampler;
+    return std::get<msg::Grant>(decode(with(frames_of("grant"), change))).settings->sampler;
   };
   CHECK(sampler_of([](json&) {}) == Sampler::sobol);
   CHECK(sampler_of([](json& map) { map["settings"].erase("sampler"); }) == Sampler::independent);

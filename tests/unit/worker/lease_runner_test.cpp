@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"
 

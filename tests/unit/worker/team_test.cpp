@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/math/float_mode.h"
+#include "common/scene/settings.h"
 #include "common/trace/isa.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
@@ -323,7 +324,7 @@ TEST_CASE("a team changes scenes and settings, and builds accelerators only if n
   for (const RenderSettings& settings : {sized(8, 4, 2), sized(4, 8, 2)}) {
     for (const bool is_dark : {false, true, false, false}) {
       LeaseWork next = assignment(1, settings);
-      next.settings.samples_per_pixel += is_dark ? 0 : 5;  // does not change the bits of a sample
+      next.settings->samples_per_pixel += is_dark ? 0 : 5;  // does not change the bits of a sample
       if (is_dark) {
         next.scene = dark_scene;
         next.scene_id = "dark";

@@ -11,6 +11,7 @@
 
 #include "cli/input/scene_file/duplicates.h"
 #include "common/base/error.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"

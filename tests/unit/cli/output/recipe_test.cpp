@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
+#include "common/scene/settings.h"
 #include "proto/messages.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
@@ -89,14 +90,14 @@ TEST_CASE("for different numbers of samples, the recipe has the passes and their
   for (const bool exr : {true, false}) {
     const Recipe recipe = kept_recipe(picture_of(adaptive_entries), exr);
     CHECK_FALSE(recipe.equal_samples);
-    CHECK(recipe.settings.adaptive);
-    CHECK(recipe.settings.passes == std::vector<std::uint64_t>{32, 16});
-    CHECK(recipe.settings.target_half_width == 0.03);
+    CHECK(recipe.settings->adaptive);
+    CHECK(recipe.settings->passes == std::vector<std::uint64_t>{32, 16});
+    CHECK(recipe.settings->target_half_width == 0.03);
   }
   // An adaptive picture that was good enough after its first pass.
   json equal = adaptive_entries;
   equal.update({{"samples_per_pixel", 32U}, {"most_samples", 32U}});
-  CHECK(kept_recipe(picture_of(equal), true).settings.samples_per_pixel == 32);
+  CHECK(kept_recipe(picture_of(equal), true).settings->samples_per_pixel == 32);
 }
 
 TEST_CASE("EXR stores numbers as numbers, and unknown values are left out") {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 

@@ -13,6 +13,7 @@
 #include "common/adaptive/error_estimate.h"
 #include "common/adaptive/pixel_noise.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/noise_trials.h"
 #include "tests/support/rooms.h"

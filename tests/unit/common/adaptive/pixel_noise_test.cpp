@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/noise_trials.h"
 #include "tests/support/rooms.h"

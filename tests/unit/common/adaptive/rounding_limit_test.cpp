@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/base/error.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 namespace parray {

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/input/scene_file/scene_file.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 namespace parray {

@@ -14,6 +14,7 @@
 
 #include "common/base/bytes.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/memory.h"

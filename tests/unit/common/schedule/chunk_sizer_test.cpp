@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"

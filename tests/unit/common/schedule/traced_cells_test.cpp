@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/bytes.h"
+#include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/memory.h"
 #include "tests/support/rooms.h"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 #include "common/schedule/cell_list.h"
 #include "common/schedule/row_order.h"
 #include "coordinator/jobs/job_picture.h"

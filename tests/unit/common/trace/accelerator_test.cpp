@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/math/float_mode.h"
+#include "common/scene/settings.h"
 #include "common/trace/integrator/start_spheres.h"
 #include "common/trace/isa.h"
 #include "common/trace/tracer.h"

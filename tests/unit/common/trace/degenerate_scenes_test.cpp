@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/math/float_mode.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/input/scene_file/scene_file.h"
+#include "common/scene/settings.h"
 #include "common/trace/integrator/path.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
@@ -178,7 +179,7 @@ TEST_CASE("the shipped cavity is exactly 0 in every sample") {
   const SceneFile file = shipped("cavity.json");
   for_all_kernels(file.scene, file.settings, [&](const Picture& picture) {
     CHECK(picture.pixels_other_than(0) == 0);
-    CHECK(picture.counts.rays == picture.counts.samples * file.settings.max_depth);
+    CHECK(picture.counts.rays == picture.counts.samples * file.settings->max_depth);
   });
 }
 

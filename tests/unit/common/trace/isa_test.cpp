@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/input/scene_file/scene_file.h"
+#include "common/scene/settings.h"
 #include "common/trace/integrator/wavefront_tracer.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"

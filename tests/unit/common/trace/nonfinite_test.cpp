@@ -11,6 +11,7 @@
 #include "common/base/bytes.h"
 #include "common/image/framebuffer.h"
 #include "common/image/image.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "coordinator/jobs/report.h"
 #include "tests/support/rooms.h"

@@ -9,6 +9,7 @@
 
 #include "cli/output/channel_tracing.h"
 #include "common/scene/requirements.h"
+#include "common/scene/settings.h"
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/start_spheres.h"
 #include "common/trace/tracer.h"
@@ -296,7 +297,7 @@ TEST_CASE("of very many spheres that a camera cuts each pixel asks a few") {
 TEST_CASE("single precision is enough where a picture's own height cannot tell") {
   Scene scene = seen_along_z(4, {{{0, 0, 0}, 1, 0}});
   const auto precision_of = [&] {
-    return resolve_settings(requirements_of(scene), {}).settings.precision;
+    return resolve_settings(requirements_of(scene), {}).settings->precision;
   };
   CHECK(requirements_of(scene).view_height == 4);
   CHECK(precision_of() == Precision::f32);

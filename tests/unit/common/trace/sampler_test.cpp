@@ -11,6 +11,7 @@
 #include "common/image/image.h"
 #include "common/math/lanes_scalar.h"
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "common/trace/integrator/random.h"
 #include "common/trace/tracer.h"
 #include "tests/support/owen_tree.h"

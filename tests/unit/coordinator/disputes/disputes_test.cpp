@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "coordinator/disputes/check_policy.h"
 #include "coordinator/disputes/quarantine.h"
 #include "coordinator/disputes/referee_budget.h"

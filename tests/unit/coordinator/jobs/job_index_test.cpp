@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 
@@ -21,8 +22,8 @@ Job make_job(JobId id, const std::string& user, JobId series = 0, std::uint32_t 
   job.record.token = "token-" + std::to_string(id) + "#digest";
   job.record.series_id = series;
   job.record.frame = frame;
-  job.record.settings.width = 10;
-  job.record.settings.height = 10;
+  job.record.settings->width = 10;
+  job.record.settings->height = 10;
   return job;
 }
 
@@ -61,7 +62,7 @@ TEST_CASE("a series counts as one job of its user, with the pixels of its larges
   JobIndex index;
   Job small = make_job(11, "ann", 10, 1);
   Job large = make_job(12, "ann", 10, 2);
-  large.record.settings.width = 20;
+  large.record.settings->width = 20;
   Job alone = make_job(13, "ann");
   for (Job* job : {&small, &large, &alone}) {
     index.add(*job);

@@ -10,6 +10,7 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
+#include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/faulty_team.h"
 #include "tests/support/rooms.h"

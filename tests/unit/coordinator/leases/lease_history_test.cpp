@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "coordinator/leases/lease_table.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"

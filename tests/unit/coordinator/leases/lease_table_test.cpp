@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 /// Tests each arrow of the diagram "A lease" in proto/PROTOCOL.md, and its limits.

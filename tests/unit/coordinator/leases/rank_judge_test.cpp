@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/faulty_team.h"
 #include "tests/support/rooms.h"
 #include "tests/support/window_rig.h"

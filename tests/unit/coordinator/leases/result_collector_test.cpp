@@ -6,6 +6,7 @@
 #include <cstring>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/faulty_team.h"
 #include "tests/support/rooms.h"

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/collector_rig.h"
 #include "tests/support/rooms.h"
 

@@ -9,6 +9,7 @@
 
 #include "common/image/image.h"
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"

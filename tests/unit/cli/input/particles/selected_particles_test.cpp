@@ -10,6 +10,7 @@
 #include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"
 #include "common/base/error.h"
+#include "common/scene/settings.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
 #include "tests/support/temporary_directory.h"
@@ -210,10 +211,10 @@ TEST_CASE("memory for spheres is reserved exactly") {
 TEST_CASE("an automatic scene contains ground, light blocker and particles") {
   const ParticleScene files;
   const AutoScene atoms = auto_scene(files.file("atoms.xyz"), {}, auto_scene_settings());
-  CHECK(atoms.file.settings.width == 1200);
-  CHECK(atoms.file.settings.height == 900);
-  CHECK(atoms.file.settings.samples_per_pixel == 256);
-  CHECK(atoms.file.settings.max_depth == 10);
+  CHECK(atoms.file.settings->width == 1200);
+  CHECK(atoms.file.settings->height == 900);
+  CHECK(atoms.file.settings->samples_per_pixel == 256);
+  CHECK(atoms.file.settings->max_depth == 10);
   REQUIRE(atoms.file.scene.spheres.size() == 5);
   CHECK(atoms.file.scene.spheres[2] == Sphere{{1, 2, 3}, element(8).radius, 2});
   CHECK(atoms.source.material.rule == ParticleMaterial::Rule::by_element);

@@ -10,6 +10,7 @@
 
 #include "cli/input/scene_file/scene_file.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"

@@ -10,6 +10,7 @@
 
 #include "cli/input/scene_file/scene_file.h"
 #include "common/base/error.h"
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 namespace parray {
@@ -68,11 +69,11 @@ TEST_CASE("a scene of version 1 is read in full") {
   CHECK(camera.aperture == 0.5);
   CHECK(camera.focus_distance == 3);
   CHECK(camera.tan_half_vfov == doctest::Approx(1));
-  CHECK(file.settings.width == 64);
-  CHECK(file.settings.height == 48);
-  CHECK(file.settings.samples_per_pixel == 7);
-  CHECK(file.settings.max_depth == 9);
-  CHECK(file.settings.seed == UINT64_MAX);
+  CHECK(file.settings->width == 64);
+  CHECK(file.settings->height == 48);
+  CHECK(file.settings->samples_per_pixel == 7);
+  CHECK(file.settings->max_depth == 9);
+  CHECK(file.settings->seed == UINT64_MAX);
   CHECK(file.scene.sky == Sky{{0.1, 0.2, 0.3}, {4, 5, 6}});
   // In the order of first use; the unused one is gone.
   const Material glass{MaterialType::dielectric, {1, 1, 1}, 0, 1.5};

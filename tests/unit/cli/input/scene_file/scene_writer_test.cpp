@@ -13,6 +13,7 @@
 #include "common/base/error.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
@@ -97,7 +98,7 @@ TEST_CASE("numbers of every size read back to the last bit") {
          static_cast<std::uint32_t>(file.scene.spheres.size() % file.scene.materials.size())});
   }
   file.scene.spheres[0].center = {5e-324, -limits::max_length, limits::max_length};
-  file.settings.seed = UINT64_MAX;
+  file.settings->seed = UINT64_MAX;
   const SceneFile again = read(written(file));
   CHECK(scene_to_bytes(again.scene) == scene_to_bytes(file.scene));
   CHECK(again.settings == file.settings);

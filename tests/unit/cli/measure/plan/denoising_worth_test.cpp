@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
 namespace parray::test {

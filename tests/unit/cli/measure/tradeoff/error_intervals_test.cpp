@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "common/scene/settings.h"
 #include "tests/support/dice.h"
 #include "tests/support/noise_trials.h"
 #include "tests/support/rooms.h"

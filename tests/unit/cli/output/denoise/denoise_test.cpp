@@ -9,6 +9,7 @@
 
 #include "common/adaptive/replicates.h"
 #include "common/scene/largest_radiance.h"
+#include "common/scene/settings.h"
 #include "common/trace/isa.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"

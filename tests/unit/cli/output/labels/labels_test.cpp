@@ -16,6 +16,7 @@
 #include "cli/output/labels/block.h"
 #include "cli/output/labels/round_numbers.h"
 #include "common/base/error.h"
+#include "common/scene/settings.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
 

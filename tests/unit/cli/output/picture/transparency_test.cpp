@@ -13,6 +13,7 @@
 #include "cli/output/channel_tracing.h"
 #include "cli/output/picture/image_file.h"
 #include "cli/output/picture/srgb.h"
+#include "common/scene/settings.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "common/scene/number_range.h"
+
+/// The parts that descriptions of settings are made of: see settings_fields.h.
+namespace parray::scene {
+
+/// The traits of a setting, besides its rule.
+namespace traits {
+enum : unsigned {
+  image = 1U << 0,      ///< in section "image" of a scene file
+  render = 1U << 1,     ///< in section "render" of a scene file
+  accuracy = 1U << 2,   ///< its option determines when a picture is good enough
+  speed = 1U << 3,      ///< its option never changes the picture
+  special = 1U << 4,    ///< its option is for experiments
+  since = 1U << 5,      ///< missing in messages and records of earlier versions, which means 0
+  in_passes = 1U << 6,  ///< missing in messages means 0, unless the picture is made in passes
+  if_set = 1U << 7,     ///< missing in messages, records and sections if it is 0
+  no_report = 1U << 8,  ///< a report does not repeat it
+  recipe = 1U << 9,     ///< a recipe has the report's value
+  resolved = 1U << 10,  ///< a worker refuses `automatic`
+  required = 1U << 11,  ///< a section must have it
+};
+}  // namespace traits
+
+struct Setting {
+  const char* key;             ///< key in files and messages
+  const char* help = nullptr;  ///< help of its option; null: it has no option
+  unsigned traits = 0;
+  const char* value = nullptr;  ///< placeholder of the value in the help; null: chosen by the rule
+  const char* keyword = nullptr;  ///< name of its option if it differs from the key
+
+  [[nodiscard]] bool is(unsigned any) const { return (traits & any) != 0; }
+};
+
+/// Returns the name of a setting in Python and in the HTTP service: "max_depth".
+std::string keyword_of(const Setting& setting);
+/// Returns the name of its option: "--max-depth".
+std::string option_of(const Setting& setting);
+
+// Rules; number_range.h has further ones. For settings, NumberRange also allows 0, which means
+// none.
+struct OnOff {};   ///< a boolean
+struct Passes {};  ///< a list of numbers of samples
+
+/// The words of an enumeration, in the order of its values.
+struct Words {
+  const char* what;  ///< name of the setting in messages
+  std::span<const std::string_view> names;
+};
+/// Returns the index of a word. Throws InputError with the known words.
+std::size_t index_in(const Words& words, std::string_view name);
+/// Returns the word of an index; "unknown" for any other index.
+std::string_view name_in(const Words& words, std::size_t index);
+
+}  // namespace parray::scene
