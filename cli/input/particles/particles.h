@@ -105,7 +105,7 @@ inline constexpr std::string_view last_frame_word = "last";
 /// The choice of a frame.
 struct FrameChoice {
   std::uint64_t number = 0;  ///< from 0
-  bool last = false;         ///< the file's last frame, whatever its number
+  bool last = false;         ///< true: the last frame of the file
 
   friend bool operator==(const FrameChoice&, const FrameChoice&) = default;
 };

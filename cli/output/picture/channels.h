@@ -24,7 +24,7 @@ using Channels = std::vector<Channel>;
 /// The channel of Aov::samples. Tracing the picture again needs it.
 inline constexpr const char* samples_channel = "samples";
 
-/// What a picture can contain beside radiance ("arbitrary output variables").
+/// What a picture can contain in addition to radiance ("arbitrary output variables").
 enum class Aov : std::uint8_t { depth, normal, albedo, sphere, cost, samples, half_width };
 using Aovs = std::set<Aov>;
 

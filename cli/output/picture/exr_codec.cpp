@@ -81,7 +81,7 @@ Imf::Header header_of(const Image& image, const ImageMetadata& metadata, const C
                       bool fast) {
   Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
   header.compression() = fast ? Imf::NO_COMPRESSION : Imf::ZIP_COMPRESSION;
-  // x and y of red, green, blue and white (D65), Rec. ITU-R BT.709: sRGB's, too.
+  // x and y of red, green, blue and white (D65), Rec. ITU-R BT.709; sRGB has the same.
   Imf::addChromaticities(header,
                          {{0.64F, 0.33F}, {0.30F, 0.60F}, {0.15F, 0.06F}, {0.3127F, 0.3290F}});
   for (const char* name : rgb_names) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
