@@ -255,11 +255,12 @@ std::vector<std::uint32_t> depths_of(std::uint32_t base_depth) {
   return {depths.begin(), depths.end()};
 }
 
-Sweep plan_sweep(const RenderSettings& base, const std::vector<RenderSettings>& also,
+Sweep plan_sweep(const RenderSettings& base, const std::vector<Boxed<RenderSettings>>& also,
                  const Pilot& pilot, double seconds) {
   Planner planner(base, pilot, seconds);
   planner.add(VariedSetting::scene, base, base.samples_per_pixel);
-  for (const RenderSettings& settings : also) {
+  for (const Boxed<RenderSettings>& boxed : also) {
+    const RenderSettings& settings = *boxed;
     const auto speed = pilot.other_speeds.find(settings.accelerator);
     planner.add(VariedSetting::also, settings, samples_of(settings, pilot),
                 speed == pilot.other_speeds.end() ? 0 : speed->second);
