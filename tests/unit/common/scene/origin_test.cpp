@@ -43,7 +43,7 @@ TEST_CASE("where a scene lies does not change its picture by more than noise") {
   const Scene here = small_scene();
   const Scene there = moved(here, {1 << 20, 0, 0});
   const RenderSettings settings = small_settings(here);
-  CHECK(resolve_settings(requirements_of(there), {}).settings.precision == settings.precision);
+  CHECK(resolve_settings(requirements_of(there), {}).settings->precision == settings.precision);
   const auto mean = [&settings](const Scene& scene) {
     const auto tracer = make_path_tracer(scene, settings);
     std::uint64_t sum = 0;
