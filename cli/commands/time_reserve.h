@@ -22,8 +22,8 @@ struct TimeShare {
   /// Seconds of the limit before this share, and after the last one.
   double elsewhere = 0;
 
-  // Each flag is set when a line on stderr has reported its fact. Later pictures of the command do
-  // not report that fact again.
+  // Each flag is set when the first picture leaves the step out; a line on stderr then says so.
+  // Later pictures of the command leave the step out, too, without a line.
   bool without_denoising = false;  ///< there is no time for denoising
   bool without_channels = false;   ///< there is no time for tracing extra channels, such as depth
   bool without_time = false;  ///< there is no time for tracing: as little as possible is traced
