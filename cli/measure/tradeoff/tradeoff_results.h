@@ -13,7 +13,8 @@
 
 namespace parray::tradeoff {
 
-/// How the error of one family falls with samples.
+/// How the error of one family falls with samples. A family has one sampler and one way to place
+/// samples, with or without denoising: see Families.
 struct Convergence {
   std::string name;             ///< "independent", "sobol, adaptive, denoised"
   std::optional<PowerLaw> mse;  ///< as a function of samples per pixel
@@ -52,8 +53,8 @@ struct TradeoffResults {
   std::vector<FarmFront> farms;  ///< modelled
   double reference_samples = 0;
   double reference_rmse = 0;
-  std::vector<std::string> left_out;  ///< canonical forms
-  std::vector<std::string> notes;     ///< sentences about what is limited
+  std::vector<std::string> left_out;  ///< settings that were not measured, by options_of()
+  std::vector<std::string> notes;     ///< sentences about limits of these results
   std::string answer;
   nlohmann::json answer_facts;
 };
