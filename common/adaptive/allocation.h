@@ -9,9 +9,9 @@
 
 namespace parray::adaptive {
 
-/// Computes where further samples of a picture help most, from the noise around each pixel. Of a
-/// pixel's own samples it uses only their number. If their values decided how many samples follow,
-/// the pixel's mean would be biased.
+/// Computes where further samples of a picture help most, from the noise around each pixel. To
+/// place samples, it uses only the number of a pixel's own samples. If their values decided how
+/// many samples follow, the pixel's mean would be biased.
 ///
 /// For the least mean square error, a pixel's count is proportional to the standard deviation of
 /// its samples (Neyman, "On the two different aspects of the representative method", 1934). For

@@ -26,7 +26,7 @@ struct RefereeCase {
   Boxed<RenderSettings> settings;
   std::uint64_t memory = 0;         ///< estimated bytes that the referee needs for scene and tree
   std::uint64_t cells_at_once = 1;  ///< most cells of one question
-  /// Machine_key() of the machine whose bits differ from merged cells; 0: a check.
+  /// The machine_key() of the machine whose bits differ from merged cells; 0: a check.
   std::uint64_t claimant = 0;
   std::vector<std::uint64_t> cells;   ///< cells that are not decided yet, ascending
   std::vector<std::uint64_t> claims;  ///< the claimant's digest of each cell; empty for a check

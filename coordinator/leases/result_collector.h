@@ -11,8 +11,8 @@
 
 namespace parray::coordinator {
 
-/// A number for a tracer: a machine of a farm, or a rank of an mpirun. It is the same in all
-/// processes: see machine_key() and tracer_key().
+/// A number for a tracer: a machine or a worker process of a farm, or a rank of an mpirun. It is
+/// the same in all processes: see machine_key() and tracer_key().
 using TracerKey = std::uint64_t;
 
 /// Collects the results of a pass, of a farm or of MPI ranks. Merges new cells, compares repeated

@@ -22,12 +22,12 @@ struct Convergence {
       0;  ///< MSE of independent samples divided by this MSE, in the same time; 0: unknown
 };
 
-/// How often intervals hold.
+/// How often confidence intervals hold, which means that they contain the true value.
 struct Calibration {
-  std::string name;            ///< "all", "sobol"
-  ByLevel pixels{};            ///< shares, over all pixels, channels and runs
+  std::string name;  ///< "all", "sobol"
+  ByLevel pixels{};  ///< shares of intervals that hold, over all pixels, channels and runs
   std::size_t pixel_runs = 0;  ///< 0 for denoised pictures
-  ByLevel pictures{};          ///< shares of intervals of the RMSE
+  ByLevel pictures{};          ///< shares of runs whose interval of the RMSE holds
   std::size_t runs = 0;
 };
 
@@ -72,9 +72,9 @@ std::vector<Calibration> calibration_of(const std::vector<Row>& rows);
 
 // Tables with a header. The plots read them: names have no commas.
 std::string csv_of(const TradeoffResults& results);
-/// The modelled fronts.
+/// Returns the table of the modelled Pareto fronts of farms.
 std::string farms_csv_of(const TradeoffResults& results);
-/// How often intervals hold.
+/// Returns the table of Calibration: how often confidence intervals hold.
 std::string intervals_csv_of(const TradeoffResults& results);
 nlohmann::json json_of(const TradeoffResults& results);
 /// Returns the tables for people, without the answer.
