@@ -9,7 +9,7 @@ namespace parray::scene {
 
 /// The choices that settings.h names. They have a header of their own because they seldom change
 /// and many sources use them. `automatic` stands for a choice that resolve_settings() makes, except
-/// for Isa. "Wire values" are numbers in messages and files, which must not change.
+/// for Isa. "Wire values" are numbers that messages or files may contain: do not change them.
 
 /// Precision of tracing. f32: single; f64: double; mixed: paths in double, spheres stored in
 /// single.
