@@ -9,9 +9,9 @@
 namespace parray::proto {
 
 /// Chooses among the addresses of a coordinator: the primary and its standbys. It begins with the
-/// first address. It moves on to the next one, round and round, if a message has had no answer for
-/// 5 s plus the time for its bytes at 10 MB/s. A whole round without an answer doubles the
-/// patience, up to 80 s, so that slow answers are heard in the end.
+/// first address. It moves on to the next one, and after the last to the first, if a message has
+/// had no answer for 5 s plus the time for its bytes at 10 MB/s. Each whole round without an answer
+/// doubles this time, up to 80 s, so that a slow coordinator is heard in the end.
 class AddressList {
  public:
   /// `text` holds addresses separated by commas. Throws InputError if an address is empty or occurs
@@ -21,6 +21,7 @@ class AddressList {
   [[nodiscard]] const std::vector<std::string>& all() const { return addresses_; }
   [[nodiscard]] const std::string& current() const { return addresses_[current_]; }
 
+  /// Notes that a message of `bytes` bytes was sent, which should be answered.
   void sent(Time now, std::size_t bytes);
   void heard();  ///< notes that a message has arrived
   /// Moves on to the next address if the current one has been silent for too long. Returns false if

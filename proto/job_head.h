@@ -18,11 +18,11 @@ inline constexpr std::size_t max_line = 2000;
 struct JobHead {
   std::string name;  ///< name for people: that of the scene file
   std::uint32_t priority = 50;
-  Boxed<RenderSettings> settings;  ///< resolved: nothing automatic
+  Boxed<RenderSettings> settings;  ///< resolved: no value is `automatic`, except perhaps `isa`
   std::string precision_reason;
   double load_seconds = 0;
-  /// The part of a time limit for loading and writing, if these count. It is not available to the
-  /// coordinator.
+  /// Seconds of the time limit that the client itself needs, for example for loading and writing.
+  /// The coordinator does not use them.
   double reserved_seconds = 0;
   std::uint64_t duplicates_removed = 0;  ///< spheres of the scene file that the scene leaves out
   std::uint32_t max_failures = 0;        ///< 0: the coordinator's own setting

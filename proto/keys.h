@@ -30,7 +30,7 @@ enum class Role : std::uint8_t {
   worker,  ///< trace
   client,  ///< submit and look at jobs, control its own jobs
   admin,   ///< everything that clients may do, with all jobs
-  any,     ///< everything: the farm has no keys
+  any,     ///< everything: the farm has no keys, so the sender is unknown
 };
 std::string_view name_of(Role role);
 
@@ -40,7 +40,8 @@ struct Sender {
   std::string name;       ///< name of the key; empty without keys
   double share = 1;       ///< share of the farm, relative to other users' shares
   std::string address{};  ///< address of its machine as this side sees it; empty: unknown
-  bool ours = false;      ///< runs on this machine under this process's user: verified
+  /// The kernel says that it runs on this machine, under this process's user.
+  bool ours = false;
 };
 
 /// The name of the key that all workers may share. It does not distinguish machines.
@@ -51,8 +52,8 @@ inline constexpr double least_share = 0.001;
 inline constexpr double largest_share = 1000;
 
 struct KeyPair {
-  std::string open;
-  std::string secret;
+  std::string open;    ///< public key
+  std::string secret;  ///< secret key
 };
 /// Makes a pair of keys. Throws RunError if ZeroMQ has no CURVE.
 KeyPair make_key_pair();
@@ -77,8 +78,7 @@ void remove_member_key(const std::filesystem::path& directory, const std::string
 
 /// Reads DIR/coordinator.key. Throws InputError.
 KeyPair read_coordinator_key(const std::filesystem::path& directory);
-/// Reads a key file, or NAME.key in a directory: the owner of the directory has all keys. Throws
-/// InputError.
+/// Reads the key file `path`. If `path` is a directory, reads `name`.key in it. Throws InputError.
 MemberKey read_member_key(const std::filesystem::path& path, const std::string& name);
 
 /// Throws InputError with the remedy if group or others can write the file or directory `path`.
@@ -93,7 +93,7 @@ class AllowList {
   explicit AllowList(const std::filesystem::path& directory);
 
   /// Returns the owner of a key; nothing if the key is not on the list. While the file cannot be
-  /// read, or others can write it, its last valid content counts.
+  /// read, or others can write it, the content that was read before counts.
   [[nodiscard]] std::optional<Sender> find(Time now, const std::string& open_key);
   /// Does the same by the name of the key.
   [[nodiscard]] std::optional<Sender> find_name(Time now, const std::string& name);

@@ -10,9 +10,10 @@
 
 namespace parray::proto {
 
-/// The id of a peer of a link. For workers and clients the coordinator's id is empty. Workers have
-/// ids for each other, too. A worker that asks gets an id that is only used for the answers. A
-/// worker that is asked has the id from peer_at().
+/// Identifies a peer of a link. For a worker or a client, the coordinator is the peer with the
+/// empty id. Workers are peers of each other, too, because they share scenes. The worker that asks
+/// another one identifies it by peer_at(). The other one identifies the asker by an id that serves
+/// only for the answers.
 using PeerId = std::string;
 
 /// Returns the id of the worker that listens at `address`, tcp://ADDRESS:PORT, and owns the public
@@ -54,7 +55,8 @@ class Link {
  public:
   virtual ~Link() = default;
 
-  /// Prepares a message for sending on this link, once or several times.
+  /// Prepares a message for sending on this link, once or several times: encodes it if the link
+  /// needs that.
   [[nodiscard]] virtual Envelope seal(Message message) const;
 
   /// Hands a message over for delivery. Returns false if the peer is unknown or its queue is full;

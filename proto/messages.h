@@ -22,8 +22,8 @@ namespace parray::proto {
 
 inline constexpr std::uint32_t protocol_version = 6;
 
-/// Increase it with every change to the bits of a picture, and to the number of samples of a pixel.
-/// Then renew the shipped pictures with scenes/pictures/renew.
+/// Version of the bits of pictures. Increase it with every change to the bits of a picture, and to
+/// the number of samples of a pixel. Then renew the shipped pictures with scenes/pictures/renew.
 inline constexpr std::uint32_t trace_version = 5;
 
 namespace msg {
@@ -64,11 +64,11 @@ struct Grant {
   /// Seconds of tracing after which the worker returns the cells traced so far; 0: no limit.
   double longest = 0;
 };
-/// Value of `failed` if the worker accepts only the coordinator as its source.
+/// Value of NeedScene::failed by which a worker asks for the coordinator itself as the source.
 inline constexpr std::uint32_t every_source = 1000;
 struct NeedScene {
   std::string scene;
-  std::uint32_t failed = 0;  ///< number of sources that failed
+  std::uint32_t failed = 0;  ///< number of sources (other workers) that failed
 };
 struct SceneSource {
   std::string scene;
@@ -143,7 +143,8 @@ struct ListJobs {
   std::uint64_t request = 0;
   std::uint64_t before = 0;           ///< lists only jobs with lower numbers; 0: all
   std::uint32_t limit = most_listed;  ///< lists only so many of the newest jobs
-  std::string states{};               ///< names separated by commas; empty: any
+  /// States of the jobs, separated by commas; empty: all states.
+  std::string states{};
 };
 struct Jobs {
   std::uint64_t request = 0;

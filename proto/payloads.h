@@ -17,15 +17,15 @@
 /// objects themselves, and nothing is encoded. Copies share their content. Thread-safe.
 namespace parray::proto {
 
-/// The bulk frame of a message as received. The code that opens it verifies the checksum, because
-/// that takes time.
+/// The bulk frame (large second frame) of a message, as received. Nothing has compared its checksum
+/// yet, because that takes time: verified() does.
 struct Bulk {
   Frame data;
   std::uint64_t checksum = 0;
 
   /// Returns the bytes. Throws ChecksumError if the checksum is wrong.
   [[nodiscard]] std::string_view verified() const;
-  /// Makes a bulk frame from this process's own bytes.
+  /// Make a bulk frame with its checksum from bytes of this process.
   static Bulk of(std::string bytes);
   static Bulk of(Frame bytes);
 };

@@ -8,32 +8,37 @@
 
 #include "proto/keys.h"
 
-/// Tokens identify a farm's users over HTTP. DIR/tokens has one line "NAME SHA-256" per token. A
-/// token is 256 random bits, so its hash reveals nothing.
+/// Tokens identify a farm's users over HTTP. DIR, below `directory`, is the directory with the keys
+/// of the farm (keys.h). DIR/tokens has one line "NAME SHA-256" per token. A token is 256 random
+/// bits, so its hash reveals nothing. "Others" are the group of a file and all other users of its
+/// machine.
 namespace parray::proto {
 
-/// Makes a new token for NAME and replaces the old one; the token cannot be read again later.
-/// Throws InputError unless NAME is a client or an administrator of the farm with its keys in
-/// `directory`.
+/// Returns a new token for the user `name` and writes its hash to DIR/tokens, in place of an older
+/// one. The token itself is not stored and cannot be read again. Throws InputError unless
+/// DIR/allowed has `name` as a client or an administrator, or if others can write the lists. Throws
+/// RunError if DIR/tokens cannot be written.
 std::string make_token(const std::filesystem::path& directory, const std::string& name);
 
-/// Removes the token of NAME if it has one. Throws InputError, RunError.
+/// Removes the token of the user `name`. Does nothing if the user has none. Throws InputError if
+/// others can write DIR/tokens, RunError if it cannot be written.
 void remove_token(const std::filesystem::path& directory, const std::string& name);
 
-/// Throws InputError if the lists in DIR cannot be read or others can write them. A running
-/// coordinator then uses their last valid content.
+/// Checks DIR/allowed and DIR/tokens. Throws InputError if DIR/allowed cannot be read, or if others
+/// can write one of the two files or DIR. (Without this check, a running coordinator would silently
+/// continue with the last valid content that it has read.)
 void check_key_lists(const std::filesystem::path& directory);
 
 /// The content of DIR/tokens and DIR/allowed. A lookup reads them again if the last reading is a
 /// second old. A user who is removed from DIR/allowed has no token either. While others can write a
-/// file, its last valid content counts. Not thread-safe.
+/// file, the content that was read before counts. Not thread-safe.
 class TokenList {
  public:
-  /// Throws InputError.
+  /// Throws InputError as check_key_lists() does.
   explicit TokenList(const std::filesystem::path& directory);
 
-  /// Returns the owner of the token; nothing if there is none. The time does not depend on the
-  /// token.
+  /// Returns the owner of `token`; nothing if no allowed user has it. The call takes equally long
+  /// for all wrong tokens, so that its duration does not help to guess one.
   [[nodiscard]] std::optional<Sender> find(Time now, const std::string& token);
 
  private:

@@ -9,8 +9,8 @@
 
 namespace parray::proto {
 
-/// Memory of one rank that every rank can access without that rank's help. Tests replace MPI by
-/// other windows. PROTOCOL.md, "The window", describes layout and use.
+/// The window: memory of one rank that every rank can access without that rank's help. Tests
+/// replace MPI by other windows. PROTOCOL.md, "The window", describes layout and use.
 ///
 /// A word has 64 bits and is addressed by its index. Operations on words are atomic. The owner of
 /// the memory sees the data of a put() before it sees any later operation of the same rank. Not
@@ -72,9 +72,9 @@ class RequestWindow final : public Window {
 std::uint64_t perform(const WindowRequest& request, std::span<std::byte> memory,
                       const std::function<void(std::span<std::byte> bytes)>& receive);
 
-/// The division of ranks into groups. Each group has a ledger with a part of a pass's cells, from
-/// which it takes weighted leases. The ledger is in the memory of one rank, its keeper. A single
-/// ledger is in the memory of rank 0.
+/// Divides ranks into groups. Each group has a ledger: the counters by which its ranks take
+/// weighted leases from a part of a pass's cells. The ledger is in the memory of one rank, its
+/// keeper. If there is only one ledger, rank 0 keeps it.
 class Ledgers {
  public:
   /// Default number of ranks of a group: about as many as the memory of one rank can serve.
@@ -89,7 +89,8 @@ class Ledgers {
   /// Returns the ledger of the group of `rank`.
   [[nodiscard]] std::uint32_t home(std::uint32_t rank) const;
   [[nodiscard]] bool is_keeper(std::uint32_t rank) const { return keeper(home(rank)) == rank; }
-  /// Returns the part of a ledger in the places [0, total).
+  /// Returns the part of the places [0, total) that belongs to a ledger. Places count the missing
+  /// cells of a pass.
   [[nodiscard]] CellRange part(std::uint32_t ledger, std::uint64_t total) const;
 
  private:

@@ -18,10 +18,10 @@ inline constexpr std::size_t default_max_message_bytes = std::size_t{1} << 30;
 /// tcp://localhost:*, ipc://*.
 bool is_loopback(const std::string& endpoint);
 
-/// The peers that a server with keys admits.
+/// Which peers a server with keys admits.
 enum class Admits : std::uint8_t {
-  members,  ///< the keys on the list
-  itself,   ///< the coordinator's own key
+  members,  ///< the owners of the keys in DIR/allowed
+  itself,   ///< only the owner of the coordinator's own key
 };
 
 /// A ROUTER bound to `endpoint` (tcp://ADDRESS:PORT, port * for a free one; ipc://PATH). With

@@ -15,15 +15,17 @@ struct ZmqMeshOptions {
   std::size_t max_message_bytes = 0;
   Time linger = seconds(1);        ///< for messages that the coordinator has not received yet
   std::optional<MemberKey> key{};  ///< key for the coordinator
+  /// Whether this worker shares scenes with others: opens a port and asks them.
   bool sharing = true;
 };
 
-/// The connections of a worker: to the coordinator, with an empty id, and to other workers, with
-/// which it shares scenes. It encrypts shared chunks with a key made for this process. The
-/// coordinator tells workers this public key. Only they can be sure of the worker's identity, but
-/// everyone may ask.
+/// The connections of a worker: to the coordinator, which has the empty id, and to other workers,
+/// with which it shares scenes. For sharing, the process makes a pair of keys. The coordinator
+/// tells the other workers the public key. With it they can be sure that they talk to this worker,
+/// and all chunks are encrypted. This worker answers everyone who connects.
 ///
-/// It keeps one connection to a worker that it asks: a message to another worker closes it.
+/// The worker asks one other worker at a time: send() to another one closes the connection to the
+/// previous one.
 class ZmqMesh final : public Link {
  public:
   /// Throws InputError if the coordinator's address is invalid.

@@ -17,7 +17,7 @@ namespace parray::proto {
 /// A socket that carries messages: a ROUTER with peers that have ids, or a DEALER. Not thread-safe.
 class ZmqSocket {
  public:
-  /// Returns the sender that owns a key; null: the connection has no key.
+  /// Returns the sender that owns the public key `key`; `key` null: the connection has no key.
   using Identify = std::function<Sender(const char* key)>;
 
   /// `linger` is the time that unsent messages outlive the socket.

@@ -23,8 +23,8 @@ class AutoSceneOptions {
 
   [[nodiscard]] bool has_view() const { return view_.has_value(); }
   void look_from(View view) { view_ = view; }
-  /// The picture will contain the particles' cell if `wanted` is true when the scene is made.
-  /// `wanted` must not move.
+  /// Notes where to read, when the scene is made, whether the picture must contain the whole cell
+  /// of the particles (the periodic box of a simulation). `wanted` must not move until then.
   void frame_cell(const bool& wanted) { whole_cell_ = &wanted; }
 
  private:
@@ -40,7 +40,7 @@ class ViewOptions {
  public:
   void add_to(Command& command);
 
-  /// Takes the value from a recipe instead of from the scene.
+  /// Makes transparent() return this value, from a recipe, instead of the scene's.
   void follow(bool transparent) { followed_ = transparent; }
 
   /// Returns whether the background is transparent. `of_scene`: the scene's value.

@@ -4,7 +4,8 @@
 #include "common/process/run_main.h"
 
 /// The commands of `parray`, one file each. An add function declares its subcommand and options.
-/// After parsing, `chosen` runs the command that the user named.
+/// After parsing, `chosen` runs the command that the user named; it is empty if the user named
+/// none. `line` and `chosen` must outlive the parsing.
 namespace parray::commands {
 
 void add_render(CommandLine& line, Action& chosen);

@@ -22,8 +22,8 @@ class FarmOptions {
   std::string keys_;
 };
 
-/// A client of the coordinator at an address, over ZeroMQ. After a deferred signal its requests
-/// throw Interrupted.
+/// A client of the coordinator at an address, over ZeroMQ. After the user's interrupt, a request
+/// that waits throws Interrupted.
 class FarmClient {
  public:
   /// Throws InputError for a wrong address or key. Does not wait for the coordinator.

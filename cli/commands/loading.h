@@ -9,10 +9,10 @@
 
 namespace parray::commands {
 
-/// Changes for one frame of a series. By default none.
+/// Changes of the scene for one frame of a series. Empty: no change.
 struct FrameChange {
-  /// The frame to read from particle files with several frames. Files whose frame the scene names
-  /// keep it.
+  /// The frame to read from particle files with several frames. It does not apply to files for
+  /// which the scene itself names a frame.
   std::optional<std::uint64_t> particles{};
   std::optional<Camera> camera{};
 };

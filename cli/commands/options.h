@@ -69,8 +69,9 @@ class RenderOptions {
   [[nodiscard]] bool has_size() const {
     return keys_.contains("width") || keys_.contains("height");
   }
-  /// Sets the width of the picture if --width is absent, and its height in proportion if --height
-  /// is absent.
+  /// Notes the width that follows from the size in print. over() uses it if --width is absent. If
+  /// --height is absent, too, over() scales the height in proportion. Nothing: there is no such
+  /// width.
   void print_width(std::optional<std::uint32_t> width) { print_width_ = width; }
   /// Declares all options except the number of samples, for commands that determine it.
   void add_without_samples_to(Command& command);
@@ -91,8 +92,8 @@ class RenderOptions {
   /// Returns the sampler of --sampler. Empty: the scene's.
   [[nodiscard]] std::optional<Sampler> sampler() const;
 
-  /// Returns the given options that determine the picture, as text. Equal commands have equal
-  /// texts.
+  /// Returns the options that the user gave and that determine the picture, as a text. Two commands
+  /// with the same such options have equal texts.
   [[nodiscard]] std::string as_given() const;
   /// Returns the scene's settings, replaced by the options that are given. Throws InputError, which
   /// names the options, if the result is impossible.

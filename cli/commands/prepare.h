@@ -53,7 +53,8 @@ void require(RenderMode mode, Feature feature, const std::string& name);
 /// A loaded scene, ready for submission.
 struct LoadedSubmission {
   Submission submission;
-  SceneFile rest;               ///< the result of the reader; its scene only has the camera
+  /// What else the scene file contains; of its scene only the camera is left.
+  SceneFile rest;
   std::string original_sha256;  ///< image_sha256 of the picture of --like; empty: no --like
 };
 
@@ -63,7 +64,7 @@ LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
                                  const RenderOptions& options, std::uint32_t priority,
                                  const FrameChange& change = {});
 
-/// The request of a command line. The references outlive it.
+/// The request of a command line. The objects behind the references must outlive it.
 struct RenderRequest {
   RenderMode mode;
   const std::string& scene;
@@ -81,16 +82,17 @@ void check_request(const RenderRequest& request);
 /// A render of one picture, ready for submission.
 struct PreparedRender {
   Submission submission;
-  OutputPaths outputs;  ///< by the options and the scene
+  OutputPaths outputs;  ///< output files and steps, by the options and by the scene
   ExtraChannels extra;
 };
 
 /// Checks the request, its output files and its viewer, then loads the scene. Throws InputError.
 PreparedRender prepare(const RenderRequest& request);
 
-/// Reserves the part of a time limit that the command itself needs, besides the coordinator.
-/// `elapsed`: seconds of the limit that have passed. Leaves out denoising, and then extra channels,
-/// if they do not fit, and prints a line on stderr for each. Does nothing without a limit.
+/// Reserves the part of a time limit that the command needs besides tracing and besides the
+/// coordinator: sets submission.reserved_seconds. `elapsed` returns the seconds of the limit that
+/// have passed. If denoising, and then extra channels, do not fit, leaves them out and prints a
+/// line on stderr for each. Does nothing without a limit.
 void reserve_time(PreparedRender& render, std::function<double()> elapsed);
 
 /// Throws InputError unless this machine has the instruction set.

@@ -38,8 +38,8 @@ std::string name_of(const ParticleFile& file);
 /// Return the progress of a job, "43 %", and its remaining time, "12 s". Empty: unknown.
 std::string progress_cell(const JobStatus& job);
 std::string left_cell(const JobStatus& job);
-/// Returns the RMSE of a job that has ended. For a running job, returns how close it is to its
-/// target: "error 0.021 of 0.01".
+/// Returns the RMSE of a job that has ended. For a running job, returns its present error and its
+/// target: "error 0.021 of 0.01". Empty: unknown.
 std::string error_cell(const JobStatus& job);
 
 /// Joins words into a line that a POSIX shell splits into the same words.

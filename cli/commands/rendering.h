@@ -15,8 +15,8 @@ namespace parray::commands {
 /// Options for a client of a farm in this process.
 Client::Options embedded_client(const EmbeddedFarm& farm);
 
-/// Stops the farm after an interruption. If a thread of the farm is in a step that cannot be
-/// stopped, ends the process, which loses nothing: the farm keeps no files.
+/// Stops the farm after an interrupt of the user. If a thread of the farm is in a step that cannot
+/// be stopped, ends the process. Nothing is lost then, because this farm keeps no files.
 void stop_interrupted(EmbeddedFarm& farm);
 
 /// Runs the command of --on-end in the shell and waits for it; does nothing if `command` is empty.

@@ -21,7 +21,7 @@ struct SeriesRequest {
   std::uint32_t priority = 50;
   std::uint32_t max_failures = 0;
   bool wait = false;
-  ProgressOptions following;  ///< without preview; `on_end` runs when all frames have ended
+  ProgressOptions following;  ///< `preview` is empty; `on_end` runs when all frames have ended
 };
 
 /// Throws InputError unless the name of each output contains the frame's number.

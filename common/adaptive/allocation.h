@@ -9,27 +9,30 @@
 
 namespace parray::adaptive {
 
-/// Computes where further samples of a picture help most, from the noise around each pixel. A
-/// pixel's own samples count only through their number. If their values decided how many samples
-/// follow, the pixel's mean would be biased.
+/// Computes where further samples of a picture help most, from the noise around each pixel. To
+/// place samples, it uses only the number of a pixel's own samples. If their values decided how
+/// many samples follow, the pixel's mean would be biased.
 ///
 /// For the least mean square error, a pixel's count is proportional to the standard deviation of
 /// its samples (Neyman, "On the two different aspects of the representative method", 1934). For
 /// equal half-widths, the count is proportional to their variance.
 class Allocation {
  public:
-  /// Reads every `stride`-th row of `state`. Each pixel must have at least 2 samples. Below, "all
-  /// pixels" means the pixels of these rows. With a stride of 2 or more, only the 8 neighbours of a
-  /// pixel stand for its surroundings. That is accurate enough to predict the effect of more
-  /// samples, but not to place them.
+  /// `equal_half_widths`: places samples so that all pixels get equal half-widths of their
+  /// confidence intervals; otherwise so that the mean square error is least. Reads every
+  /// `stride`-th row of `state`. Each pixel must have at least 2 samples. Below, "all pixels" means
+  /// the pixels of these rows. With a stride of 2 or more, only the 8 neighbours of a pixel stand
+  /// for its surroundings. That is accurate enough to predict the effect of more samples, but not
+  /// to place them.
   Allocation(const FramebufferView& state, bool equal_half_widths, std::size_t stride = 1);
 
+  /// Returns the present counts with the weights by which further samples are placed.
   [[nodiscard]] SampleShares shares() const { return {counts_, weights_}; }
   [[nodiscard]] const std::vector<float>& weights() const { return weights_; }  ///< of shares()
 
   /// Return the total number of samples, over all pixels, that is expected to reduce an error to
   /// `share` of its present value, 0 < share < 1. The error is the mean square error, or the square
-  /// of the half-width that 99 % of the pixels stay within.
+  /// of the largest half-width of the 99 % of the pixels with the smallest half-widths.
   [[nodiscard]] double total_for_square_error(double share) const;
   [[nodiscard]] double total_for_square_half_width(double share) const;
   /// Returns the inverse: the share of the present mean square error that is expected to remain
@@ -37,25 +40,27 @@ class Allocation {
   /// error.
   [[nodiscard]] double share_of_square_error(double total) const;
 
-  /// Returns the cost of reducing the mean square error to `share` of its present value, relative
-  /// to equal numbers of samples for all pixels. Cost is counted in rays. All pixels must have
-  /// equal numbers of samples now. `rays` is the average number of rays per sample so far. A sample
-  /// of a pixel without noise, which sees the sky, counts as one ray.
+  /// Returns the cost of reducing the mean square error to `share` of its present value, divided by
+  /// the cost of the same reduction with equal numbers of samples for all pixels. Cost is counted
+  /// in rays. All pixels must have equal numbers of samples now. `rays` is the average number of
+  /// rays per sample so far. A sample of a pixel without noise, which sees the sky, counts as one
+  /// ray.
   [[nodiscard]] double relative_cost(double share, double rays) const;
 
  private:
-  /// Returns the sum of the expected square errors of all pixels and channels at a level of
-  /// shares().
+  /// Returns the sum of the expected square errors of all pixels and channels if the pixels have
+  /// the samples of this level: see SampleShares::count_at().
   [[nodiscard]] double square_error_at(double level) const;
   [[nodiscard]] double level_for_square_error(double share) const;
 
   std::vector<std::uint32_t> counts_;
-  std::vector<float> weights_;  ///< of squares or of their roots, in units of the largest radiance
-  /// Mean square error times count of each pixel, from its own variance, in the same unit. A single
-  /// value says little. Their sum is right, because the weights hardly depend on the pixels' own
-  /// luck.
+  /// Variance around each pixel (equal half-widths) or its root, in units of the largest radiance.
+  std::vector<float> weights_;
+  /// Mean square error times count of each pixel, from its own variance, in the same unit. The
+  /// value of one pixel is very uncertain. The sum over all pixels is accurate, because the weights
+  /// hardly depend on the chance errors of the pixels themselves.
   std::vector<float> squares_;
-  std::vector<char> quiet_;  ///< 1 for pixels with next to no noise
+  std::vector<char> quiet_;  ///< 1: the pixel has almost no noise, as where it sees only the sky
 };
 
 /// Returns whether adaptive placement of the next samples saves clearly more than it costs. All

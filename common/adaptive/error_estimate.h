@@ -11,12 +11,12 @@ namespace parray::adaptive {
 /// samples.
 struct ErrorFigures {
   /// Root mean square error over pixels and channels, in linear radiance. `low` and `high` bound
-  /// its 95 % confidence interval. All three are negative if unknown (a pixel has fewer than 2
-  /// samples).
+  /// its 95 % confidence interval. All three are negative if they are unknown, because a pixel has
+  /// fewer than 2 samples.
   double rmse = -1;
   double low = -1;
   double high = -1;
-  /// Median and 99th percentile of the half-widths of all pixels and channels.
+  /// Median and 99th percentile of the half-widths of all pixels and channels; negative: unknown.
   double half_width_p50 = -1;
   double half_width_p99 = -1;
 
@@ -31,7 +31,8 @@ struct ErrorEstimate : ErrorFigures {
 
 /// Estimates the error from the differences of each pixel's two replicates, with any sampler. See
 /// common/image/pixel_sums.h and, for the half-widths, common/adaptive/noise_model.h. `high`
-/// includes light that no sample has shown, by the rule of three. Non-finite samples count as
+/// includes light that no sample has shown, by the rule of three: an event that none of n samples
+/// showed has, with 95 % confidence, a probability of at most 3 / n. Non-finite samples count as
 /// black. The result depends on the arguments alone and has the same bits on every machine. With
 /// `stride` > 1 only every `stride`-th row is read: the interval is wider, and the half-widths are
 /// those of these rows.

@@ -10,7 +10,7 @@
 
 namespace parray::adaptive {
 
-/// Half-width of the 95 % interval of a standard normal distribution.
+/// Half-width of the 95 % confidence interval for a standard normal distribution.
 inline constexpr double normal_95 = 1.959964;
 
 /// A NoiseModel's forecast for the pixels of a row, 3 values per pixel: mean square errors and
@@ -23,11 +23,14 @@ struct NoiseForecast {
   std::vector<double> half_width;  ///< squared half-width, from the surroundings
 };
 
-/// Returns the square of the half-width of the 95 % confidence interval: the mean of two squares,
-/// and at least 0.8 of the second. The first (`by_around`) comes from the variance around the pixel
-/// and covers 95 % of the pixels with such surroundings. It cannot be misled by a pixel that missed
-/// its rare bright samples, but by a pixel that differs from its surroundings. The second comes
-/// from the pixel's own mean square error (`own_square`), and the reverse holds for it.
+/// Returns the square of the half-width of a pixel's 95 % confidence interval, from two estimates.
+/// The result is their mean, but at least 0.8 of the second estimate.
+///
+/// The first estimate is `by_around`, a squared half-width from the variance around the pixel. It
+/// covers 95 % of the pixels with such surroundings. It is right for a pixel that missed its rare
+/// bright samples, and wrong for a pixel that differs from its surroundings. The second estimate
+/// follows from `own_square`, the mean square error by the pixel's own samples. It is wrong for the
+/// former pixel and right for the latter.
 inline double half_width_square(double own_square, double by_around) {
   // A pixel much noisier than its surroundings keeps this share of its own estimate.
   constexpr double alone = 0.8;
@@ -39,12 +42,12 @@ inline double half_width_square(double own_square, double by_around) {
 void half_widths(std::span<const double> count, const NoiseForecast& forecast,
                  std::span<float> half_widths);
 
-/// Predicts the errors of pixels from the picture's replicates. The model groups pixels by the
-/// noise of their own samples and by the noise around them. The half difference (A - B) / 2 of two
-/// replicates and the error (A + B) / 2 - mu of their mean differ only in the sign of one half. So
-/// the model measures the gain of a sampler over independent samples and does not assume it. A
-/// value belongs to one pixel and channel. The constructor adds all values before the first
-/// forecast.
+/// Predicts the errors of pixels from the picture's replicates: the means A of the even and B of
+/// the odd samples. The model groups pixels by the noise of their own samples and by the noise
+/// around them. The error of a pixel is (A + B) / 2 - mu, where mu is the true value. It differs
+/// from the known half difference (A - B) / 2 only in the sign of the error of B. So the model
+/// measures how much better than independent samples a sampler is, and does not assume it. A value
+/// belongs to one pixel and channel. The constructor reads all values before the first forecast.
 class NoiseModel {
  public:
   /// Fits the model to `state`. Each pixel must have at least 2 samples. In a large picture the
@@ -57,9 +60,11 @@ class NoiseModel {
   void predict(const NoiseNearby& row, NoiseForecast& forecast) const;
 
  private:
-  static constexpr std::size_t levels = 160;  ///< of variance, two per octave; level 0: none
-  static constexpr std::size_t ratios = 256;  ///< of |difference| / deviation, 16 per octave
-  static constexpr std::size_t kinds = 4;     ///< of surroundings, by ridge / mean
+  /// Levels of variance, two per octave; level 0: no variance.
+  static constexpr std::size_t levels = 160;
+  static constexpr std::size_t ratios = 256;  ///< bins of |difference| / deviation, 16 per octave
+  /// Kinds of surroundings, by ridge / mean: see NeighbourhoodRow.
+  static constexpr std::size_t kinds = 4;
   static constexpr std::size_t places = kinds * levels;
   struct Around {
     std::array<std::uint32_t, ratios> found{};

@@ -18,7 +18,7 @@ struct PassTimes {
   double total = 0;     ///< including all work before and after tracing
   double pass = 0;      ///< tracing of the latest pass; 0: unknown
   double deciding = 0;  ///< estimated time to decide on the next pass
-  double stating = 0;   ///< estimating the picture's error at the end
+  double stating = 0;   ///< time to estimate the error of the finished picture
 };
 
 /// Decides what each pass of one picture adds, from the sums of the previous passes. A picture
@@ -37,7 +37,8 @@ class PassController {
   /// nothing if the picture is complete; the first call always returns a pass.
   std::optional<Pass> next(const Framebuffer& framebuffer, const PassTimes& times = {});
 
-  /// Marks the samples now in `framebuffer` as traced before the time that PassTimes::pass counts.
+  /// Notes the samples now in `framebuffer` as older than the time in PassTimes::pass. The speed of
+  /// the latest pass is computed from the samples after this call.
   void begin_timing(const Framebuffer& framebuffer) {
     samples_before_ = framebuffer.counts().samples;
   }

@@ -39,26 +39,28 @@ inline constexpr std::uint64_t first_samples = 8;
 /// Samples per pixel from which the noise is known well enough to place further samples by it. The
 /// first pass of a picture without a target that could be met earlier has that many, too.
 inline constexpr std::uint64_t pilot_samples = 32;
-/// Returns the share of the present square error to aim at, where a target needs `share`, 0 < share
-/// <= 1. For evenly spread points the result assumes that the error falls with their number, not
-/// with its root. Just below powers of two the error sometimes falls that fast.
+/// Returns the share of the present square error that a pass should aim at. `share`, 0 < share <=
+/// 1, is the share that meets the target. The result is `share` for independent samples. For Sobol
+/// points it is larger: it assumes that the error falls with their number, not with its root, which
+/// is sometimes so just below powers of two.
 double share_to_go_for(double share, Sampler sampler);
-/// Returns the samples to add to `traced`, where `total` are expected to meet an RMSE target. The
-/// result includes a margin, so that the last small step does not take many passes.
+/// Returns the samples that are lacking, over all pixels. `traced`: the present number. `total`:
+/// the number that is expected to meet an RMSE target. The result includes a margin, so that the
+/// last small step does not take many passes.
 double lacking_for_error(double total, double traced);
-/// Returns the samples of the next pass, at most `lacking`. Early passes add a part to learn from.
-/// The last pass adds all that is lacking.
+/// Returns the samples of the next pass, at most `lacking`. An early pass adds only a part of
+/// `lacking`, because its samples improve the next prediction. The last pass adds all of it.
 std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced);
-/// Returns as many of `wanted` samples as the remaining time allows, in which `affordable` samples
-/// can be traced. The result is at most half of `affordable`, so that a pass that takes twice as
-/// long as the previous one still ends in time. 0: the time is up.
+/// Returns as many of `wanted` samples as the remaining time allows. `affordable`: samples that can
+/// be traced in that time. The result is at most half of `affordable`, so that a pass that takes
+/// twice as long as predicted still ends in time. 0: no time is left.
 std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint64_t affordable);
 
 /// Samples that the remaining time allows at the speed of the previous passes.
 struct Affordable {
   std::uint64_t samples = std::numeric_limits<std::uint64_t>::max();
-  /// The part of `samples` that is lost once every pixel has two samples: the estimate of the
-  /// picture's error at the end takes that long.
+  /// The part of `samples` that cannot be traced once every pixel has two samples, because the
+  /// final estimate of the picture's error takes that much time.
   std::uint64_t stating = 0;
 };
 

@@ -18,8 +18,8 @@ struct PixelNoise {
   std::array<double, 3> mean{};  ///< radiance
   /// Unbiased variance of one sample, in squared radiance; >= 0.
   std::array<double, 3> variance{};
-  /// Difference between the means of the two replicates, in radiance. It is scaled so that its mean
-  /// square equals that of the error of the pixel's mean, with any sampler.
+  /// Difference between the means of the two replicates (even and odd samples), in radiance. It is
+  /// scaled so that its mean square equals that of the error of the pixel's mean, with any sampler.
   std::array<double, 3> difference{};
 };
 
@@ -39,18 +39,19 @@ struct NoiseRow {
   std::span<const double> difference;
 };
 
-/// The noise around each pixel of a row. It does not use the pixel's own samples, because their
-/// luck would influence the decision.
+/// The noise around each pixel of a row, from the samples of other pixels. A pixel's own samples
+/// are left out: their chance errors must not influence how many samples the pixel gets.
 struct NeighbourhoodRow {
   std::span<const double> mean;  ///< mean variance; see NeighbourhoodSize
-  /// The largest variance that both of two opposite neighbours reach: high on an edge, low beside
-  /// it.
+  /// The largest variance that two opposite neighbours of the pixel both reach. It is high on an
+  /// edge in the picture, and low beside the edge.
   std::span<const double> ridge;
   // Only with NeighbourhoodSize::windows.
   std::span<const double> radiance;  ///< mean radiance of the up to 8 neighbours
-  /// The number of samples of the largest radiance that would give this variance in the 8
-  /// neighbours, if these had as many samples as the pixels of the window. It is nearly independent
-  /// of the pixel's own samples.
+  /// A number of bright samples: if so many of the 8 neighbours' samples had the largest radiance
+  /// and the others were black, the variance would be `mean`. It counts as if the neighbours had
+  /// the average number of samples of the far window. So it is nearly independent of the pixel's
+  /// own samples.
   std::span<const double> seen;
 };
 
@@ -109,11 +110,12 @@ class NoiseWindow {
 enum class NeighbourhoodSize : std::uint8_t {
   /// The 8 neighbours.
   neighbours,
-  /// The mean of the 8 neighbours, mixed with that of wider windows. The wider windows weigh as
-  /// much as the 8 may have missed. Where few bright samples are seen, an estimate from the 8 alone
-  /// is sometimes 0 and sometimes far too high. It would send samples where luck showed noise, and
-  /// so let a pixel's own luck decide its number of samples in the end. The result also does not
-  /// depend on the number of samples of the 8, for the same reason.
+  /// The mean of the 8 neighbours, mixed with that of wider windows. The fewer bright samples the
+  /// neighbours show, the larger is the weight of the wider windows. The 8 neighbours alone
+  /// sometimes give 0 and sometimes far too much, if bright samples are rare. Samples would then go
+  /// where noise was found by chance, and a pixel's own chance errors would influence its number of
+  /// samples in the end. For the same reason the result does not depend on the number of samples of
+  /// the 8 neighbours.
   windows,
 };
 
@@ -183,8 +185,8 @@ std::size_t noise_bands(std::size_t height);
 /// Rethrows an exception of one of them.
 void for_noise_bands(std::size_t height, int threads,
                      const std::function<void(const NoiseBand&)>& work);
-/// Returns the number of threads for every `stride`-th row. Few rows are read sooner than threads
-/// start.
+/// Returns the number of threads for reading every `stride`-th row; 0: as many as OpenMP gives. Few
+/// rows are read sooner than threads start.
 inline int noise_threads(std::size_t stride) { return stride > 4 ? 1 : 0; }
 
 /// Calls visit(band's number, y, NoiseNearby) for every `stride`-th row, in order within a band.

@@ -11,8 +11,8 @@
 
 namespace parray::adaptive {
 
-/// Returns whether `samples` more are so few that an adaptive picture of `traced` samples keeps its
-/// present proportions.
+/// Returns whether a pass of `samples` is small compared with the `traced` samples, below a third.
+/// An adaptive picture then keeps the present proportions of its pixels' counts.
 bool is_little(std::uint64_t samples, std::uint64_t traced);
 
 /// Weights of SampleShares that a placement computed when the picture had `samples`, for later
@@ -22,9 +22,9 @@ struct NoiseWeights {
   std::uint64_t samples = 0;
 };
 
-/// Places the samples of a picture's next pass. The result depends only on the picture's state and
-/// on its stop settings, and has the same bits on every machine. The object caches what one
-/// question needed for the next.
+/// Decides how many samples each pixel gets in the next pass of a picture. The result depends only
+/// on the picture's state and on its stop settings, and has the same bits on every machine. The
+/// object caches intermediate results of its functions.
 ///
 /// All pixels get the same number of samples unless settings.adaptive is set. With it, samples
 /// follow common/adaptive/allocation.h from pilot_samples on, where adaptive_pays() holds. They are
@@ -33,9 +33,9 @@ struct NoiseWeights {
 /// predicted from some rows.
 class Placement {
  public:
-  /// Refers to `state`, which must have pixels, and to `found`. The weights that earlier passes of
-  /// the same picture left in `found` are used until the picture has twice as many samples; then
-  /// they are replaced.
+  /// Refers to `state`, which must have pixels, and to `found`. `found` holds the weights that
+  /// earlier passes of the same picture computed. They are used until the picture has twice as many
+  /// samples; then the new weights replace them. `found` null: weights are not kept.
   Placement(const FramebufferView& state, const StopSettings& settings,
             NoiseWeights* found = nullptr);
 

@@ -5,8 +5,9 @@
 
 namespace parray::adaptive {
 
-/// Returns the two halves of a picture's samples. A pixel with a single sample has it in both
-/// halves, and then the noise of the whole picture is unknown: 0. Non-finite samples count as
+/// Returns the two replicates of a picture: the half of its even samples and the half of its odd
+/// samples. If a pixel has a single sample, both halves contain it. If any pixel has fewer than two
+/// samples, the noise of all pixels is 0, which here means unknown. Non-finite samples count as
 /// black. The result has the same bits on every machine.
 Replicates replicates_of(const FramebufferView& state);
 

@@ -10,8 +10,9 @@
 namespace parray::adaptive {
 
 /// Distributes samples over pixels in proportion to weights. Samples are never taken away, so a
-/// pixel may keep more than its share. At a level L, a pixel of weight w has at least L w samples.
-/// The object is a view. Its sums are the same for any number of threads.
+/// pixel may keep more than its share. The level L is the number of samples per unit of weight: at
+/// level L, a pixel of weight w with n samples has max(n, L w) samples. The object is a view of
+/// counts and weights. Its sums are the same for any number of threads.
 class SampleShares {
  public:
   /// Takes one count and one weight per pixel. Weights are finite and not negative.

@@ -11,9 +11,10 @@ namespace parray::base {
 /// header that holds a `Boxed<T>` needs only a declaration of T, so that a change of T does not
 /// rebuild the users of that header.
 ///
-/// The members below the first group need the definition of T. A header that declares T for such
-/// users adds `extern template class base::Boxed<T>`, and one source defines the instance; then
-/// every source can copy, move, compare and destroy boxes.
+/// Only the operators of the first group work without the definition of T. For the other members, a
+/// header that declares T without defining it also declares `extern template class base::Boxed<T>`.
+/// One source file includes the definition of T and instantiates the class. Then every source file
+/// that includes the header can copy, move, compare and destroy boxes.
 template <typename T>
 class Boxed {
  public:
@@ -29,7 +30,7 @@ class Boxed {
   Boxed(const T& value);  // NOLINT(google-explicit-constructor): a box stands for its value
   Boxed(T&& value);       // NOLINT(google-explicit-constructor)
   Boxed(const Boxed& other);
-  /// Leaves `other` empty: assign to it or destroy it.
+  /// Leaves `other` without a value: then it may only be assigned to or destroyed.
   Boxed(Boxed&& other) noexcept;
   Boxed& operator=(const Boxed& other);
   Boxed& operator=(Boxed&& other) noexcept;

@@ -62,9 +62,10 @@ struct GridShape {
   friend bool operator==(const GridShape&, const GridShape&) = default;
 };
 
-/// Numbers the cells of a pass in the order in which they are leased: by stage, layer of samples,
-/// band of rows, column, row of the band. A band has one row if the policy leases whole rows.
-/// Immutable and thread-safe.
+/// Numbers the cells of a pass in the order in which they are leased. The order is by stage, then
+/// by layer, by band, by column of cells, and by row of the band. A layer is a range of up to
+/// layer_samples samples of every pixel. A band is a group of `band_rows` rows that are consecutive
+/// in the row order; it is one row if the policy leases whole rows. Immutable and thread-safe.
 class CellGrid {
  public:
   /// Throws InputError if a number is out of its range, or if the grid would have 2^40 cells or

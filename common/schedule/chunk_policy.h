@@ -7,8 +7,8 @@
 
 namespace parray::schedule {
 
-/// The input of a policy. Work is counted in units, usually cells; a whole row has `row_units`
-/// units.
+/// The input of a schedule policy, which decides the size of the next chunk: the work of one lease.
+/// Work is counted in units, usually cells; a whole row has `row_units` units.
 struct ChunkRequest {
   std::uint64_t total = 0;      ///< units of the whole job, > 0
   std::uint64_t remaining = 0;  ///< units not leased yet, 1 .. total
@@ -16,8 +16,9 @@ struct ChunkRequest {
   std::uint64_t row_units = 1;  ///< units of one whole row, > 0
   std::uint32_t workers = 1;    ///< number of workers P, > 0
   std::uint32_t threads = 1;    ///< threads of the requesting worker, > 0
-  double share = 1;             ///< its measured speed divided by the sum of all, in (0, 1]
-  /// Units below which a lease costs more than spreading the work gains, > 0.
+  double share = 1;             ///< speed of that worker divided by the speed of all, in (0, 1]
+  /// Units of the smallest useful lease, > 0: a smaller one costs more time for messages than it
+  /// saves by spreading the work.
   std::uint64_t least = 1;
   std::uint64_t most = UINT64_MAX;  ///< units that one lease should not exceed, >= least
 };
@@ -34,10 +35,10 @@ struct ChunkRequest {
 ///   including parts of rows, between `least` and `most` (Hummel et al., 1996, weighted factoring).
 std::uint64_t chunk_units(SchedulePolicy policy, const ChunkRequest& request);
 
-/// Returns the first unit of every chunk of a job, and the total at the end, for workers that are
-/// all alike. Chunk `step` is [result[step], result[step + 1]). So a worker computes its chunk from
-/// a step number alone. `policy` must not be `weighted`, because its chunks depend on the
-/// requesting worker.
+/// Returns the first unit of every chunk of a job, and then the total, for workers that are all
+/// alike. Chunk `step` is [result[step], result[step + 1]). So a worker computes its chunk from a
+/// step number alone. `policy` must not be `weighted`, because its chunks depend on the requesting
+/// worker.
 std::vector<std::uint64_t> chunk_starts(SchedulePolicy policy, ChunkRequest job);
 
 }  // namespace parray::schedule

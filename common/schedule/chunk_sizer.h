@@ -24,8 +24,9 @@ struct LeaseRequest {
 };
 
 struct LeaseLength {
-  /// Bounds for the length of weighted leases, in seconds, by measured speed. Shorter leases cost
-  /// messages. Longer leases lose more work with a worker and make progress uneven.
+  /// Bounds for the duration of weighted leases, in seconds, by measured speed. A shorter lease
+  /// costs more messages than it saves. A longer lease loses more work if its worker disappears,
+  /// and makes progress uneven.
   double shortest = 0.002;
   double longest = 1;
 };

@@ -17,8 +17,8 @@ struct TracedCells {
   CellRange range;
   /// One record per cell, each of record_bytes(cell_pixels) bytes: see cell_records.h.
   std::vector<std::byte> records;
-  /// The samples that the headers count as `nonfinite`: sorted, at most one entry per pixel and
-  /// cell.
+  /// The samples that the headers of the records count as `nonfinite`: sorted, at most one entry
+  /// per pixel and cell.
   std::vector<ExcludedSamples> excluded;
   std::uint64_t samples = 0;
   double seconds = 0;  ///< spent tracing
@@ -39,8 +39,8 @@ std::string pack_cells(const TracedCells& traced, const CellGrid& grid);
 /// its count, or excluded samples in another order.
 TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::uint32_t max_depth);
 
-/// Makes the same checks for cells that arrived in another form. Returns an empty string if nothing
-/// is wrong.
+/// Makes the checks of unpack_cells() for cells that were not packed, such as those of an MPI rank.
+/// Returns what is wrong; empty: nothing is.
 std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uint32_t max_depth);
 /// Does the same with the cells of the batch, which the caller already has.
 std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::span<const Cell> cells,

@@ -23,8 +23,9 @@ struct Pass {
 /// every machine. So a number names the same cell throughout the pass. Immutable and thread-safe.
 class WorkPlan {
  public:
-  /// `settings` must be resolved. If `tile` > 1, the plan has square tiles of `tile` pixels a side
-  /// (the seed report, section 4.6), and a thread takes one tile at a time.
+  /// `settings` must be resolved: no value is `automatic`, except perhaps `isa`. If `tile` > 1, the
+  /// plan has square tiles of `tile` pixels a side (the seed report, section 4.6), and a thread
+  /// takes one tile at a time.
   WorkPlan(const RenderSettings& settings, Pass pass, std::uint32_t tile = 0);
 
   [[nodiscard]] const std::shared_ptr<const CellGrid>& grid() const { return grid_; }

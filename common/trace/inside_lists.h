@@ -7,8 +7,9 @@
 
 namespace parray::trace {
 
-/// Lists of the spheres that each path of a batch is inside of: chains of links in one pool. A path
-/// holds the number of its first link. Serves one batch at a time; not thread-safe.
+/// Stores, for each path of a batch, the list of the spheres that the path is inside of. Each list
+/// is a chain of links in one pool. A path holds the number of its first link; `none`: the list is
+/// empty. Serves one batch at a time; not thread-safe.
 class InsideLists {
  public:
   static constexpr std::uint32_t none = no_sphere;

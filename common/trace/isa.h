@@ -21,6 +21,7 @@ bool runs_on_this_machine(Isa isa);
 
 /// Returns the instruction sets that this machine can run, the best one last.
 std::vector<Isa> instruction_sets();
+/// Returns the last of instruction_sets().
 Isa best_isa();
 
 }  // namespace parray::trace

@@ -56,7 +56,8 @@ PARRAY_INLINE Real entry_distance(const Real& foot, const Real& depth_squared,
 }
 
 /// Finds the point where a ray from outside enters a sphere. Returns whether it enters; if so, sets
-/// `t` >= 0. `t` is undefined if no lane enters.
+/// `t` >= 0. With lanes of rays, the result and `t` are by lane. `t` is undefined in a lane that
+/// does not enter.
 ///
 /// The path knows that it is outside, so the far crossing is never needed. On an approaching ray,
 /// rounding may place a crossing behind the origin (surfaces that touch); its `t` becomes 0. No

@@ -7,23 +7,24 @@
 
 namespace parray::trace {
 
-/// Builds the accelerator of a scene. Only `isa` may be `automatic`. The best instruction set of
-/// the machine then replaces it, and likewise one that the machine lacks. The scene must have fewer
-/// than 2^26 spheres. Time and memory are proportional to their number.
+/// Builds the accelerator of a scene. Of the arguments, only `isa` may be `automatic`. If it is, or
+/// if this machine lacks `isa`, the best instruction set of the machine is used. An octree always
+/// uses `scalar`. The scene must have fewer than 2^26 spheres. Time and memory are proportional to
+/// their number.
 std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene, Precision precision,
                                                     AcceleratorKind kind, Isa isa,
                                                     const BuildOptions& options = {});
-/// The same for the values in the settings.
+/// Does the same with the precision, accelerator and instruction set of `settings`.
 std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene,
                                                     const RenderSettings& settings,
                                                     const BuildOptions& options = {});
 
-/// Returns whether make_accelerator() would make an accelerator like `accelerator` from its scene
-/// with these settings.
+/// Returns whether make_accelerator() with `settings` would make an accelerator like `accelerator`,
+/// if both are of the same scene.
 bool serves(const Accelerator& accelerator, const RenderSettings& settings);
 
-/// Makes the tracer of the scene's own camera with its own accelerator. resolve_settings() must
-/// have completed the settings.
+/// Makes a tracer for the scene's camera and builds an accelerator for it. resolve_settings() must
+/// have replaced every `automatic` in `settings`, except perhaps `isa`.
 std::unique_ptr<PathTracer> make_path_tracer(const Scene& scene, const RenderSettings& settings,
                                              const BuildOptions& options = {});
 
@@ -31,11 +32,11 @@ std::unique_ptr<PathTracer> make_path_tracer(const Scene& scene, const RenderSet
 std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator> accelerator,
                                              const Camera& camera, const RenderSettings& settings);
 
-/// Returns whether a tracer of a scene for one of the settings also serves the other.
+/// Returns whether the tracers of a scene for `a` and for `b` are interchangeable.
 bool same_tracer(const RenderSettings& a, const RenderSettings& b);
 
-/// Makes the tracer that defines the same picture: path.h with linear search, independent of
-/// settings.accelerator.
+/// Makes the tracer that defines the bits of the picture: it traces by path.h with linear search,
+/// and ignores settings.accelerator and settings.isa.
 std::unique_ptr<PathTracer> make_scalar_tracer(const Scene& scene, const RenderSettings& settings);
 
 }  // namespace parray::trace

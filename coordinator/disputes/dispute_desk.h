@@ -17,21 +17,25 @@ namespace parray::coordinator {
 
 class JobBook;
 
-/// Handles checks of results, disputes between machines, and machines that get no leases.
+/// Handles checks of results, disputes (two machines returned different bits for the same samples),
+/// and machines that get no leases. A worker is barred if it gets no leases, because of a drain (an
+/// administrator's command) or a quarantine (its machine returned wrong bits).
 class DisputeDesk {
  public:
   DisputeDesk(Farm& farm, JobBook& job_book);
 
   // Checks and disputes (disputes.cpp).
-  /// Decides whether an accepted lease is checked. Its worker may have left.
+  /// Decides whether an accepted lease is checked, and by whom. The worker that traced it may have
+  /// left.
   void draw_check(Job& job, const Merged& merged);
-  /// Gives checks whose machine has left or failed to other machines.
+  /// Gives checks to other machines if their machine has left or could not make them.
   void place_orphans(Job& job);
   /// Handles a result that was compared with merged cells. Opens a dispute if they differ.
   void compare_result(Job& job, const Merged& merged);
-  /// Ends passes that only wait for checks and may end now.
+  /// Ends passes that waited only for checks and whose checks are done now.
   void look_after_checks();
-  /// Handles answers of the referee, asks it the next question, and pauses or resumes jobs.
+  /// Handles answers of the referee and asks it the next question. Pauses jobs that must wait for
+  /// its decision, and resumes jobs that no longer need to.
   void take_referee_turn(Time now);
   [[nodiscard]] RefereeDesk& referee() { return desk_; }
   [[nodiscard]] const RefereeDesk& referee() const { return desk_; }
@@ -39,24 +43,28 @@ class DisputeDesk {
   // Machines that get no leases (barred_machines.cpp).
   /// Notes that a worker joined. Bars it if its machine, name or host is barred.
   void note_joined(WorkerRecord& worker);
-  /// Puts a machine into quarantine. In unfinished jobs, others trace its cells again and repeat
-  /// its checks.
+  /// Puts a machine into quarantine, for `reason`. In unfinished jobs, other machines trace its
+  /// cells again and repeat its checks.
   void quarantine(TracerKey machine, const std::string& reason);
   /// Ends the quarantines whose time is over.
   void end_quarantines();
-  /// Removes the results of machines that were put into quarantine while the job was not at work.
+  /// Removes from a job the results of machines that were put into quarantine while the job had no
+  /// picture in memory.
   void retract_later_faulty(Job& job);
-  /// Returns the number of the latest finding, for new jobs.
+  /// Returns the number of the latest finding (FaultFinding). A new job starts with it, because
+  /// earlier findings do not concern it.
   [[nodiscard]] std::uint64_t latest_finding() const { return fault_findings_.latest(); }
-  /// Bars the workers of a name or a host. They finish the leases that they hold.
+  /// Bars the workers with the name `name`, or, if `host`, all workers of the host `name`. They
+  /// finish the leases that they hold. `asker`: the user who asked, for the log.
   void drain(const std::string& name, bool host, const std::string& asker);
-  /// Ends drains and quarantines of the workers of a name or a host.
+  /// Ends drains and quarantines of the workers with the name `name`, or of the host `name`.
   void readmit(const std::string& name, bool host);
   /// Returns machines in quarantine without a connected worker, as worker maps of PROTOCOL.md.
   [[nodiscard]] nlohmann::json quarantined_elsewhere();
   /// Writes the barred workers and the findings to the store.
   void keep_worker_notes();
-  /// Reads them from the store. Throws RunError if the note is damaged.
+  /// Reads the barred workers and the findings from the store. Throws RunError if the note is
+  /// damaged.
   void restore_worker_notes();
 
  private:
@@ -81,8 +89,9 @@ class DisputeDesk {
   FaultFindings fault_findings_;
   CheckPolicy checks_;
   RefereeDesk desk_;
-  bool any_held_ = false;                           ///< a job waits for the referee
-  std::set<std::pair<bool, std::string>> drained_;  ///< workers by name, or (true) by host
+  bool any_held_ = false;  ///< a job waits for the referee
+  /// Drained workers: (false, name) or (true, host).
+  std::set<std::pair<bool, std::string>> drained_;
 };
 
 }  // namespace parray::coordinator

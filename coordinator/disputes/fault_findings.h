@@ -11,8 +11,9 @@ namespace parray::coordinator {
 
 /// The finding that a machine returned wrong bits.
 struct FaultFinding {
-  std::uint64_t number = 0;   ///< increases with every finding, also across processes
-  std::uint64_t machine = 0;  ///< machine_key()
+  /// Higher than that of every earlier finding, also after a restart of the coordinator.
+  std::uint64_t number = 0;
+  std::uint64_t machine = 0;  ///< machine_key() of the machine
   std::string worker;         ///< name of its worker at that time, for people
 };
 
@@ -20,9 +21,10 @@ struct FaultFinding {
 /// rely on the machine and are resumed later. Not thread-safe.
 class FaultFindings {
  public:
-  /// Adds a finding, in place of an earlier one of the machine. Removes the oldest beyond `most`.
+  /// Adds a finding with the next number. It replaces an earlier finding of the same machine. If
+  /// there are more than `most`, removes the oldest.
   FaultFinding add(std::uint64_t machine, std::string worker);
-  /// Returns the findings with higher numbers, in ascending order.
+  /// Returns the findings with numbers above `number`, in ascending order.
   [[nodiscard]] std::vector<FaultFinding> after(std::uint64_t number) const;
   /// Returns the number of the latest finding. 0: there is none.
   [[nodiscard]] std::uint64_t latest() const { return list_.empty() ? 0 : list_.back().number; }

@@ -12,9 +12,9 @@ namespace parray::coordinator {
 class Machines {
  public:
   struct Known {
-    std::string name;          ///< text_of() the machine
+    std::string name;          ///< text_of() the machine, for people
     std::string worker;        ///< name of the worker that joined last
-    std::uint64_t leases = 0;  ///< accepted leases
+    std::uint64_t leases = 0;  ///< number of leases accepted from it
   };
   /// Notes that a worker has joined from a machine.
   void note(const MachineId& machine, const std::string& worker) {
@@ -26,7 +26,7 @@ class Machines {
       known_.erase(known_.begin());
     }
   }
-  /// Counts a lease. Returns the number before.
+  /// Counts an accepted lease of a machine. Returns the number of those before it.
   std::uint64_t count_lease(std::uint64_t machine) { return known_[machine].leases++; }
   /// Returns what is known of a machine. Empty fields: it is unknown.
   [[nodiscard]] Known find(std::uint64_t machine) const {

@@ -11,35 +11,37 @@
 
 namespace parray::coordinator {
 
-/// A result after the background thread has decoded and merged or compared it.
+/// A result of a lease after the job thread has decoded it, and merged it or compared it with
+/// merged cells.
 struct Merged {
   WorkerId worker = 0;
-  TracerKey tracer = 0;              ///< its process, for the journal
-  TracerKey machine = 0;             ///< machine_key()
+  TracerKey tracer = 0;              ///< key of the worker's process, for the journal
+  TracerKey machine = 0;             ///< machine_key() of the worker's machine
   bool ours = false;                 ///< see Sender::ours
   std::uint64_t process_leases = 0;  ///< leases accepted from its process before
   std::string name;
   Epoch epoch = 0;
   LeaseTable::Arrived arrived;
   enum class Kind : std::uint8_t {
-    taken,    ///< merged, or equal to the merged cells
+    taken,    ///< merged, or compared and equal
     differs,  ///< differs from merged cells
-    damaged,  ///< damaged in transit: the cells must be traced again
+    damaged,  ///< its checksum is wrong: the cells must be traced again
     invalid,  ///< contains impossible numbers
-    late,     ///< its pass has ended
+    late,     ///< its pass had ended before it was merged
   };
   Kind kind = Kind::late;
-  std::string fault;
+  std::string fault;  ///< what is wrong with a damaged or invalid result, for people
   ResultCollector::Taken taken;
-  std::vector<std::uint64_t> digests;                 ///< of the result's cells, if compared
-  std::vector<ResultCollector::Differing> differing;  ///< the cells that differ
-  bool whole = false;
+  /// One per cell of the result; empty unless it was compared.
+  std::vector<std::uint64_t> digests;
+  std::vector<ResultCollector::Differing> differing;  ///< the merged cells that differ from it
+  bool whole = false;  ///< every pixel of the picture has a sample now
   std::uint64_t samples = 0;
   std::uint32_t threads = 0;
   double charged = 0;     ///< thread-seconds that the job's user was charged for the lease
   double granted_at = 0;  ///< seconds since 1970
   double arrived_at = 0;
-  double seconds = 0;
+  double seconds = 0;  ///< tracing time, stated by the worker
   double build_seconds = 0;
   std::uint64_t accelerator_bytes = 0;
   std::string isa;

@@ -15,7 +15,7 @@ namespace parray::coordinator {
 /// A machine that gets no leases because it returned wrong bits.
 struct Quarantine {
   std::uint64_t machine = 0;  ///< machine_key()
-  std::string name;           ///< text_of() the machine; empty: unknown in this process
+  std::string name;           ///< text_of() the machine; empty: it has not joined since the restart
   std::string worker;         ///< name of its worker at that time; empty: unknown
   std::string reason;
   double since = 0;  ///< seconds since 1970
@@ -34,7 +34,8 @@ class QuarantineLedger {
   bool add(Quarantine quarantine);
   /// Finds a machine. Null: it is not in quarantine.
   [[nodiscard]] const Quarantine* find(std::uint64_t machine) const;
-  /// Ends quarantines by key, address, text_of() or name of the worker. Returns the machines.
+  /// Ends the quarantines that `name` describes: a worker key's name, an address, text_of() the
+  /// machine, or the name of its worker. Returns the machines.
   std::vector<std::uint64_t> readmit(std::string_view name);
   /// Ends the quarantine of one machine. False: there was none.
   bool readmit(std::uint64_t machine) { return machines_.erase(machine) > 0; }

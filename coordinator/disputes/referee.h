@@ -10,8 +10,8 @@
 
 namespace parray::coordinator {
 
-/// Traces cells again for the coordinator, to decide disputes. The interface of the process behind
-/// RefereeProcess. Calls never block. Not thread-safe.
+/// The referee: traces cells again for the coordinator, to decide disputes. An interface, so that
+/// tests can replace RefereeProcess, which starts a process. Calls never block. Not thread-safe.
 class Referee {
  public:
   /// Cells to trace.
@@ -26,9 +26,9 @@ class Referee {
   /// The traced cells, or the reason why there are none.
   struct Answer {
     std::uint64_t id = 0;
-    std::string failure;  ///< why it did not trace the cells; empty: it did
+    std::string failure;  ///< why the cells were not traced; empty: they were
     CellsPayload cells;
-    double seconds = 0;        ///< processor time
+    double seconds = 0;        ///< processor time of building and tracing
     std::uint64_t memory = 0;  ///< bytes that the referee uses now
   };
 
@@ -37,12 +37,12 @@ class Referee {
   Referee& operator=(const Referee&) = delete;
   virtual ~Referee() = default;
 
-  /// Asks a question. The previous one must be answered, or cancelled by forget().
+  /// Asks a question. The previous question must be answered, or cancelled by forget().
   virtual void ask(Question question) = 0;
   /// Returns the answers that have arrived since the last call.
   virtual std::vector<Answer> take_answers() = 0;
-  /// Cancels the current question and frees the referee's memory. An answer with the id 0 may
-  /// report the question's processor time later.
+  /// Cancels the current question and frees the referee's memory. Later, an answer with the id 0
+  /// may report the processor time that the cancelled question took.
   virtual void forget() = 0;
 };
 

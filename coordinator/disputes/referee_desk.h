@@ -14,31 +14,34 @@
 
 namespace parray::coordinator {
 
-/// Cells of a job that the referee traces again.
+/// A case: cells of a job that the referee traces again, for a dispute or for a check.
 struct RefereeCase {
-  std::uint64_t generation = 0;  ///< of the job's work
+  /// JobWork::generation: a job whose work begins again gets another.
+  std::uint64_t generation = 0;
   /// True: two machines returned different bits. False: the case is a check, which may be skipped.
   bool dispute = false;
   std::shared_ptr<const WorkPlan> plan;
   std::string scene;
   ScenePayload payload;
   Boxed<RenderSettings> settings;
-  std::uint64_t memory = 0;          ///< bytes of scene and tree, estimated
-  std::uint64_t cells_at_once = 1;   ///< most cells of one question
-  std::uint64_t claimant = 0;        ///< machine_key() of the machine that contradicts merged cells
-  std::vector<std::uint64_t> cells;  ///< cells that are not decided yet, ascending
+  std::uint64_t memory = 0;         ///< estimated bytes that the referee needs for scene and tree
+  std::uint64_t cells_at_once = 1;  ///< most cells of one question
+  /// The machine_key() of the machine whose bits differ from merged cells; 0: a check.
+  std::uint64_t claimant = 0;
+  std::vector<std::uint64_t> cells;   ///< cells that are not decided yet, ascending
   std::vector<std::uint64_t> claims;  ///< the claimant's digest of each cell; empty for a check
 };
 
 /// Asks the referee about cases, one question at a time: disputes before checks, each kind in the
-/// order of opening. Keeps to the budget. Not thread-safe. Never waits for the referee.
+/// order of opening. Keeps to the budget of processor time. Not thread-safe. Never waits for the
+/// referee.
 class RefereeDesk {
  public:
   struct Options {
-    double share = 0.1;                  ///< of one core, on average
-    double burst = 30;                   ///< seconds of processor time that may accumulate
-    std::size_t most_disputes = 64;      ///< open disputes of one job
-    std::size_t most_checks = 64;        ///< waiting checks of all jobs
+    double share = 0.1;                  ///< share of one core that the referee may use on average
+    double burst = 30;                   ///< seconds of unused processor time that may accumulate
+    std::size_t most_disputes = 64;      ///< most open disputes of one job
+    std::size_t most_checks = 64;        ///< most waiting checks of all jobs together
     Time patience = seconds(30);         ///< time after which a job with an open dispute pauses
     Time longest_answer = seconds(180);  ///< for a dispute; then the referee restarts
     Time longest_check = seconds(60);    ///< for a check; then the referee restarts
@@ -47,16 +50,17 @@ class RefereeDesk {
   /// `referee` may be null: then every job with a dispute pauses.
   RefereeDesk(std::shared_ptr<Referee> referee, Options options);
 
-  /// Opens a case. False: there are too many disputes of that job, or too many checks.
+  /// Opens a case. False, and the case is dropped: there are too many disputes of that job, or too
+  /// many checks.
   bool open(Time now, RefereeCase opened);
-  /// Forgets the cases of a job's work.
+  /// Forgets all cases of a job's work.
   void drop(std::uint64_t generation);
   /// Forgets the waiting checks of a job's work. Returns their number.
   std::size_t drop_checks(std::uint64_t generation);
   /// Forgets the disputes whose claimant is this machine.
   void drop_claims(std::uint64_t machine);
 
-  /// What the referee traced.
+  /// Cells of a case that the referee has traced: the answer to one question.
   struct Traced {
     std::uint64_t number = 0;  ///< of the case
     std::uint64_t generation = 0;
@@ -66,7 +70,8 @@ class RefereeDesk {
     std::vector<std::uint64_t> claims;  ///< for the range; empty for a check
     CellsPayload cells;
   };
-  /// Returns new answers. The caller must end each with close(), ask_again() or continue_case().
+  /// Returns new answers. For each, the caller must call close(), ask_again() or continue_case()
+  /// with its number.
   std::vector<Traced> take_answers(Time now);
   /// Returns whether ask_next() may have something to do.
   [[nodiscard]] bool may_ask(Time now) const {
@@ -77,28 +82,31 @@ class RefereeDesk {
   /// Returns the latest time at which take_answers() or ask_next() must be called again.
   [[nodiscard]] Time next(Time now) const;
 
-  /// Ends a case that is decided.
+  /// Ends a case that is decided completely.
   void close(std::uint64_t number);
-  /// Notes that the answer of a case was invalid.
+  /// Notes that the answer to a case was invalid, for the reason `why`. A dispute is asked again
+  /// after a pause; a check is dropped.
   void ask_again(Time now, std::uint64_t number, const std::string& why) {
     fail(now, find(number), why);
   }
-  /// Notes that the traced cells of a case are decided. The others are asked next.
+  /// Notes that the cells of the last answer are decided. The other cells are asked next. If there
+  /// are no others, ends the case.
   void continue_case(std::uint64_t number);
 
-  /// Returns whether the budget permits a check.
+  /// Returns whether the budget permits another check.
   [[nodiscard]] bool may_check(Time now) const;
   /// Returns the number of waiting checks of a job.
   [[nodiscard]] std::size_t checks(std::uint64_t generation) const;
-  /// Returns whether a job has open disputes or checks that were asked.
+  /// Returns whether a job has open disputes, or checks that the referee has been asked about.
   [[nodiscard]] bool busy_with(std::uint64_t generation) const;
   /// Returns the number of open disputes of a job, or of all jobs.
   [[nodiscard]] std::size_t disputes(std::uint64_t generation) const;
   [[nodiscard]] std::size_t disputes() const;
-  /// Returns why a job must pause until the referee has decided. Empty: it need not.
+  /// Returns why a job must pause until the referee has decided, for people. Empty: it need not
+  /// pause.
   [[nodiscard]] std::string hold(Time now, std::uint64_t generation) const;
-  /// Returns a text for people if the referee has been tracing for the job for some seconds. Empty:
-  /// the job does not wait for the referee.
+  /// Returns what the job waits for, for people, if the referee has been tracing for it for some
+  /// seconds. Empty: the job does not wait for the referee.
   [[nodiscard]] std::string wait(Time now, std::uint64_t generation) const;
   /// Returns whether no case is open.
   [[nodiscard]] bool idle() const { return entries_.empty(); }

@@ -21,9 +21,10 @@ namespace parray::coordinator {
 class RefereeProcess final : public Referee {
  public:
   struct Options {
-    std::filesystem::path program;  ///< empty: beside this program, in ../lib/parray
-    std::string fingerprint;        ///< trace_fingerprint() that the referee must have
-    std::function<void()> wake;     ///< called when an answer arrives; any thread
+    /// Empty: ../lib/parray/parray-referee, relative to the directory of this program.
+    std::filesystem::path program;
+    std::string fingerprint;     ///< trace_fingerprint() that the referee must have
+    std::function<void()> wake;  ///< called in another thread when an answer arrives
   };
   explicit RefereeProcess(Options options);
   ~RefereeProcess() override;

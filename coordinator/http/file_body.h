@@ -9,21 +9,21 @@
 
 namespace parray::http {
 
-/// A file that is sent from the disk to any number of clients. It takes no memory of this process.
-/// Its directory entry is already deleted, so that the system frees the bytes when the last owner
-/// releases this object.
+/// A file that is sent from the disk to any number of clients. Its bytes are mapped to addresses,
+/// but stay on the disk: the system sends them from descriptor(). Its directory entry is already
+/// deleted, so that the system frees the bytes when the last owner releases this object.
 class FileBody {
  public:
   /// Takes over `file` and deletes its directory entry. Throws Problem 503 if `disk` has no room
-  /// for the file, RunError if it cannot be opened.
+  /// for the size of the file, which then stays. Throws RunError if the file cannot be opened.
   FileBody(const std::filesystem::path& file, Budget& disk);
   ~FileBody();
   FileBody(const FileBody&) = delete;
   FileBody& operator=(const FileBody&) = delete;
 
   [[nodiscard]] int descriptor() const { return file_; }
-  /// Returns the mapped bytes. They identify parts of the file; reading them would load the file
-  /// into memory.
+  /// Returns the addresses of the mapped file. A pointer into this range stands for an offset in
+  /// the file. Do not read the bytes: that would load the file into memory.
   [[nodiscard]] std::string_view bytes() const { return bytes_; }
 
  private:

@@ -20,25 +20,29 @@ class LeaseDesk {
   LeaseDesk(Farm& farm, JobBook& job_book, DisputeDesk& disputes, WorkerDesk& worker_desk)
       : farm_(farm), job_book_(job_book), disputes_(disputes), worker_desk_(worker_desk) {}
 
-  /// Handle a result or a failure of a lease.
+  /// Handle a message from the worker `peer`: the result of a lease, or the report that it could
+  /// not trace one.
   void on(Time now, const PeerId& peer, msg::Result& m);
   void on(Time now, const PeerId& peer, msg::Failed& m);
 
-  /// Grants leases to the workers with room, one at a time in turn. Does nothing if nothing has
-  /// changed. False: more leases remain than one turn of the loop has time for.
+  /// Grants leases, one at a time, in turn to the workers that hold fewer leases than they want
+  /// (msg::Hello::capacity). Does nothing if no event since the last call can have changed the
+  /// outcome. False: the loop's turn is over, and more leases may be granted in the next one.
   bool grant_leases(Time now);
-  /// Takes back the leases whose holders made no progress in time.
+  /// Takes the leases whose deadlines have passed from their holders.
   void expire_leases(Time now);
   /// Returns the next deadline of a lease; `never` if no worker holds one.
   [[nodiscard]] Time next_deadline() const;
-  /// Notes that `failure` ended a lease. Fails the job if no machine can trace these cells, and
-  /// delays leases for a worker that fails where others succeed.
+  /// Notes that `failure` ended a lease. Fails the job if no machine can trace these cells. If
+  /// other workers can, the failing worker gets no leases for some time (Backoff).
   void note_failure(Time now, Job& job, Failure failure);
-  /// After a worker joined: decides whether earlier losses on its machine were deaths.
+  /// Decides, after `worker` joined, what became of workers of its machine that were lost. If it is
+  /// the same process, only the connection was lost. If it is another process, the lost one died:
+  /// that counts as a failure.
   void check_losses(Time now, const WorkerRecord& worker);
-  /// Updates the registry with the delays of failing workers.
+  /// Tells the worker registry which failing workers get no leases at present, and until when.
   void hold_back(Time now);
-  /// Ends the delay of a failing worker.
+  /// Lets a failing worker have leases again at once.
   void forgive(const WorkerRecord& worker);
 
  private:
@@ -58,7 +62,7 @@ class LeaseDesk {
   JobBook& job_book_;
   DisputeDesk& disputes_;
   WorkerDesk& worker_desk_;
-  FairQueue queue_;  ///< of the open jobs
+  FairQueue queue_;  ///< the open jobs, in the order in which they are served
   Backoff backoff_;
   PeerId granted_last_;  ///< the worker that got the last lease
 };

@@ -14,84 +14,109 @@
 
 namespace parray::coordinator {
 
-using Epoch = std::uint64_t;
-using WorkerId = std::uint64_t;
-using MachineKey = std::uint64_t;  ///< machine_key()
+using Epoch = std::uint64_t;       ///< number of a lease; a copy of the lease has the same number
+using WorkerId = std::uint64_t;    ///< number of a connection of a worker to this coordinator
+using MachineKey = std::uint64_t;  ///< value of machine_key() in machine_id.h
 
 /// The right of a worker to trace a range of cells.
 struct Lease {
   Epoch epoch = 0;
   CellRange range;
-  bool divisible = false;  ///< the holder may return a part: see LeaseTable::arrive()
+  bool divisible = false;  ///< the holder may return the first cells only: see LeaseTable::arrive()
 };
 
 /// Tracks which worker holds which cells of a pass. PROTOCOL.md, "A lease", shows the states.
 ///
-/// Invariants: every cell is either pending, leased or done. An epoch is granted for one range only
-/// and never again. Not thread-safe. Reads no clock: `now` is an argument. Every call takes
-/// logarithmic time in the number of leases. Functions that list leases take linear time.
+/// A cell is pending (it waits for a lease), leased or done (merged); exactly one of these holds.
+/// The lease of a check covers done cells, which stay done. A lease ends when finish() is called,
+/// or when it has no holder left and no result of it is being merged. The epoch of a lease is never
+/// granted for another one.
+///
+/// Not thread-safe. Reads no clock: `now` is an argument. Every call takes logarithmic time in the
+/// number of leases. Functions that list leases take linear time.
 class LeaseTable {
  public:
-  /// `pending`: the cells of the plan that are not done, in ascending order. `first_epoch`: the
-  /// epoch of the first lease. `most_cells`: the largest size of a lease.
+  /// `sizer` computes the sizes of leases. `pending`: the cells of the plan that are not done, in
+  /// ascending order. `first_epoch`: the epoch of the first lease. `most_cells`: the largest size
+  /// of a lease.
   LeaseTable(const ChunkSizer& sizer, const std::vector<CellRange>& pending, Epoch first_epoch,
              std::uint64_t most_cells = UINT64_MAX);
 
-  /// Leases the next cells to a worker of the machine `machine`: a check that this machine should
-  /// make, otherwise pending work. Returns nothing if there is neither.
+  /// Leases cells to `worker`: those of a waiting check whose `by` is `machine`, otherwise the
+  /// first pending cells. Returns nothing if there are neither. `request` (the worker's threads and
+  /// speed) and `farm` determine the number of pending cells. `machine`: the machine of the worker;
+  /// 0: the worker gets no checks.
   std::optional<Lease> grant(Time deadline, WorkerId worker, const LeaseRequest& request,
                              const FarmSpeed& farm, MachineKey machine = 0);
-  /// Leases a copy of the oldest lease that `worker` does not hold, without a copy and not a check.
+  /// Leases to `worker` a copy of another worker's lease, with the same range and epoch. Takes the
+  /// oldest lease that has one holder, which is not `worker`, whose result has not arrived, and
+  /// which is not a check. Returns nothing if there is no such lease.
   std::optional<Lease> grant_copy(Time deadline, WorkerId worker);
 
-  /// Done cells that another machine must trace again.
+  /// A check: done cells that a certain machine must trace again, so that the bits can be compared.
   struct Check {
     CellRange range;
-    MachineKey by = 0;            ///< the machine that must trace them
-    std::set<MachineKey> not_by;  ///< machines that traced the cells or failed at them
+    MachineKey by = 0;  ///< the machine that must trace them
+    /// Machines that traced the cells first, or failed to make the check.
+    std::set<MachineKey> not_by;
   };
-  /// Adds a check.
+  /// Adds a check. It waits until grant() leases it to a worker of the machine `by`.
   void want_check(Check check);
-  /// Removes and returns the checks whose machine is not among `able` or failed to make them.
+  /// Removes and returns the checks that need another machine. These are the waiting checks whose
+  /// `by` is not among `able`, and the checks whose lease ended without a result. `able`: the
+  /// machines with a worker that may trace.
   std::vector<Check> take_orphans(const std::set<MachineKey>& able);
-  /// Returns whether checks wait or are leased.
+  /// Returns whether a check waits, is leased, or has failed and was not taken by take_orphans()
+  /// yet.
   [[nodiscard]] bool checks_remain() const;
 
   /// What the caller must do with a result.
   enum class Arrival : std::uint8_t {
-    stale,  ///< the sender does not hold the lease, or the epoch has ended: discard the result
-    first,  ///< merge it, then call finish() or give_back()
-    again,  ///< compare it: another holder's result was or is being merged
-    check,  ///< compare it with done cells, then call finish() or give_back()
+    /// Discard it: the sender has never held this lease, has lost it, or has returned a result
+    /// before. Also a part that follows another result of the lease.
+    stale,
+    first,  ///< merge it, then call finish(); if it is invalid, call give_back()
+    /// Compare it with the result of the other holder, which came first. Call neither finish() nor
+    /// give_back().
+    again,
+    /// Compare it with the done cells, then call finish(); if it is invalid, call give_back().
+    check,
   };
   struct Arrived {
     Arrival kind = Arrival::stale;
     CellRange range;                     ///< the cells of the result
-    std::vector<WorkerId> dropped = {};  ///< workers whose copies ended, because a part arrived
+    std::vector<WorkerId> dropped = {};  ///< workers that lost the lease, because a part arrived
   };
-  /// Handles a result of `worker` for the lease's first `cells` cells; 0: all of them. If the first
-  /// result of a lease is a part, the other cells become pending again and the copies end. A part
-  /// that follows another result of the lease is stale.
+  /// Handles a result of `worker` for the first `cells` cells of the lease; 0: for all of them.
+  /// Afterwards `worker` no longer holds the lease. If the first result of a lease is a part, the
+  /// range of the lease shrinks to these cells, and the other cells become pending again. Then the
+  /// other holder, if any, loses the lease: its result will be stale.
   Arrived arrive(WorkerId worker, Epoch epoch, std::uint64_t cells = 0);
-  /// Ends a lease whose result of kind `first` or `check` was merged or compared. Returns the
-  /// workers that still hold a copy.
+  /// Ends a lease whose result of the kind `first` or `check` was merged or compared. Returns the
+  /// workers that still held a copy. They lose it, but if they return a whole result, it is still
+  /// of the kind `again`.
   std::vector<WorkerId> finish(Epoch epoch);
-  /// Takes a lease from a worker after a failure or an invalid result. False: it did not hold it.
+  /// Takes a lease from a worker that failed, or whose result of the kind `first` or `check` is
+  /// invalid. Another holder keeps its copy. Without another holder, the cells become pending
+  /// again, or the check has failed. False: the worker held no such lease.
   bool give_back(WorkerId worker, Epoch epoch);
   /// Makes done cells pending again.
   void put_back(const std::vector<CellRange>& ranges);
 
-  /// Moves the deadline of a lease, but never to an earlier time. False: `worker` does not hold it.
+  /// Moves the deadline of a worker's lease, but never to an earlier time. False: `worker` does not
+  /// hold the lease.
   bool extend(WorkerId worker, Epoch epoch, Time deadline);
-  /// Takes all leases from a lost worker. Returns them.
+  /// Takes all leases from a lost worker, as give_back() does. Returns them.
   std::vector<Lease> drop_worker(WorkerId worker);
   struct Expired {
     Lease lease;
     WorkerId worker;
   };
-  /// Takes the leases whose deadlines have passed from their holders. Returns them.
+  /// Takes the leases whose deadlines have passed from their holders, as give_back() does. Returns
+  /// them.
   std::vector<Expired> expire(Time now);
-  /// Returns the next time at which a lease expires; `never` if none is leased.
+  /// Returns the earliest deadline of all holders; `never` if there is no holder. A worker whose
+  /// result has arrived is not a holder.
   [[nodiscard]] Time next_deadline() const;
 
   [[nodiscard]] bool has_pending() const { return pending_cells_ > 0; }
@@ -100,13 +125,14 @@ class LeaseTable {
     return pending_cells_ == 0 && leased_.empty() && checks_.empty() && failed_checks_.empty();
   }
   [[nodiscard]] std::uint64_t pending_cells() const { return pending_cells_; }
-  /// Returns the range of a lease. Nothing: no worker holds it.
+  /// Returns the range of a lease. Nothing: the lease has ended, or has never existed.
   [[nodiscard]] std::optional<CellRange> range_of(Epoch epoch) const;
   /// Returns the number of leases that a worker holds.
   [[nodiscard]] std::size_t held_by(WorkerId worker) const;
   [[nodiscard]] std::size_t leased() const { return leased_.size(); }
   [[nodiscard]] Epoch next_epoch() const { return next_epoch_; }
 
+  /// Of a lease: the worker that got it first, and one copy.
   static constexpr std::size_t most_holders = 2;
 
  private:
@@ -117,7 +143,7 @@ class LeaseTable {
   struct Leased {
     CellRange range;
     std::vector<Holder> holders;
-    bool arrived = false;  ///< a result is being merged: no deadline, no other copy
+    bool arrived = false;  ///< the first result is being merged: grant_copy() makes no copy
     std::optional<Check> check{};
   };
   using Leases = std::map<Epoch, Leased>;
@@ -134,6 +160,7 @@ class LeaseTable {
   std::uint64_t most_cells_;
   std::map<std::uint64_t, std::uint64_t> pending_;  ///< begin and end; adjacent ranges are joined
   std::uint64_t pending_cells_ = 0;
+  /// Number of granted leases that were no checks: see ChunkSizer::cells().
   std::uint64_t step_ = 0;
   Epoch next_epoch_;
   Leases leased_;

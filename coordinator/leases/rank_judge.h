@@ -13,9 +13,9 @@
 
 namespace parray::coordinator {
 
-/// The identity of a rank of one mpirun.
+/// The identity of a rank (a process of one mpirun) as a tracer of cells.
 struct RankVoice {
-  TracerKey tracer = 0;       ///< of this rank; the same in every mpirun with this host
+  TracerKey tracer = 0;       ///< key of this rank; the same in every mpirun with this host
   std::uint32_t machine = 0;  ///< ranks with the same number are one machine
 };
 
@@ -24,16 +24,18 @@ struct RankVoice {
 std::vector<RankVoice> rank_voices(const std::vector<std::string>& hosts);
 
 /// Decides which rank is faulty if two ranks return different bits for the same samples. Rank 0
-/// traces the samples again; a rank with other bits is faulty. There is no vote. Other ranks trace
-/// the cells of a faulty machine again. Rank 0 traces the cells that only this machine had checked.
+/// traces the samples again, and every rank whose bits differ from those of rank 0 is faulty. There
+/// is no vote. The cells of a faulty machine are retracted, and other ranks trace them again. Rank
+/// 0 itself traces the cells that only the faulty machine had checked.
 ///
 /// One object serves all passes of a job. Not thread-safe.
 class RankJudge {
  public:
   /// A finding: a rank returned wrong bits.
   struct Verdict {
-    std::optional<std::uint32_t> rank;    ///< none: it traced in an earlier mpirun
-    std::vector<std::uint32_t> left_out;  ///< excluded ranks: all of its machine
+    /// The faulty rank; none: it was part of an earlier mpirun.
+    std::optional<std::uint32_t> rank;
+    std::vector<std::uint32_t> left_out;  ///< the ranks that are excluded now: all of its machine
     std::uint64_t cells = 0;              ///< cells that are traced again
     bool restarted = false;               ///< the picture began again from its first pass
   };
@@ -55,20 +57,23 @@ class RankJudge {
   /// Returns whether a rank is excluded: its results are dropped.
   [[nodiscard]] bool left_out(std::uint32_t rank) const { return left_out_.contains(rank); }
   [[nodiscard]] const std::vector<Verdict>& verdicts() const { return verdicts_; }
-  /// Returns whether rank 0 contradicted itself: then it decides nothing and loses its cells.
+  /// Returns whether rank 0 was found faulty by its own second tracing of a cell. Then rank 0
+  /// decides no more disputes, its cells are retracted, and admit() returns false.
   [[nodiscard]] bool self_doubt() const { return self_doubt_; }
 
-  /// Returns whether a result of `rank` for the current pass may be merged. If it differs from
-  /// merged cells, first decides which is wrong; afterwards no merged cell differs. False: this
-  /// rank or rank 0 is faulty, or the picture has restarted.
+  /// Returns whether a result of `rank` for the current pass may be merged. `digests`: one per
+  /// cell. If the result differs from merged cells, first decides who is wrong and retracts the
+  /// wrong merged cells, so that no merged cell differs afterwards. False: `rank` or rank 0 is
+  /// faulty, or the picture has restarted.
   bool admit(std::uint32_t rank, const TracedCells& traced,
              const std::vector<std::uint64_t>& digests);
-  /// Notes that `rank` returned the merged bits of these cells, which other ranks had traced first.
+  /// Notes that `rank` returned the merged bits of the cells `were_in`, which other ranks had
+  /// traced first.
   void note_checks(std::uint32_t rank, const std::vector<CellRange>& were_in);
 
   /// Returns whether rank 0 must trace cells again that only a faulty rank had checked.
   [[nodiscard]] bool has_rechecks() const { return !rechecks_.empty(); }
-  /// Traces at most `most_cells` of them.
+  /// Traces at most `most_cells` of these cells in rank 0 and compares them.
   void recheck(std::uint64_t most_cells);
 
  private:

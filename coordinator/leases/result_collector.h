@@ -11,11 +11,12 @@
 
 namespace parray::coordinator {
 
-/// A number for a tracer that is the same in all processes: see machine_key() and tracer_key().
+/// A number for a tracer: a machine or a worker process of a farm, or a rank of an mpirun. It is
+/// the same in all processes: see machine_key() and tracer_key().
 using TracerKey = std::uint64_t;
 
-/// Collects the results of a pass for both transports. Merges new cells, compares repeated ones,
-/// and remembers which tracer traced them. Every cell is merged exactly once.
+/// Collects the results of a pass, of a farm or of MPI ranks. Merges new cells, compares repeated
+/// ones, and remembers which tracer traced each. Every cell is merged exactly once.
 ///
 /// Not thread-safe.
 class ResultCollector {
@@ -30,12 +31,14 @@ class ResultCollector {
     std::uint64_t mismatches = 0;  ///< merged before, with other bits
     std::uint64_t fresh_samples = 0;
   };
-  /// Merges new cells and compares others. fault_of() or unpack_cells() must have checked `traced`.
+  /// Merges the cells of `traced` that are not merged yet, and compares the others. The caller must
+  /// have checked `traced` by fault_of() or unpack_cells().
   Taken take(TracerKey tracer, const TracedCells& traced) {
     return take(tracer, traced, cell_digests(traced.records, record_size()),
                 plan_->grid()->cells_of(traced.range));
   }
-  /// Does the same if the digests of its records and its cells are known already.
+  /// Does the same if the caller already has `digests`, the cell_digests() of the records, and
+  /// `cells`, the cells of the range.
   Taken take(TracerKey tracer, const TracedCells& traced, std::vector<std::uint64_t> digests,
              std::span<const Cell> cells);
   /// Returns a digest per cell. Digests are equal exactly if counts, sums and excluded samples are,
@@ -43,13 +46,15 @@ class ResultCollector {
   [[nodiscard]] std::vector<std::uint64_t> digests_of(const TracedCells& traced) const {
     return digests_of(traced, cell_digests(traced.records, record_size()));
   }
-  /// Compares merged cells only, without merging. `digests`: one per cell of the range.
+  /// Counts the merged cells of the range that agree with `digests`, one per cell of the range, and
+  /// those that differ. Ignores cells that are not merged. Merges nothing.
   Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests) const;
   /// Notes that `tracer` also traced the range and got the merged bits.
   void note_check(TracerKey tracer, const CellRange& range);
-  /// Returns whether another tracer got the bits of a merged cell, too.
+  /// Returns whether a merged cell is checked: another tracer has traced it, too, and got the same
+  /// bits.
   [[nodiscard]] bool is_checked(std::uint64_t cell) const;
-  /// Returns the number of such cells.
+  /// Returns the number of checked cells.
   [[nodiscard]] std::uint64_t checked_cells() const;
 
   /// A merged cell whose bits differ from a digest.
@@ -63,10 +68,12 @@ class ResultCollector {
 
   /// What retract() changed.
   struct Retraction {
-    std::vector<CellRange> cells;      ///< no longer merged: all cells of the affected pixels
-    std::vector<CellRange> unchecked;  ///< still merged, but only the tracer had checked them
+    /// Cells that are no longer merged: all cells of the cleared pixels.
+    std::vector<CellRange> cells;
+    std::vector<CellRange> unchecked;  ///< merged cells that only the retracted tracer had checked
   };
-  /// Clears all pixels of which `tracer` has traced cells, and forgets its checks.
+  /// Clears all pixels of which `tracer` has traced a merged cell, and forgets its checks. (Sums of
+  /// single cells are not kept, so all cells of such a pixel must be traced again.)
   Retraction retract(TracerKey tracer);
   /// Clears the pixels of these cells. Returns all cells that are no longer merged.
   std::vector<CellRange> retract(const std::vector<CellRange>& ranges);
@@ -83,9 +90,10 @@ class ResultCollector {
   [[nodiscard]] bool done() const { return done_ == plan_->cells(); }
   /// Returns whether a cell is merged.
   [[nodiscard]] bool has(std::uint64_t cell) const { return cells_[cell].digest != 0; }
-  /// Returns the first run of missing cells from `from` on, at most `most`. Empty: none is missing.
+  /// Returns the first run of cells that are not merged, from the cell `from` on: at most `most`
+  /// cells. Empty: all cells from there on are merged.
   [[nodiscard]] CellRange next_missing(std::uint64_t from, std::uint64_t most) const;
-  /// Returns all runs of missing cells.
+  /// Returns all runs of cells that are not merged.
   [[nodiscard]] std::vector<CellRange> missing() const;
 
  private:
@@ -119,7 +127,7 @@ class ResultCollector {
   std::vector<Check> checks_;
   std::vector<TracerKey> tracers_;
   std::uint64_t done_ = 0;
-  std::vector<PixelSums> sums_;  ///< of one cell, while it is merged
+  std::vector<PixelSums> sums_;  ///< scratch: the sums of the cell that is being merged
 };
 
 }  // namespace parray::coordinator

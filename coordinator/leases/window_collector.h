@@ -19,8 +19,10 @@ struct RankThreads {
   std::uint32_t all = 1;
 };
 
-/// Collects the results of one pass from a window. Reads the entries that ranks have logged, checks
-/// them against their digests and merges them. Lets idle ranks trace missing cells again.
+/// Collects the results of one pass of an mpirun. The ranks put results into the window, the memory
+/// of rank 0 (proto/window.h), and log an entry for each. This object reads the entries, checks the
+/// results against their digests and merges them. If ranks have no work left, it lets them trace
+/// cells again that other ranks have not returned yet (copies).
 ///
 /// Not thread-safe. Reads no clock: `now` is an argument. Never waits.
 class WindowCollector {
@@ -37,9 +39,10 @@ class WindowCollector {
   };
   /// Callbacks. One thread at a time calls them; it may be a merging thread.
   struct Hooks {
-    /// Returns the non-finite samples of a cell, sorted. Called if its record counts any.
+    /// Returns the non-finite samples of a cell, sorted. Called if the cell's record counts any:
+    /// the window does not hold which samples these are.
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
-    /// Called after the merge of a result with new cells.
+    /// Called after a result with new cells was merged.
     std::function<void(TracerKey tracer, TracedCells cells)> merged;
   };
 
@@ -49,11 +52,13 @@ class WindowCollector {
                   std::span<const std::byte> memory, Time now, Totals& totals, Hooks hooks,
                   RankThreads threads = {});
 
-  /// Merges logged results of about `most_cells` cells by merging_threads(). False: there are none.
+  /// Merges logged results of about `most_cells` cells with merging_threads() threads. False: there
+  /// are no results to merge.
   bool collect(Time now, std::uint64_t most_cells);
-  /// Returns whether the last collect() left results for the next.
+  /// Returns whether the last collect() left logged results for the next call.
   [[nodiscard]] bool behind() const { return behind_; }
-  /// Returns whether very many ranks send results, so that all of rank 0's threads should merge.
+  /// Returns whether all threads of rank 0 should merge results instead of tracing: there are very
+  /// many ranks, and they have sent results recently.
   [[nodiscard]] bool wants_all_threads(Time now) const;
   /// Returns the number of threads that merge results.
   [[nodiscard]] std::uint32_t merging_threads() const { return merging_threads_; }
@@ -64,11 +69,12 @@ class WindowCollector {
   /// Returns whether the picture has restarted, because a faulty rank's bits had influenced its
   /// passes. Then this object is obsolete.
   [[nodiscard]] bool overtaken() const { return picture_.plan() != plan_; }
-  /// Returns the share of the pass's cells that are merged, 0 to 1, also by earlier processes.
+  /// Returns the share, 0 to 1, of the pass's cells that are merged. Cells from before a restart of
+  /// the job count, too.
   [[nodiscard]] double progress() const;
 
-  /// Issues copies of missing cells to ranks that wait for work. Copies cost time, so a round over
-  /// the missing cells begins at least twice the duration of the previous round after its end.
+  /// Issues copies of missing cells to ranks that wait for work. Copies cost time. So after a round
+  /// over all missing cells, the next round begins only after twice the duration of this one.
   void issue_copies(Time now);
   /// Stops all ranks: waiting ranks at once, tracing ranks at their next heartbeat.
   void finish();
@@ -81,7 +87,7 @@ class WindowCollector {
   [[nodiscard]] Time last_sign_of_life() const { return last_life_; }
   /// Returns a number that changes whenever a rank takes work or logs a result.
   [[nodiscard]] std::uint64_t activity() const;
-  /// Returns a word that belongs to a rank.
+  /// Returns a word of the window that belongs to a rank.
   [[nodiscard]] std::uint64_t rank_value(std::uint32_t rank, WindowLayout::RankWord word) const {
     return load(WindowLayout::rank_word(rank, word));
   }

@@ -10,8 +10,9 @@ namespace parray::coordinator {
 /// malloc would return each to the system, which clears every new one.
 void keep_freed_blocks();
 
-/// Raises the limit of open files as far as possible. Every worker, client and HTTP connection uses
-/// a file descriptor. Throws InputError if the limit is too low.
+/// Raises the limit of open files of this process as far as the system allows. Each of `workers`
+/// workers and `http` HTTP connections needs a file descriptor. Clients, files and ZeroMQ need up
+/// to 256 more. Throws InputError if the raised limit is less than the sum of these three.
 void allow_connections(std::size_t workers, std::size_t http);
 
 }  // namespace parray::coordinator

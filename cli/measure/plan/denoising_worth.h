@@ -9,12 +9,12 @@
 
 namespace parray::plan {
 
-/// Measurements of some pixels of a picture.
+/// Measurements of some pixels of a picture, traced with few samples and denoised.
 struct DenoisingProbe {
   double samples = 0;   ///< per pixel
   double raw = 0;       ///< RMSE before denoising
-  double denoised = 0;  ///< RMSE after it
-  /// Samples per pixel that could be traced in the time of denoising.
+  double denoised = 0;  ///< RMSE after denoising
+  /// Additional samples per pixel that could be traced in the time that denoising took.
   double samples_instead = 0;
 };
 
@@ -31,19 +31,21 @@ struct DenoisingWorth {
   [[nodiscard]] bool pays() const { return denoised <= 1.15 * undenoised; }
 };
 
-/// Predicts the errors of both pictures for the number of samples or the target of `settings`.
-/// `limit_samples`: samples per pixel that a time limit allows without denoising; 0: no limit.
+/// Predicts the errors of a picture with denoising and of one without, in the same time, for the
+/// number of samples or the target of `settings`. `limit_samples`: samples per pixel that a time
+/// limit allows without denoising; 0: no limit.
 ///
-/// The square error falls as n^-p, with p = 1 for independent samples and 1.25 for Sobol points
-/// (measured: 1.0 to 1.35). Denoising leaves a share s of it. The share grows with the samples,
-/// because less noise hides more detail: s / (1 - s) grows as n^0.55 (measured: 0.3 to 0.7, five
-/// scenes, 8 to 128 samples).
+/// The model: without denoising, the mean square error falls as n^-p with the number n of samples.
+/// p is 1 for independent samples and 1.25 for Sobol points (measured: 1.0 to 1.35). Denoising
+/// leaves a share s of the mean square error. The share grows with n, because less noise hides more
+/// detail: s / (1 - s) grows as n^0.55 (measured: 0.3 to 0.7, five scenes, 8 to 128 samples).
 DenoisingWorth foresee_denoising(const DenoisingProbe& probe, const RenderSettings& settings,
                                  double limit_samples);
 
-/// Traces and denoises tiles of the picture, at most a fifth of its pixels. Returns nothing if the
-/// picture is too small, if tracing the tiles takes too long, or if `settings` list the passes.
-/// `tracer` belongs to `scene` and `settings`.
+/// Traces and denoises tiles of the picture, at most a fifth of its pixels, and predicts from them.
+/// Returns nothing if the picture is too small, if tracing the tiles takes too long, or if
+/// `settings` list the passes (StopSettings::passes). `tracer` must be made from `scene` and
+/// `settings`.
 std::optional<DenoisingWorth> denoising_worth(const PathTracer& tracer, const Scene& scene,
                                               const RenderSettings& settings, int threads);
 

@@ -10,15 +10,16 @@
 /// samples. Samples are means per pixel; errors are RMSE in linear radiance.
 namespace parray::plan {
 
-/// The error of independent samples: E = s / sqrt(n) if every pixel has n samples, less if noisy
-/// pixels get more.
+/// A model of the error E of a picture with independent samples, n per pixel on average. If every
+/// pixel has n samples, E = s / sqrt(n), where s is the standard deviation of a sample. If noisy
+/// pixels get more samples than others, E is less.
 class ModelError {
  public:
   /// Returns the model for the same number of samples in every pixel. `deviation` > 0: standard
   /// deviation of a sample, root mean square over pixels and channels.
   static ModelError uniform(double deviation);
-  /// Returns the model for adaptive passes that continue from `state`, in which all pixels have the
-  /// same number of samples, at least 2. `rmse` > 0: the error of `state`.
+  /// Returns the model for adaptive passes that continue from the picture `state`. In `state` all
+  /// pixels must have the same number of samples, at least 2. `rmse` > 0: the error of `state`.
   static ModelError adaptive(const FramebufferView& state, double rmse);
 
   /// Returns the error with `samples` > 0 per pixel.
@@ -35,7 +36,7 @@ class ModelError {
 struct MeasuredError {
   double samples = 0;
   double rmse = 0;
-  double relative = 0;  ///< standard error of rmse / rmse
+  double relative = 0;  ///< standard error of `rmse`, divided by `rmse`
 };
 
 /// Normal distribution of an exponent.
@@ -44,15 +45,18 @@ struct ExponentPrior {
   double deviation = 0;  ///< 0: the exponent is known
 };
 
-/// Sobol points are spread most evenly if their number is a power of two. Any other number is worth
-/// as much as fewer points of a smooth law. Returns that number for `samples` > 0 per pixel, half
-/// in each replicate. Measured over six scenes, 4 to 512 samples: tests/experiments/RESULTS.md.
+/// Returns how many points `samples` Sobol points per pixel are worth, `samples` > 0, half of them
+/// in each replicate. Sobol points are spread most evenly if their number is a power of two. Any
+/// other number is worth as much as a smaller number of points, by which the error falls smoothly:
+/// the result. Measured over six scenes, 4 to 512 samples: tests/experiments/RESULTS.md.
 double even_points(double samples);
 
 /// Kind of the samples of an ErrorModel.
 enum class Spread {
   smooth,  ///< independent samples, or different numbers of samples per pixel
-  points  ///< the same number of Sobol points in every pixel: the exponent belongs to even_points()
+  /// The same number of Sobol points in every pixel: the gain of ErrorModel is a power of
+  /// even_points(n).
+  points
 };
 
 /// E(n) = model(n) * g(n). The factor g is the advantage of a sampler over independent samples. It
@@ -68,9 +72,9 @@ class ErrorModel {
              Spread spread = Spread::smooth);
 
   [[nodiscard]] double at(double samples) const;
-  /// The inverse of at().
+  /// Returns the samples per pixel with the error `rmse`.
   [[nodiscard]] double samples_for(double rmse) const;
-  /// Standard error of at() / at().
+  /// Returns the standard error of at(), divided by at().
   [[nodiscard]] double relative_at(double samples) const;
   [[nodiscard]] double exponent() const { return exponent_; }
   [[nodiscard]] const ModelError& model() const { return model_; }
@@ -94,16 +98,18 @@ class ErrorModel {
   double exponent_variance_ = 0;
 };
 
-/// A picture after its last pass.
+/// A prediction of a picture after its last pass.
 struct Forecast {
-  double samples = 0;  ///< a pixel
+  double samples = 0;  ///< mean per pixel
   double rmse = 0;
   int passes = 0;
   int decisions = 0;  ///< number of passes that begin with a decision on the placement of samples
 };
 
-/// Upper end of a picture's confidence interval as a function of its error: sqrt(factor * rmse^2 +
-/// unseen / n); see ErrorEstimate. A picture meets its target when the upper end does.
+/// The upper end of the confidence interval of a picture's error, as a function of the error and of
+/// the number n of samples per pixel: sqrt(factor * rmse^2 + unseen / n). `unseen` stands for light
+/// that no sample has shown; see ErrorEstimate. A picture meets its target when this upper end
+/// does.
 struct UpperBound {
   double factor = 1;
   double unseen = 0;
@@ -117,23 +123,26 @@ struct TargetLaws {
   UpperBound stated_even;
   UpperBound stated_placed;
   Sampler sampler = Sampler::independent;
-  /// Passes may place samples by noise: from pilot_samples on, in a pass of at least half as many.
+  /// Whether passes place samples by noise: from pilot_samples per pixel on, in a pass that adds at
+  /// least half as many samples as there are.
   bool placing_pays = true;
 };
 
-/// Predicts the end of adaptive passes that continue until the stated error meets `target` or
-/// `most_samples` per pixel. next_pass_size() gives the sizes of the passes.
+/// Predicts the picture at the end of adaptive passes. They continue until UpperBound::of() meets
+/// `target`, or the picture has `most_samples` per pixel. next_pass_size() gives the sizes of the
+/// passes.
 Forecast forecast_target(const TargetLaws& laws, double target, double most_samples);
 
-/// Seconds of passes.
+/// Seconds that passes take.
 struct PassCosts {
   double pilot_sample = 0;  ///< one sample of every pixel in the first pass
   double later_sample = 0;  ///< one sample of every pixel in later passes
   double pass = 0;          ///< each pass, for any number of samples
 };
 
-/// Predicts the end of adaptive passes that have `seconds` left. Has at least 2 samples per pixel,
-/// because a picture with fewer has no known error. The forecast's rmse is 0.
+/// Predicts the picture at the end of adaptive passes with `seconds` for them all, and at most
+/// `most_samples` per pixel. The result has at least 2 samples per pixel, because the error of a
+/// picture with fewer is unknown. Its `rmse` is not predicted: 0.
 Forecast forecast_time(const PassCosts& costs, double seconds, double most_samples);
 
 }  // namespace parray::plan

@@ -8,7 +8,8 @@
 
 namespace parray::plan {
 
-/// The time of passes on a farm, from their time on this machine. Without workers: this machine.
+/// Predicts the time of passes on a farm from their time on this machine. Without workers, the farm
+/// is this machine.
 class FarmModel {
  public:
   FarmModel() = default;
@@ -16,6 +17,7 @@ class FarmModel {
   /// all > 0. The coordinator runs on this machine.
   FarmModel(const RenderSettings& settings, std::vector<double> speeds, std::uint32_t threads);
 
+  /// Returns whether the farm is this machine.
   [[nodiscard]] bool here() const { return speeds_.empty(); }
   [[nodiscard]] const std::vector<double>& speeds() const { return speeds_; }
 

@@ -7,13 +7,14 @@
 
 namespace parray::plan {
 
-/// Makes the allocator return large blocks to the system from now on. A new render starts without
-/// them, too, and pays for touching each page first.
+/// Makes the allocator return large blocks to the system from now on. Then measurements begin
+/// without memory of earlier ones, as a new render does, and include the time for touching each
+/// page first.
 void forget_memory();
 
 /// Time that a coordinator takes to check and merge results.
 struct Collecting {
-  Effort again;     ///< each pass
+  Effort again;     ///< time of each pass
   Effort touching;  ///< additional time of the first pass: it touches memory for the first time
 };
 Collecting effort_of_collecting(const Framebuffer& traced);

@@ -12,7 +12,7 @@ struct TracedPass {
   Effort effort;
 };
 
-/// Time of passes: pass + samples * sample.
+/// The time of a pass with n samples is pass + n * sample.
 struct PassCost {
   Effort pass;
   Effort sample;
@@ -24,7 +24,7 @@ struct PassCost {
 /// lengthen both parts by the same factor.
 PassCost fit_pass_cost(std::span<const TracedPass> passes);
 
-/// Returns the time per sample of passes whose constant part is `pass`.
+/// Returns the time per sample that fits `passes`, if the constant part of their time is `pass`.
 Effort sample_effort(std::span<const TracedPass> passes, Effort pass);
 
 }  // namespace parray::plan

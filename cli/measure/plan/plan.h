@@ -9,11 +9,11 @@
 
 namespace parray::plan {
 
-/// The user's goal: one of `error` and `seconds` is > 0.
+/// The user's goal: an error or a time. Exactly one of `error` and `seconds` is > 0.
 struct PlanGoal {
   double error = 0;          ///< RMSE, linear radiance
   double seconds = 0;        ///< time of the whole render
-  double confidence = 0.95;  ///< required probability of keeping the goal, in [0.5, 1)
+  double confidence = 0.95;  ///< least probability that the picture keeps the goal, in [0.5, 1)
 };
 
 /// A predicted value with its 95 % confidence interval.
@@ -27,7 +27,7 @@ struct Expected {
 struct Choice {
   Sampler sampler = Sampler::independent;
   bool adaptive = false;
-  std::uint32_t samples_per_pixel = 0;  ///< option --spp; 0: adaptive, no fixed number
+  std::uint32_t samples_per_pixel = 0;  ///< option --spp; 0: no fixed number, adaptive passes
   double time_limit = 0;                ///< option --time-limit; 0: none
   double target_error = 0;              ///< option --target-error; 0: none
   Expected samples;                     ///< per pixel
@@ -40,11 +40,13 @@ struct Choice {
 /// Returns the quantile of the standard normal distribution for `p` in (0, 1).
 double normal_quantile(double p);
 
-/// Returns all choices that meet the goal, the recommended one first. Choices that stop at the goal
-/// by themselves (a target error, a time limit) precede those with a number of samples. Each group
-/// begins with the choices of sufficient confidence, ordered by time, or by error if time was the
-/// goal. `load`: the time of reading the scene. `farm` traces; this machine does everything else.
-/// Throws InputError, which names the option, if the goal is out of reach.
+/// Returns choices that meet the goal, the recommended one first: adaptive passes and a number of
+/// samples, for each sampler of the probe. If the goal is a time, leaves out choices with less than
+/// the required confidence, unless all have less. Choices that stop at the goal by themselves (a
+/// target error, a time limit) precede those with a number of samples. In both groups, choices with
+/// the required confidence come first. The order is by time, or by error if the goal is a time.
+/// `load`: the time of reading the scene. `farm` traces; this machine does everything else. Throws
+/// InputError, which names the option, if the goal is out of reach.
 std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, PlanGoal goal,
                             Effort load, const FarmModel& farm = {});
 

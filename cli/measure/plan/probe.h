@@ -17,7 +17,7 @@ namespace parray::plan {
 /// The task of a probe and its time.
 struct ProbeRequest {
   const Scene* scene = nullptr;
-  Boxed<RenderSettings> settings;  ///< resolved; sampler and limits are ignored
+  Boxed<RenderSettings> settings;  ///< no value is `automatic`; sampler and limits are ignored
   std::vector<Sampler> samplers;   ///< candidates, at least one; the last gets most of the time
   int threads = 1;
   double seconds = 3;           ///< wall-clock time, approximate, without building the accelerator
@@ -29,22 +29,24 @@ struct ProbeRequest {
 /// Error laws and times of one sampler.
 struct SamplerProbe {
   Sampler sampler = Sampler::independent;
-  ErrorModel uniform;      ///< equal counts
+  ErrorModel uniform;      ///< every pixel has the same number of samples
   ErrorModel adaptive;     ///< adaptive passes
-  Effort uniform_sample;   ///< of one sample
-  Effort adaptive_sample;  ///< of one sample that adaptive passes place
+  Effort uniform_sample;   ///< time of one sample, with the same number in every pixel
+  Effort adaptive_sample;  ///< time of one sample that adaptive passes place
 };
 
 /// Results of a few seconds of tracing a scene.
 struct Probe {
   std::vector<SamplerProbe> samplers;  ///< in the order of the request
-  Effort fixed;                        ///< steps that every picture of the scene needs once
-  Effort collect;                      ///< each traced pass, for any number of samples
-  Effort pass;                         ///< the decision before each adaptive pass
-  Effort overheads;                    ///< steps after the last sample
+  /// Time of the steps that every picture of the scene needs once.
+  Effort fixed;
+  /// Time to collect the results of a pass, for any number of samples.
+  Effort collect;
+  Effort pass;       ///< time of the decision before each adaptive pass
+  Effort overheads;  ///< time of the steps after the last sample
   UpperBound stated_uniform;
   UpperBound stated_adaptive;
-  bool placing_pays = true;     ///< adaptive passes place samples by noise
+  bool placing_pays = true;     ///< whether adaptive passes place samples by noise
   double largest_radiance = 0;  ///< upper bound of a sample's radiance
   double timing_doubt = 0;      ///< relative standard error of the times, from their variation
   std::uint64_t pixels = 0;     ///< traced pixels

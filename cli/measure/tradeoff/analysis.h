@@ -19,7 +19,7 @@ using ByLevel = std::array<double, interval_levels.size()>;
 
 /// One render compared with the reference.
 struct Run {
-  std::string options;  ///< canonical
+  std::string options;  ///< options_of() of the settings
   std::uint64_t seed = 0;
   double seconds = 0;       ///< wall-clock time of tracing and denoising
   double cpu_seconds = 0;   ///< processor time of all threads
@@ -27,21 +27,24 @@ struct Run {
   double rays = 0;          ///< mean per sample
   double mse = 0;           ///< against the true picture; may fall below 0 by chance
   double mse_scatter = 0;   ///< standard error of `mse`, from the reference's own error
-  double mse_8bit = 0;      ///< of the 8-bit picture
-  double quantisation = 0;  ///< mean square of the change by 8 bits
+  double mse_8bit = 0;      ///< the same for the picture rounded to 8 bits
+  double quantisation = 0;  ///< mean square of the change by rounding to 8 bits
   double bias = 0;          ///< mean error
   double claimed = 0;       ///< stated RMSE of the picture; `low` and `high`: its interval
   double low = 0;
   double high = 0;
-  double truncation = 0;  ///< bound of the light lost to max_depth, mean radiance
+  /// Upper bound of the mean radiance that is lost because paths end at max_depth.
+  double truncation = 0;
   double passes = 1;
   double denoise_seconds = 0;  ///< the part of `seconds` that is features and filter
-  ByLevel coverage{};          ///< share of pixels' intervals that hold; 0 for denoised pictures
-  ByLevel claims{};            ///< whether the interval of its RMSE holds: 0 or 1
+  /// Share of the pixels' intervals that contain the true value; 0 for denoised pictures.
+  ByLevel coverage{};
+  /// 1: the stated interval of its RMSE contains the true RMSE; 0: it does not.
+  ByLevel claims{};
 };
 
-/// Returns whether an interval of the RMSE around `claimed` contains the true RMSE. Widens it by
-/// the uncertainty of the reference.
+/// Returns whether the interval from `low` to `high` around Run::claimed contains the true RMSE.
+/// First widens it by the uncertainty of the reference. `level`: index in interval_levels.
 bool claim_holds(const Run& run, double low, double high, std::size_t level);
 
 /// Mean square of a systematic difference, from paired renders.
@@ -49,7 +52,7 @@ struct PairedBias {
   double square = 0;   ///< may fall below 0 by chance
   double scatter = 0;  ///< standard error of `square`
   double mean = 0;     ///< mean difference
-  /// Returns the root mean square, or 0 if it is not significant.
+  /// Returns the root of `square`, or 0 if `square` is not significant.
   [[nodiscard]] double rms() const;
 };
 
@@ -82,20 +85,21 @@ struct Row {
   double samples = 0;
   double rays = 0;
   double mse = 0;             ///< mean
-  double mse_deviation = 0;   ///< standard deviation of one run's
+  double mse_deviation = 0;   ///< standard deviation of the `mse` of one run
   double rmse = 0;            ///< square root of mse, 0 if that is below 0
-  double rmse_deviation = 0;  ///< of one run's
+  double rmse_deviation = 0;  ///< standard deviation of the RMSE of one run
   double rmse_8bit = 0;
   double claimed = 0;  ///< root mean square
-  ByLevel claims{};    ///< share of runs whose interval holds rmse
+  ByLevel claims{};    ///< share of runs whose interval of the RMSE contains it
   double bias = 0;
   double truncation = 0;
-  ByLevel coverage{};  ///< of pixels' intervals; unused for denoised pictures
+  ByLevel coverage{};  ///< mean of Run::coverage; unused for denoised pictures
   double passes = 1;
   double denoise_seconds = 0;
   Budget budget;
   bool on_front = false;
-  std::string dominated_by;  ///< canonical form of faster settings; empty on the front
+  /// The options_of() of faster settings whose error is no larger; empty on the Pareto front.
+  std::string dominated_by;
 
   double mse_scatter = 0;  ///< Run::mse_scatter, mean: the same for all runs
 
@@ -121,7 +125,8 @@ struct Timing {
 /// Sets `busy` if the threads got less than 85 % of the processor time that they could use.
 Timing timing_of(const std::vector<Run>& runs, int threads);
 
-/// Precondition: `runs` have these settings and are not empty.
+/// Returns the statistics of `runs`, which must have the settings of `variant` and must not be
+/// empty.
 Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Timing& timing);
 
 /// Time and error of settings.

@@ -16,10 +16,13 @@ struct Candidate {
   double seconds = 0;
 };
 
-/// Returns, for each way to place samples (sampler, uniform or to a target, denoised or not), the
-/// settings predicted to reach `error` soonest, the cheapest first. Another depth or precision than
-/// the scene's must be at least 5 % faster, and its systematic error may be at most a tenth of the
-/// mean square. Denoised pictures keep the scene's depth and precision.
+/// Returns the settings that are predicted to reach the RMSE `error` soonest: one candidate for
+/// each way to sample, the fastest first. A way to sample is a sampler with equal numbers of
+/// samples, with adaptive passes to a target error, or with equal numbers and denoising. Ways with
+/// too few measurements are left out. A candidate has the scene's own depth, precision and
+/// accelerator, unless others are predicted to be at least 5 % faster. The square of the systematic
+/// error of such others may be at most a tenth of the square of `error`. Denoised pictures always
+/// keep the scene's own.
 std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows,
                                       const RenderSettings& base, const PairedBiases& biases);
 
@@ -28,26 +31,34 @@ std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows
 std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
                                  const RenderSettings& base);
 
-/// Returns the settings of `row`, which missed `error`, with a corrected number of samples or
-/// target. Returns nothing if the measured error is close enough.
+/// Corrects the prediction after a measurement: returns the settings of `row` with the number of
+/// samples, or the target error, that should give the RMSE `error`. Returns nothing if no
+/// correction is needed. That is so if the RMSE of the row is at most 0.5 % above `error` and, for
+/// settings without a target error, not more than 3 % below it. Also returns nothing if the
+/// corrected settings equal those of the row.
 std::optional<Candidate> corrected(const Row& row, double error);
 
-/// Returns the fastest row with at most that RMSE, or null.
+/// Returns the fastest row whose RMSE is at most 0.5 % above `error`. Null: there is none.
 const Row* fastest_within(double error, const std::vector<Row>& rows);
 
-/// Returns whether the settings differ only in the number of samples or the target.
+/// Returns whether the settings differ only in the number of samples or in the value of a target
+/// error.
 bool same_but_samples(const RenderSettings& a, const RenderSettings& b);
 
-/// The contents of the sentence.
+/// The facts that sentence_of() turns into text: the answer of `parray tradeoff`.
 struct Answer {
   double error = 0;
-  bool asked = false;           ///< false: `error` is the RMSE of the scene's own settings
-  Row pick;                     ///< measured
-  bool own = false;             ///< `pick` has the scene's own settings, apart from the samples
-  double own_seconds = 0;       ///< time of the scene's own settings to reach `error`
-  std::string own_options;      ///< options of those settings; empty: unknown
-  Boxed<RenderSettings> scene;  ///< with the size of the scene's own picture
+  /// The user stated `error`; false: it is the RMSE of the scene's own settings.
+  bool asked = false;
+  Row pick;          ///< the fastest measured settings with at most this error
+  bool own = false;  ///< `pick` has the scene's own settings, apart from the samples
+  /// Time in which the scene's own settings reach `error`; 0: unknown.
+  double own_seconds = 0;
+  std::string own_options;  ///< options of those settings; empty: unknown
+  /// The scene's own settings; `pick` may be measured in a smaller picture.
+  Boxed<RenderSettings> scene;
 };
+/// Returns the answer as a text for people.
 std::string sentence_of(const Answer& answer);
 
 }  // namespace parray::tradeoff

@@ -10,25 +10,27 @@
 
 namespace parray::tradeoff {
 
-/// A denoised picture, and the time of features and filter.
+/// A denoised picture, and the time for tracing its features and filtering it.
 struct DenoisedRender {
   Denoised picture;
   Effort effort;
 };
 
-/// Renders one scene repeatedly with all threads. Not thread-safe. The scene and `stop` must
-/// outlive it.
+/// Renders one scene with various settings, with `threads` > 0 threads. Not thread-safe. The scene
+/// and `stop` must outlive this object.
 class Bench {
  public:
   Bench(const Scene& scene, int threads, const std::atomic<bool>& stop)
       : scene_(scene), threads_(threads), stop_(stop) {}
 
-  /// `settings` must be resolved. Builds the accelerator on first use and keeps it. Throws
-  /// Interrupted.
+  /// Renders the scene once. `settings` must be resolved: no value is `automatic`, except perhaps
+  /// `isa`. Builds an accelerator for each combination of precision, kind and instruction set when
+  /// it is first needed, and keeps them all. Throws Interrupted if `stop` becomes true, or after an
+  /// interrupt of the user.
   [[nodiscard]] DirectRender render(const RenderSettings& settings);
 
-  /// `picture` is the result of render(settings), with at least two samples per pixel. Throws
-  /// Interrupted.
+  /// Denoises `picture`, the result of render(settings). Throws InputError if a pixel has fewer
+  /// than two samples, Interrupted after an interrupt of the user.
   [[nodiscard]] DenoisedRender denoise(const RenderSettings& settings, const DirectRender& picture);
 
   [[nodiscard]] const Scene& scene() const { return scene_; }

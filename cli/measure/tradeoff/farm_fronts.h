@@ -8,7 +8,7 @@
 /// Pareto fronts of farms. Modelled, not measured.
 namespace parray::tradeoff {
 
-/// A picture with the settings of a row, in the scene's own size.
+/// The predicted picture with the settings of a row, in the size that the scene states.
 struct FarmPoint {
   std::size_t row = 0;  ///< index of the row
   double seconds = 0;

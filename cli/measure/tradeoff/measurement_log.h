@@ -22,8 +22,8 @@ struct Identity {
   std::string processor;
 };
 
-/// The directory of measurements. Every measurement is written at once, and a later run of the same
-/// command continues.
+/// The directory of measurements. Every measurement is written as soon as it is made, so that a
+/// later run of the same command continues.
 ///
 /// `runs.csv` has a line for each render, `reference.exr` the reference, `state.json` everything
 /// else.
@@ -38,7 +38,8 @@ class MeasurementLog {
   }
   [[nodiscard]] std::filesystem::path reference() const { return file("reference.exr"); }
 
-  /// Results of earlier stages. keep_state() writes them.
+  /// Returns the results of earlier stages of the session, which the caller may change.
+  /// keep_state() writes them.
   [[nodiscard]] nlohmann::json& state() { return state_; }
   void keep_state() const;
 

@@ -9,16 +9,20 @@
 #include "cli/measure/tradeoff/analysis.h"
 #include "cli/measure/tradeoff/bench.h"
 
-/// Systematic errors from pairs of renders with the same random numbers. Both have nearly the same
-/// noise, so it does not hide the difference.
+/// Measures the systematic error of a path depth or a precision, from pairs of renders: one with
+/// this value, one with a reference value. Both use the same random numbers and so have nearly the
+/// same noise, which does not hide the difference.
 namespace parray::tradeoff {
 
-/// Collects the differences of pairs of pictures. Each pair has its own seed.
+/// Collects the differences of pairs of pictures. Both pictures of a pair must have the same seed,
+/// and different pairs different seeds.
 class PairedDifference {
  public:
+  /// Adds the difference `picture` - `from` of a pair. The pictures are linear radiance, 3 values
+  /// per pixel, and all have the same size.
   void add(const std::vector<float>& picture, const std::vector<float>& from);
-  /// Returns the mean square of the mean difference. It is unbiased because it uses only products
-  /// of different pairs. Precondition: at least two pairs.
+  /// Returns the mean square, over all pixels, of the mean difference of all pairs. It is unbiased
+  /// because it uses only products of different pairs. Precondition: at least two pairs.
   [[nodiscard]] PairedBias bias() const;
 
  private:
@@ -28,13 +32,15 @@ class PairedDifference {
 };
 
 struct PairedBiases {
-  std::map<std::uint32_t, PairedBias> depth;  ///< against reference_depth()
-  std::map<Precision, PairedBias> precision;  ///< against f64
+  std::map<std::uint32_t, PairedBias> depth;  ///< by path depth; reference: reference_depth()
+  std::map<Precision, PairedBias> precision;  ///< by precision; reference: f64
 };
 
+/// Number of pairs for each depth and each precision.
 inline constexpr std::uint32_t pairs = 4;
 
-/// `samples`: per pixel of each render. Calls `next` after each render with the completed share.
+/// Renders and compares the pairs. `samples`: per pixel of each render. Calls `next` after each
+/// render with the share, 0 to 1, of all renders that are complete. Throws Interrupted.
 PairedBiases measure_pairs(Bench& bench, const RenderSettings& base, std::uint32_t samples,
                            const std::function<void(double)>& next);
 /// Returns the number of renders that measure_pairs() makes.

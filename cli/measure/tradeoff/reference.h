@@ -11,9 +11,9 @@
 
 namespace parray::tradeoff {
 
-/// Approximates the picture with infinitely many samples: two halves of independent samples without
-/// a common seed. With the halves' errors u and w, a picture's error e satisfies E[(e - u)(e - w)]
-/// = E[e^2], so the reference's own error cancels.
+/// Approximates the true picture, with infinitely many samples. It has two halves, each the mean of
+/// independent samples; no seed is in both. Let u and w be the errors of the halves. A picture's
+/// error e then satisfies E[(e - u)(e - w)] = E[e^2]. So the error of the reference cancels.
 class Reference {
  public:
   Reference(std::uint32_t width, std::uint32_t height);
@@ -21,7 +21,8 @@ class Reference {
   /// Returns the settings of the reference's renders: f64, independent samples, great depth.
   static RenderSettings settings_of(const RenderSettings& base);
 
-  /// Adds a render to the halves in turn. Only the seed and the samples may differ between renders.
+  /// Adds a render to one half, and the next one to the other. Only the seed and the number of
+  /// samples may differ between renders.
   void add(const DirectRender& chunk);
   [[nodiscard]] std::uint64_t chunks() const {
     return chunks_;
@@ -34,9 +35,9 @@ class Reference {
   /// Returns the RMSE of the mean of both halves, from their difference. Precondition: balanced().
   [[nodiscard]] double rmse() const;
 
-  /// Returns the picture's errors, and how often its stated intervals hold. Leaves out settings,
-  /// times and work of the run. Pixels without noise do not count. Precondition: balanced(), and
-  /// the same size.
+  /// Compares a picture with the reference. Returns its errors, and how often its stated intervals
+  /// contain the true value. Does not set the settings, times and work of the run. Pixels without
+  /// noise do not count. Precondition: balanced(), and the same size.
   [[nodiscard]] Run compare(const DirectRender& picture) const;
   /// Does the same for a denoised picture, which states no intervals of its pixels.
   [[nodiscard]] Run compare(const Denoised& picture) const;
@@ -64,7 +65,7 @@ class Reference {
   std::uint64_t chunks_ = 0;
 };
 
-/// Returns the linear value that remains of a linear value in an 8-bit sRGB picture.
+/// Returns the linear value that a linear value becomes in an 8-bit sRGB picture.
 double through_8bit(double value);
 
 }  // namespace parray::tradeoff

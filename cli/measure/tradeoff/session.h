@@ -16,23 +16,25 @@ namespace parray::tradeoff {
 
 /// The task of a session.
 struct Request {
-  Boxed<RenderSettings> scene;                ///< the scene's own, resolved, with its own size
+  /// The scene's own settings and size; no value is `automatic`.
+  Boxed<RenderSettings> scene;
   Boxed<RenderSettings> base;                 ///< the same settings with the measured size
   std::vector<Boxed<RenderSettings>> also{};  ///< more settings to measure
   std::optional<double> error;  ///< required RMSE; empty: that of the scene's own settings
-  double seconds = 120;         ///< for all measurements
+  double seconds = 120;         ///< time for all measurements
 };
 
-/// Measures stage by stage and writes to a log. Skips measurements that the log already has. Not
-/// thread-safe.
+/// Makes the measurements of `parray tradeoff` and writes them to a log. Skips measurements that
+/// the log already has. Not thread-safe.
 class Session {
  public:
-  /// All arguments must outlive it. Calls `show` several times a second with the completed share, 0
-  /// to 1.
+  /// All arguments must outlive this object. measure() calls `show` several times a second with the
+  /// completed share of the session, 0 to 1.
   Session(const Request& request, Bench& bench, MeasurementLog& log,
           std::function<void(double)> show);
 
-  /// Throws Interrupted. The log then has the measurements made until then.
+  /// Makes all measurements and returns the results. Throws Interrupted after an interrupt of the
+  /// user; the log then has the measurements made until then.
   [[nodiscard]] TradeoffResults measure();
 
  private:

@@ -13,7 +13,8 @@
 
 namespace parray::tradeoff {
 
-/// How the error of one family falls with samples.
+/// How the error of one family falls with samples. A family has one sampler and one way to place
+/// samples, with or without denoising: see Families.
 struct Convergence {
   std::string name;             ///< "independent", "sobol, adaptive, denoised"
   std::optional<PowerLaw> mse;  ///< as a function of samples per pixel
@@ -21,12 +22,12 @@ struct Convergence {
       0;  ///< MSE of independent samples divided by this MSE, in the same time; 0: unknown
 };
 
-/// How often intervals hold.
+/// How often confidence intervals hold, which means that they contain the true value.
 struct Calibration {
-  std::string name;            ///< "all", "sobol"
-  ByLevel pixels{};            ///< shares, over all pixels, channels and runs
+  std::string name;  ///< "all", "sobol"
+  ByLevel pixels{};  ///< shares of intervals that hold, over all pixels, channels and runs
   std::size_t pixel_runs = 0;  ///< 0 for denoised pictures
-  ByLevel pictures{};          ///< shares of intervals of the RMSE
+  ByLevel pictures{};          ///< shares of runs whose interval of the RMSE holds
   std::size_t runs = 0;
 };
 
@@ -52,8 +53,8 @@ struct TradeoffResults {
   std::vector<FarmFront> farms;  ///< modelled
   double reference_samples = 0;
   double reference_rmse = 0;
-  std::vector<std::string> left_out;  ///< canonical forms
-  std::vector<std::string> notes;     ///< sentences about what is limited
+  std::vector<std::string> left_out;  ///< settings that were not measured, by options_of()
+  std::vector<std::string> notes;     ///< sentences about limits of these results
   std::string answer;
   nlohmann::json answer_facts;
 };
@@ -71,9 +72,9 @@ std::vector<Calibration> calibration_of(const std::vector<Row>& rows);
 
 // Tables with a header. The plots read them: names have no commas.
 std::string csv_of(const TradeoffResults& results);
-/// The modelled fronts.
+/// Returns the table of the modelled Pareto fronts of farms.
 std::string farms_csv_of(const TradeoffResults& results);
-/// How often intervals hold.
+/// Returns the table of Calibration: how often confidence intervals hold.
 std::string intervals_csv_of(const TradeoffResults& results);
 nlohmann::json json_of(const TradeoffResults& results);
 /// Returns the tables for people, without the answer.

@@ -29,11 +29,11 @@ std::string_view name_of(VariedSetting varied);
 /// Settings to measure in several short renders, each with its own seed.
 struct Variant {
   VariedSetting varied = VariedSetting::spp;
-  Boxed<RenderSettings> settings;  ///< resolved; the seed is replaced by seed_of()
+  Boxed<RenderSettings> settings;  ///< no value is `automatic`; seed_of() replaces the seed
   std::uint32_t runs = 0;
 };
 
-/// Pixels of a picture.
+/// Returns the number of pixels of a picture.
 double pixels_of(const RenderSettings& settings);
 
 /// Returns the canonical form of settings, as options of `parray render`. It is the key of
@@ -44,9 +44,10 @@ std::string options_of(const RenderSettings& settings);
 /// --sampler and the option that ends the render.
 std::string options_against(const RenderSettings& settings, const RenderSettings& base);
 
-/// Different uses have different seeds; `base` is the scene's seed. Settings that differ only in
-/// depth, precision, accelerator or --denoise share their seeds, so that the noise does not hide
-/// the difference.
+/// Return the seed of a render: run number `run` of settings, render number `chunk` of the
+/// reference, or pair number `pair`. `base` is the scene's seed. These three uses have different
+/// seeds. Settings that differ only in depth, precision, accelerator or --denoise share their
+/// seeds, so that the noise does not hide the difference.
 std::uint64_t seed_of(const RenderSettings& settings, std::uint64_t base, std::uint32_t run);
 std::uint64_t reference_seed(std::uint64_t base, std::uint64_t chunk);
 std::uint64_t paired_seed(std::uint64_t base, std::uint32_t pair);
@@ -68,7 +69,7 @@ RenderSettings with_size(RenderSettings settings, std::uint32_t width, std::uint
 struct Pilot {
   double samples_per_second = 0;  ///< of the scene's own settings
   std::map<AcceleratorKind, double>
-      other_speeds;     ///< the same for other accelerators, without those that take too long
+      other_speeds;     ///< the same for other accelerators; those that take too long are missing
   double overhead = 0;  ///< seconds per render without samples
   double error = 0;     ///< RMSE at pilot_samples
   double denoise = 0;   ///< seconds of denoising
@@ -80,8 +81,8 @@ inline constexpr std::size_t most_linear = 4096;
 inline constexpr std::size_t most_octree = 100'000;
 
 struct Sweep {
-  std::vector<Variant> variants;      ///< all canonical forms differ
-  std::vector<std::string> left_out;  ///< canonical forms of settings that take too long
+  std::vector<Variant> variants;      ///< options_of() differs for all of them
+  std::vector<std::string> left_out;  ///< settings that take too long, by options_of()
 };
 /// Varies one setting of `base` at a time, not all combinations. Tries samples per pixel from 16 on
 /// by doubling, and targets of adaptive passes, for each sampler; some of both with Sobol samples
@@ -91,9 +92,10 @@ struct Sweep {
 Sweep plan_sweep(const RenderSettings& base, const std::vector<Boxed<RenderSettings>>& also,
                  const Pilot& pilot, double seconds);
 
-/// Returns the depths to try: ascending, including `base_depth`, below reference_depth().
+/// Returns the path depths to try, in ascending order: `base_depth` and some others below
+/// reference_depth().
 std::vector<std::uint32_t> depths_of(std::uint32_t base_depth);
-/// Returns a depth that counts as unlimited.
+/// Returns a path depth so large that it counts as unlimited.
 std::uint32_t reference_depth(std::uint32_t base_depth);
 
 }  // namespace parray::tradeoff

@@ -9,24 +9,25 @@
 
 /// Denoising, and the remaining error.
 ///
-/// The samples of a picture form two halves A and B. The filter denoises each half, and the picture
-/// is the mean of the two. The filter fits the radiance around a pixel to its features (features.h)
-/// by a weighted linear regression. The weight of a pixel depends on how similar the patches around
-/// the two pixels are (Buades, Coll and Morel, "A non-local algorithm for image denoising", 2005;
-/// Bitterli et al., "Nonlinearly weighted first-order regression for denoising Monte Carlo
-/// renderings", 2016). The fit is evaluated at the steady features instead of the half's own
-/// features: radiance and features of a half share their noise, and this step removes it (control
-/// variates). The filter has two degrees of smoothing. From these and the unfiltered half it takes
-/// the mixture that is closest to the other half around a pixel, excluding the pixel itself. So a
+/// The samples of a picture form two halves A and B: the even and the odd samples of each pixel.
+/// The filter denoises each half, and the picture is the mean of the two. The filter fits the
+/// radiance around a pixel to its features (features.h) by a weighted linear regression. The weight
+/// of a neighbouring pixel depends on how similar the patches around the two pixels are (Buades,
+/// Coll and Morel, "A non-local algorithm for image denoising", 2005; Bitterli et al., "Nonlinearly
+/// weighted first-order regression for denoising Monte Carlo renderings", 2016). The fit is
+/// evaluated at the steady features instead of the half's own features. Radiance and features of a
+/// half share their noise, and this step removes it (control variates). The filter computes two
+/// results, with less and with more smoothing. It mixes these and the unfiltered half so that,
+/// around a pixel and without the pixel itself, the mixture is closest to the other half. So a
 /// pixel that the filter would make worse stays as it is.
 ///
 /// The filtered half F in a pixel does not depend on B in that pixel. Therefore the mean of
 /// (F - m)(B - m) is 0, where m is the truth. With G from B and D = (F + G) / 2,
 ///   |F - B|^2 / 2 + |G - A|^2 / 2 - |A - B|^2 / 2 - |F - G|^2 / 4
 ///     = |D - m|^2 - (F - m)(B - m) - (G - m)(A - m) + (A - m)(B - m).
-/// This is the square error of D, including the filter's bias, and three terms with mean 0. (One
-/// factor of the noise estimate comes from all pixels; it changes this by one part in their
-/// number.)
+/// This is the square error of D, including the filter's bias, and three terms with mean 0. (F
+/// depends a little on B in that pixel, by one factor of the noise estimate that comes from all
+/// pixels. The effect is one part in the number of pixels.)
 namespace parray::denoise {
 
 struct Denoised {

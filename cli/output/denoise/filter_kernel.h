@@ -21,7 +21,7 @@ inline constexpr int tile_width = 32;
 inline constexpr int tile_height = 16;
 inline constexpr int tile_size = tile_width * tile_height;
 inline constexpr int filter_features = 7;
-/// Number of degrees of smoothing, the finer one first.
+/// Number of results of the filter with different smoothing, the less smooth one first.
 inline constexpr int filter_grades = 2;
 
 /// Pointers to pixel (0, 0) of planes with a margin (class Plane), with `stride` between rows.

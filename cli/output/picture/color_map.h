@@ -12,9 +12,9 @@ namespace parray::picture {
 /// Colour maps for numbers, from low to high. Equal steps of the number look equal.
 enum class ColorMap : std::uint8_t {
   // The first four are by Smith, van der Walt and Firing, made for matplotlib and released under
-  // CC0;
-  // cividis: Nunez, Anderton and Renslow, "Optimizing colormaps with consideration for color vision
-  // deficiency", PLOS ONE 13(7), 2018, under CC BY. In all of them lightness rises evenly.
+  // CC0; cividis: Nunez, Anderton and Renslow, "Optimizing colormaps with consideration for color
+  // vision deficiency", PLOS ONE 13(7), 2018, under CC BY. In each of these five maps, lightness
+  // rises evenly.
   viridis,
   magma,
   inferno,
@@ -32,17 +32,20 @@ enum class ColorMap : std::uint8_t {
 
 /// Returns the names for users, in the order of the enumeration.
 std::span<const std::string_view> color_map_names();
+/// Returns the map with this name; nothing if there is none.
 std::optional<ColorMap> color_map_named(std::string_view name);
 std::string_view name_of(ColorMap map);
 
-/// Returns whether the middle of the map has a special meaning, such as 0. Then it is the lightest
-/// colour.
+/// Returns whether the middle of the map stands for a special number, such as 0. The middle of such
+/// a map is its lightest colour. True only for blue_red.
 bool is_diverging(ColorMap map);
 
-/// Returns the colour at `share` of the way, 0 to 1. Linear RGB in [0, 1].
+/// Returns the colour for a number at `share` of the way from low to high. `share` must be in [0,
+/// 1]. The result is linear RGB in [0, 1].
 Vec3d color_at(ColorMap map, double share);
 
-/// Returns the colour of an unknown number, linear RGB: grey, or another colour for the grey map.
+/// Returns the colour that stands for an unknown number: grey, but a purple for the map `grey`.
+/// Linear RGB.
 Vec3d color_of_unknown(ColorMap map);
 
 }  // namespace parray::picture

@@ -64,7 +64,7 @@ struct BvhView {
   SlotLabels labels;
   std::uint32_t node_count = 0;
   std::uint32_t open_spheres = 0;  ///< number of spheres in the first blocks, in input order
-  std::uint32_t stack_size = 0;    ///< most pending children of a ray
+  std::uint32_t stack_size = 0;    ///< stack entries of a ray: see WideBvh::stack_size()
   Store extent = 0;                ///< largest coordinate of the tree's spheres, radii included
 };
 

@@ -68,7 +68,8 @@ struct ScreenColumns {
   VecColumns<Store> origin, direction;
   Column<Store> inverse_square;
   Column<Store> margin;  ///< amount that is added to radii
-  Column<Store> behind;  ///< a centre is behind the ray if its vector times the direction is less
+  /// A sphere with a smaller dot(centre - origin, direction) lies behind the ray.
+  Column<Store> behind;
 };
 
 /// The spheres of a block that pass the screen.

@@ -5,21 +5,28 @@
 #include "common/trace/bvh/bvh_view.h"
 #include "common/trace/bvh/ray_columns.h"
 
-/// Selects the spheres of a block that a ray may enter. It computes in the type of the stored
-/// spheres, where paths have a wider type. That tests many lanes at once, and it never misses a
-/// sphere that the ray enters.
+/// Selects the spheres of a block that a ray may enter from outside: those that the line of the ray
+/// meets ahead of the origin. Serves the precision `mixed`, which stores spheres in a narrower type
+/// than that of the paths. The screen computes in the stored type, which tests more spheres at
+/// once. It never misses a sphere that the ray enters. It may select others, which the exact test
+/// drops.
 ///
-/// Let u be the roundoff of the stored type. Let X be the sum of the largest coordinates of the
-/// ray's origin and of the tree's spheres, radii included. Four values are rounded: the ray, the
-/// vector to the centre, its foot on the ray, and the difference of both. They move the
-/// perpendicular by at most 2, 2, 6 and 4 roundoffs of that vector's length. The length is less
-/// than 2 X, so the total is 28 u X. Radii grow by 32 u X. The remaining 4 u X exceed the loss by
-/// squaring, 7 u / 2 of a radius below X. The error of the foot is below 20 u X. Radii are above
-/// 1e-15 and lengths below 1e15 (limits.h), so their squares are finite and lose no bits.
+/// Let u be the unit roundoff of the stored type. Let X be the largest absolute coordinate of the
+/// ray's origin, plus that of the tree's spheres, radii included. The foot is the point of the line
+/// nearest to the centre, and the perpendicular is the vector from the foot to the centre. Four
+/// values are rounded: the ray, the vector from its origin to the centre, the vector from its
+/// origin to the foot, and the difference of these two vectors, which is the perpendicular. Each
+/// rounding moves the perpendicular: by at most 2, 2, 6 and 4 roundoffs of the distance from the
+/// origin to the centre. That distance is less than 2 X, so the total is at most 28 u X.
+///
+/// Radii grow by 32 u X. The other 4 u X are for the squares of perpendicular and radius, whose
+/// rounding counts like 7 u / 2 of the radius, which is below X. The position of the foot along the
+/// ray is wrong by less than 20 u X; `behind` allows 64 u X. Radii are above 1e-15 and lengths
+/// below 1e15 (limits.h), so their squares neither overflow nor underflow.
 namespace parray::trace {
 
-/// Prepares rays i, i + 1, ... of a vector. `reach` holds the largest coordinates of their origins,
-/// `extent` that of the tree's spheres.
+/// Prepares rays i, i + 1, ..., one for each lane. `reach` holds the largest absolute coordinate of
+/// the origin of each. `extent` is that of the tree's spheres, radii included.
 template <typename B>
 PARRAY_INLINE void prepare_screen(ScreenColumns<typename B::Scalar>& to, std::uint32_t i,
                                   const Vec3<B>& origin, const Vec3<B>& direction, const B& reach,
@@ -35,8 +42,8 @@ PARRAY_INLINE void prepare_screen(ScreenColumns<typename B::Scalar>& to, std::ui
   (B(Store(-2)) * margin * max_of(square, B(Store(1)))).store(&to.behind[i]);
 }
 
-/// Returns the lanes of the spheres that ray `i` may enter, as bits; never lanes without a sphere
-/// (NaN).
+/// Returns a bit for each lane of `block`, set if ray `i` may enter the sphere in this lane. The
+/// bit of a lane without a sphere (NaN) is 0.
 template <typename B, int W>
 PARRAY_INLINE std::uint32_t may_enter(const ScreenColumns<typename B::Scalar>& rays,
                                       std::uint32_t i,

@@ -77,7 +77,9 @@ class Traversal {
     typename L::Uint(0U).store(&queries_.leaving[i]);
   }
 
-  /// Returns the ray's part of the rounding: 32 roundoffs of its origin.
+  /// Prepares rays i, i + 1, ... for the tests of boxes (Slab) and, if paths have a wider type than
+  /// the stored data, of spheres (screen.h). The planes of boxes move outward by 32 roundoffs of
+  /// the ray's origin.
   PARRAY_INLINE void prepare_boxes(std::uint32_t i) {
     const Vec3<B> o = load_store_lanes(rays_.origin, i);
     const Vec3<B> d = load_store_lanes(rays_.direction, i);
@@ -263,7 +265,8 @@ class Traversal {
     return nearest;
   }
 
-  /// Does the same with the candidates alone, packed into lanes.
+  /// Does the same if test_block() only screened the block: computes the exact lines of the
+  /// candidates, packed into lanes.
   PARRAY_INLINE L take_nearest_screened(std::uint32_t i, const Passages& passages) {
     Candidates<Store>& few = space_.candidates;
     const SphereBlock<Store, width>& block = blocks_[passages.first_slot / width];
@@ -381,7 +384,8 @@ class Traversal {
     return max_of(max_of(x, y), max_of(z, B(Store(0))));
   }
 
-  /// Returns where the ray leaves them, or its nearest crossing if that is closer.
+  /// Returns where ray `i` leaves boxes, from their planes on its far side, or its nearest crossing
+  /// if that is closer.
   PARRAY_INLINE B leaves_at(const Vec3<B>& planes, std::uint32_t i) const {
     const B x = multiply_add(planes.x, B(queries_.inverse.x[i]), B(queries_.far_shift.x[i]));
     const B y = multiply_add(planes.y, B(queries_.inverse.y[i]), B(queries_.far_shift.y[i]));

@@ -54,8 +54,8 @@ class WideBvh {
   [[nodiscard]] std::uint32_t node_count() const {
     return static_cast<std::uint32_t>(nodes_.size());
   }
-  /// Returns the most children that a ray can have pending, with an end and room for one more
-  /// vector.
+  /// Returns the number of stack entries that a ray needs: its most pending children, the end mark,
+  /// and room for one more vector.
   [[nodiscard]] std::uint32_t stack_size() const { return 1 + depth_ * (W - 1) + 1 + W; }
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
   [[nodiscard]] std::size_t bytes() const {

@@ -11,7 +11,7 @@ namespace parray::trace {
 
 class PathTracer;
 
-/// Options that change how an accelerator is built, but not the result.
+/// Options that change how an accelerator is built, but not the bits of its pictures.
 struct BuildOptions {
   int threads = 1;
 };

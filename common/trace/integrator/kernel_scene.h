@@ -73,8 +73,8 @@ struct SampleBatch {
   alignas(64) std::uint32_t sample[column_size] = {};  ///< number of each sample within its pixel
 };
 
-/// Radiance of each sample of a batch: red, green, blue and 0, in the fixed point of RadianceScale,
-/// in the form that fixed_of() takes. Non-finite values are NaN.
+/// Radiance of each sample of a batch: red, green, blue and 0. Each is a fixed-point number of
+/// RadianceScale in the form that RadianceScale::fixed_of() takes. A non-finite value is NaN.
 struct BatchRadiance {
   alignas(64) double of[SampleBatch::most][4];
 };

@@ -75,7 +75,8 @@ PARRAY_INLINE RunSums sums_of_run(const SampleBatch& batch, const BatchRadiance&
   return sums;
 }
 
-/// Does the same without the non-finite samples, which it counts.
+/// Returns the sums of the finite samples of [begin, end), which must be of one pixel. Counts the
+/// others in counts.nonfinite.
 PARRAY_INLINE RunSums sums_of_numbers(const SampleBatch& batch, const BatchRadiance& radiance,
                                       std::uint32_t begin, std::uint32_t end, TraceCounts& counts) {
   RunSums sums;

@@ -7,8 +7,8 @@
 
 namespace parray::trace {
 
-/// Linear search: tests every sphere for every ray. It is the oracle of the other accelerators, and
-/// the fastest search for a handful of spheres.
+/// Linear search: tests every sphere for every ray. The other accelerators must give its bits. It
+/// is the fastest search for a handful of spheres.
 template <typename Real>
 class Linear {
  public:

@@ -10,29 +10,32 @@
 namespace parray::trace {
 
 /// The accelerator of the program that ParRay started from: an octree whose cells are bounded by
-/// seven pairs of parallel planes, searched best first. Kept to repeat that program's comparison
-/// with linear search; WideBvh is the one for pictures.
+/// seven pairs of parallel planes. A ray visits the nearest cell first. The octree serves to repeat
+/// that program's comparison with linear search; pictures are normally traced with WideBvh.
 ///
-/// Built in two passes. From the top, a cube around all centres is halved along every axis, again
-/// and again, until each cell holds one sphere; from the bottom, each cell gets the extents of what
-/// it holds. The planes are at right angles to the three axes and the four space diagonals.
-/// Source: Kay and Kajiya, "Ray tracing complex scenes", SIGGRAPH 1986.
+/// The octree is built in two passes. The first pass starts with a cube around all centres. It
+/// halves a cell along every axis, again and again, until each cell holds one sphere. The second
+/// pass starts at the leaves and computes the extent of what each cell holds. The planes are at
+/// right angles to the three axes and the four space diagonals. Source: Kay and Kajiya, "Ray
+/// tracing complex scenes", SIGGRAPH 1986.
 ///
-/// Any input ends: halvings that part nothing make no cell, so that there are fewer than two cells
-/// a sphere, and spheres that `max_depth` - 1 halvings do not part (coincident centres: none do)
-/// share a leaf, which is searched in line.
+/// The first pass ends for every input. A halving that separates no spheres makes no cell, so there
+/// are fewer than two cells per sphere. Spheres that `max_depth` - 1 halvings do not separate share
+/// a leaf, and so do spheres with the same centre. A ray tests the spheres of such a leaf one after
+/// the other.
 ///
-/// Same bits as linear search: a cell may be missed only if enters() misses every sphere in it. The
-/// computed hit lies within 12 unit roundoffs u of max(radius, distance) of the sphere (see
-/// WideBvh), that is within 21 u M of it, where M is the sum of the largest coordinates of sphere,
-/// radius included, and of origin. Along a diagonal n = (1, +-1, +-1), of length sqrt(3), that is
-/// 36 u M; rounding n.centre +- sqrt(3) radius and n.origin adds 11 u M, the difference of the two
-/// and its quotient by n.direction 9 u M. That divisor may cancel to nothing but its sign, so its
-/// error counts not by itself but times the way: 2 u |n.way| <= 6 u M. Together 62 u M; planes move
-/// outward by 3 x 32 u M, the 3 being the sum of n's components; those of the axes by 32 u M.
-/// The sphere's part is added at build, the origin's at the search.
+/// The octree gives the same bits as linear search: a ray may miss a cell only if enters() misses
+/// every sphere in it. Let u be the unit roundoff, and M the largest coordinate of the sphere,
+/// radius included, plus that of the ray's origin. The computed hit lies within 12 u max(radius,
+/// distance) of the sphere (see WideBvh), which is less than 21 u M. Along a diagonal n = (1, +-1,
+/// +-1), whose length is sqrt(3), that is 36 u M. Rounding n.centre +- sqrt(3) radius and n.origin
+/// adds 11 u M. Their difference and its quotient by n.direction add 9 u M. Cancellation may leave
+/// nothing of that divisor but its sign. Therefore its absolute error counts, times the distance:
+/// at most 6 u M. The sum is 62 u M. Planes across a diagonal move outward by 3 x 32 u M, where 3
+/// is the sum of the absolute components of n. Planes across an axis move by 32 u M. The
+/// construction adds the sphere's part of this margin, the search the origin's part.
 ///
-/// Immutable after construction. 68 bytes a cell in single precision.
+/// Immutable after construction. A cell takes 68 bytes in single precision.
 template <typename Real>
 class Octree {
  public:
@@ -45,7 +48,7 @@ class Octree {
     return cells_.size() * sizeof(Cell) + spheres_.size() * sizeof(SphereShape<Real>) +
            indices_.size() * sizeof(std::uint32_t);
   }
-  /// Returns the number of cells on the longest way down; 0 without spheres.
+  /// Returns the number of cells on the longest path from the root to a leaf; 0 without spheres.
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
 
   static constexpr std::uint32_t max_depth = 64;

@@ -11,7 +11,8 @@
 
 namespace parray::trace {
 
-/// Components along x, y, z and the diagonals (1, 1, 1), (1, 1, -1), (1, -1, 1), (1, -1, -1).
+/// Returns the components of `v` along x, y, z and the diagonals (1, 1, 1), (1, 1, -1), (1, -1, 1),
+/// (1, -1, -1).
 template <typename Real>
 typename Octree<Real>::Slabs Octree<Real>::project(const Vec3<Real>& v) {
   const Real sum = v.x + v.y;
@@ -119,7 +120,7 @@ class Octree<Real>::Builder {
     tree_.cells_[cell].is_leaf = true;
   }
 
-  /// Also true for a single sphere.
+  /// Returns whether all centres of the range are equal, as for a single sphere.
   [[nodiscard]] bool centers_coincide(Range range) const {
     const Vec3<Real>& first = spheres_[indices_[range.begin]].center;
     return std::all_of(indices_.begin() + range.begin, indices_.begin() + range.end,

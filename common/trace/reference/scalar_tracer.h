@@ -12,7 +12,8 @@
 namespace parray::trace {
 
 /// Traces one path after the other with any search of sphere_search.h. Every other tracer must
-/// compute the same, to the bit. `S` and `scene` must outlive it; `self` owns both.
+/// compute the same, to the bit. `self` is the accelerator that owns the search and `scene`; the
+/// tracer keeps it alive.
 template <typename Real, SphereSearch<Real> S>
 class ScalarTracer final : public PathTracer {
  public:

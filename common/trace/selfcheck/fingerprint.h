@@ -14,14 +14,16 @@ namespace parray::trace {
 /// bits. Takes a few milliseconds.
 std::string trace_fingerprint();
 
-/// The expected value for this trace_version (proto/messages.h), with any compiler and machine.
+/// The value of trace_fingerprint() for this trace_version (proto/messages.h), with any compiler
+/// and machine.
 inline constexpr std::string_view pinned_fingerprint =
     "8ecfb48df8efcc1326fba13fd47b8d326affc517beb8aab7435e0ac5396582d9";
 
 /// Makes the tracer of a scene: make_path_tracer(), or a function that forces a choice.
 using TracerMaker = std::function<std::unique_ptr<PathTracer>(const Scene&, const RenderSettings&)>;
 
-/// Returns the value for tracers of `make`. Rethrows its exceptions.
+/// Returns the fingerprint of the same picture, traced by the tracers of `make`. Rethrows its
+/// exceptions.
 std::string trace_fingerprint(const TracerMaker& make);
 
 }  // namespace parray::trace
