@@ -86,7 +86,7 @@ class Refusals(ViewsTest):
             self.refused("render", self.scene, "-o", self.path("a.png"), *option,
                          mentions=option[0] + ": ")
         self.refused("render", self.scene, "-o", self.path("a.png"), "--views", "top,front",
-                     mentions="is not a file of particles")
+                     mentions="is not a particle file")
 
     def test_outlines_need_a_camera_without_a_lens(self):
         scene = {**SCENE, "camera": {**SCENE["camera"], "aperture": 0.5}}
