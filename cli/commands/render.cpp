@@ -55,7 +55,7 @@ void check_size(const SheetLayout& layout, const RenderSettings& settings) {
       width * height <= limits::max_pixels) {
     return;
   }
-  throw InputError("--views: the sheet would have " + std::to_string(width) + " x " +
+  throw InputError("--views: the picture of all views would have " + std::to_string(width) + " x " +
                    std::to_string(height) +
                    " pixels, too many: use a smaller --width and --height");
 }
@@ -187,7 +187,7 @@ std::vector<View> views_from(const std::string& text) {
   }
   if (views.size() > most_views) {
     throw InputError("more than " + std::to_string(most_views) +
-                     " views do not fit on a sheet: make two sheets");
+                     " views do not fit into one picture: make two pictures");
   }
   return views;
 }
