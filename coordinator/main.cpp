@@ -190,8 +190,9 @@ void declare_state(CommandLine& line, Arguments& a) {
       .needs(standby)
       .group(state_group);
   line.flag("--serve-fenced", a.state.serve_fenced,
-            "Serve a state from which a standby has taken over, as a separate farm: jobs of both "
-            "farms then have the same numbers")
+            "Serve the older state of a primary although its standby has taken over. The two are "
+            "then "
+            "separate farms, whose jobs have the same numbers")
       .needs(state)
       .group(state_group);
   line.number(
@@ -258,8 +259,9 @@ void declare_options(CommandLine& line, Arguments& a) {
       .show_default()
       .group(workers_group);
   line.number("--spot-checks", a.spot_checks, 0.0, 1.0,
-              "Share of the leases, 0 to 1, that another machine or the referee traces, too, to "
-              "compare the bits; at least 0.1 of a machine's first 100 leases, unless it is 0 "
+              "Share of the leases, 0 to 1, that another machine or the referee (a process of this "
+              "coordinator) traces again, to compare the bits; at least 0.1 of a machine's first "
+              "100 leases, unless it is 0 "
               "(default: 0.01, but 0 for workers of the same user on this machine)")
       .group(workers_group);
   line.number("--max-message-bytes", a.max_message_bytes, std::size_t{1} << 20,
@@ -436,7 +438,8 @@ int serve(Arguments& a) {
   if (state.fenced()) {
     state.remember_fence();
     throw RunError("fenced: the standby at " + a.state.replicate_to +
-                   " has taken over and serves as a later generation");
+                   " has taken over: start this coordinator with --standby to make it the new "
+                   "standby");
   }
   return 0;
 }

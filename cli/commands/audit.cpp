@@ -28,7 +28,7 @@ struct JournalCommand {
 std::vector<JournalEntry> entries_of(const Client::JobJournal& journal, std::uint64_t job) {
   if (journal.journal.empty()) {
     throw InputError("job " + std::to_string(job) +
-                     " has no journal: it has no results yet, or its journal was deleted");
+                     " has no journal: wait for its first result, unless the journal was deleted");
   }
   try {
     return read_journal(journal.journal);

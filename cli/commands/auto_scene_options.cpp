@@ -72,8 +72,8 @@ void AutoSceneOptions::check_unused(const std::string& file) const {
   if (given.empty()) return;
   throw InputError(
       given.substr(1) + ": " + printable(file, 4096) +
-      " is not a file of particles: a scene has its own camera, lights and materials: leave the "
-      "option out, or change the scene file");
+      " is not a particle file, and a scene file has its own camera, lights and materials: leave "
+      "the option out, or change the scene file");
 }
 
 Viewing AutoSceneOptions::viewing() const {

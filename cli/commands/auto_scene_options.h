@@ -17,7 +17,7 @@ class AutoSceneOptions {
  public:
   /// Declares the options. The object must not move while the command line is parsed.
   void add_to(Command& command);
-  /// Throws InputError that names the options given: the scene `file` is not a file of particles.
+  /// Throws InputError that names the options given: the scene `file` is not a particle file.
   void check_unused(const std::string& file) const;
   [[nodiscard]] Viewing viewing() const;
 

@@ -72,7 +72,7 @@ SceneFile converted(const ConvertCommand& command) {
   command.auto_scene.check_unused(file.name());
   if (command.expand || command.size.has_size()) {
     throw InputError(printable(file.name(), 4096) +
-                     " is not a file of particles: leave out --width, --height and --expand");
+                     " is not a particle file: leave out --width, --height and --expand");
   }
   SceneFile scene = read_scene_file(file, usable_cpus());
   expand_particles(scene, file.name(), usable_cpus());

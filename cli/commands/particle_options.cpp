@@ -164,9 +164,10 @@ void ParticleOptions::check_unused(const std::string& file) const {
   if (coloring_.map) given += " --colormap";
   if (!coloring_.range.open()) given += " --range";
   if (given.empty()) return;
-  throw InputError(given.substr(1) + ": " + printable(file, 4096) +
-                   " is not a file of particles: write these settings into the scene's section "
-                   "particles");
+  throw InputError(
+      given.substr(1) + ": " + printable(file, 4096) +
+      " is not a particle file: change its section \"particles\" instead of using options "
+      "for particle files");
 }
 
 ParticleSource ParticleOptions::over(ParticleSource source) const {

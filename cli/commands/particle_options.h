@@ -14,7 +14,7 @@ class ParticleOptions {
  public:
   /// Declares the options. The object must not move while the command line is parsed.
   void add_to(Command& command);
-  /// Throws InputError that names the options given: the scene `file` is not a file of particles.
+  /// Throws InputError that names the options given: the scene `file` is not a particle file.
   void check_unused(const std::string& file) const;
   /// Lays the options over `source`. Throws InputError if options exclude each other.
   [[nodiscard]] ParticleSource over(ParticleSource source) const;

@@ -43,7 +43,7 @@ const std::array<Rules, 8>& rules() {
       {"parray submit without a picture file",
        "add --wait -o IMAGE, or --transparent off",
        {denoised_target, transparency, postprocessing}},
-      {"a sheet of views (--views)",
+      {"one picture of several views (--views)",
        "leave it out, or render the views one by one with --view",
        {preview, end_command, error_map, exr_file, like, view, standard_input}},
       {"a series of frames",

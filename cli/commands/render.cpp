@@ -44,7 +44,7 @@ void check_scene(const std::string& scene) {
   PackedFile file(scene);
   if (particle_format_of(file) == nullptr) {
     throw InputError("--views: " + printable(scene, 4096) +
-                     " is not a file of particles: it has its own camera");
+                     " is not a particle file, and a scene file has one camera: leave out --views");
   }
 }
 
@@ -55,7 +55,7 @@ void check_size(const SheetLayout& layout, const RenderSettings& settings) {
       width * height <= limits::max_pixels) {
     return;
   }
-  throw InputError("--views: the sheet would have " + std::to_string(width) + " x " +
+  throw InputError("--views: the picture of all views would have " + std::to_string(width) + " x " +
                    std::to_string(height) +
                    " pixels, too many: use a smaller --width and --height");
 }
@@ -171,7 +171,8 @@ int write_sheet(const Views& views, const OutputPaths& outputs) {
             << duration_text(seconds) << ", image_sha256 " << hashes << "\n";
   if (nonfinite == 0) return 0;
   std::cerr << "parray: warning: " << nonfinite
-            << " samples were not finite and were left out of the sheet: please report the scene\n";
+            << " samples were not finite and were left out of the picture: please send the scene "
+               "file to the developers of ParRay\n";
   return 1;
 }
 
@@ -186,7 +187,7 @@ std::vector<View> views_from(const std::string& text) {
   }
   if (views.size() > most_views) {
     throw InputError("more than " + std::to_string(most_views) +
-                     " views do not fit on a sheet: make two sheets");
+                     " views do not fit into one picture: make two pictures");
   }
   return views;
 }

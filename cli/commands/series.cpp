@@ -336,8 +336,8 @@ static void check_scene(const SeriesRequest& request) {
   PackedFile file(request.scene);
   if (particle_format_of(file) != nullptr) {
     throw InputError(printable(request.scene, 4096) +
-                     ": all frames need the same camera: make a scene of the file with parray "
-                     "convert, and submit the scene");
+                     ": the automatic camera of a particle file differs from frame to frame: write "
+                     "a scene file, which has one camera, with parray convert, and submit that");
   }
 }
 

@@ -243,7 +243,7 @@ Picture Client::fetch(JobId job, PictureDetail detail) {
   const auto stated = picture.report.find("image_sha256");
   if (stated == picture.report.end() || *stated != image_sha256(picture.image)) {
     throw RunError("the picture of job " + std::to_string(job) +
-                   " is not the one that its report states: its SHA-256 differs");
+                   " differs from the SHA-256 in its report: fetch it again");
   }
   return picture;
 }

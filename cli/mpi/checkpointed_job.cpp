@@ -96,8 +96,8 @@ void CheckpointedJob::replay() {
   try {
     store_->each_rows(record_.id, [this](std::string_view entry) { picture_->replay(entry); });
   } catch (const DecodeError& error) {
-    throw RunError(directory_.string() +
-                   ": the saved rows of the job are damaged: " + error.what());
+    throw RunError(directory_.string() + ": the saved results of the job are damaged: " +
+                   error.what() + ": run parray-coordinator --repair " + directory_.string());
   }
   const double now =
       std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();

@@ -255,7 +255,7 @@ LoadedJob load_job(const MpiOptions& options, const MpiWorld& world, Time starte
       std::move(prepared.submission), options.tile,
       named ? options.state : prepared.outputs.image.string() + ".state", named);
   if (kept->resumed()) {
-    std::cerr << std::string(program) + ": going on from " + kept->amount_text() + " in " +
+    std::cerr << std::string(program) + ": continuing from " + kept->amount_text() + " in " +
                      kept->directory().string() + "\n";
   }
   MpiJob job;
@@ -325,8 +325,8 @@ void run_passes(const MpiWorld& world, const Ranks& ranks, const MpiJob& job, Ch
     const bool by_messages = transport.by_messages();
     resources.begin(std::move(pass), transport, ranks, own);
     if (transport.by_messages() && !by_messages) {
-      std::cerr << std::string(program) + ": no MPI window here (" + transport.fallback_reason() +
-                       "): ranks send messages instead\n";
+      std::cerr << std::string(program) + ": one-sided communication of MPI does not work here (" +
+                       transport.fallback_reason() + "): ranks send messages instead\n";
     }
     goes_on = coordinator.run_pass(resources, transport);
     if (goes_on && !job.alone()) {

@@ -74,7 +74,8 @@ std::vector<std::uint32_t> samples_of(const Picture& picture) {
   if (samples_differ(picture.report)) {
     if (picture.statistics.samples.size() == pixels) return picture.statistics.samples;
     throw RunError(
-        "the background cannot be removed, because the number of samples per pixel is not known");
+        "the background cannot be removed, because the coordinator has not sent the number of "
+        "samples of each pixel: use the same version of ParRay on all machines");
   }
   return std::vector(pixels, picture.report.at("samples_per_pixel").get<std::uint32_t>());
 }

@@ -94,7 +94,8 @@ class RecipeReader {
     return numbers;
   }
   [[noreturn]] void refuse(const std::string& name) const {
-    throw InputError(file_ + ": the recipe is damaged: " + key(name) + " is missing or not valid");
+    throw InputError(file_ + ": the recipe is damaged: " + key(name) +
+                     " is missing or not valid: use a copy of the original file");
   }
 
  private:

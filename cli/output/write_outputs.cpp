@@ -186,11 +186,11 @@ static void write_or_save(const OutputPaths& outputs, const Picture& picture, bo
 static bool has_original_bits(const json& report, const OriginalPicture& original) {
   const auto made = report.at("image_sha256").get<std::string>();
   if (original.image_sha256.empty() || made == original.image_sha256) return true;
-  std::cerr << "parray: --like " + original.file +
-                   ": the new picture has different bits: image_sha256 " + made.substr(0, 16) +
-                   ", not " + printable(original.image_sha256.substr(0, 16)) +
-                   ": the recipe was changed, or this build of ParRay differs: please report both "
-                   "files\n";
+  std::cerr
+      << "parray: --like " + original.file + ": the new picture has different bits: image_sha256 " +
+             made.substr(0, 16) + ", not " + printable(original.image_sha256.substr(0, 16)) +
+             ": somebody changed the recipe, or this build of ParRay differs: if the recipe is "
+             "unchanged, please send both pictures to the developers of ParRay\n";
   return false;
 }
 
@@ -206,7 +206,7 @@ static bool all_finite(const json& report) {
     std::cerr << ", the first in pixel (" << first.at("x") << ", " << first.at("y") << "), sample "
               << first.at("first_sample");
   }
-  std::cerr << ": please report the scene\n";
+  std::cerr << ": please send the scene file to the developers of ParRay\n";
   return false;
 }
 

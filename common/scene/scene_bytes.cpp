@@ -80,7 +80,9 @@ Projection get_projection(ByteReader& in) {
   const std::string_view magic = in.get_bytes(perspective_magic.size());
   if (magic == perspective_magic) return Projection::perspective;
   if (magic == orthographic_magic) return Projection::orthographic;
-  throw DecodeError("scene: the bytes are not a scene of this version");
+  throw DecodeError(
+      "scene: the data begin with neither PRSCENE1 nor PRSCENE2: use the same version of "
+      "ParRay on all machines");
 }
 
 Camera get_camera(ByteReader& in, Projection projection) {

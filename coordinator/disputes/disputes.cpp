@@ -141,9 +141,9 @@ void DisputeDesk::open_dispute(Job& job, const Merged& merged) {
   job.record.flag =
       fmt::format("workers '{}' and '{}' returned different bits for the same samples",
                   worker_of(merged.differing.front().tracer), merged.name);
-  farm_.warnings.warn(farm_.now,
-                      fmt::format("job {} lease {}: {}: the referee will decide", job.record.id,
-                                  farm_.lease_number(merged.epoch), job.record.flag));
+  farm_.warnings.warn(
+      farm_.now, fmt::format("job {} lease {}: {}: the referee will trace them again",
+                             job.record.id, farm_.lease_number(merged.epoch), job.record.flag));
   if (desk_.disputes(job.work->generation) == 1) {
     farm_.note(job, job.record.flag);
     farm_.keep(job);

@@ -248,7 +248,7 @@ std::string RefereeDesk::wait(Time now, std::uint64_t generation) const {
     return {};
   }
   const auto silent = std::chrono::duration_cast<std::chrono::seconds>(now - asked_at_);
-  return std::string("the referee, which has been tracing for a ") +
+  return std::string("the referee, which has been tracing cells again for a ") +
          (entry->content.dispute ? "dispute" : "check") + " for " + std::to_string(silent.count()) +
          " s";
 }

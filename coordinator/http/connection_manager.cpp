@@ -238,7 +238,8 @@ bool ConnectionManager::read_head(Entry& entry) {
   const std::string_view input = connection.input();
   const auto end = end_of_head(input, std::exchange(entry.searched, input.size()));
   if (end.value_or(input.size()) > most_head_bytes) {
-    throw Problem(431, "the head of the request is longer than 65536 bytes");
+    throw Problem(431,
+                  "the URL and headers of the request have more than 65536 bytes: shorten them");
   }
   if (!end) return false;
   entry.head = parse_head(input.substr(0, *end));
@@ -358,7 +359,10 @@ void ConnectionManager::remove_late(Time now) {
     Entry& entry = entries_.at(id);
     const bool silent = entry.connection->input().empty();
     if (!silent && entry.phase == Phase::reading) {
-      refuse(entry, Problem(408, "the request did not arrive within 10 seconds"));
+      refuse(
+          entry,
+          Problem(408,
+                  "the headers of the request did not arrive within 10 seconds: send it faster"));
       entry.waits_since = now;
       proceed(now, id);
     } else if (entry.phase == Phase::reading) {

@@ -39,7 +39,7 @@ class LimitedStream final : public httplib::Stream {
   [[nodiscard]] bool failed() const { return problem_ || write_failed_; }
   /// Returns why reading failed.
   [[nodiscard]] Problem problem() const {
-    return problem_.value_or(Problem(400, "the request body is damaged"));
+    return problem_.value_or(Problem(400, "the request body is damaged: send it again"));
   }
 
   bool is_readable() const override { return !problem_; }
@@ -132,8 +132,9 @@ class LimitedStream final : public httplib::Stream {
     if (std::exchange(sends_continue_, false)) connection_.put(continue_line);
     const bool sent = !connection_.has_output() || connection_.await_flush(send_pace_);
     if (sent && connection_.await_input(most, read_pace_) == Connection::Moved::some) return;
-    throw read_pace_.over() ? Problem(408, "the request body arrives too slowly")
-                            : Problem(400, "the request body ended early");
+    throw read_pace_.over()
+        ? Problem(408, "the request body arrives too slowly: send at least 32 KiB a second")
+        : Problem(400, "the request body ended early: send as many bytes as announced");
   }
 
   Connection& connection_;
@@ -205,7 +206,7 @@ Problem library_problem(const httplib::Request& request, int status) {
     return Problem(405, printable(request.method) + " is not a method of this server", 0,
                    {{"Allow", "GET, HEAD, POST, PUT, DELETE"}});
   }
-  return Problem(status, "this request is not valid HTTP");
+  return Problem(status, "this request is not valid HTTP: check its first line and its headers");
 }
 
 /// The library's server without sockets.
@@ -270,8 +271,9 @@ class Engine final : public httplib::Server {
       const_cast<httplib::Request&>(from).method = "GET";  // so that the library closes
       const Reply reply = answer_(request_of(from, nullptr, whole));
       const bool refused = reply.status >= 400;
-      send_reply(response,
-                 refused ? reply : problem_reply(Problem(400, "this method does not take a body")));
+      send_reply(response, refused ? reply
+                                   : problem_reply(Problem(
+                                         400, "this method does not take a body: send none")));
       send_and_close(response);
       return;
     }
@@ -287,7 +289,8 @@ class Engine final : public httplib::Server {
     if (whole) return;
     if (response.body.empty()) {
       response.headers.clear();
-      send_reply(response, problem_reply(Problem(413, "this request does not take a body")));
+      send_reply(response,
+                 problem_reply(Problem(413, "this request does not take a body: send none")));
     }
     send_and_close(response);
   }
@@ -305,7 +308,8 @@ class Engine final : public httplib::Server {
     request.read_body = [this, &from, &whole, reader](BodySink& sink, bool form) {
       // Without a length the library would read until the connection ends.
       if (reader == nullptr || !head_->has_body()) return;
-      if (form && !from.is_multipart_form_data()) throw Problem(400, "the form has no boundary");
+      if (form && !from.is_multipart_form_data())
+        throw Problem(400, "the form has no boundary: name it in Content-Type");
       sink.expect(head_->length.value_or(0));
       read_body(*reader, sink, form, whole);
       if (!whole) throw stream_->problem();

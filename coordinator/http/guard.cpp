@@ -69,7 +69,9 @@ void Guard::check_origin(const Request& request) const {
       (!origin.empty() && from != host && std::ranges::count(hosts_, without_port(from)) == 0) ||
       request.field("sec-fetch-site") == "cross-site";
   if (other) {
-    throw Problem(403, "a page of another site, " + printable(origin) + ", must not request this");
+    throw Problem(403, "pages of another site, " + printable(origin) +
+                           ", must not send requests to this server: "
+                           "open the page that this server sends");
   }
 }
 
@@ -86,8 +88,10 @@ Sender Guard::admit(const Request& request) {
   const std::scoped_lock lock(mutex_);
   const auto sender = tokens_->find(clock.now(), token);
   if (!sender) {
-    throw Problem(401, "the token is unknown or no longer valid", 0,
-                  {{"WWW-Authenticate", "Bearer realm=\"parray\", error=\"invalid_token\""}});
+    throw Problem(
+        401,
+        "the token is unknown or no longer valid: make one with parray keygen DIR --token NAME", 0,
+        {{"WWW-Authenticate", "Bearer realm=\"parray\", error=\"invalid_token\""}});
   }
   return *sender;
 }

@@ -84,7 +84,7 @@ class RequestLimit {
   void spend(const std::string& address) {
     const std::scoped_lock lock(mutex_);
     if (!budget_.allow(clock_.now(), address)) {
-      throw Problem(429, "too many requests per second (--max-requests)", 0,
+      throw Problem(429, "too many requests per second (--max-requests): send fewer", 0,
                     {{"Retry-After", "1"}});
     }
   }
@@ -232,7 +232,7 @@ class HttpService::Impl {
       } catch (const InputError& error) {
         return problem_reply(Problem(422, error.what(), 2));
       } catch (const std::bad_alloc&) {
-        return problem_reply(Problem(503, "out of memory", 1));
+        return problem_reply(Problem(503, "the coordinator is out of memory: try again later", 1));
       } catch (const RunError& error) {
         log_->warn("HTTP {} {}: {}", from.method, printable(from.path, 200), error.what());
         return problem_reply(Problem(500, error.what(), 1));

@@ -10,7 +10,8 @@ void LoopClient::fail(const msg::Error& error) {
 }
 
 void LoopClient::fail_unanswered() const {
-  throw Problem(503, stopped_ ? "the coordinator is stopping" : "the coordinator does not answer");
+  throw Problem(503, stopped_ ? "the coordinator is stopping: try again later"
+                              : "the coordinator does not answer: try again later");
 }
 
 }  // namespace parray::http

@@ -25,7 +25,7 @@ void parse_request_line(std::string_view line, RequestHead& head) {
   const std::string_view version = line.substr(last + 1);
   if (version != "HTTP/1.1" && version != "HTTP/1.0") {
     throw Problem(505,
-                  "this server supports HTTP/1.1, not '" + printable(version.substr(0, 20)) + "'");
+                  "'" + printable(version.substr(0, 20)) + "' is not supported: send HTTP/1.1");
   }
   head.old = version == "HTTP/1.0";
   head.closes = head.old;
@@ -43,7 +43,9 @@ void parse_field(std::string_view line, RequestHead& head) {
 
 std::uint64_t parse_length(const std::string& text) {
   const std::optional<std::uint64_t> value = natural_in(text);
-  if (!value) refuse_head("Content-Length: '" + printable(text) + "' is not a number of bytes");
+  if (!value)
+    refuse_head("Content-Length: '" + printable(text) +
+                "' is not a number of bytes: send decimal digits");
   return *value;
 }
 
@@ -88,7 +90,8 @@ std::string take_authority(std::string& target) {
 /// 3.2).
 void find_host(RequestHead& head) {
   constexpr auto is_host = [](const auto& field) { return field.first == "host"; };
-  if (std::ranges::count_if(head.fields, is_host) > 1) refuse_head("Host occurs twice");
+  if (std::ranges::count_if(head.fields, is_host) > 1)
+    refuse_head("Host occurs twice: send it once");
   const std::string authority = take_authority(head.target);
   if (authority.empty()) return;
   std::erase_if(head.fields, is_host);
@@ -142,7 +145,7 @@ RequestHead parse_head(std::string_view bytes) {
     const std::size_t end = std::min(bytes.find(line_break, begin), bytes.size());
     const std::string_view line = bytes.substr(begin, end - begin);
     if (std::ranges::any_of(line, is_control)) {
-      refuse_head("the head of the request contains control characters");
+      refuse_head("the headers of the request contain control characters: remove them");
     }
     if (begin == 0) {
       parse_request_line(line, head);

@@ -269,9 +269,10 @@ ReplicaReply ReplicatedStore::call(ReplicaRequest request) {
     case ReplicaReplyKind::full:
       throw_unavailable("cannot commit a batch (" + answer->text + ")");
     case ReplicaReplyKind::fenced:
-      throw RunError("fenced: the standby at " + connection_.address() + " serves as generation " +
-                     std::to_string(answer->value) + ", this primary was generation " +
-                     std::to_string(position_.generation));
+      throw RunError("fenced: the standby at " + connection_.address() +
+                     " has taken over: it serves as generation " + std::to_string(answer->value) +
+                     ", this primary was generation " + std::to_string(position_.generation) +
+                     " (each takeover adds 1)");
     case ReplicaReplyKind::refused:
       throw RunError("the standby at " + connection_.address() +
                      " refuses this primary: " + answer->text);

@@ -35,8 +35,8 @@ void standby_loop(Replica& replica, Link& link, Time patience, spdlog::logger& l
     const bool answered =
         answer_all(link, [&](std::string_view message) { return replica.answer(message); });
     if (replica.in_step() != std::exchange(in_step, replica.in_step())) {
-      in_step ? log.info("in step with the primary")
-              : log.warn("no longer in step with the primary");
+      in_step ? log.info("in step with the primary: this standby can take over")
+              : log.warn("no longer in step with the primary: this standby cannot take over");
     }
     const Time now = clock.now();
     silent =

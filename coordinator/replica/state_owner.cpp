@@ -84,7 +84,7 @@ void StateOwner::take_over(const StateOptions& options, spdlog::logger& log,
     standby_loop(replica, server->link(), options.takeover_after, log, stop);
   }
   const std::uint64_t generation = serve_alone(*disk_);
-  log.warn("{}: serving as generation {}",
+  log.warn("{}: serving as generation {} (each takeover adds 1)",
            replica.has_taken_over() ? "took over earlier" : "the primary is silent", generation);
   fence_ = std::make_unique<Fence>(std::move(server), generation);
 }

@@ -92,8 +92,10 @@ void check_fence(Store& store, bool serve_fenced, std::uint64_t history) {
   }
   if (!serve_fenced) {
     throw InputError(
-        "--state: a standby has taken over from this state and serves as a later generation: start "
-        "this coordinator with --standby, or use --serve-fenced to serve the state as a new farm");
+        "--state: this state is out of date, because the standby of this coordinator has taken "
+        "over: "
+        "start this coordinator with --standby to make it the new standby. If the other "
+        "coordinator and its state are lost, use --serve-fenced to serve this older state");
   }
   put_replication_state(store, {history, 1, ReplicaRole::single});
   store.commit();

@@ -115,7 +115,7 @@ std::uint64_t full_copy_in(const StateFiles& from) {
   if (replication->copy_end == 0) {
     throw InputError(from.directory().string() +
                      " is the state of a standby that is receiving a full copy: wait until the "
-                     "standby is in step, or back up the primary");
+                     "copy is complete, or back up the primary");
   }
   return replication->copy_end;
 }

@@ -409,7 +409,7 @@ TEST_CASE("damaged files of other kinds are refused in one line") {
     std::ofstream(path, std::ios::binary) << bytes;
     const std::string refusal = message_of<InputError>([&] { read_image(path); });
     CAPTURE(refusal);
-    CHECK((refusal.starts_with(path.string() + ": the kind of picture is not known") ||
+    CHECK((refusal.starts_with(path.string() + ": not a picture in a known format") ||
            refusal.starts_with(path.string() + ": the picture cannot be read: ")));
     CHECK_FALSE(contains(refusal, "\n"));
   }

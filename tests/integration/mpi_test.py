@@ -113,7 +113,7 @@ class MpiCase(unittest.TestCase):
         with self.long_job(ranks) as job:
             report = job.finish()
             self.check(report, self.expected_long)
-            self.assertRegex(job.text(), r"parray-mpi: going on from [0-9.]+ % in ")
+            self.assertRegex(job.text(), r"parray-mpi: continuing from [0-9.]+ % in ")
 
     def check_ranks(self, report, ranks, threads):
         """What the report says about the ranks adds up."""
@@ -173,7 +173,7 @@ class OneHash(MpiCase):
     def test_without_windows_ranks_send_messages_and_say_so(self):
         report, text = self.check_job(3, mpirun=NO_WINDOW)
         self.assertEqual(report["mpi"]["transport"], "messages")
-        self.assertRegex(text, "parray-mpi: no MPI window here .*: ranks send messages instead")
+        self.assertRegex(text, "parray-mpi: one-sided communication of MPI does not work here .*: ranks send messages instead")
 
     def test_without_mpirun_it_renders_alone(self):
         self.check_job(None)
@@ -235,7 +235,7 @@ class Passes(MpiCase):
             time.sleep(0.7)  # long enough for the others to come to the end of a pass
             os.kill(stopped, signal.SIGCONT)
             self.check_passes(job.finish(), self.expected_passes)
-            self.assertRegex(job.text(), r"parray-mpi: going on from [0-9.]+ samples a pixel in ")
+            self.assertRegex(job.text(), r"parray-mpi: continuing from [0-9.]+ samples a pixel in ")
         self.assertGreater(kept_passes(in_farm), 1)
         with Farm("--state", in_farm) as farm:
             farm.start_worker("w1", threads=2)
@@ -250,7 +250,7 @@ class Passes(MpiCase):
             farm.coordinator.wait()
         with MpiRun(2, SCENE, *self.passes, *SAFE, "--state", self.state) as job:
             self.check_passes(job.finish(), self.expected_passes)
-            self.assertRegex(job.text(), "parray-mpi: going on from ")
+            self.assertRegex(job.text(), "parray-mpi: continuing from ")
 
     def test_a_preview_shows_the_picture_before_it_is_done_and_changes_nothing(self):
         for mode in ("window", "messages"):

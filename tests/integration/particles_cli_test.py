@@ -85,10 +85,10 @@ class Refusals(ParticlesTest):
     def test_selections_and_colours_that_are_none_are_refused_by_option(self):
         arguments = ["convert", self.path("atoms.xyz"), self.path("a.json")]
         for option, value, mentions in (
-                ("--select", "element O und z", "--select: column 11: 'und' is not an element"),
+                ("--select", "element O und z", "--select: character 11: 'und' is not an element"),
                 ("--select", "", "--select: the selection is empty"),
                 ("--select", "z > 5", "--select: the selection leaves none of 3 particles: there are z from 0 to 0"),
-                ("--select", "chain A", "--select: column 1: the file has no chains: it has elements"),
+                ("--select", "chain A", "--select: character 1: the file has no chains: it has elements"),
                 ("--slice", "z", "--slice: 'z' is not a slice: write z=10:20"),
                 ("--hide", "hydrogen,watr", "--hide: 'watr' is not a class of particles: did you mean 'water'?"),
                 ("--color-by", "charge", "--color-by: the file has no numeric column 'charge'"),
@@ -112,7 +112,7 @@ class Refusals(ParticlesTest):
         for option in (["--radius", "1"], ["--material", "column"], ["--expand"],
                        ["--width", "100"]):
             self.refused("convert", self.scene, self.path("a.json"), *option,
-                         mentions="scene.json is not a file of particles")
+                         mentions="scene.json is not a particle file")
 
     def test_a_portrait_has_the_size_of_a_picture_at_most(self):
         self.refused("convert", self.path("atoms.xyz"), self.path("a.json"), "--width", "65536", "--height", "65536",

@@ -51,7 +51,7 @@ class Quick(ReadmeTest):
     def test_the_error_beside_the_first_picture_is_the_one_in_its_file(self):
         kept = read_text(SCENES / "pictures" / "helix.png")
         rmse, low, high = (f"{float(kept['parray:error:' + name]):.3g}" for name in ("rmse", "low", "high"))
-        self.assertIn(f"got **{rmse}**,<br>{low} to {high} with 95 %", README)
+        self.assertIn(f"**{rmse}**,<br>{low} to {high} with 95 %", README)
         self.assertEqual(float(kept["parray:target_error"]), 0.01)
 
     def test_readme_names_all_files_that_stand_for_the_readers_own(self):

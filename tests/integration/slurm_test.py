@@ -84,10 +84,10 @@ class Mpi(Jobs):
         self.wait_for_rows()
         self.preempt(*slurm.NODES)
         self.cluster.wait(job, "RUNNING")
-        wait_for(lambda: "going on from" in self.log.read_text(), "the job to go on")
+        wait_for(lambda: "continuing from" in self.log.read_text(), "the job to go on")
         self.cluster.command("scancel", "--batch", "--signal=USR1", job)  # as Slurm does before the time limit
         self.finish(job, restarts=2)
-        self.assert_lines("DUE TO PREEMPTION", "going on from", "DUE TO JOB REQUEUE", "going on from",
+        self.assert_lines("DUE TO PREEMPTION", "continuing from", "DUE TO JOB REQUEUE", "continuing from",
                           "wrote picture.exr")
         report = self.report()
         self.assertEqual(report["image_sha256"], self.expected(SETTINGS))

@@ -110,7 +110,7 @@ class BetweenHosts(unittest.TestCase):
             self.assertEqual(farm.fetch(job)["image_sha256"], self.expected)
             old = farm._start("parray-coordinator", "--coordinator", first, *farm.options)
             self.assertEqual(old.wait(timeout=20), 1)
-            self.assertRegex(old.log.read_text(), "fenced: the standby at .*generation")
+            self.assertRegex(old.log.read_text(), "fenced: the standby at .* has taken over")
             alone = ("--coordinator", "tcp://127.0.0.1:*", "--state", farm.directory / "first")
             refused = run_coordinator(*alone)
             self.assertEqual(refused.returncode, 2, refused.stderr)

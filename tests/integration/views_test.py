@@ -63,7 +63,7 @@ class Refusals(ViewsTest):
                 (["--depth-cue", "2"], "a share from 0 to 1"),
                 (["--views", "front,front"], "'front' occurs twice"),
                 (["--views", "front,"], "unknown view ''"),
-                (["--views", "front", "--view", "top"], "--view: not possible for a sheet of views")):
+                (["--views", "front", "--view", "top"], "--view: not possible for one picture of several views")):
             self.refused("render", self.atoms, "-o", picture, *options, mentions=mentions)
 
     def test_options_for_png_pictures_are_refused_for_exr_files(self):
@@ -76,7 +76,7 @@ class Refusals(ViewsTest):
         for option in (["--error-map", self.path("e.png")], ["--preview", self.path("p.png")],
                        ["--display", "127.0.0.1:1"], ["--on-end", "true"], ["--like", self.path("a.png")]):
             self.refused("render", self.atoms, "-o", self.path("a.png"), "--views", "front,top", *option,
-                         mentions=option[0] + ": not possible for a sheet of views (--views): leave it out, or")
+                         mentions=option[0] + ": not possible for one picture of several views (--views): leave it out, or")
         self.refused("render", "-", "-o", self.path("a.png"), "--views", "front,top", mentions="save it as a file")
 
     def test_views_and_styles_are_for_files_of_particles(self):
@@ -86,7 +86,7 @@ class Refusals(ViewsTest):
             self.refused("render", self.scene, "-o", self.path("a.png"), *option,
                          mentions=option[0] + ": ")
         self.refused("render", self.scene, "-o", self.path("a.png"), "--views", "top,front",
-                     mentions="is not a file of particles")
+                     mentions="is not a particle file")
 
     def test_outlines_need_a_camera_without_a_lens(self):
         scene = {**SCENE, "camera": {**SCENE["camera"], "aperture": 0.5}}

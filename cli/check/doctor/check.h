@@ -26,7 +26,8 @@ struct CheckResult {
 
 /// The remedy of checks that found wrong bits.
 inline constexpr const char* wrong_bits =
-    "use another --isa; if all are wrong, do not render on this machine, and please report it";
+    "use another --isa; if all are wrong, do not render on this machine, and please tell the "
+    "developers of ParRay";
 
 // Results without a name; run() sets it.
 CheckResult passed(std::string detail);

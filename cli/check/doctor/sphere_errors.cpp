@@ -109,9 +109,11 @@ CheckResult check_hit_errors(const HitErrors& worst) {
   constexpr double most_mixed = 2;
   const bool good =
       worst.hits > 0 && worst.f32 <= most && worst.f64 <= most && worst.mixed <= most_mixed;
-  CheckResult found = good ? passed(text)
-                           : failed(text + "; the limits are 8, 2 and 8",
-                                    "do not render on this machine, and please report it");
+  CheckResult found =
+      good ? passed(text)
+           : failed(text + "; the limits are 8, 2 and 8",
+                    "do not render on this machine, and please tell the developers of "
+                    "ParRay");
   found.facts = {
       {"f32", worst.f32}, {"mixed", worst.mixed}, {"f64", worst.f64}, {"hits", worst.hits}};
   return found;

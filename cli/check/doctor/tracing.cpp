@@ -111,7 +111,7 @@ CheckResult check_repetition(const std::function<std::string()>& picture, int ti
       thrown = true;
     }
   }
-  if (thrown) throw RunError("tracing the built-in picture failed: out of memory?");
+  if (thrown) throw RunError("tracing the built-in picture failed: free some memory and try again");
   const auto total = static_cast<std::uint64_t>(times) * static_cast<std::uint64_t>(threads);
   const std::string text = counted(total, "time") + " on " +
                            counted(static_cast<std::uint64_t>(threads), "thread") + " at once";

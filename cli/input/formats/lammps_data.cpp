@@ -210,7 +210,10 @@ class DataFile {
   }
 
   void read_line_of(std::string_view section) {
-    if (section == "Atoms") input_.fail("text follows the last atom: check the number of atoms");
+    if (section == "Atoms")
+      input_.fail(
+          "text follows the last atom: correct the number of atoms in the header, or remove the "
+          "text");
     if (section == "Masses" && words_.size() >= 2) {
       masses_[std::string(words_[0])] = number_or_nan(words_[1]);
     } else if (section == "Velocities" && wants_velocities() && words_.size() >= 4) {

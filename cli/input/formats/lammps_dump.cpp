@@ -213,7 +213,9 @@ class DumpFrames final : public FramesOf<ParticleInput> {
   void go_to_frame() {
     at_frame_ = input_.next_filled_line();
     if (at_frame_ && !input_.line().starts_with(item_mark)) {
-      input_.fail("text follows the last atom: check ITEM: NUMBER OF ATOMS");
+      input_.fail(
+          "text follows the last atom: correct the number of atoms in the header, or remove the "
+          "text");
     }
   }
 

@@ -173,7 +173,7 @@ void Condition::bind_number() {
   number_ = NumberSource::of(name, *particles_);
   if (number_) return;
   if (is_number_column(name)) {
-    throw UnknownNumber(name, "column " + std::to_string(expression_->column) + ": ");
+    throw UnknownNumber(name, "character " + std::to_string(expression_->column) + ": ");
   }
   fail_without(name == "resid" ? "residue numbers" : "radii");
 }
@@ -240,7 +240,7 @@ void Condition::bind_same_residue() {
 
 void Condition::fail_without(const std::string& what) const {
   const std::size_t column = expression_->column;  // 0: the expression comes from no text
-  throw InputError((column == 0 ? "" : "column " + std::to_string(column) + ": ") +
+  throw InputError((column == 0 ? "" : "character " + std::to_string(column) + ": ") +
                    "the file has no " + what + ": it has " + columns_of(*particles_));
 }
 

@@ -208,7 +208,8 @@ class SelectionParser {
     if (scanner_.take_sign("(")) {
       Expression out = either();
       if (scanner_.take_sign(")")) return out;
-      fail_here("the parenthesis of column " + std::to_string(column) + " is not closed: add ')'");
+      fail_here("the parenthesis at character " + std::to_string(column) +
+                " is not closed: add ')'");
     }
     if (scanner_.next_is_digit()) return constant();
     if (scanner_.next_is("\"")) return leaf(Kind::property, column, lower_case(scanner_.quoted()));

@@ -69,7 +69,7 @@ inline constexpr std::size_t max_selection_depth = 64;
 
 /// Parses a selection. Returns a condition. scenes/README.md describes the language.
 ///
-/// Throws InputError "column N: problem: remedy"; N counts characters from 1.
+/// Throws InputError "character N: problem: remedy"; N counts characters from 1.
 Expression parse_selection(std::string_view text);
 
 /// Returns the words that are conditions on their own: "water", "protein", ...

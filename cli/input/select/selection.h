@@ -14,7 +14,7 @@ namespace parray::input {
 /// Error: a selection or colouring asks for a number that the particles do not have.
 class UnknownNumber : public InputError {
  public:
-  /// `place` precedes the message, such as "column 5: ". It may be empty.
+  /// `place` precedes the message, such as "character 5: ". It may be empty.
   explicit UnknownNumber(std::string name, const std::string& place = {});
   /// Returns the message with a remedy. `known` are the names that would be valid.
   [[nodiscard]] std::string with_remedy(const std::vector<std::string>& known) const;
@@ -26,7 +26,7 @@ class UnknownNumber : public InputError {
 /// Selects particles of a file: "chain A and not water". scenes/README.md describes the language.
 class Selection {
  public:
-  /// Throws InputError "column N: problem: remedy"; N counts characters from 1.
+  /// Throws InputError "character N: problem: remedy"; N counts characters from 1.
   explicit Selection(std::string_view text);
   /// Selects particles of any of these classes: "water", "hydrogens". Throws InputError for an
   /// unknown word and suggests the nearest known one.
@@ -38,7 +38,7 @@ class Selection {
   /// Returns the selected particles. The result is the same for any number of threads. Takes linear
   /// time. `within` also sorts the particles from which it measures.
   ///
-  /// Throws UnknownNumber. Throws InputError "column N: problem: remedy" if the particles lack a
+  /// Throws UnknownNumber. Throws InputError "character N: problem: remedy" if the particles lack a
   /// column that the selection uses.
   [[nodiscard]] ParticleMask mask(const Particles& particles, int threads = 1) const;
 

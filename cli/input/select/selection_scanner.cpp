@@ -127,7 +127,7 @@ void SelectionScanner::fail(std::size_t at, const std::string& problem) const {
 }
 
 void SelectionScanner::fail_at_column(std::size_t column, const std::string& problem) {
-  throw InputError("column " + std::to_string(column) + ": " + problem);
+  throw InputError("character " + std::to_string(column) + ": " + problem);
 }
 
 }  // namespace parray::input

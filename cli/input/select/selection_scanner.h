@@ -44,7 +44,7 @@ class SelectionScanner {
 
   /// Returns the text at byte `at` in a form for messages.
   [[nodiscard]] std::string shown(std::size_t at) const;
-  /// Throw InputError "column N: PROBLEM". The first takes byte `at`, the second the column.
+  /// Throw InputError "character N: PROBLEM". The first takes byte `at`, the second the column.
   [[noreturn]] void fail(std::size_t at, const std::string& problem) const;
   [[noreturn]] static void fail_at_column(std::size_t column, const std::string& problem);
   [[nodiscard]] std::size_t column_of(std::size_t at) const;

@@ -118,8 +118,9 @@ ImageFile read(const std::string& path) {
   if (!in) {
     const std::string why = one_line(OIIO::geterror());
     const bool unknown = why.find("could not find a format reader") != std::string::npos;
-    throw InputError(path + (unknown ? ": the kind of picture is not known"
-                                     : ": the picture cannot be read: " + why));
+    throw InputError(
+        path + (unknown ? ": not a picture in a known format: use an EXR, PNG, TIFF or JPEG file"
+                        : ": the picture cannot be read: " + why));
   }
   const OIIO::ImageSpec& spec = in->spec();
   if (spec.nchannels < 3 || spec.width < 1 || spec.height < 1 || spec.depth > 1) {

@@ -211,8 +211,8 @@ TEST_CASE("a job waits for a referee that is silent at a check, until the check 
   REQUIRE(farm.referee->asked == 1);
   CHECK(farm.desk.wait(farm.now, 1).empty());
   farm.turn(seconds(12));
-  CHECK(farm.desk.wait(farm.now, 1).find("the referee, which has been tracing for a check for 1") ==
-        0);
+  CHECK(farm.desk.wait(farm.now, 1)
+            .find("the referee, which has been tracing cells again for a check for 1") == 0);
   CHECK(farm.desk.wait(farm.now, 2).empty());  // another job
   CHECK(farm.desk.busy_with(1));
   farm.turn(seconds(50));

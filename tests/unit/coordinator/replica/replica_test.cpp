@@ -255,8 +255,8 @@ TEST_CASE("a standby that has taken over fences its primary, also after a restar
   CHECK(standby.replica().has_taken_over());
   primary.append_rows(1, "row");
   CHECK_THROWS_WITH_AS(primary.commit(),
-                       "fenced: the standby at tcp://standby:7401 serves as generation 2, this "
-                       "primary was generation 1",
+                       "fenced: the standby at tcp://standby:7401 has taken over: it serves as "
+                       "generation 2, this primary was generation 1 (each takeover adds 1)",
                        RunError);
   CHECK(first.committed_rows(1).empty());
   ReplicatedStore restarted(first, standby, numbers(2));

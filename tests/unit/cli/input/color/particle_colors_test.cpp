@@ -298,7 +298,7 @@ TEST_CASE("errors in a scene's selections and colours name their place") {
   const ColoredScene files;
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"\n\"select\": \"vx > 1 und z\"",
-       "7: /particles/0/select: column 8: unexpected 'und': join conditions by 'and' or 'or'"},
+       "7: /particles/0/select: character 8: unexpected 'und': join conditions by 'and' or 'or'"},
       {"\"select\": 3",
        "6: /particles/0/select: expected a string, found a number: write a text in "
        "double quotes"},
@@ -308,7 +308,8 @@ TEST_CASE("errors in a scene's selections and colours name their place") {
        "6: /particles/0/select: the selection leaves none of 4 particles: there are vx from -1 to "
        "3"},
       {"\"select\": \"vy > 7\"",
-       "6: /particles/0/select: column 1: the file has no numeric column 'vy': did you mean 'y'?"},
+       "6: /particles/0/select: character 1: the file has no numeric column 'vy': did you mean "
+       "'y'?"},
       {"\n\n\"hide\": [\"watr\"]",
        "8: /particles/0/hide: 'watr' is not a class of particles: did you mean 'water'?"},
       {"\"hide\": [\"water\"]",
@@ -381,11 +382,11 @@ TEST_CASE("an automatic scene applies its options and keeps them in its referenc
   write_scene(text, reference, [] {});
   CHECK(text.str().find("\"material\":\"\"") == std::string::npos);
   source.filter.select = "chain A";
-  CHECK(message_of<InputError>([&] {
-          (void)auto_scene(files.path("a.csv"), source, auto_scene_settings());
-        }) == files.path("a.csv") +
-                  ": --select: column 1: the file has no chains: it has elements, types, x, y, z, "
-                  "fx, fy, fz, index, vx");
+  CHECK(message_of<InputError>(
+            [&] { (void)auto_scene(files.path("a.csv"), source, auto_scene_settings()); }) ==
+        files.path("a.csv") +
+            ": --select: character 1: the file has no chains: it has elements, types, x, y, z, "
+            "fx, fy, fz, index, vx");
 }
 
 TEST_CASE("thousands of numbers become few materials") {

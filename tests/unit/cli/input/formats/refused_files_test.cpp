@@ -335,7 +335,8 @@ TEST_CASE("LAMMPS: invalid dumps are refused") {
       {"too few atoms", "a.dump", dump("2", "0 0 0\n"),
        "a.dump:4: the file ends after 1 of 2 atoms: check that the file is complete"},
       {"too many atoms", "a.dump", dump("1", "0 0 0\n0 0 0\n"),
-       "a.dump:5: text follows the last atom: check ITEM: NUMBER OF ATOMS"},
+       "a.dump:5: text follows the last atom: correct the number of atoms in the header, or "
+       "remove the text"},
       {"too few columns", "a.dump", dump("1", "0 0\n"),
        "a.dump:4: 2 columns, but ITEM: ATOMS names 3: use the same number"},
       {"too many columns", "a.dump", dump("1", "0 0 0 0\n"),

@@ -190,40 +190,44 @@ TEST_CASE("fractions are of the cell, along its edges") {
 
 TEST_CASE("an invalid selection is refused with its column and a remedy") {
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"", "column 1: a condition is missing: write one, such as chain A or z > 10"},
-      {"watter", "column 1: 'watter' is not a condition: did you mean 'water'?"},
-      {"chain A and protien", "column 13: 'protien' is not a condition: did you mean 'protein'?"},
+      {"", "character 1: a condition is missing: write one, such as chain A or z > 10"},
+      {"watter", "character 1: 'watter' is not a condition: did you mean 'water'?"},
+      {"chain A and protien",
+       "character 13: 'protien' is not a condition: did you mean 'protein'?"},
       {"charge",
-       "column 1: 'charge' is not a condition: compare it with a number, as in charge > 0"},
-      {"z", "column 1: 'z' is not a condition: compare it with a number, as in z > 0"},
+       "character 1: 'charge' is not a condition: compare it with a number, as in charge > 0"},
+      {"z", "character 1: 'z' is not a condition: compare it with a number, as in z > 0"},
       {"(z + 1)",
-       "column 2: a condition is needed, but this is a number: compare it, as in z > 10"},
+       "character 2: a condition is needed, but this is a number: compare it, as in z > 10"},
       {"chain A > 3",
-       "column 1: a number is needed, but this is a condition: compare numbers, as in z > 10"},
-      {"z > ", "column 5: a condition is missing: write one, such as chain A or z > 10"},
+       "character 1: a number is needed, but this is a condition: compare numbers, as in z > 10"},
+      {"z > ", "character 5: a condition is missing: write one, such as chain A or z > 10"},
       {"and water",
-       "column 1: a condition is missing before 'and': write one, such as chain A or z > 10"},
-      {"water or", "column 9: a condition is missing: write one, such as chain A or z > 10"},
+       "character 1: a condition is missing before 'and': write one, such as chain A or z > 10"},
+      {"water or", "character 9: a condition is missing: write one, such as chain A or z > 10"},
       {"or | water",
-       "column 1: a condition is missing before 'or': write one, such as chain A or z > 10"},
-      {"(water", "column 7: the parenthesis of column 1 is not closed: add ')'"},
-      {"water)", "column 6: unexpected ')': no parenthesis is open"},
-      {"water protein", "column 7: unexpected 'protein': join conditions by 'and' or 'or'"},
+       "character 1: a condition is missing before 'or': write one, such as chain A or z > 10"},
+      {"(water", "character 7: the parenthesis at character 1 is not closed: add ')'"},
+      {"water)", "character 6: unexpected ')': no parenthesis is open"},
+      {"water protein", "character 7: unexpected 'protein': join conditions by 'and' or 'or'"},
       {"chain",
-       "column 6: a name is missing after 'chain': write at least one, in quotes if it has special "
+       "character 6: a name is missing after 'chain': write at least one, in quotes if it has "
+       "special "
        "characters"},
-      {"element Xx", "column 9: 'Xx' is not an element: write symbols such as C N O, or unknown"},
-      {"name \"CA", "column 6: the quote is not closed: add '\"'"},
-      {"resid 5:2", "column 7: '5:2' is not a whole number or a range: write resid 5 10:20"},
-      {"index 1.5", "column 7: '1.5' is not a whole number or a range: write index 5 10:20"},
-      {"resid", "column 6: a number is missing: write 5 or 10:20"},
-      {"within of ion", "column 8: the distance must be above 0: write within 5 of chain A"},
-      {"within 0 of ion", "column 8: the distance must be above 0: write within 5 of chain A"},
-      {"within 5 ion", "column 10: 'of' is missing: write within 5 of chain A"},
-      {"same as ion", "column 6: 'residue' is missing: write same residue as within 5 of chain A"},
-      {"z > 1e999", "column 5: '1e999' is not a finite number: write a number"},
-      {"sqrt x > 1", "column 6: '(' is missing: write sqrt(x)"},
-      {"\"\xc3\xa9\" > 1 nor", "column 9: unexpected 'nor': join conditions by 'and' or 'or'"},
+      {"element Xx",
+       "character 9: 'Xx' is not an element: write symbols such as C N O, or unknown"},
+      {"name \"CA", "character 6: the quote is not closed: add '\"'"},
+      {"resid 5:2", "character 7: '5:2' is not a whole number or a range: write resid 5 10:20"},
+      {"index 1.5", "character 7: '1.5' is not a whole number or a range: write index 5 10:20"},
+      {"resid", "character 6: a number is missing: write 5 or 10:20"},
+      {"within of ion", "character 8: the distance must be above 0: write within 5 of chain A"},
+      {"within 0 of ion", "character 8: the distance must be above 0: write within 5 of chain A"},
+      {"within 5 ion", "character 10: 'of' is missing: write within 5 of chain A"},
+      {"same as ion",
+       "character 6: 'residue' is missing: write same residue as within 5 of chain A"},
+      {"z > 1e999", "character 5: '1e999' is not a finite number: write a number"},
+      {"sqrt x > 1", "character 6: '(' is missing: write sqrt(x)"},
+      {"\"\xc3\xa9\" > 1 nor", "character 9: unexpected 'nor': join conditions by 'and' or 'or'"},
   };
   for (const auto& row : cases) {
     const auto& [text, expected] = row;  // which Clang 14 does not capture
@@ -237,16 +241,16 @@ TEST_CASE("a missing column is refused with the list of columns that the file ha
   bare.positions = {{0, 0, 0}};
   add(bare.types, "x");
   CHECK(refusal("type x and chain A", bare) ==
-        "column 12: the file has no chains: it has types, x, y, z, fx, fy, fz, index");
-  CHECK(refusal("water", bare).starts_with("column 1: the file has no residue names"));
-  CHECK(refusal("hydrogens", bare).starts_with("column 1: the file has no elements"));
-  CHECK(refusal("resid 5", bare).starts_with("column 1: the file has no residue numbers"));
-  CHECK(refusal("radius > 5", bare).starts_with("column 1: the file has no radii"));
-  CHECK(refusal("same residue as all", bare).starts_with("column 1: the file has no residues"));
+        "character 12: the file has no chains: it has types, x, y, z, fx, fy, fz, index");
+  CHECK(refusal("water", bare).starts_with("character 1: the file has no residue names"));
+  CHECK(refusal("hydrogens", bare).starts_with("character 1: the file has no elements"));
+  CHECK(refusal("resid 5", bare).starts_with("character 1: the file has no residue numbers"));
+  CHECK(refusal("radius > 5", bare).starts_with("character 1: the file has no radii"));
+  CHECK(refusal("same residue as all", bare).starts_with("character 1: the file has no residues"));
   CHECK(selected("virtual", bare).empty());
-  CHECK(refusal("1 < vz", bare) == "column 5: the file has no numeric column 'vz'");
-  CHECK(UnknownNumber("vz", "column 5: ").with_remedy({"vx", "charge"}) ==
-        "column 5: the file has no numeric column 'vz': did you mean 'vx'?");
+  CHECK(refusal("1 < vz", bare) == "character 5: the file has no numeric column 'vz'");
+  CHECK(UnknownNumber("vz", "character 5: ").with_remedy({"vx", "charge"}) ==
+        "character 5: the file has no numeric column 'vz': did you mean 'vx'?");
   CHECK(Selection("1 < vz and (charge > vx or z < 2)").numbers() ==
         std::set<std::string, std::less<>>{"charge", "vx", "vz"});
 }
