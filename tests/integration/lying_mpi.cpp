@@ -104,17 +104,17 @@ class ScriptedTracer final : public PathTracer {
 
 #define PARRAY_TRACER_SYMBOL                                 \
   "_ZN6parray5trace16make_path_tracerESt10shared_ptrIKNS0_1" \
-  "1AcceleratorEERKNS_5scene6CameraERKNS5_15PictureSettingsE"
+  "1AcceleratorEERKNS_5scene6CameraERKNS5_14RenderSettingsE"
 
 std::unique_ptr<PathTracer> honest_tracer(
     std::shared_ptr<const Accelerator> accelerator, const Camera& camera,
-    const PictureSettings& picture) asm("__real_" PARRAY_TRACER_SYMBOL);
+    const RenderSettings& picture) asm("__real_" PARRAY_TRACER_SYMBOL);
 std::unique_ptr<PathTracer> scripted_tracer(
     std::shared_ptr<const Accelerator> accelerator, const Camera& camera,
-    const PictureSettings& picture) asm("__wrap_" PARRAY_TRACER_SYMBOL);
+    const RenderSettings& picture) asm("__wrap_" PARRAY_TRACER_SYMBOL);
 
 std::unique_ptr<PathTracer> scripted_tracer(std::shared_ptr<const Accelerator> accelerator,
-                                            const Camera& camera, const PictureSettings& picture) {
+                                            const Camera& camera, const RenderSettings& picture) {
   auto honest = honest_tracer(std::move(accelerator), camera, picture);
   // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here changes the environment
   const char* const folder = std::getenv("PARRAY_LIARS");
