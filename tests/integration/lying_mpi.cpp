@@ -108,14 +108,14 @@ class ScriptedTracer final : public PathTracer {
 
 std::unique_ptr<PathTracer> honest_tracer(
     std::shared_ptr<const Accelerator> accelerator, const Camera& camera,
-    const RenderSettings& picture) asm("__real_" PARRAY_TRACER_SYMBOL);
+    const RenderSettings& settings) asm("__real_" PARRAY_TRACER_SYMBOL);
 std::unique_ptr<PathTracer> scripted_tracer(
     std::shared_ptr<const Accelerator> accelerator, const Camera& camera,
-    const RenderSettings& picture) asm("__wrap_" PARRAY_TRACER_SYMBOL);
+    const RenderSettings& settings) asm("__wrap_" PARRAY_TRACER_SYMBOL);
 
 std::unique_ptr<PathTracer> scripted_tracer(std::shared_ptr<const Accelerator> accelerator,
-                                            const Camera& camera, const RenderSettings& picture) {
-  auto honest = honest_tracer(std::move(accelerator), camera, picture);
+                                            const Camera& camera, const RenderSettings& settings) {
+  auto honest = honest_tracer(std::move(accelerator), camera, settings);
   // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here changes the environment
   const char* const folder = std::getenv("PARRAY_LIARS");
   const bool in_team = gettid() != getpid();

@@ -29,13 +29,13 @@ StopSettings to_error(double error) {
 TEST_CASE("a target below twice the rounding error is refused with the least that is accepted") {
   const std::string said = refusal(to_error(1e-9), 1);
   CHECK(said.starts_with("--target-error 1e-09: "));
-  CHECK(said.ends_with("ask for 4.6e-08 or more"));
+  CHECK(said.ends_with("use 4.6e-08 or more"));
   CHECK(refusal(to_error(4.6e-8), 1).empty());
 }
 
 TEST_CASE("the least target grows with the scene's light") {
   CHECK(refusal(to_error(1e-6), 1).empty());
-  CHECK(refusal(to_error(1e-6), 100).ends_with("ask for 4.6e-06 or more"));
+  CHECK(refusal(to_error(1e-6), 100).ends_with("use 4.6e-06 or more"));
   CHECK(refusal(to_error(1e-9), 1e-3).empty());
   CHECK(refusal(to_error(1e-9), 0).empty());
 }
