@@ -37,11 +37,11 @@ void PassResources::begin(RankPass next, Transport& transport, const Ranks& rank
 
 MpiCoordinator::Pass::Pass(MpiCoordinator& own, PassResources& resources, Transport& its_transport)
     : transport(its_transport),
-      collector(own.job_.picture(), own.judge_, *resources.layout, transport.window(),
+      collector(own.run_.picture(), own.judge_, *resources.layout, transport.window(),
                 transport.memory(), own.clock_.now(), own.totals_,
                 {own.options_.locate,
                  [&own](TracerKey tracer, TracedCells cells) {
-                   own.job_.keep(tracer, std::move(cells));
+                   own.run_.keep(tracer, std::move(cells));
                  }},
                 {.own = own.options_.threads, .all = own.options_.all_threads}),
       runner(*resources.source, own.team_, own.clock_,
@@ -51,12 +51,18 @@ MpiCoordinator::MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, Thre
                                Options options)
     : world_(world),
       job_(job),
+      run_(job.run()),
       team_(team),
       options_(std::move(options)),
-      judge_(job.picture(), rank_voices(options_.hosts),
+      judge_(run_.picture(), rank_voices(options_.hosts),
              {.trace = options_.trace,
-              .retracted = [&job](const std::vector<CellRange>& cells) { job.retract(cells); },
-              .restarted = [&job] { job.restart(); },
+              .retracted =
+                  [this](const std::vector<CellRange>& cells) { run_.keep_retraction(cells); },
+              .restarted =
+                  [this] {
+                    run_.drop_results();
+                    run_.commit();
+                  },
               .decided = [this](const RankJudge::Verdict& verdict) { report_verdict(verdict); }}),
       progress_(progress_style(options_.following.quiet, options_.following.progress), std::cerr,
                 terminal_columns),
@@ -68,7 +74,8 @@ MpiCoordinator::MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, Thre
       started_(clock_.now()),
       pass_began_(started_),
       finished_(started_),
-      progress_before_(job.resumed() ? job.progress(Time(0)) : 0),
+      progress_before_(
+          run_.samples_before() > 0 ? share_done(run_.record().settings, run_.state(), 0) : 0),
       next_checkpoint_(started_ + options_.checkpoint) {}
 
 bool MpiCoordinator::run_pass(PassResources& resources, Transport& transport) {
@@ -98,7 +105,7 @@ bool MpiCoordinator::run_pass(PassResources& resources, Transport& transport) {
 bool MpiCoordinator::end_pass() {
   progress_.show(clock_.now(), status(clock_.now(), false));
   const Time began = clock_.now();
-  const bool goes_on = job_.begin_pass(times(began));
+  const bool goes_on = run_.begin_pass(times(began));
   finished_ = clock_.now();
   deciding_seconds_ += to_seconds(finished_ - began);
   if (!goes_on) {
@@ -110,8 +117,8 @@ bool MpiCoordinator::end_pass() {
 }
 
 PassTimes MpiCoordinator::times(Time now) const {
-  const JobRecord& record = job_.record();
-  PassTimes times = ending_times(record.settings, job_.picture().framebuffer().counts().samples,
+  const JobRecord& record = run_.record();
+  PassTimes times = ending_times(record.settings, run_.picture().framebuffer().counts().samples,
                                  record.reserved_seconds + to_seconds(now - started_));
   times.pass = to_seconds(now - pass_began_);
   return times;
@@ -121,7 +128,7 @@ void MpiCoordinator::stop_if_interrupted() {
   try {
     check_interrupted();
   } catch (const Interrupted&) {
-    job_.commit();
+    run_.commit();
     throw Interrupted("interrupted, perhaps because another rank ended: " + kept_text());
   }
 }
@@ -155,12 +162,12 @@ void MpiCoordinator::take_turn(Time now) {
 void MpiCoordinator::check_ranks(Time now) {
   const JobStatus so_far = status(now, false);
   progress_.show(now, so_far);
-  preview_.follow(clock_, so_far, [this] { return shown_image(job_.picture()).image; });
+  preview_.follow(clock_, so_far, [this] { return shown_image(run_.picture()).image; });
   pass_->collector.listen(now);
   if (now - pass_->collector.last_sign_of_life() >= options_.patience) {
     give_up(now);
   }
-  if (now >= next_checkpoint_ || job_.buffer_full()) {
+  if (now >= next_checkpoint_ || run_.buffer_full()) {
     save_some(now);
   }
 }
@@ -169,8 +176,8 @@ void MpiCoordinator::check_ranks(Time now) {
 /// disk, checkpoints are less frequent, so that they take at most a tenth of the time.
 void MpiCoordinator::save_some(Time now) {
   next_checkpoint_ = now;  // the next call continues, until the buffer is empty
-  if (!job_.pack_next()) {
-    job_.commit();
+  if (!run_.pack_next()) {
+    run_.commit();
     saving_ += clock_.now() - now;
     next_checkpoint_ = now + std::max(options_.checkpoint, 10 * std::exchange(saving_, Time(0)));
     return;
@@ -179,7 +186,7 @@ void MpiCoordinator::save_some(Time now) {
 }
 
 std::string MpiCoordinator::kept_text() const {
-  return job_.amount_text() + (job_.record().settings->in_passes() ? " are" : " is") + " kept in " +
+  return job_.amount_text() + (run_.record().settings->in_passes() ? " are" : " is") + " kept in " +
          job_.directory().string() +
          ": the same command continues from there, with any number of ranks";
 }
@@ -194,7 +201,8 @@ void MpiCoordinator::report_verdict(const RankJudge::Verdict& verdict) {
   const std::string follows = verdict.restarted
                                   ? "the picture was begun again"
                                   : std::to_string(verdict.cells) + " cells were traced again";
-  job_.add_flag(wrong + follows);
+  std::string& flag = run_.record().flag;
+  flag += (flag.empty() ? "" : "; ") + wrong + follows;
   progress_.make_way();
   std::string line =
       "parray-mpi: " + wrong +
@@ -209,7 +217,7 @@ void MpiCoordinator::report_verdict(const RankJudge::Verdict& verdict) {
 
 /// Ends the job, because rank 0 itself returned wrong bits and no other rank can decide.
 void MpiCoordinator::give_up_judging() {
-  job_.commit();
+  run_.commit();
   throw RunError("rank 0 on " + options_.hosts[0] +
                  " got other bits when it traced the same samples again, so the picture cannot be "
                  "trusted: test that machine's memory. " +
@@ -217,7 +225,7 @@ void MpiCoordinator::give_up_judging() {
 }
 
 void MpiCoordinator::give_up(Time now) {
-  job_.commit();
+  run_.commit();
   std::string silent;
   for (const std::uint32_t rank : pass_->collector.silent_ranks(now, options_.patience)) {
     silent += (silent.empty() ? "" : ", ") + std::to_string(rank);
@@ -228,22 +236,22 @@ void MpiCoordinator::give_up(Time now) {
 }
 
 JobStatus MpiCoordinator::status(Time now, bool done) const {
-  const Framebuffer& framebuffer = job_.picture().framebuffer();
+  const JobRecord& record = run_.record();
+  const RunState state = run_.state();
   const double elapsed = to_seconds(now - started_);
-  const double progress = job_.progress(now - started_);
+  const double progress = share_done(record.settings, state, elapsed);
   JobStatus status;
-  status.id = job_.record().id;
-  status.name = job_.record().name;
+  status.id = record.id;
+  status.name = record.name;
   status.state = name_of(done ? JobState::done : JobState::running);
   status.progress = done ? 1 : progress;
-  status.whole = preview_.wanted() && framebuffer.whole();
-  status.error = job_.picture().passes().error();
-  status.target_error = job_.record().settings->target_error;
-  status.target_half_width = job_.record().settings->target_half_width;
+  status.whole = preview_.wanted() && state.whole;
+  status.error = state.error;
+  status.target_error = record.settings->target_error;
+  status.target_half_width = record.settings->target_half_width;
   if (progress > progress_before_ && elapsed > 0) {
-    status.samples_per_second = (static_cast<double>(framebuffer.counts().samples) -
-                                 static_cast<double>(job_.samples_before())) /
-                                elapsed;
+    status.samples_per_second =
+        (static_cast<double>(state.samples) - static_cast<double>(run_.samples_before())) / elapsed;
     status.seconds_left = elapsed * (1 - progress) / (progress - progress_before_);
   }
   return status;

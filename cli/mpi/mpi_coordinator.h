@@ -98,6 +98,7 @@ class MpiCoordinator {
 
   const MpiWorld& world_;
   CheckpointedJob& job_;
+  JobRun& run_;
   ThreadTeam& team_;
   const Options options_;
   SteadyClock clock_;

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cstdlib>
 #include <iostream>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
@@ -254,14 +253,14 @@ LoadedJob load_job(const MpiOptions& options, const MpiWorld& world, Time starte
   auto kept = std::make_unique<CheckpointedJob>(
       std::move(prepared.submission), options.tile,
       named ? options.state : prepared.outputs.image.string() + ".state", named);
-  if (kept->resumed()) {
+  if (kept->run().samples_before() > 0) {
     std::cerr << std::string(program) + ": continuing from " + kept->amount_text() + " in " +
                      kept->directory().string() + "\n";
   }
   MpiJob job;
-  job.settings = kept->record().settings;
+  job.settings = kept->run().record().settings;
   job.mode = options.mode;
-  job.tile = kept->record().tile;
+  job.tile = kept->run().record().tile;
   job.fingerprint = trace_fingerprint();
   return {std::move(job), std::move(kept), std::move(prepared.outputs)};
 }
@@ -315,10 +314,9 @@ std::vector<std::string> hosts_of(const Ranks& ranks) {
 void run_passes(const MpiWorld& world, const Ranks& ranks, const MpiJob& job, CheckpointedJob& kept,
                 MpiCoordinator& coordinator, PassResources& resources, Transport& transport) {
   RankJob own = rank_job(job, kept.take_scene());
-  for (bool goes_on = kept.begin_pass(); goes_on;) {
-    const ResultCollector& collector = kept.picture().collector();
-    RankPass pass{kept.picture().passes().pass(), collector.shared_plan(),
-                  CellList(collector.missing())};
+  for (bool goes_on = kept.run().begin_pass(); goes_on;) {
+    const JobPicture& picture = kept.run().picture();
+    RankPass pass{picture.passes().pass(), picture.plan(), CellList(picture.collector().missing())};
     if (!job.alone()) {
       broadcast_pass(world, job, &pass);
     }
@@ -371,13 +369,10 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
     broadcast_pass(world, job, nullptr);
   }
   const RenderFacts facts = coordinator.facts(ranks);
-  FinishedPicture finished = finish_picture(kept.picture(), kept.record(), facts);
+  FinishedPicture finished = finish_picture(kept.run().picture(), kept.run().record(), facts);
   rendered.picture = {std::move(finished.picture.image), std::move(finished.picture.statistics),
                       nlohmann::json::parse(finished.report)};
   coordinator.show_finished(rendered.picture.image);
-  // Without half-widths, the error is unknown: infinite.
-  rendered.picture.statistics.half_width.resize(rendered.picture.image.rgb.size(),
-                                                std::numeric_limits<float>::infinity());
   rendered.picture.report["mpi"] =
       mpi_report(coordinator, ranks, job.mode, rendered.transport->name(), facts.render_seconds,
                  options.row_seconds);

@@ -6,7 +6,6 @@
 #include "common/base/error.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/disputes/merged.h"
-#include "coordinator/disputes/retraction.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/leases/lease_desk.h"
 #include "coordinator/loop/farm.h"
@@ -138,14 +137,11 @@ void DisputeDesk::retract_later_faulty(Job& job) {
 
 /// What the job thread has retracted.
 struct DisputeDesk::Retracted {
-  JobPicture::Retraction retraction;
+  std::optional<JobPicture::Retraction> retraction;  ///< empty: no results or checks of the machine
   TracerKey machine = 0;
-  bool relied = false;  ///< the picture contained results or checks of the machine
   std::string flag;
   std::uint64_t finding = 0;  ///< its number
-  std::shared_ptr<const WorkPlan> plan;
-  std::uint64_t samples = 0;
-  std::uint64_t cells = 0;
+  RunState state;
 };
 
 void DisputeDesk::retract(Job& job, const FaultFinding& finding) {
@@ -154,16 +150,13 @@ void DisputeDesk::retract(Job& job, const FaultFinding& finding) {
   retracted->finding = finding.number;
   ++job.work->tasks;
   const auto tasks = job_book_.for_job(job, "retracting wrong results");
-  tasks.give([this, retracted, finding, at = farm_.since_1970(farm_.now), store = farm_.store,
-              id = job.record.id, record = job.record, picture = job.work->picture,
+  tasks.give([this, retracted, finding, at = farm_.since_1970(farm_.now), id = job.record.id,
+              record = job.record, run = job.work->run,
               generation = job.work->generation]() mutable -> JobThread::Completion {
-    const auto retraction = retract_results(*picture, store, record, finding, at);
-    retracted->relied = retraction.has_value();
-    retracted->retraction = retraction.value_or(JobPicture::Retraction{});
-    retracted->flag = record.flag;
-    retracted->plan = picture->plan();
-    retracted->samples = picture->framebuffer().counts().samples;
-    retracted->cells = picture->collector().done_cells();
+    run->put(std::move(record));
+    retracted->retraction = run->retract(finding, at);
+    retracted->flag = run->record().flag;
+    retracted->state = run->state();
     return {[this, retracted, id, generation] {
               if (Job* there = farm_.job_at_work(id, generation)) {
                 note_retracted(*there, *retracted);
@@ -177,18 +170,16 @@ void DisputeDesk::note_retracted(Job& job, const Retracted& retracted) {
   JobWork& work = *job.work;
   --work.tasks;
   job.record.fault_findings = std::max(job.record.fault_findings, retracted.finding);
-  if (retracted.relied) {
+  if (retracted.retraction) {
     job.record.flag = retracted.flag;
     farm_.note(job, retracted.flag);
-    work.samples = retracted.samples;
-    work.cells = retracted.cells;
-    if (retracted.retraction.restarted) {
-      job.record.passes = {};
-      job_book_.restart_leases(job, *retracted.plan);
+    if (retracted.retraction->restarted) {
+      job_book_.restart_leases(job, retracted.state);
     } else {
-      work.leases->put_back(retracted.retraction.cells);
+      static_cast<RunState&>(work) = retracted.state;
+      work.leases->put_back(retracted.retraction->cells);
     }
-    for (const CellRange& range : retracted.retraction.unchecked) {
+    for (const CellRange& range : retracted.retraction->unchecked) {
       check_by_referee(job, range);
       place_check(job, {range, 0, {retracted.machine}});
     }

@@ -208,20 +208,17 @@ void DisputeDesk::check_answer(RefereeDesk::Traced traced) {
   const auto tasks = job_book_.for_job(job, "comparing the referee's results");
   tasks.give([this, checked, id = job.record.id, generation = traced.generation,
               claims = std::move(traced.claims), payload = std::move(traced.cells),
-              picture = job.work->picture, plan = job.work->plan, store = farm_.store,
+              run = job.work->run, plan = job.work->plan,
               depth = max_depth_of(job.record.settings)]() -> JobThread::Completion {
-    checked->timely = picture->plan() == plan;
+    checked->timely = run->picture().plan() == plan;
     try {
       if (checked->timely) {
-        ResultCollector& collector = picture->collector();
+        const ResultCollector& collector = run->picture().collector();
         const auto truth = collector.digests_of(*payload.open(plan->batch(checked->range), depth));
         checked->wrong = machines_of(collector.differing(checked->range, truth));
         checked->claimant_wrong = checked->dispute && claims != truth;
         if (checked->wrong.empty()) {
-          picture->note_check(referee_tracer, checked->range);
-          if (store != nullptr) {
-            store->append_rows(id, picture->check_entry(referee_tracer, checked->range));
-          }
+          run->note_check(referee_tracer, checked->range);
         }
       }
     } catch (const DecodeError& error) {

@@ -35,17 +35,8 @@ double Job::progress(Time now) const {
   if (!work || !work->plan) {
     return kept_progress;
   }
-  const RenderSettings& s = record.settings;
-  if (!s.has_passes()) {
-    return static_cast<double>(work->cells) / static_cast<double>(work->plan->cells());
-  }
-  double share = work->expected_samples == 0 ? 0
-                                             : static_cast<double>(work->samples) /
-                                                   static_cast<double>(work->expected_samples);
-  if (s.time_limit > 0 && work->started != never) {
-    share = std::max(share, to_seconds(now - work->clock_began) / s.time_limit);
-  }
-  return std::min(share, 1.0);
+  const double elapsed = work->started == never ? 0 : to_seconds(now - work->clock_began);
+  return share_done(record.settings, *work, elapsed);
 }
 
 double Job::samples_left(Time now) const {

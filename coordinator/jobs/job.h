@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "coordinator/jobs/job_failures.h"
-#include "coordinator/jobs/job_picture.h"
+#include "coordinator/jobs/job_run.h"
 #include "coordinator/jobs/report.h"
 #include "coordinator/leases/lease_table.h"
 #include "coordinator/store/job_record.h"
@@ -28,13 +28,11 @@ enum class JobPhase : std::uint8_t {
   ended
 };
 
-/// Data of a job that only exists while its picture is unfinished. Once tracing has begun, only the
-/// job thread may use `picture`, and only the loop may use the rest.
-struct JobWork {
-  std::shared_ptr<JobPicture> picture;
+/// Data of a job that only exists while its picture is unfinished. Only the job thread may use
+/// `*run`, and only the loop may use the rest.
+struct JobWork : RunState {
+  std::shared_ptr<JobRun> run;
   ScenePayload scene;
-  std::shared_ptr<const WorkPlan> plan;  ///< of the current pass
-  std::uint32_t pass = 0;
   std::optional<LeaseTable> leases;
   std::uint64_t generation = 0;  ///< unique number of this JobWork in this process
   std::uint32_t tasks = 0;       ///< tasks of the job thread that must end before the pass ends
@@ -42,13 +40,9 @@ struct JobWork {
   Time started = never;      ///< first grant
   Time clock_began = never;  ///< when the time limit began to count
   Time pass_began = never;
-  Time pass_ended = never;    ///< all results were merged
-  double deciding = 0;        ///< seconds that the latest decision on a pass took
-  std::uint64_t samples = 0;  ///< merged
-  std::uint64_t cells = 0;    ///< of this pass, merged
-  bool whole = false;         ///< every pixel has a sample
-  std::uint64_t expected_samples = 0;
-  double price = 0;  ///< thread-seconds per sample of the latest results; 0: not known yet
+  Time pass_ended = never;  ///< all results were merged
+  double deciding = 0;      ///< seconds that the latest decision on a pass took
+  double price = 0;         ///< thread-seconds per sample of the latest results; 0: not known yet
 
   std::set<WorkerId> contributors;
   RenderFacts facts;

@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <limits>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -15,7 +14,6 @@
 #include "common/image/picture_bytes.h"
 #include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
-#include "coordinator/jobs/replaying.h"
 #include "coordinator/jobs/report.h"
 #include "coordinator/loop/farm.h"
 #include "coordinator/loop/worker_desk.h"
@@ -88,17 +86,11 @@ void JobBook::restore_jobs() {
 
 /// What the job thread has prepared for tracing.
 struct JobBook::Prepared {
-  std::shared_ptr<JobPicture> picture;
   ScenePayload scene;
+  RunState state;
   std::vector<CellRange> missing;
-  std::vector<std::uint64_t> passes;
-  std::uint64_t samples = 0;
-  std::uint64_t cells = 0;
-  std::uint64_t expected_samples = 0;
-  ErrorFigures error;
-  bool complete = false;
-  bool whole = false;
-  std::string damage;  ///< of stored results; empty: none
+  bool complete = false;  ///< the picture is complete, and there is no pass to trace
+  std::string damage;     ///< of stored results; empty: none
   std::string failure;
 };
 
@@ -122,82 +114,89 @@ static bool may_touch(const RenderSettings& settings, bool waiting_counts) {
          bytes * byte_seconds / static_cast<double>(touching_threads()) < settings.time_limit / 6;
 }
 
+/// Returns the scene with this SHA-256. Throws RunError if the store lacks it.
+static ScenePayload stored_scene(Store& store, const std::string& digest) {
+  auto bytes = store.scene(digest);
+  if (!bytes) {
+    throw RunError("the store lacks its scene: submit the job again");
+  }
+  return ScenePayload(Bulk::of(std::move(*bytes)));
+}
+
 void JobBook::prepare(Job& job) {
-  job.phase = JobPhase::preparing;
   job.work = std::make_unique<JobWork>();
   job.work->generation = next_generation_++;
+  job.work->run = std::make_shared<JobRun>(job.record, farm_.store);
   farm_.at_work.insert(job.record.id);
-  const auto prepared = std::make_shared<Prepared>();
-  const auto tasks = for_job(job, "preparing the job");
-  tasks.give([this, prepared, store = farm_.store, record = job.record, scene = job.scene,
-              at = farm_.since_1970(farm_.now), id = job.record.id,
-              generation = job.work->generation, waiting_counts = farm_.options.waiting_counts,
-              judge = judge_of(job.record)]() mutable -> JobThread::Completion {
-    Prepared& p = *prepared;
-    try {
-      if (store != nullptr) {
-        auto bytes = store->scene(record.scene);
-        if (!bytes) {
-          throw RunError("the store lacks its scene: submit the job again");
+  prepare_pass(
+      job, "preparing the job", "for its picture",
+      [store = farm_.store, scene = job.scene, at = farm_.since_1970(farm_.now),
+       waiting_counts = farm_.options.waiting_counts,
+       judge = judge_of(job.record)](JobRun& run, Prepared& prepared) {
+        const RenderSettings& settings = run.record().settings;
+        prepared.scene = store != nullptr ? stored_scene(*store, run.record().scene) : scene;
+        const bool limited = settings.time_limit > 0;
+        const bool touches = limited && may_touch(settings, waiting_counts);
+        run.create_picture(SceneFacts(*prepared.scene.scene()), !limited || touches, judge);
+        if (touches) {
+          touch(run.picture());
         }
-        scene = ScenePayload(Bulk::of(std::move(*bytes)));
-      }
-      p.scene = scene;
-      const bool limited = record.settings->time_limit > 0;
-      const bool touches = limited && may_touch(record.settings, waiting_counts);
-      p.picture =
-          std::make_shared<JobPicture>(record.settings, SceneFacts(*scene.scene()), record.passes,
-                                       record.tile, !limited || touches, std::move(judge));
-      if (touches) {
-        touch(*p.picture);
-      }
-      TakenUp taken = take_up(*p.picture, store, id);
-      p.complete = taken.complete;
-      p.damage = std::move(taken.damage);
-      keep_journal(*p.picture, store, id, begun_entries(*p.picture, at));
-      record.passes = p.passes = p.picture->passes().begun();
-      p.missing = p.picture->collector().missing();
-      p.samples = p.picture->framebuffer().counts().samples;
-      p.cells = p.picture->collector().done_cells();
-      p.expected_samples = p.picture->passes().expected_samples();
-      p.error = p.picture->passes().error();
-      p.whole = p.picture->framebuffer().whole();
-      if (store != nullptr) {
-        store->put_job(record);
-      }
-    } catch (const std::bad_alloc&) {
-      p.failure = "not enough memory for its picture: render fewer pixels or free memory";
-    }
-    return {[this, prepared, id, generation] { trace_prepared(id, generation, *prepared); }, {}};
-  });
+        prepared.damage = run.replay(JobRun::OnDamage::cut);
+        prepared.complete = !run.begin_pass({}, at);
+      });
 }
 
-/// Begins tracing a prepared job, unless it has ended meanwhile.
-void JobBook::trace_prepared(JobId id, std::uint64_t generation, const Prepared& prepared) {
-  Job* job = farm_.job_at_work(id, generation);
-  if (job == nullptr) {
+void JobBook::prepare_pass(Job& job, const std::string& doing, const std::string& purpose,
+                           std::function<void(JobRun&, Prepared&)> step) {
+  job.phase = JobPhase::preparing;
+  const auto prepared = std::make_shared<Prepared>();
+  prepared->scene = job.work->scene;
+  for_job(job, doing)
+      .give([this, prepared, purpose, step = std::move(step), run = job.work->run,
+             record = job.record,
+             generation = job.work->generation]() mutable -> JobThread::Completion {
+        const JobId id = record.id;
+        try {
+          run->put(std::move(record));
+          step(*run, *prepared);
+          prepared->state = run->state();
+          prepared->missing = run->picture().collector().missing();
+        } catch (const std::bad_alloc&) {
+          prepared->failure =
+              "not enough memory " + purpose + ": render fewer pixels or free memory";
+        }
+        return {[this, prepared, id, generation] {
+                  if (Job* there = farm_.job_at_work(id, generation)) {
+                    trace_prepared(*there, *prepared);
+                  }
+                },
+                {}};
+      });
+}
+
+void JobBook::trace_prepared(Job& job, Prepared& prepared) {
+  if (!prepared.failure.empty()) {
+    fail_job(job, prepared.failure);
     return;
   }
-  if (!prepared.failure.empty()) {
-    fail_job(*job, prepared.failure);
-  } else {
-    note_damaged_rows(*job, prepared.damage);
-    begin_tracing(*job, prepared);
+  note_damaged_rows(job, prepared.damage);
+  JobWork& work = *job.work;
+  work.scene = std::move(prepared.scene);
+  begin_tracing(job, prepared.state, prepared.missing);
+  if (prepared.complete) {
+    work.started = work.started == never ? farm_.now : work.started;
+    if (work.tasks == 0) {  // else disputes_.note_retracted() finishes it
+      finish_job(job);
+    }
   }
 }
 
-void JobBook::begin_tracing(Job& job, const Prepared& prepared) {
+void JobBook::begin_tracing(Job& job, const RunState& state,
+                            const std::vector<CellRange>& missing) {
   JobWork& work = *job.work;
-  work.picture = prepared.picture;
-  work.scene = prepared.scene;
-  work.plan = prepared.picture->plan();
-  work.pass = prepared.picture->passes().pass();
-  work.samples = prepared.samples;
-  work.cells = prepared.cells;
-  work.whole = prepared.whole;
-  work.expected_samples = prepared.expected_samples;
-  job.record.passes = prepared.passes;
-  job.error = prepared.error;
+  static_cast<RunState&>(work) = state;
+  job.record.passes = state.passes;
+  job.error = state.error;
   job.phase = JobPhase::tracing;
   if (job.record.settings->in_passes() && work.started != never) {
     work.deciding = work.pass_ended == never ? 0 : to_seconds(farm_.now - work.pass_ended);
@@ -217,28 +216,18 @@ void JobBook::begin_tracing(Job& job, const Prepared& prepared) {
   if (work.leases) {
     job.next_epoch = work.leases->next_epoch();
   }
-  work.leases.emplace(ChunkSizer(job.record.settings->schedule, *work.plan, length),
-                      prepared.missing, job.next_epoch, most_cells);
+  work.leases.emplace(ChunkSizer(job.record.settings->schedule, *work.plan, length), missing,
+                      job.next_epoch, most_cells);
   farm_.grants_due = true;
   disputes_.retract_later_faulty(job);
-  if (prepared.complete) {
-    work.started = work.started == never ? farm_.now : work.started;
-    if (work.tasks == 0) {  // else disputes_.note_retracted() finishes it
-      finish_job(job);
-    }
-  }
 }
 
-void JobBook::restart_leases(Job& job, const WorkPlan& plan) {
+void JobBook::restart_leases(Job& job, const RunState& state) {
   disputes_.referee().drop(job.work->generation);
-  Prepared prepared;
-  prepared.picture = job.work->picture;
-  prepared.scene = job.work->scene;
-  prepared.missing = {{0, plan.cells()}};
   for (auto& [peer, worker] : farm_.workers) {
     worker.held -= job.work->leases->held_by(worker.id);  // heartbeats revoke them
   }
-  begin_tracing(job, prepared);
+  begin_tracing(job, state, {{0, state.plan->cells()}});
 }
 
 void JobBook::end_pass_if_done(Job& job) {
@@ -269,116 +258,83 @@ void JobBook::end_pass_if_done(Job& job) {
 
 /// Lets the job thread decide on the next pass, which may depend on the sums.
 void JobBook::next_pass(Job& job) {
-  job.phase = JobPhase::preparing;
   job.work->pass_ended = farm_.now;
-  const auto prepared = std::make_shared<Prepared>();
-  prepared->scene = job.work->scene;
-  const auto tasks = for_job(job, "planning the next pass");
-  tasks.give([this, prepared, store = farm_.store, record = job.record, id = job.record.id,
-              picture = job.work->picture, times = job.times(farm_.now),
-              at = farm_.since_1970(farm_.now),
-              generation = job.work->generation]() mutable -> JobThread::Completion {
-    Prepared& p = *prepared;
-    p.picture = picture;
-    try {
-      p.complete = !picture->begin_pass(times);
-      keep_journal(*picture, store, id, begun_entries(*picture, at));
-      p.passes = record.passes = picture->passes().begun();
-      p.missing = picture->collector().missing();
-      p.samples = picture->framebuffer().counts().samples;
-      p.cells = picture->collector().done_cells();
-      p.expected_samples = picture->passes().expected_samples();
-      p.error = picture->passes().error();
-      p.whole = picture->framebuffer().whole();
-      if (store != nullptr && !p.complete) {
-        store->put_job(record);
-      }
-    } catch (const std::bad_alloc&) {
-      p.failure = "not enough memory to plan the next pass: render fewer pixels or free memory";
-    }
-    return {[this, prepared, id, generation] { trace_prepared(id, generation, *prepared); }, {}};
-  });
+  prepare_pass(
+      job, "planning the next pass", "to plan the next pass",
+      [times = job.times(farm_.now), at = farm_.since_1970(farm_.now)](
+          JobRun& run, Prepared& prepared) { prepared.complete = !run.begin_pass(times, at); });
 }
+
+/// What the job thread has made of a complete picture.
+struct JobBook::FinishedJob {
+  PicturePayload picture;  ///< empty if a store has it, as the next two
+  std::uint64_t bytes = 0;
+  std::string journal;
+  std::string report;
+  std::vector<JobEvent> events;
+  std::string failure;
+  std::string full;  ///< why the store cannot commit it now; empty: it can
+};
 
 void JobBook::finish_job(Job& job) {
   job.phase = JobPhase::finishing;
   job.work->facts.render_seconds = to_seconds(farm_.now - job.work->started);
-  struct LeaseResult {
-    PicturePayload picture;
-    std::uint64_t bytes = 0;
-    std::string report;
-    std::vector<JobEvent> events;
-    std::string journal;
-    std::string failure;
-    std::string full;  ///< why the store cannot commit it now; empty: it can
-  };
-  const auto finished = std::make_shared<LeaseResult>();
-  const auto tasks = for_job(job, "finishing the picture");
-  tasks.give([this, finished, store = farm_.store, record = job.record, id = job.record.id,
-              picture = job.work->picture, facts = job.work->facts,
-              clock = farm_.options.wall_clock, ended = std::max(farm_.uptime(), 1.0),
-              generation = job.work->generation]() mutable -> JobThread::Completion {
-    try {
-      auto made = finish_picture(*picture, record, facts);
-      finished->report = made.report;
-      record.report = std::move(made.report);
-      record.state = JobState::done;
-      record.reason.clear();
-      record.note(clock(), "done");
-      record.ended = ended;
-      finished->events = record.events;
-      const auto& parts = made.picture;
-      finished->bytes =
-          picture_size(parts.image.width, parts.image.height, kept_detail(picture->settings()));
-      if (store != nullptr) {
-        // Unknown half-widths are infinite.
-        made.picture.statistics.half_width.resize(parts.image.rgb.size(),
-                                                  std::numeric_limits<float>::infinity());
-        auto pieces = picture_pieces(parts.image, parts.statistics);
-        pieces.push_back(picture->journal().bytes());  // after the part that all fetches read
-        store->put_picture(id, pieces);
-        store->put_job(record);
-        store->drop_work(id);
-      } else {
-        finished->journal = picture->journal().bytes();
-        finished->picture =
-            PicturePayload(std::make_shared<const PictureParts>(std::move(made.picture)));
-      }
-    } catch (const StorageFull& full) {
-      finished->full = full.what();
-    } catch (const std::bad_alloc&) {
-      finished->failure =
-          "not enough memory to finish the picture: render fewer pixels or free memory";
-    }
-    const auto outcome = [this, finished, id, generation] {
-      Job* there = farm_.job_at_work(id, generation);
-      if (there == nullptr) {
-        return;
-      }
-      if (!finished->full.empty()) {
-        there->retry_at = farm_.now + seconds(1);
-        there->pause_reason = finished->full;
-        return;
-      }
-      if (!finished->failure.empty()) {
-        fail_job(*there, finished->failure);
-        return;
-      }
-      there->record.report = finished->report;
-      there->error = error_in(finished->report);
-      there->record.events = finished->events;
-      if (farm_.store == nullptr) {
-        there->picture = finished->picture;
-        there->picture_bytes = finished->bytes + finished->journal.size();
-        there->journal = std::move(finished->journal);
-      }
-      close_job(*there, JobState::done, "");
-    };
-    if (!finished->full.empty() || !finished->failure.empty()) {
-      return {outcome, {}};
-    }
-    return {{}, outcome};
-  });
+  const auto finished = std::make_shared<FinishedJob>();
+  for_job(job, "finishing the picture")
+      .give([this, finished, record = job.record, run = job.work->run, facts = job.work->facts,
+             in_memory = farm_.store == nullptr, clock = farm_.options.wall_clock,
+             ended = std::max(farm_.uptime(), 1.0),
+             generation = job.work->generation]() mutable -> JobThread::Completion {
+        const JobId id = record.id;
+        try {
+          run->put(std::move(record));
+          FinishedPicture made = finish_picture(run->picture(), run->record(), facts);
+          run->record().note(clock(), "done");
+          run->record().ended = ended;
+          const std::string& journal = run->picture().journal().bytes();
+          run->finish(made.picture.image, made.picture.statistics, made.report, journal);
+          finished->report = std::move(made.report);
+          finished->events = run->record().events;
+          if (in_memory) {
+            const RenderSettings& s = run->record().settings;
+            finished->bytes = picture_size(s.width, s.height, kept_detail(s)) + journal.size();
+            finished->journal = journal;
+            finished->picture =
+                PicturePayload(std::make_shared<const PictureParts>(std::move(made.picture)));
+          }
+        } catch (const StorageFull& full) {
+          finished->full = full.what();
+        } catch (const std::bad_alloc&) {
+          finished->failure =
+              "not enough memory to finish the picture: render fewer pixels or free memory";
+        }
+        const auto outcome = [this, finished, id, generation] {
+          if (Job* there = farm_.job_at_work(id, generation)) {
+            note_finished(*there, *finished);
+          }
+        };
+        const bool made = finished->full.empty() && finished->failure.empty();
+        return made ? JobThread::Completion{{}, outcome} : JobThread::Completion{outcome, {}};
+      });
+}
+
+void JobBook::note_finished(Job& job, FinishedJob& finished) {
+  if (!finished.full.empty()) {
+    job.retry_at = farm_.now + seconds(1);
+    job.pause_reason = finished.full;
+    return;
+  }
+  if (!finished.failure.empty()) {
+    fail_job(job, finished.failure);
+    return;
+  }
+  job.error = error_in(finished.report);
+  job.record.report = std::move(finished.report);
+  job.record.events = std::move(finished.events);
+  job.picture = std::move(finished.picture);
+  job.picture_bytes = finished.bytes;
+  job.journal = std::move(finished.journal);
+  close_job(job, JobState::done, "");
 }
 
 /// Ends a job. Keeps its record, its picture and, while there is room, what a requeue needs. The

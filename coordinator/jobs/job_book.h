@@ -36,8 +36,8 @@ class JobBook {
   void finish_job(Job& job);
   /// Ends a job as failed.
   void fail_job(Job& job, const std::string& reason);
-  /// Traces all cells of `plan` again.
-  void restart_leases(Job& job, const WorkPlan& plan);
+  /// Traces all cells again, because the run began the picture again. `state`: of the run.
+  void restart_leases(Job& job, const RunState& state);
   /// Returns a queue for tasks of the job's JobWork. If one throws, the job fails. `doing`: its
   /// name.
   [[nodiscard]] JobThread::Guarded for_job(const Job& job, const std::string& doing);
@@ -76,14 +76,20 @@ class JobBook {
  private:
   struct Accepted;
   struct Prepared;
+  struct FinishedJob;
   void accept_job(const PeerId& peer, std::uint64_t request, Accepted& accepted);
   void join_series(JobRecord& record);
   void make_room_for_job();
   [[nodiscard]] bool fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) const;
   [[nodiscard]] PictureJudge judge_of(const JobRecord& record) const;
-  void trace_prepared(JobId id, std::uint64_t generation, const Prepared& prepared);
-  void begin_tracing(Job& job, const Prepared& prepared);
+  /// Runs `step` on the job thread and then begins to trace the pass that the run has begun.
+  /// `doing` names the task in messages. `purpose` completes the message about lack of memory.
+  void prepare_pass(Job& job, const std::string& doing, const std::string& purpose,
+                    std::function<void(JobRun&, Prepared&)> step);
+  void trace_prepared(Job& job, Prepared& prepared);
+  void begin_tracing(Job& job, const RunState& state, const std::vector<CellRange>& missing);
   void next_pass(Job& job);
+  void note_finished(Job& job, FinishedJob& finished);
   void end_job(Job& job, JobState state, const std::string& reason);
   void close_job(Job& job, JobState state, const std::string& reason);
   void pause(Job& job, JobId named);

@@ -18,6 +18,18 @@ void put_range(ByteWriter& out, const CellRange& range) {
   out.put(range.end);
 }
 
+std::string entry_of(EntryKind kind, std::uint32_t pass, TracerKey tracer, const CellRange& range,
+                     std::string_view packed = {}) {
+  ByteWriter out;
+  out.reserve(32 + packed.size());
+  out.put(static_cast<std::uint32_t>(kind));
+  out.put(pass);
+  out.put(tracer);
+  put_range(out, range);
+  out.put_bytes(packed);
+  return out.take();
+}
+
 }  // namespace
 
 SceneFacts::SceneFacts(const Scene& scene)
@@ -87,24 +99,11 @@ ErrorEstimate JobPicture::error() const {
 
 std::string JobPicture::cells_entry(std::uint32_t pass, TracerKey tracer, const CellRange& range,
                                     std::string_view packed) {
-  ByteWriter out;
-  out.reserve(32 + packed.size());
-  out.put(static_cast<std::uint32_t>(EntryKind::cells));
-  out.put(pass);
-  out.put(tracer);
-  put_range(out, range);
-  out.put_bytes(packed);
-  return out.take();
+  return entry_of(EntryKind::cells, pass, tracer, range, packed);
 }
 
 std::string JobPicture::check_entry(TracerKey tracer, const CellRange& range) const {
-  ByteWriter out;
-  out.reserve(32);
-  out.put(static_cast<std::uint32_t>(EntryKind::check));
-  out.put(passes_->pass());
-  out.put(tracer);
-  put_range(out, range);
-  return out.take();
+  return entry_of(EntryKind::check, passes_->pass(), tracer, range);
 }
 
 std::string JobPicture::retraction_entry(const std::vector<CellRange>& cells) const {
@@ -179,25 +178,6 @@ std::uint64_t JobPicture::memory(const RenderSettings& settings) {
   return pixels * (even + (settings.in_passes() ? in_passes : 0) +
                    (settings.replicates ? replicates : 0)) +
          (std::uint64_t{1} << 20);
-}
-
-void keep_journal(JobPicture& picture, Store* store, JobId id,
-                  const std::vector<JournalEntry>& entries) {
-  for (const JournalEntry& entry : entries) {
-    std::string logged = picture.journal_entry(entry);
-    if (store != nullptr) {
-      store->append_rows(id, std::move(logged));
-    }
-  }
-}
-
-std::vector<JournalEntry> begun_entries(const JobPicture& picture, double at) {
-  const std::uint32_t pass = picture.passes().pass();
-  if (picture.journal().has_pass(pass)) {
-    return {};
-  }
-  return {JournalPass{pass, picture.plan()->cells(), at, grain_of(*picture.plan())},
-          JournalGrid{pass, picture.plan()->grid()->shape()}};
 }
 
 TracerKey tracer_key(std::string_view name, std::string_view instance) {

@@ -15,7 +15,6 @@
 #include "common/scene/settings_fwd.h"
 #include "coordinator/jobs/journal.h"
 #include "coordinator/leases/result_collector.h"
-#include "coordinator/store/store.h"
 
 namespace parray::coordinator {
 
@@ -127,12 +126,6 @@ class JobPicture {
   std::uint64_t earlier_checked_ = 0;           ///< checked cells of earlier passes
   Journal journal_;
 };
-
-/// Adds entries to the picture's journal and, if `store` is not null, to the job's log.
-void keep_journal(JobPicture& picture, Store* store, JobId id,
-                  const std::vector<JournalEntry>& entries);
-/// Returns the entries for the begin of the current pass; none if the journal has them.
-std::vector<JournalEntry> begun_entries(const JobPicture& picture, double at);
 
 /// Returns a number for a process of a worker or a rank. It depends only on the arguments.
 TracerKey tracer_key(std::string_view name, std::string_view instance);

@@ -54,10 +54,11 @@ void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Resul
   merged->build_seconds = result.build_seconds;
   merged->accelerator_bytes = result.accelerator_bytes;
   merged->isa = result.isa;
-  const auto work = [merged, store = farm_.store, id = job.record.id, picture = job.work->picture,
+  const auto work = [merged, kept = farm_.store != nullptr, run = job.work->run,
                      plan = job.work->plan, pass = job.work->pass,
                      payload = std::move(result.cells), depth = max_depth_of(job.record.settings)] {
-    if (picture->plan() != plan) {
+    JobPicture& picture = run->picture();
+    if (picture.plan() != plan) {
       return;
     }
     const CellRange& range = merged->arrived.range;
@@ -65,7 +66,7 @@ void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Resul
     std::shared_ptr<const TracedCells> cells;
     Bulk packed;
     try {
-      if (store != nullptr) {
+      if (kept) {
         packed = payload.packed(*plan->grid());
       }
       cells = payload.open(batch, depth);
@@ -78,28 +79,22 @@ void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Resul
       merged->fault = error.what();
       return;
     }
-    ResultCollector& collector = picture->collector();
+    ResultCollector& collector = picture.collector();
     merged->samples = cells->samples;
     if (merged->arrived.kind == LeaseTable::Arrival::first) {
-      merged->taken = collector.take(merged->machine, *cells);
-      if (store != nullptr) {
-        store->append_rows(id, picture->cells_entry(merged->machine, range, packed.data.view()));
-      }
-      keep_journal(*picture, store, id, merged->entries(picture->journal(), pass, packed.checksum));
+      merged->taken = run->take(merged->machine, *cells, packed.data.view());
+      run->add_to_journal(merged->entries(picture.journal(), pass, packed.checksum));
     } else {
       merged->digests = collector.digests_of(*cells);
       merged->taken = collector.compare(range, merged->digests);
     }
-    merged->whole = picture->framebuffer().whole();
+    merged->whole = picture.framebuffer().whole();
     merged->kind = Merged::Kind::taken;
     if (merged->taken.mismatches > 0) {
       merged->kind = Merged::Kind::differs;
       merged->differing = collector.differing(range, merged->digests);
     } else if (merged->arrived.kind != LeaseTable::Arrival::first) {
-      picture->note_check(merged->machine, range);
-      if (store != nullptr) {
-        store->append_rows(id, picture->check_entry(merged->machine, range));
-      }
+      run->note_check(merged->machine, range);
     }
   };
   const auto tasks = job_book_.for_job(job, "merging a result");

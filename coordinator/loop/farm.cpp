@@ -46,8 +46,9 @@ JobThread::Guarded Farm::for_log(const std::string& doing) {
 void Farm::keep(const Job& job) {
   if (store != nullptr && job.phase != JobPhase::finishing) {
     const auto tasks = for_log(fmt::format("keeping the record of job {}", job.record.id));
-    tasks.give([to = store, record = job.record]() -> JobThread::Completion {
-      to->put_job(record);
+    tasks.give([to = store, run = job.work ? job.work->run : nullptr,
+                record = job.record]() -> JobThread::Completion {
+      run ? run->put(record) : to->put_job(record);
       return {};
     });
   }

@@ -134,7 +134,7 @@ void ClientRequests::note_picture_file(JobId id, const PictureFile& kept) {
 
 /// Sends the picture of an unfinished job as it is now.
 void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job) {
-  if (!job.work || !job.work->picture) {
+  if (!job.work || !job.work->plan) {
     farm_.fail_request(peer, m.request, 2,
                        "job " + std::to_string(m.job) + " has no picture yet: try again later");
     return;
@@ -151,11 +151,11 @@ void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const
   const std::string doing = fmt::format("reading the picture of job {}", m.job);
   farm_.for_client(peer, m.request, doing)
       .give([this, peer, ticket, request = m.request,
-             picture = job.work->picture]() -> JobThread::Completion {
+             run = job.work->run]() -> JobThread::Completion {
         auto parts = std::make_shared<PictureParts>();
-        parts->image = shown_image(*picture).image;
+        parts->image = shown_image(run->picture()).image;
         const json report = {{"partial", true},
-                             {"samples", picture->framebuffer().counts().samples}};
+                             {"samples", run->picture().framebuffer().counts().samples}};
         const auto answer = std::make_shared<msg::ImageData>(
             msg::ImageData{request, report, parts->image.width, parts->image.height, false, false,
                            PicturePayload(parts)});
@@ -187,12 +187,13 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
   farm_.for_client(peer, m.request, doing)
       .give([this, answer, ticket, peer, done, store = farm_.store, id = m.job, kept = job->journal,
              report = job->record.report, size = picture_size(s.width, s.height, kept_detail(s)),
-             picture = job->work ? job->work->picture : nullptr]() -> JobThread::Completion {
+             run = job->work && job->work->plan ? job->work->run
+                                                : nullptr]() -> JobThread::Completion {
         answer->report = report.empty() ? json::object() : json::parse(report);
         std::string bytes = kept;
         PictureFile file;
-        if (picture) {
-          bytes = picture->journal().bytes();
+        if (run) {
+          bytes = run->picture().journal().bytes();
         } else if (store != nullptr && done) {
           file = read_picture_file(*store, id);
           bytes = file.bytes && file.bytes->size() > size ? file.bytes->substr(size) : "";
