@@ -10,8 +10,9 @@
 namespace parray::adaptive {
 
 /// Computes where further samples of a picture help most, from the noise around each pixel. To
-/// place samples, it uses only the number of a pixel's own samples. If their values decided how
-/// many samples follow, the pixel's mean would be biased.
+/// place samples, it uses of a pixel itself the number of samples, and the variance as far as that
+/// causes a bias of at most 0.1 %. If their values decided how many samples follow, the pixel's
+/// mean would be biased.
 ///
 /// For the least mean square error, a pixel's count is proportional to the standard deviation of
 /// its samples (Neyman, "On the two different aspects of the representative method", 1934). For

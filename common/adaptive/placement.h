@@ -27,8 +27,9 @@ struct NoiseWeights {
 /// object caches intermediate results of its functions.
 ///
 /// All pixels get the same number of samples unless settings.adaptive is set. With it, samples
-/// follow common/adaptive/allocation.h from pilot_samples on, where adaptive_pays() holds. They are
-/// placed for equal half-widths with a target_half_width, otherwise for the least RMSE. A pass that
+/// follow common/adaptive/allocation.h from pilot_samples on. With a target_half_width they
+/// are placed for equal half-widths. Otherwise they are placed for the least RMSE, if
+/// adaptive_pays() holds. A pass that
 /// adds little keeps the present proportions. In a large picture, the number of samples needed is
 /// predicted from some rows.
 class Placement {

@@ -134,7 +134,7 @@ Sphere get_sphere(ByteReader& in, std::size_t material_count) {
 std::size_t get_count(ByteReader& in, std::uint64_t most, std::size_t item_bytes) {
   const auto count = in.get<std::uint64_t>();
   if (count > most || count > in.left() / item_bytes) {
-    throw DecodeError("scene: a count exceeds the data that follows");
+    throw DecodeError("scene: a count exceeds its limit or the data that follows");
   }
   return static_cast<std::size_t>(count);
 }

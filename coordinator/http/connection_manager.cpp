@@ -128,7 +128,10 @@ void ConnectionManager::accept_all(Time now) {
       const bool exhausted =
           errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
       if (exhausted) {
-        callbacks_.warn("HTTP: connections are refused: out of file descriptors or memory");
+        callbacks_.warn(
+            "HTTP: new connections wait: no file descriptors or memory are left: raise ulimit -n, "
+            "or lower "
+            "--http-connections");
         listen(false);  // until the next sweep
       }
       return;

@@ -110,8 +110,9 @@ std::optional<ReplicaReply> Replica::refuse_set_back(const ReplicaRequest& reque
   }
   return ReplicaReply{
       0, 0, ReplicaReplyKind::refused, 0,
-      "the primary has been set back: " + std::to_string(position->sequence - reached) +
-          " batches would be lost: serve the standby's state, or start the standby with "
+      "the state of the primary is older than that of the standby, and " +
+          std::to_string(position->sequence - reached) +
+          " batches of changes would be lost: serve the standby's state, or start the standby with "
           "--overwrite"};
 }
 

@@ -138,7 +138,7 @@ class BetweenHosts(unittest.TestCase):
             shutil.move(farm.directory / "snapshot", first)
             set_back = farm._start("parray-coordinator", "--coordinator", farm.address, *farm.options)
             self.assertEqual(set_back.wait(timeout=20), 1)
-            self.assertRegex(set_back.log.read_text(), "the primary has been set back: [0-9]+ batches would be lost")
+            self.assertRegex(set_back.log.read_text(), "the state of the primary is older than that of the standby, and [0-9]+ batches of changes would be lost")
             farm.standby.send_signal(signal.SIGTERM)
             farm.standby.wait()
             farm.options = ["--state", farm.directory / "second"]

@@ -36,7 +36,7 @@ def _read(data: bytes) -> tuple[Channels, dict[str, Attribute]]:
     if data[:4] != _MAGIC:
         raise ValueError("the data are not an EXR file")
     if data[5:8] != b"\0\0\0":
-        raise ValueError("the EXR file has tiles, several parts or deep data, which are not supported")
+        raise ValueError("the EXR file has tiles, several parts, deep data or long names, which are not supported")
     header, at = _header(data, 8)
     left, top, right, bottom = struct.unpack("<4i", header["dataWindow"][1])
     width, height = right - left + 1, bottom - top + 1

@@ -322,8 +322,9 @@ TEST_CASE("a primary that was set back overwrites its standby only with --overwr
     return message;
   };
   const std::string expected =
-      "the standby at tcp://standby:7401 refuses this primary: the primary has been set back: 3 "
-      "batches would be lost: serve the standby's state, or start the standby with --overwrite";
+      "the standby at tcp://standby:7401 refuses this primary: the state of the primary is older "
+      "than that of the standby, and 3 batches of changes would be lost: serve the standby's "
+      "state, or start the standby with --overwrite";
   CHECK(refusal(snapshot, false) == expected);
   CHECK(refusal(snapshot, true) == expected);
   primary.put_job(stored_job(5));
