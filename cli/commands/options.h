@@ -58,7 +58,8 @@ inline constexpr const char* farm_group = "Farm";
 /// Heading for options that need a file of particles.
 inline constexpr const char* particles_group = "For files of particles";
 
-/// How a scene is rendered. An option that is absent leaves the scene's value.
+/// How a scene is rendered. An option that is absent leaves the scene's value, except as over()
+/// says.
 class RenderOptions {
  public:
   /// Declares all options except --like.
@@ -95,8 +96,10 @@ class RenderOptions {
   /// Returns the options that the user gave and that determine the picture, as a text. Two commands
   /// with the same such options have equal texts.
   [[nodiscard]] std::string as_given() const;
-  /// Returns the scene's settings, replaced by the options that are given. Throws InputError, which
-  /// names the options, if the result is impossible.
+  /// Returns the scene's settings, replaced by the options that are given. With a target or a time
+  /// limit and without --spp, the samples per pixel have no limit but the largest possible number.
+  /// Without --adaptive, the picture is adaptive if it has a limit or a list of passes. Throws
+  /// InputError, which names the options, if the result is impossible.
   [[nodiscard]] Boxed<RenderSettings> over(const RenderSettings& of_scene) const;
 
  private:

@@ -49,8 +49,9 @@ class MpiCoordinator {
 
   /// Renders the pass that the job has begun. Returns when all cells are merged, the next pass is
   /// decided, and all ranks can see that this pass is over. Returns whether there is another pass.
-  /// Throws RunError if no rank makes progress, Interrupted after a signal; both after the results
-  /// are on disk.
+  /// Returns true at once if the picture began again because of a faulty rank. Throws RunError if
+  /// no rank makes progress or if rank 0 itself returned wrong bits, Interrupted after a signal;
+  /// both after the results are on disk.
   ///
   /// barrier(), last_barrier() and the report still need `resources` and `transport`.
   bool run_pass(PassResources& resources, Transport& transport);

@@ -22,7 +22,8 @@ std::string formatted(const char* format, Values... values) {
 }
 
 /// Returns a number with three significant digits and an SI prefix before `unit`: "3.14 M
-/// samples/s". Below 1, uses no prefix. Returns "? samples/s" for negative and not finite numbers.
+/// samples/s". Below 1: two decimals and no prefix. Returns "? samples/s" for negative and not
+/// finite numbers.
 std::string with_unit(double value, std::string_view unit);
 
 /// Returns a time in seconds as "0.25 s", "12 s", "3 min 20 s", "2 h 05 min" or "3 d 4 h". Returns

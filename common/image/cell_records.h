@@ -31,8 +31,8 @@ inline std::size_t record_bytes(std::uint32_t cell_pixels) {
 struct ExcludedSamples {
   std::uint32_t y = 0;  ///< row of the image
   std::uint32_t x = 0;
-  std::uint32_t first = 0;  ///< the first such sample
-  std::uint32_t count = 0;  ///< > 0
+  std::uint32_t first = 0;  ///< number of the first excluded sample
+  std::uint32_t count = 0;  ///< excluded samples, > 0; they need not be consecutive
 
   friend auto operator<=>(const ExcludedSamples&, const ExcludedSamples&) = default;
 };

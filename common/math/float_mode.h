@@ -2,9 +2,9 @@
 
 #if defined(__x86_64__)
 #include <xmmintrin.h>
+#endif
 
 #include "common/rooms.h"
-#endif
 
 namespace parray::math {
 

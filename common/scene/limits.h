@@ -20,7 +20,7 @@ inline constexpr std::uint64_t max_scene_file_bytes = std::uint64_t{16} << 30;
 inline constexpr std::size_t max_json_depth = 16;
 inline constexpr std::uint32_t max_frame = 999'999'999;  ///< number of a frame
 inline constexpr std::uint32_t max_frames = 10'000;      ///< of one series
-/// Coordinates, radii and camera lengths stay inside +-this, so that squares and products of
+/// Coordinates, radii and camera lengths stay inside +-this, so that squares and sums of
 /// squares stay finite in single precision.
 inline constexpr double max_length = 1e15;
 inline constexpr double min_radius = 1e-15;

@@ -15,11 +15,11 @@ namespace traits {
 enum : unsigned {
   image = 1U << 0,      ///< in section "image" of a scene file
   render = 1U << 1,     ///< in section "render" of a scene file
-  accuracy = 1U << 2,   ///< its option determines when a picture is good enough
+  accuracy = 1U << 2,   ///< its option is under the heading "Accuracy" of the help
   speed = 1U << 3,      ///< its option never changes the picture
   special = 1U << 4,    ///< its option is for experiments
   since = 1U << 5,      ///< missing in messages and records of earlier versions, which means 0
-  in_passes = 1U << 6,  ///< missing in messages means 0, unless the picture is made in passes
+  in_passes = 1U << 6,  ///< only in messages of pictures in passes; missing means 0
   if_set = 1U << 7,     ///< missing in messages, records and sections if it is 0
   no_report = 1U << 8,  ///< a report does not repeat it
   recipe = 1U << 9,     ///< a recipe has the report's value

@@ -44,7 +44,8 @@ class JobPicture {
   /// false if the picture is complete.
   bool begin_pass(const PassTimes& times = {});
 
-  /// Merges cells of the current pass that `tracer`, a machine_key(), has traced.
+  /// Merges cells of the current pass that `tracer` has traced: the machine_key() of a worker, or
+  /// the tracer_key() of a rank.
   ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced) {
     return collector_->take(tracer, traced);
   }
