@@ -93,7 +93,7 @@ std::optional<RankPass> broadcast_pass(const MpiWorld& world, const MpiJob& job,
 
 namespace {
 
-/// Returns the facts of all ranks in rank 0, and default values in other ranks.
+/// Returns the facts of all ranks. The result is meaningful in rank 0 only.
 std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t threads, bool alone) {
   constexpr std::size_t name_size = 64;
   struct Packed {

@@ -26,13 +26,15 @@ struct MpiJob {
   }
 };
 
-/// Sends the job and the scene from rank 0 to all ranks, which return the job. Null: there is no
-/// job, and the ranks return nothing. Collective.
+/// Sends the job from rank 0 to all ranks, which return it, and the scene unless rank 0 is alone.
+/// `job` is null in the other ranks. Null in rank 0: there is no job, and all ranks return nothing.
+/// Collective.
 std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job,
                                     const std::string& scene_bytes = {});
 
-/// Sends a pass from rank 0 to all ranks, which return it. Null: the job is finished, and the ranks
-/// return nothing. Collective.
+/// Sends a pass from rank 0 to the other ranks, which return it. Rank 0 returns nothing. `pass` is
+/// null in the other ranks. Null in rank 0: the job is finished, and all ranks return nothing.
+/// Collective.
 std::optional<RankPass> broadcast_pass(const MpiWorld& world, const MpiJob& job,
                                        const RankPass* pass);
 
@@ -46,7 +48,7 @@ struct RankFacts {
 struct Ranks {
   std::uint32_t count = 1;
   WindowOptions own;             ///< how this rank determines the size of its leases
-  std::vector<RankFacts> facts;  ///< of all ranks in rank 0; default values in other ranks
+  std::vector<RankFacts> facts;  ///< of all ranks; meaningful in rank 0 only
 };
 
 /// Returns the participating ranks. Collective, unless rank 0 is alone. `threads`: of this rank.

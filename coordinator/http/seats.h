@@ -21,7 +21,7 @@ struct SeatLimits {
   std::size_t reserve = 32;        ///< additional connections, for quick answers only
   Time head_time = seconds(10);    ///< limit from the first to the last byte of a head
   Time idle_time = seconds(15);    ///< limit without any byte of a request
-  Time reserve_time = seconds(2);  ///< limit for the head of a connection in the reserve
+  Time reserve_time = seconds(2);  ///< in the reserve, replaces head_time and idle_time
 };
 
 /// Tracks all connections and decides which one to close when a limit is reached. Connections that
@@ -32,8 +32,8 @@ class Seats {
 
   /// The outcome of enter().
   struct Admission {
-    bool reserve = false;                   ///< in the reserve: all regular seats are taken
-    std::optional<ConnectionId> displaced;  ///< a connection that has left and must be closed
+    bool reserve = false;                   ///< in the reserve: no regular seat is free
+    std::optional<ConnectionId> displaced;  ///< a connection to close; it may be the new one
   };
   /// Adds a new connection. Its first request is awaited.
   Admission enter(Time now, ConnectionId id, const std::string& address);

@@ -13,22 +13,24 @@ namespace parray::store {
 /// Reads the whole state: database, copies, results, pictures and scenes. Returns one line for each
 /// damage. Leftovers of a crash are no damage. Changes nothing.
 ///
-/// Throws InputError if the directory has no state or one of another version; StateInUse if a
-/// coordinator serves it.
+/// Does not read results, pictures and scenes if the database is damaged. Throws InputError if the
+/// directory has no state or one of another version; StateInUse if a coordinator serves it;
+/// RunError if there is no room for a temporary copy of the database.
 std::vector<std::string> find_damage(const std::filesystem::path& directory);
 
 /// Repairs the state: rebuilds the database from its copies, keeps the undamaged results at the
 /// beginning of each log, and marks jobs as failed if their picture or scene is damaged. Moves
-/// damaged files to lost/, and also directories or pipes in the place of a file. Returns one line
-/// for each damage, loss and repair; none: there was no damage. `now`: seconds since 1970. Throws
-/// what find_damage() throws, and RunError if it cannot write.
+/// damaged files except scenes to lost/, and also directories or pipes in the place of a file.
+/// Returns one line for each damage, loss and repair; none: there was no damage. `now`: seconds
+/// since 1970. Throws what find_damage() throws, and RunError if it cannot write.
 std::vector<std::string> repair_state(const std::filesystem::path& directory, double now);
 
 /// Copies a state to a directory that is empty or does not exist. A coordinator may be serving the
 /// state. The copy contains every job that was acknowledged before the call. Returns one line for
-/// each damaged file, which the copy lacks. Throws InputError if the target is not empty or cannot
-/// be written, if the source is no state, or if it is a standby during a full copy. Removes the
-/// copy after a failure. If the process is killed, the copy contains the file `incomplete`.
+/// each missing or damaged file. The copy lacks it, or its damaged rest. Throws InputError if the
+/// target is not empty or cannot be written, if the source is no state, or if it is a standby
+/// during a full copy. Removes the copy after a failure. If the process is killed, the copy
+/// contains the file `incomplete`.
 std::vector<std::string> back_up_state(const std::filesystem::path& directory,
                                        const std::filesystem::path& target, double now);
 

@@ -88,13 +88,13 @@ class CifRow {
   }
 
   /// Returns the value without quotes. Returns "" for missing values, '.' and '?'. Valid until the
-  /// next call for the same item.
+  /// next add() and the next call for the same item.
   [[nodiscard]] std::string_view text(CifItem item) const;
   [[nodiscard]] std::string_view text(CifItem item, CifItem other) const {
     const std::string_view preferred = text(item);
     return preferred.empty() ? text(other) : preferred;
   }
-  /// Returns the name of a coordinate in a table of sites: "cartn_x".
+  /// Returns the name of a coordinate for messages: "cartn_x".
   static std::string_view axis_name(CifItem axis);
   /// Returns a coordinate. The text may end with a standard uncertainty: 1.234(5). Fails at `place`
   /// if the text is not a number.

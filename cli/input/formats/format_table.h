@@ -71,10 +71,11 @@ std::span<const ParticleFormat* const> particle_formats();
 const ParticleFormat* format_by_name(const std::filesystem::path& path);
 
 /// Returns the format of the file by its first bytes, or nullptr for a scene. A file is a scene if
-/// its first character after blanks and a byte order mark is a brace. Otherwise the first of these
-/// decides: a certain format, the format of the file's name if it is possible, a likely format, the
-/// format of the name, a possible format. Throws InputError "FILE: problem: remedy" for other files
-/// and says what the file seems to be.
+/// its first character after blanks and a byte order mark is a brace, unless it is recognised as
+/// other JSON. A file of an unsupported format is an error. Otherwise the first of these decides: a
+/// certain format, the format of the file's name if it is possible, a likely format, the format of
+/// the name, a possible format. Throws InputError "FILE: problem: remedy" for other files and says
+/// what the file seems to be.
 const ParticleFormat* particle_format_of(PackedFile& file);
 
 }  // namespace parray::input

@@ -53,9 +53,9 @@ struct SceneFile {
 /// Reads scene JSON v1 (scenes/schema/scene.v1.schema.json) or the seed program's format.
 ///
 /// Unknown, missing and duplicate keys, wrong types, numbers out of range and invalid cameras are
-/// errors. Removes spheres in the same place as an earlier one, so that every command and the
-/// scene's identity use the same scene. Never stores the spheres as JSON. The result is the same
-/// for any number of threads. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
+/// errors. Removes spheres with the centre and radius of an earlier one, so that every command and
+/// the scene's identity use the same scene. Never stores the spheres as JSON. The result is the
+/// same for any number of threads. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
 SceneFile read_scene_file(const std::filesystem::path& path, int threads = 1);
 
 /// Does the same for an open file.
