@@ -14,7 +14,8 @@ namespace parray::coordinator {
 struct MachineId {
   enum class Kind : std::uint8_t {
     process,  ///< a worker inside the coordinator's process; `name` is the worker's name
-    key,      ///< `name` is the name of the worker's own key (parray keygen DIR --worker NAME)
+    key,  ///< `name` is the name of the worker's own key (parray keygen DIR --role worker --name
+          ///< NAME)
     address,  ///< `name` is the address from which the coordinator sees the worker
   };
   Kind kind = Kind::process;

@@ -19,8 +19,8 @@ namespace parray::store {
 /// The plain files below a state directory:
 ///
 ///     scenes/DIGEST
-///     jobs/ID/rows      jobs/ID/rows.1 ...      log of results; a new file gets another number
-///     than jobs/ID/picture   jobs/ID/picture.1 ...   the file that it replaces after the commit
+///     jobs/ID/rows      jobs/ID/rows.1 ...      log of results; a new file has another number
+///     jobs/ID/picture   jobs/ID/picture.1 ...   than the one that it replaces at the commit
 ///     jobs/ID/job.json   notes.json             copies of the database's content, see job_file.h
 ///     jobs/ID/job.next   notes.next             copies written by an unfinished commit
 ///     jobs/ID/job.dropped                       job.json of a job that is being dropped
