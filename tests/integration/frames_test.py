@@ -206,7 +206,7 @@ class Troubles(FrameCase):
                 ([still, "--frames", "5-1"], "is not a range of frames"),
                 ([still, "--frames", "0-1", "--wait", "-o", "a.exr"], "write #### for the frame's number"),
                 ([still, "--camera-path", "p.json"], "--camera-path"),
-                ([self.directory / "a.xyz", "--frames", "0-1"], "need the same camera"),
+                ([self.directory / "a.xyz", "--frames", "0-1"], "automatic camera of a particle file"),
                 ([still, "--frames", "0-1", "--preview", "p.png"], "--preview: not possible for a series of frames"),
                 ([still, "--frames", "0-1", "--display", "h:1"], "--display: not possible for a series of frames"),
                 ([still, "--frames", "0-1", "--like", "a.exr"], "--like: not possible for a series of frames"),

@@ -230,7 +230,7 @@ class Passes(MpiCase):
         shutil.copytree(self.state, in_farm)
         with MpiRun(3, SCENE, *options) as job:
             stopped = job.rank_pid(2)
-            wait_for(lambda: "going on" in job.text(), "the job to go on")
+            wait_for(lambda: "continuing from" in job.text(), "the job to go on")
             os.kill(stopped, signal.SIGSTOP)
             time.sleep(0.7)  # long enough for the others to come to the end of a pass
             os.kill(stopped, signal.SIGCONT)
@@ -273,10 +273,10 @@ class Passes(MpiCase):
                              "kept in ")
         with MpiRun(2, SCENE, *self.one_pass, *SAFE, "--state", self.state) as job:
             job.finish()
-            self.assertNotIn("going on", job.text())  # with other limits it is another job
+            self.assertNotIn("continuing from", job.text())  # with other limits it is another job
         with MpiRun(1, SCENE, *options) as job:
             self.check_passes(job.finish(), self.expected_passes)
-            self.assertIn("going on", job.text())
+            self.assertIn("continuing from", job.text())
 
 
 @unittest.skipIf(why_not(), why_not())
