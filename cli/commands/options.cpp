@@ -254,7 +254,7 @@ Boxed<RenderSettings> RenderOptions::over(const RenderSettings& of_scene) const 
   } catch (const InputError& error) {
     // Each option is in its range, so their combination is wrong.
     throw InputError(std::string(given_->passes.empty() ? "--width, --height: "
-                                                       : "--width, --height, --passes: ") +
+                                                        : "--width, --height, --passes: ") +
                      error.what());
   }
   check_first_passes(settings);

@@ -17,7 +17,7 @@ struct OutputPaths;
 /// not know them. Without such channels, `scene` is null.
 struct ExtraChannels {
   Aovs aovs;
-  Boxed<RenderSettings> settings;             ///< without automatic values
+  Boxed<RenderSettings> settings;      ///< without automatic values
   std::shared_ptr<const Scene> scene;  ///< null: no channel is traced
   int threads = 1;
   /// Channels that postprocessing needs. They are traced like `aovs`.
