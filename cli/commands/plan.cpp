@@ -311,8 +311,9 @@ std::vector<std::string> given_options(const Command& command, bool farm) {
 std::vector<double> speeds_from(const std::string& text) {
   constexpr NumberRange range{1e-3, 1e3};
   std::vector<double> speeds;
-  for (const std::string_view part : split_at(',', text))
+  for (const std::string_view part : split_at(',', text)) {
     speeds.push_back(real_number(part, range));
+  }
   return speeds;
 }
 

@@ -131,7 +131,7 @@ tradeoff::Request request_of(const TradeoffCommand& command, const SceneFile& fi
 /// Returns the command to copy. Empty: there is no answer.
 std::string answer_command(const TradeoffCommand& command,
                            const tradeoff::TradeoffResults& results) {
-  const std::string options = results.answer_facts.value("options", "");
+  std::string options = results.answer_facts.value("options", "");
   if (options.empty()) return options;
   return shell_line({"parray", "render", command.scene, "-o", default_picture(command.scene)}) +
          " " + options;

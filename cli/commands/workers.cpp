@@ -54,7 +54,7 @@ std::string reason_of(const nlohmann::json& worker) {
   std::tm local{};
   std::array<char, 32> text{};
   localtime_r(&ends, &local);
-  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M", &local);
+  if (std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M", &local) == 0) text[0] = '\0';
   return reason + ", until " + text.data();
 }
 

@@ -75,7 +75,7 @@ class DisputeDesk {
   bool check_by_referee(Job& job, const CellRange& range);
   void open_dispute(Job& job, const Merged& merged);
   void check_answer(RefereeDesk::Traced traced);
-  void note_checked_answer(Job& job, const CheckedAnswer& judged);
+  void note_checked_answer(Job& job, const CheckedAnswer& checked);
   void hold_disputed_jobs(Time now);
   void retract(Job& job, const FaultFinding& finding);
   void note_retracted(Job& job, const Retracted& retracted);

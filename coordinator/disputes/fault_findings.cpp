@@ -14,7 +14,8 @@ FaultFinding FaultFindings::add(std::uint64_t machine, std::string worker) {
   if (list_.size() == most) {
     list_.erase(list_.begin());
   }
-  return list_.emplace_back(number, machine, std::move(worker));
+  list_.push_back({number, machine, std::move(worker)});
+  return list_.back();
 }
 
 std::vector<FaultFinding> FaultFindings::after(std::uint64_t number) const {

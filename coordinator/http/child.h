@@ -39,9 +39,9 @@ class ChildRunner {
   /// Throws RunError if the program is missing.
   ChildRunner();
 
-  /// Runs the child and waits until it ends. `directory`: its working directory. Throws RunError if
-  /// the child cannot be started, or after stop().
-  ChildEnd run(const std::vector<std::string>& arguments, const std::filesystem::path& directory,
+  /// Runs the child with the arguments `wanted` and waits until it ends. `directory`: its working
+  /// directory. Throws RunError if the child cannot be started, or after stop().
+  ChildEnd run(const std::vector<std::string>& wanted, const std::filesystem::path& directory,
                const ChildLimits& limits) const;
 
   /// Kills running children. Later calls of run() fail.

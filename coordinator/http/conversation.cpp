@@ -308,8 +308,9 @@ class Engine final : public httplib::Server {
     request.read_body = [this, &from, &whole, reader](BodySink& sink, bool form) {
       // Without a length the library would read until the connection ends.
       if (reader == nullptr || !head_->has_body()) return;
-      if (form && !from.is_multipart_form_data())
+      if (form && !from.is_multipart_form_data()) {
         throw Problem(400, "the form has no boundary: name it in Content-Type");
+      }
       sink.expect(head_->length.value_or(0));
       read_body(*reader, sink, form, whole);
       if (!whole) throw stream_->problem();

@@ -43,9 +43,10 @@ void parse_field(std::string_view line, RequestHead& head) {
 
 std::uint64_t parse_length(const std::string& text) {
   const std::optional<std::uint64_t> value = natural_in(text);
-  if (!value)
+  if (!value) {
     refuse_head("Content-Length: '" + printable(text) +
                 "' is not a number of bytes: send decimal digits");
+  }
   return *value;
 }
 
@@ -64,10 +65,12 @@ void find_body(RequestHead& head) {
       head.chunked = true;
     }
   }
-  if (head.chunked && head.old)
+  if (head.chunked && head.old) {
     refuse_head("HTTP/1.0 has no Transfer-Encoding: send a Content-Length");
-  if (head.chunked && head.length)
+  }
+  if (head.chunked && head.length) {
     refuse_head("Content-Length and Transfer-Encoding exclude each other: send one of them");
+  }
 }
 
 /// Removes the authority from a target in absolute form (RFC 9112, section 3.2.2) and returns it.
@@ -77,7 +80,7 @@ std::string take_authority(std::string& target) {
   if (scheme != "http" && scheme != "https") return "";
   const std::size_t begin = scheme.size() + std::string_view("://").size();
   const std::size_t end = std::min(target.find_first_of("/?", begin), target.size());
-  const std::string authority = target.substr(begin, end - begin);
+  std::string authority = target.substr(begin, end - begin);
   if (authority.empty() || authority.find('@') != std::string::npos) {
     refuse_head("'" + printable(target, 200) + "' contains no host: send http://HOST/PATH");
   }
@@ -90,8 +93,9 @@ std::string take_authority(std::string& target) {
 /// 3.2).
 void find_host(RequestHead& head) {
   constexpr auto is_host = [](const auto& field) { return field.first == "host"; };
-  if (std::ranges::count_if(head.fields, is_host) > 1)
+  if (std::ranges::count_if(head.fields, is_host) > 1) {
     refuse_head("Host occurs twice: send it once");
+  }
   const std::string authority = take_authority(head.target);
   if (authority.empty()) return;
   std::erase_if(head.fields, is_host);

@@ -22,7 +22,7 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
-std::vector<Job*> JobBook::frames_of(JobId series) {
+std::vector<Job*> JobBook::frames_of(JobId series) const {
   std::vector<Job*> frames;
   const JobIndex::Frames* listed = farm_.index.listed_as(series);
   if (listed != nullptr && listed->begin()->second->record.series_id == series) {

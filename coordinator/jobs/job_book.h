@@ -43,7 +43,7 @@ class JobBook {
   [[nodiscard]] JobThread::Guarded for_job(const Job& job, const std::string& doing);
 
   /// Finds the frames of a series, in order. Empty: no series has this number.
-  std::vector<Job*> frames_of(JobId series);
+  std::vector<Job*> frames_of(JobId series) const;
   /// Returns the job map of PROTOCOL.md of a job or a series.
   [[nodiscard]] nlohmann::json summary_of(Time now, const Series& listed) const;
   /// Returns what an unfinished job lacks, for people. Empty: nothing.

@@ -42,8 +42,8 @@ struct Tally {
 struct Farm {
   /// `store` may be null: then nothing outlives the process. `job_thread` runs tasks on the store;
   /// it must be destroyed before the parts whose completions it calls.
-  Farm(CoordinatorOptions options, Store* store, std::shared_ptr<spdlog::logger> log,
-       JobThread& job_thread);
+  Farm(CoordinatorOptions options_of_farm, Store* kept_in,
+       std::shared_ptr<spdlog::logger> log_of_farm, JobThread& tasks);
 
   /// Adds a message to the outbox.
   void send(const PeerId& peer, Message message);

@@ -111,10 +111,13 @@ struct RecordReader : HeadFields<RecordReader> {
   json map;
 
   explicit RecordReader(json record) : map(std::move(record)) {}
-  void value(const char* key, auto& value) { read(map.at(key), value); }
-  void value(const char* key, std::vector<std::uint64_t>& value) { value = naturals_in(map, key); }
+  void value(const char* key, auto& value) const { read(map.at(key), value); }
+  void value(const char* key, std::vector<std::uint64_t>& value) const {
+    value = naturals_in(map, key);
+  }
   template <typename T>
-  void number(const char* key, T& value, T lowest = 0, T highest = std::numeric_limits<T>::max()) {
+  void number(const char* key, T& value, T lowest = 0,
+              T highest = std::numeric_limits<T>::max()) const {
     value = static_cast<T>(natural_in(map, key, highest));
     if (value < lowest) throw RunError(std::string(key) + " is out of range");
   }

@@ -116,7 +116,7 @@ class Rebuilder {
 
   /// Returns the newest valid copy; null: none, or the job was dropped. A damaged database cannot
   /// prove that a commit was completed. Then job.next and job.dropped count, too.
-  [[nodiscard]] const JobFile* best_copy(const JobRow* row, const FoundJob& job) {
+  [[nodiscard]] const JobFile* best_copy(const JobRow* row, const FoundJob& job) const {
     const JobFile* best = job.json ? &*job.json : nullptr;
     if (job.next) {
       const bool counts = !trusts_database_ || (row != nullptr && row->batch == job.next->batch);
