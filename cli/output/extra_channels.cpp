@@ -133,8 +133,9 @@ void add_channels(Picture& picture, const ExtraChannels& extra) {
   if (extra.scene) tracer = tracer_of(extra, picture.report.at("scene_sha256"));
   if (extra.denoise) denoise_picture(picture, *tracer, extra);
   if (extra.transparent) remove_background(picture, *tracer, extra);
-  if (!extra.aovs.empty() || !extra.for_postprocessing.empty())
+  if (!extra.aovs.empty() || !extra.for_postprocessing.empty()) {
     add_aovs(picture, tracer.get(), extra);
+  }
 }
 
 }  // namespace parray::output

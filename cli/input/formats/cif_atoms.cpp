@@ -116,8 +116,9 @@ void CifRow::start(const std::vector<std::string>& tags) {
   next_ = 0;
   for (const std::string& tag : tags) {
     CifItem item = item_of(tag);
-    if (item != CifItem::count && has(item))
+    if (item != CifItem::count && has(item)) {
       item = CifItem::count;  // the first of two equal columns counts
+    }
     items_.push_back(item);
     if (item != CifItem::count) has_[static_cast<std::size_t>(item)] = true;
   }
@@ -195,9 +196,10 @@ bool CifSites::in_chosen_model(const CifRow& row) {
 
 void CifSites::add_cartesian(const CifRow& row) {
   if (!in_chosen_model(row)) return;
-  if (!atoms_)
+  if (!atoms_) {
     atoms_.emplace(*place_, request_,
                    std::initializer_list<const char*>{"occupancy", "b_factor", "charge"});
+  }
   const auto position = position_of(row, CifItem::x, *place_);
   if (!position) {
     ++unplaced_;

@@ -91,8 +91,9 @@ std::vector<std::string> csv_names(const std::vector<std::string_view>& header) 
   std::vector<std::string> bare_names;
   std::ranges::transform(names, std::back_inserter(bare_names), bare);
   for (const AxisNames& way : ways_to_write_axes()) {
-    if (!std::ranges::all_of(way, [&](const auto& name) { return has(bare_names, name); }))
+    if (!std::ranges::all_of(way, [&](const auto& name) { return has(bare_names, name); })) {
       continue;
+    }
     for (std::size_t i = 0; i < way.size(); ++i) {
       const auto found = std::ranges::find(bare_names, way.at(i)) - bare_names.begin();
       names[static_cast<std::size_t>(found)] = axis_letters.at(i);
@@ -208,8 +209,9 @@ bool next_row(ParticleInput& input) {
 /// 0 to 255 (8-bit sRGB); otherwise they are linear.
 Particles read_csv(PackedFile& file, const ParticleRequest& request) {
   ParticleInput input(file);
-  if (!next_row(input))
+  if (!next_row(input)) {
     input.fail("the file has no header line: add one that names the columns x, y and z");
+  }
   Splitter splitter(separator_of(input.line()));
   Fields row;
   splitter.split(input.line(), input.place(), row);

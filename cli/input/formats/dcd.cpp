@@ -94,11 +94,13 @@ class DcdFrames final : public FramesOf<BinaryInput> {
   void read_header() {
     find_order();
     const std::string kind(input_.bytes(4));
-    if (kind == "VELD")
+    if (kind == "VELD") {
       input_.fail(
           "the file contains velocities instead of positions: name the file with the positions");
-    if (kind != "CORD")
+    }
+    if (kind != "CORD") {
       input_.fail("this is not a DCD file: its first four bytes are not followed by CORD");
+    }
     for (std::int32_t& value : control_) value = input_.get<std::int32_t>();
     close_record(header_bytes);
     skip_title();

@@ -50,8 +50,9 @@ TableRow table_row(std::string_view line, const FilePlace& place) {
   }
   std::vector<std::string_view> words;
   split_at_blanks(line, words);
-  if (words.size() < 4)
+  if (words.size() < 4) {
     place.fail("the line needs x, y, z and a symbol: check that the file is complete");
+  }
   return {position_field(words, 0, place), words[3],
           words.size() > 5 ? charge_of_code(words[5]) : 0};
 }
@@ -113,8 +114,9 @@ class SdfFrames final : public FramesOf<ParticleInput> {
   }
 
   void go_on() {
-    if (!input_.next_line())
+    if (!input_.next_line()) {
       input_.fail("the file ends within a molecule: check that the file is complete");
+    }
     if (ends_molecule(input_.line())) {
       input_.fail("the molecule ends before its " + std::to_string(atoms_) +
                   " atoms: check the number of atoms");
@@ -149,8 +151,9 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     for (std::uint64_t i = 0; i < atoms_; ++i) {
       constexpr std::size_t least = 7;  // M V30 index type x y z
       next_extended();
-      if (words_.size() < least)
+      if (words_.size() < least) {
         input_.fail("the line is not a valid atom of V3000: check the number of atoms");
+      }
       add(position_field(words_, 4, input_.place()), words_[3], extended_charge(), atoms);
     }
   }

@@ -378,8 +378,9 @@ class TrrFrames final : public FramesOf<BinaryInput> {
     }
     input_.get<std::int32_t>();  // length of the version, in another form
     const auto version = input_.get<std::uint32_t>();
-    if (version > longest_version)
+    if (version > longest_version) {
       input_.fail("the version is not valid: the file is probably damaged, copy it again");
+    }
     input_.skip(padded(version));
     for (std::uint64_t& size : sizes_) {
       const auto bytes = input_.get<std::int32_t>();

@@ -16,8 +16,9 @@ namespace {
 
 Confidence looks_like_xyz(const FileStart& start) {
   if (!is_natural(trimmed(start.line(0)))) return Confidence::none;
-  if (lower_case(start.line(1)).find("properties=") != std::string::npos)
+  if (lower_case(start.line(1)).find("properties=") != std::string::npos) {
     return Confidence::certain;
+  }
   const bool next_frame = is_natural(trimmed(start.line(2)));  // after a frame without particles
   const std::vector<std::string_view> words = words_of(start.line(2));
   const bool has_position =
@@ -245,8 +246,9 @@ class XyzFrames final : public FramesOf<ParticleInput> {
   bool next() override {
     if (!at_count_) return false;
     count_ = count_field(trimmed(input_.line()), input_.place());
-    if (!input_.next_line())
+    if (!input_.next_line()) {
       input_.fail("the file ends before its comment line: check that the file is complete");
+    }
     return true;
   }
 

@@ -49,12 +49,14 @@ TextRange range_in(const JsonValue& value, const JsonPlace& place) {
   }
   constexpr NumberRange finite{std::numeric_limits<double>::lowest(),
                                std::numeric_limits<double>::max()};
-  if (value.items.size() != 2)
+  if (value.items.size() != 2) {
     place.fail(value.line, "the array does not have two numbers: write [low, high]");
+  }
   const TextRange range{RangeEnd{read_number(value.items[0], place.at(0), finite)},
                         RangeEnd{read_number(value.items[1], place.at(1), finite)}};
-  if (!(range.low->value < range.high->value))
+  if (!(range.low->value < range.high->value)) {
     place.fail(value.line, "low is not below high: write [low, high]");
+  }
   return range;
 }
 

@@ -320,9 +320,10 @@ void SceneBuilder::resolve_materials() {
 
 std::uint32_t SceneBuilder::resolve_material(std::uint32_t name) {
   const MaterialNames::Entry& entry = names_[name];
-  if (entry.value)
-    return *table_.intern(
-        *entry.value);  // the table has room: there are at most as many values as names
+  if (entry.value) {
+    // The table has room: there are at most as many values as names.
+    return *table_.intern(*entry.value);
+  }
   const JsonPlace section = root_.at("spheres");
   const JsonPlace sphere = section.at(entry.first_sphere);
   sphere.at("material")

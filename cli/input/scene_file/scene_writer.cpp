@@ -139,8 +139,9 @@ std::string head_text(const SceneFile& file) {
                      ",\n\"image\": " + object_text(settings, ", ", traits::image) +
                      ",\n\"render\": " + object_text(settings, ", ", traits::render) +
                      ",\n\"sky\": " + object_text(sky) + ",\n";
-  if (file.postprocessing != Postprocessing{})
+  if (file.postprocessing != Postprocessing{}) {
     text += "\"finishing\": " + object_text(postprocessing) + ",\n";
+  }
   if (file.labels != LabelSettings{}) text += "\"labels\": " + object_text(labels) + ",\n";
   return text;
 }

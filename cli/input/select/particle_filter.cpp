@@ -110,8 +110,9 @@ class Shown {
 }  // namespace
 
 std::string select_from(const std::string& text) {
-  if (trimmed(text).empty())
+  if (trimmed(text).empty()) {
     throw InputError("the selection is empty: write an expression, or \"all\"");
+  }
   static_cast<void>(Selection(text));
   return text;
 }

@@ -97,8 +97,9 @@ void Labels::Parts::make_blocks() {
   if (wanted.legend) add_legends();
   if (wanted.scale_bar) add_scale_bar();
   if (wanted.cell) {
-    if (!content.cell)
+    if (!content.cell) {
       fail_without("--cell", "the scene's particles have no box and no cell: leave out --cell");
+    }
     blocks.push_back(axes_block(style, film));
   }
 }
