@@ -10,7 +10,8 @@
 
 namespace parray::mpi {
 
-/// MPI from MPI_Init_thread to MPI_Finalize. One object in a process; not thread-safe.
+/// Initialises MPI (MPI_Init_thread) and finalises it at the end (MPI_Finalize). A process has one
+/// object. Not thread-safe.
 class MpiWorld {
  public:
   /// Sets the environment that Debian's Open MPI needs, unless the user has set it. Throws

@@ -13,7 +13,7 @@ namespace parray::base {
 ///
 /// A known word is near if few edits separate both: insertions, deletions, substitutions and swaps
 /// of neighbours, ignoring letter case (optimal string alignment distance). The limit is a third of
-/// the word's length, and at least one edit. Of equally near words the first one offered wins. The
+/// the word's length, and at least one edit. The first of equally near words wins. The
 /// object copies the words and keeps nothing else.
 class NearestWord {
  public:

@@ -23,8 +23,8 @@ struct Ray {
       : origin(o), direction(d), inverse_square(s) {}
 };
 
-/// The nearest crossing found so far. Of crossings at equal distances, the sphere with the lower
-/// index wins, independent of the order of the tests.
+/// The nearest crossing found so far. If two crossings are equally far, the sphere with the lower
+/// index wins, in any order of the tests.
 template <typename Real>
 struct Hit {
   Real t = RealTraits<Real>::infinity;

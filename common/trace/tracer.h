@@ -7,10 +7,10 @@
 
 namespace parray::trace {
 
-/// Builds the accelerator of a scene. Of the arguments, only `isa` may be `automatic`. If it is, or
-/// if this machine lacks `isa`, the best instruction set of the machine is used. An octree always
-/// uses `scalar`. The scene must have fewer than 2^26 spheres. Time and memory are proportional to
-/// their number.
+/// Builds the accelerator of a scene. `isa` may be `automatic`; no other argument may. The
+/// function uses the best instruction set of the machine if `isa` is `automatic` or missing here.
+/// An octree always uses `scalar`. The scene must have fewer than 2^26 spheres. Time and memory are
+/// proportional to their number.
 std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene, Precision precision,
                                                     AcceleratorKind kind, Isa isa,
                                                     const BuildOptions& options = {});

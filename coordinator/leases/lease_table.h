@@ -49,8 +49,8 @@ class LeaseTable {
   std::optional<Lease> grant(Time deadline, WorkerId worker, const LeaseRequest& request,
                              const FarmSpeed& farm, MachineKey machine = 0);
   /// Leases to `worker` a copy of another worker's lease, with the same range and epoch. Takes the
-  /// oldest lease that has one holder, which is not `worker`, whose result has not arrived, and
-  /// which is not a check. Returns nothing if there is no such lease.
+  /// oldest lease that meets three conditions: another worker is its only holder, its result has
+  /// not arrived, and it is not a check. Returns nothing if there is no such lease.
   std::optional<Lease> grant_copy(Time deadline, WorkerId worker);
 
   /// A check: done cells that a certain machine must trace again, so that the bits can be compared.
@@ -70,7 +70,7 @@ class LeaseTable {
   /// yet.
   [[nodiscard]] bool checks_remain() const;
 
-  /// What the caller must do with a result.
+  /// The action that the caller must take on a result.
   enum class Arrival : std::uint8_t {
     /// Discard it: the sender has never held this lease, has lost it, or has returned a result
     /// before. Also a part that follows another result of the lease.

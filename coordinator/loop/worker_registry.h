@@ -21,7 +21,7 @@
 
 namespace parray::coordinator {
 
-/// What the coordinator knows about a connected worker.
+/// The facts about a connected worker.
 struct WorkerRecord {
   WorkerId id = 0;
   PeerId peer;

@@ -30,8 +30,8 @@ PeerId outside_name(const PeerId& worker);
 PeerId inside_name(const PeerId& worker);
 
 /// A network in virtual time, and the clock of everything attached to it. It has one coordinator
-/// and any number of peers. A peer "w" and a number is a worker, which listens to other workers at
-/// a port of that number. The same seed gives the same events.
+/// and any number of peers. A peer whose name is "w" and a number is a worker. It listens to other
+/// workers at the port with that number. The same seed gives the same events.
 class SimNetwork {
  public:
   SimNetwork(Faults faults, std::uint64_t seed) : faults_(faults), random_(seed) {}

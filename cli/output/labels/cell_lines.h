@@ -28,7 +28,7 @@ struct CellLine {
 /// Returns the twelve edges of a cell, without the parts behind the camera.
 std::vector<CellLine> cell_lines(const ParticleCell& cell, const CameraFilm& film);
 
-/// Returns the places of the names of edges a, b and c. Of four parallel edges, the outermost one
+/// Returns the places of the names of edges a, b and c. Among four parallel edges, the outermost
 /// in the picture gets the name. The name is beside the middle of the edge, `gap` pixels away, on
 /// the side away from the cell. Edges behind the camera, or seen end-on, have no name.
 struct EdgeName {
