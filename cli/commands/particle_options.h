@@ -1,7 +1,8 @@
 #pragma once
 
-#include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "cli/input/scene_file/particle_source.h"
 #include "common/process/command_line.h"
@@ -20,16 +21,10 @@ class ParticleOptions {
   [[nodiscard]] ParticleSource over(ParticleSource source) const;
 
  private:
-  void add_filter_to(Command& command);
-  void add_coloring_to(Command& command);
+  [[nodiscard]] bool is_given(std::string_view key) const;
 
-  std::optional<FrameChoice> frame_;
-  std::string topology_;
-  std::optional<AlternativeChoice> alternatives_;
-  ParticleMaterial material_;
-  ParticleRadius radius_;
-  ParticleFilter filter_;
-  ParticleColoring coloring_;
+  ParticleSource given_;
+  std::vector<std::string_view> keys_;  ///< keys of the options given
 };
 
 }  // namespace parray::commands

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/commands/options.h"
+#include "cli/input/scene_file/particle_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/process/command_line.h"
 
@@ -43,6 +44,30 @@ inline LineWidth value_of(LineWidthRange /*range*/, const std::string& text) {
 inline double value_of(ShareRange /*range*/, const std::string& text) {
   return depth_cue_from(text);
 }
+template <typename T>
+T value_of(const TextRule<T>& rule, const std::string& text) {
+  return rule.parse(text);
+}
+inline std::string value_of(FileName /*rule*/, const std::string& text) { return text; }
+inline std::vector<std::string> value_of(HiddenClasses /*rule*/, const std::string& text) {
+  return hide_from(text);
+}
+
+/// Describe the values of a rule, so that the help and shells offer them.
+void describe_values(IntegerRange rule, Option& option);
+void describe_values(Passes rule, Option& option);
+void describe_values(OnOff rule, Option& option);
+void describe_values(const Words& words, Option& option);
+void describe_values(FileName rule, Option& option);
+void describe_values(HiddenClasses rule, Option& option);
+template <typename T>
+void describe_values(const TextRule<T>& rule, Option& option) {
+  if (!rule.words.empty()) option.words({rule.words.begin(), rule.words.end()});
+}
+template <typename Rule>
+void describe_values(const Rule& /*any other rule*/, Option& option) {
+  option.type_name("X");
+}
 
 /// Declares the option of a setting. If the user gives it, it sets `value` and calls `note`.
 template <typename Rule, typename T>
@@ -59,16 +84,8 @@ Option add_setting(
           note();
         },
         setting.help);
-    if constexpr (std::is_same_v<Rule, Words>) {
-      return option.words({rule.names.begin(), rule.names.end()});
-    } else if constexpr (std::is_same_v<Rule, OnOff>) {
-      return option.words({"on", "off"});
-    } else {
-      return option.type_name(setting.value != nullptr             ? setting.value
-                              : std::is_same_v<Rule, IntegerRange> ? "N"
-                              : std::is_same_v<Rule, Passes>       ? "N,N..."
-                                                                   : "X");
-    }
+    describe_values(rule, option);
+    return setting.value != nullptr ? option.type_name(setting.value) : option;
   }
 }
 

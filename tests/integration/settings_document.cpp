@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "cli/input/scene_file/image_fields.h"
+#include "cli/input/scene_file/particle_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/scene/settings.h"
 #include "tests/support/rooms.h"
@@ -38,6 +39,13 @@ json leaf(LineWidthRange range) {
   return {{"anyOf", json::array({{{"type", "boolean"}}, number(range)})}};
 }
 json leaf(ShareRange range) { return leaf(LineWidthRange{range}); }
+json leaf(FileName /*rule*/) { return {{"type", "string"}, {"minLength", 1}}; }
+// The schema alone describes the texts of these members.
+template <typename T>
+json leaf(const TextRule<T>& /*rule*/) {
+  return json::object();
+}
+json leaf(HiddenClasses /*rule*/) { return {{"type", "array"}}; }
 
 template <typename Describe>
 json leaves(const Describe& describe, unsigned section = 0) {
@@ -78,6 +86,7 @@ json document() {
   sections["finishing"] =
       leaves([o = Postprocessing{}](const auto& f) { postprocessing_fields(f, o); });
   sections["labels"] = leaves([o = LabelSettings{}](const auto& f) { label_fields(f, o); });
+  sections["particles"] = leaves([o = ParticleSource{}](const auto& f) { particle_fields(f, o); });
   json materials = json::array();
   for (std::size_t i = 0; i < scene_words::materials.size(); ++i) {
     const Material material{.type = static_cast<MaterialType>(i)};

@@ -38,11 +38,15 @@ std::string color_by_from(std::string_view text) {
   return by;
 }
 
-ColorMap color_map_from(std::string_view text) {
+std::optional<ColorMap> color_map_from(std::string_view text) {
   const std::optional<ColorMap> map = color_map_named(text);
-  if (map) return *map;
+  if (map) return map;
   throw InputError("unknown colour map '" + printable(text) +
-                   "': " + remedy_for_name(text, color_map_names()));
+                   "': " + remedy_for_name(text, color_map_words));
+}
+
+std::string text_of(const std::optional<ColorMap>& map) {
+  return map ? std::string(name_of(*map)) : std::string();
 }
 
 TextRange color_range_from(std::string_view text) {

@@ -28,8 +28,10 @@ inline constexpr std::array<std::string_view, 5> color_by_words{"element", "type
 
 /// Parse the texts of the members. Throw InputError, which names no place, for invalid texts.
 std::string color_by_from(std::string_view text);
-ColorMap color_map_from(std::string_view text);
+std::optional<ColorMap> color_map_from(std::string_view text);
 TextRange color_range_from(std::string_view text);
+/// Returns the text that color_map_from() parses to `map`. Returns "" if no map is chosen.
+std::string text_of(const std::optional<ColorMap>& map);
 
 /// A contradiction between the members, and the member that is wrong.
 struct ColoringProblem {

@@ -267,13 +267,13 @@ void append_spheres(Particles particles, const ParticleColors& colors, const Par
     fail_too_many(source, limits::max_spheres, " spheres in all: split the scene");
   }
   if (count == 0) return;
-  if (source.material.rule != MaterialRule::column) release(particles.colors);
-  if (source.material.rule != MaterialRule::by_type) particles.types = {};
-  if (source.radius.rule != RadiusRule::column) release(particles.radii);
+  if (source.look.material.rule != MaterialRule::column) release(particles.colors);
+  if (source.look.material.rule != MaterialRule::by_type) particles.types = {};
+  if (source.look.radius.rule != RadiusRule::column) release(particles.radii);
   MaterialTable table;
   for (const Material& material : scene.materials)
     table.intern(material);  // gives the same numbers as before
-  MaterialLookup surfaces(particles, colors, source.material, materials, table);
+  MaterialLookup surfaces(particles, colors, source.look.material, materials, table);
   if (!surfaces.find_all()) {
     fail_too_many(source, limits::max_materials,
                   " distinct materials in the scene: round the file's colours");
@@ -283,7 +283,7 @@ void append_spheres(Particles particles, const ParticleColors& colors, const Par
   Bands(count, threads).run([&](std::size_t /*band*/, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       scene.spheres[first + i] = {without_negative_zero(particles.positions[i]),
-                                  radius_of(particles, source.radius, i), surfaces[i]};
+                                  radius_of(particles, source.look.radius, i), surfaces[i]};
     }
   });
   scene.materials = table.take();

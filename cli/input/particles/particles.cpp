@@ -8,7 +8,10 @@
 
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/file_place.h"
+#include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
+#include "common/scene/limits.h"
 
 namespace parray::input {
 namespace {
@@ -155,24 +158,32 @@ void keep(Particles& particles, const ParticleMask& mask) {
   keep_in(particles.positions, mask);
 }
 
-std::optional<AlternativeChoice> alternatives_from(std::string_view text) {
+AlternativeChoice alternatives_from(std::string_view text) {
   using Rule = AlternativeChoice::Rule;
   if (text == "best") return AlternativeChoice{};
   if (text == "all") return AlternativeChoice{Rule::all, ' '};
-  if (text.size() != 1 || text[0] <= ' ' || text[0] > '~') return {};
-  return AlternativeChoice{Rule::letter, text[0]};
+  if (text.size() == 1 && text[0] > ' ' && text[0] <= '~') {
+    return AlternativeChoice{Rule::letter, text[0]};
+  }
+  throw InputError("unknown alternatives '" + printable(text) + "': write best, all or one letter");
 }
 
 std::string text_of(const AlternativeChoice& choice) {
-  switch (choice.rule) {
-    case AlternativeChoice::Rule::best:
-      return "best";
-    case AlternativeChoice::Rule::all:
-      return "all";
-    case AlternativeChoice::Rule::letter:
-      break;
-  }
-  return {choice.letter};
+  if (choice.rule == AlternativeChoice::Rule::best) return {};
+  return choice.rule == AlternativeChoice::Rule::all ? "all" : std::string{choice.letter};
+}
+
+std::optional<FrameChoice> frame_from(std::string_view text) {
+  if (text == last_frame_word) return FrameChoice{0, true};
+  const std::optional<std::uint64_t> number = natural_in(text);
+  if (number && *number <= limits::max_frame) return FrameChoice{*number, false};
+  throw InputError("'" + printable(text) + "' is not a frame: write a number from 0 to " +
+                   std::to_string(limits::max_frame) + ", or last");
+}
+
+std::string text_of(const std::optional<FrameChoice>& choice) {
+  if (!choice) return {};
+  return choice->last ? std::string(last_frame_word) : std::to_string(choice->number);
 }
 
 Particles read_particles(const std::filesystem::path& path, const ParticleRequest& request) {

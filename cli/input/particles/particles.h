@@ -93,10 +93,11 @@ struct AlternativeChoice {
   friend bool operator==(const AlternativeChoice&, const AlternativeChoice&) = default;
 };
 
-/// Parses "best", "all" or one letter or digit. Returns nothing for other texts.
-std::optional<AlternativeChoice> alternatives_from(std::string_view text);
+/// Parses "best", "all" or one letter or digit. Throws InputError, which names no place, for other
+/// texts.
+AlternativeChoice alternatives_from(std::string_view text);
 
-/// Returns the text that alternatives_from() parses to `choice`.
+/// Returns the text that alternatives_from() parses to `choice`. Returns "" for `best`.
 std::string text_of(const AlternativeChoice& choice);
 
 /// The word for the last frame of a file.
@@ -109,6 +110,13 @@ struct FrameChoice {
 
   friend bool operator==(const FrameChoice&, const FrameChoice&) = default;
 };
+
+/// Parses a number from 0 to limits::max_frame, or last_frame_word. Throws InputError, which names
+/// no place, for other texts.
+std::optional<FrameChoice> frame_from(std::string_view text);
+
+/// Returns the text that frame_from() parses to `choice`. Returns "" if no frame is chosen.
+std::string text_of(const std::optional<FrameChoice>& choice);
 
 /// What to read from a file.
 struct ParticleRequest {

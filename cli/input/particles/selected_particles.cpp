@@ -9,6 +9,7 @@
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particle_spheres.h"
+#include "cli/input/scene_file/json_value.h"
 #include "cli/input/select/columns.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
@@ -36,14 +37,14 @@ void with_remedy(const char* key, std::span<const std::string_view> words, Packe
 
 /// Returns the decided rule of the material of `source`.
 ParticleMaterial decided_material(const ParticleSource& source, const Particles& particles) {
-  if (source.coloring.empty()) return decided(source.material, particles);
-  const Rule rule = source.material.rule;
+  if (source.look.coloring.empty()) return decided(source.look.material, particles);
+  const Rule rule = source.look.material.rule;
   if (rule != Rule::automatic && rule != Rule::named && rule != Rule::color_by) {
     throw SourceError("color_by",
-                      "material is " + text_of(source.material) +
+                      "material is " + text_of(source.look.material) +
                           ", which also sets the colour: leave out material or color_by");
   }
-  return {Rule::color_by, source.material.name};
+  return {Rule::color_by, source.look.material.name};
 }
 
 /// Decides the rules of `source`. Afterwards the particles support these rules.
@@ -52,22 +53,23 @@ void decide(const Particles& particles, const DefaultLook* look, MaterialNames& 
   const auto check = [](const char* key, const std::string& problem) {
     if (!problem.empty()) throw SourceError(key, problem);
   };
-  source.material = decided_material(source, particles);
-  source.radius = decided(source.radius, particles);
+  source.look.material = decided_material(source, particles);
+  source.look.radius = decided(source.look.radius, particles);
   std::string_view otherwise = "the name of a material";
   if (look != nullptr) {
     otherwise = look->material_name;
-    if (source.material.rule == Rule::automatic)
-      source.material = {Rule::named, look->material_name};
-    if (text_of(source.material) == look->material_name) {
+    if (source.look.material.rule == Rule::automatic)
+      source.look.material = {Rule::named, look->material_name};
+    if (text_of(source.look.material) == look->material_name) {
       materials.define(look->material_name, look->material);
     }
-    if (source.radius.rule == ParticleRadius::Rule::automatic) {
-      source.radius = {ParticleRadius::Rule::fixed, look->radius};
+    if (source.look.radius.rule == ParticleRadius::Rule::automatic) {
+      source.look.radius = {ParticleRadius::Rule::fixed, look->radius};
     }
   }
-  check("material", problem_with(source.material, particles, materials, source.file, otherwise));
-  check("radius", problem_with(source.radius, particles, source.file));
+  check("material",
+        problem_with(source.look.material, particles, materials, source.file, otherwise));
+  check("radius", problem_with(source.look.radius, particles, source.file));
 }
 
 /// Expands one source. Errors name the place in the scene file that refers to the particle file,
@@ -93,7 +95,7 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
       .frame = source.frame, .alternatives = source.alternatives, .threads = threads};
   if (!source.topology.empty()) request.topology = folder / source.topology;
   request.numbers = numbers_of(source.filter);
-  request.numbers.merge(numbers_of(source.coloring));
+  request.numbers.merge(numbers_of(source.look.coloring));
   return request;
 }
 
@@ -103,9 +105,10 @@ SelectedParticles selected_particles(PackedFile& file, const ParticleSource& sou
   SelectedParticles selected{read_particles(file, request), {}};
   with_remedy("select", {}, file, request,
               [&] { apply(source.filter, selected.particles, threads); });
-  if (source.coloring.empty()) return selected;
-  with_remedy("color_by", color_by_words, file, request,
-              [&] { selected.colors = colors_of(source.coloring, selected.particles, threads); });
+  if (source.look.coloring.empty()) return selected;
+  with_remedy("color_by", color_by_words, file, request, [&] {
+    selected.colors = colors_of(source.look.coloring, selected.particles, threads);
+  });
   return selected;
 }
 
@@ -117,7 +120,7 @@ ParticleSource append_selected(SelectedParticles selected, const std::filesystem
       {path, source, selected.particles.count(), selected.particles.facts});
   if (!file.cell) file.cell = selected.particles.cell;
   add_legend(file.legends, selected.colors.empty()
-                               ? legend_of(selected.particles, source.material, file.materials)
+                               ? legend_of(selected.particles, source.look.material, file.materials)
                                : std::move(selected.colors.legend));
   append_spheres(std::move(selected.particles), selected.colors, source, file.materials, file.scene,
                  threads);

@@ -9,7 +9,6 @@
 
 #include "cli/input/color/particle_coloring.h"
 #include "cli/input/particles/particles.h"
-#include "cli/input/scene_file/json_value.h"
 #include "cli/input/select/particle_filter.h"
 
 namespace parray::input {
@@ -28,6 +27,8 @@ struct ParticleMaterial {
   /// For `named`: the name of the material. For `color_by`: the name of the material that gives the
   /// kind of surface; empty means diffuse.
   std::string name;
+
+  friend bool operator==(const ParticleMaterial&, const ParticleMaterial&) = default;
 };
 
 /// Where the radius of each particle comes from.
@@ -40,18 +41,27 @@ struct ParticleRadius {
   };
   Rule rule = Rule::automatic;
   double value = 0;  ///< radius if the rule is `fixed`; in ranges::length
+
+  friend bool operator==(const ParticleRadius&, const ParticleRadius&) = default;
+};
+
+/// How particles look.
+struct ParticleLook {
+  ParticleMaterial material{};
+  ParticleRadius radius{};
+  ParticleColoring coloring{};  ///< what the colours mean
+
+  friend bool operator==(const ParticleLook&, const ParticleLook&) = default;
 };
 
 /// An item of the scene's section `particles`: a file whose particles become spheres.
 struct ParticleSource {
   std::string file;  ///< relative to the folder of the scene file, or absolute
-  ParticleMaterial material;
-  ParticleRadius radius;
+  ParticleLook look{};
   std::string topology{};  ///< file with names and elements, relative like `file`; empty: none
   AlternativeChoice alternatives{};    ///< which locations of atoms are read
   std::optional<FrameChoice> frame{};  ///< not given: the first frame with particles
   ParticleFilter filter{};             ///< which particles are shown
-  ParticleColoring coloring{};         ///< what the colours mean
   std::uint64_t line = 0;              ///< line of the item in the scene file
   std::uint64_t file_line = 0;         ///< line of its member `file`
   std::map<std::string, std::uint64_t, std::less<>> lines{};  ///< lines of its members, by key
@@ -69,17 +79,14 @@ inline constexpr std::array<std::string_view, 2> particle_radius_words{"by-eleme
 
 /// Parses one of particle_material_words. Any other text is the name of a material.
 ParticleMaterial particle_material_from(std::string_view text);
-/// Parses one of particle_radius_words. Returns nothing for other texts.
-std::optional<ParticleRadius> particle_radius_from(std::string_view text);
+/// Parses one of particle_radius_words or a number in ranges::length. Throws InputError, which
+/// names no place, for other texts.
+ParticleRadius particle_radius_from(std::string_view text);
 
 /// Returns the text that particle_material_from() parses to `material`. Returns "" for `automatic`,
 /// and for `color_by` without a name.
 std::string text_of(const ParticleMaterial& material);
-/// Returns the word that particle_radius_from() parses to `radius`. Returns "" for `automatic` and
-/// `fixed`.
+/// Returns the text that particle_radius_from() parses to `radius`. Returns "" for `automatic`.
 std::string text_of(const ParticleRadius& radius);
-
-/// Reads an item. Throws InputError with the place and the line in the scene file.
-ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place);
 
 }  // namespace parray::input

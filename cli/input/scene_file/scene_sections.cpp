@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
 #include "cli/input/scene_file/image_fields.h"
+#include "cli/input/scene_file/particle_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -76,7 +78,7 @@ class SectionReader {
   Vec3d read(const char* key, Vec3Range range) const { return fields_.vec3(key, range); }
   bool read(const char* key, Flag /*rule*/) const { return fields_.boolean(key); }
   bool read(const char* key, OnOff /*rule*/) const { return fields_.boolean(key); }
-  std::vector<std::uint64_t> read(const char* /*key*/, Passes /*rule*/) const { return {}; }
+  static std::vector<std::uint64_t> read(const char* /*key*/, Passes /*rule*/) { return {}; }
 
   std::size_t read(const char* key, const Words& words) const {
     const std::string& name = fields_.string(key);
@@ -100,6 +102,55 @@ class SectionReader {
   double read(const char* key, ShareRange range) const {
     if (fields_.find(key)->kind != JsonKind::number) return from_words(key, depth_cue_from);
     return fields_.number(key, range);
+  }
+
+  std::string read(const char* key, FileName /*rule*/) const {
+    const std::string& name = fields_.string(key);
+    if (name.empty()) fail(key, "the name is empty: write the name of a particle file");
+    return name;
+  }
+  template <typename T>
+  T read(const char* key, const TextRule<T>& rule) const {
+    const std::string text = text_in(*fields_.find(key), fields_.place().at(key), rule.form);
+    try {
+      return rule.parse(text);
+    } catch (const InputError& error) {
+      fail(key, error.what());
+    }
+  }
+  std::vector<std::string> read(const char* key, HiddenClasses /*rule*/) const {
+    const JsonValue& list = *fields_.find(key);
+    if (list.kind != JsonKind::array) {
+      fail(key, "this is not a list: write words in brackets, such as [\"virtual\", \"water\"]");
+    }
+    std::vector<std::string> words;
+    for (const JsonValue& word : list.items) {
+      words.push_back(read_string(word, fields_.place().at(key).at(words.size())));
+    }
+    try {
+      check_hidden(words);
+    } catch (const InputError& error) {
+      fail(key, error.what());
+    }
+    return words;
+  }
+
+  /// Returns the text of a value, which may also have the other form.
+  static std::string text_in(const JsonValue& value, const JsonPlace& place, JsonForm form) {
+    if (form == JsonForm::number && value.kind == JsonKind::number) return text_of_number(value);
+    if (form != JsonForm::pair || value.kind != JsonKind::array) return read_string(value, place);
+    if (value.items.size() != 2) {
+      place.fail(value.line, "the array does not have two numbers: write [low, high]");
+    }
+    constexpr NumberRange finite{std::numeric_limits<double>::lowest(),
+                                 std::numeric_limits<double>::max()};
+    const double low = read_number(value.items[0], place.at(0), finite);
+    const double high = read_number(value.items[1], place.at(1), finite);
+    if (!(low < high)) place.fail(value.line, "low is not below high: write [low, high]");
+    return number_text(low) + ":" + number_text(high);
+  }
+  static std::string text_of_number(const JsonValue& value) {
+    return value.is_natural ? std::to_string(value.natural) : number_text(value.number);
   }
 
   /// Returns the result of `from` for a boolean or a text.
@@ -234,6 +285,20 @@ Material read_material(const JsonValue& value, const JsonPlace& place) {
   const JsonFields fields(value, place, keys_of_types[static_cast<std::size_t>(material.type)]);
   material_fields(SectionReader(fields), material.type, material);
   return material;
+}
+
+ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place) {
+  static const auto keys = keys_of([](const auto& f) { particle_fields(f); });
+  const JsonFields fields(value, place, keys);
+  ParticleSource out;
+  out.line = fields.line();
+  for (const JsonMember& member : value.members) out.lines.emplace(member.key, member.value.line);
+  particle_fields(SectionReader(fields), out);
+  out.file_line = out.line_of("file");
+  if (const auto problem = problem_with(out.look.coloring)) {
+    place.at(problem->key).fail(out.line_of(problem->key), problem->text);
+  }
+  return out;
 }
 
 NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place) {

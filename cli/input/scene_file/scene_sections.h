@@ -8,6 +8,7 @@
 #include "cli/input/scene_file/json_fields.h"
 #include "cli/input/scene_file/json_value.h"
 #include "cli/input/scene_file/label_settings.h"
+#include "cli/input/scene_file/particle_source.h"
 #include "cli/input/scene_file/postprocessing.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings_fwd.h"
@@ -31,6 +32,9 @@ LabelSettings read_labels(const JsonValue& value, const JsonPlace& place);
 void read_settings(const JsonValue& value, const JsonPlace& place, bool image,
                    RenderSettings& settings, bool& transparent);
 Material read_material(const JsonValue& value, const JsonPlace& place);
+
+/// Reads an item of the section `particles`.
+ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place);
 
 /// A sphere whose material is a name.
 struct NamedSphere {

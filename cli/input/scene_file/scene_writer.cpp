@@ -10,9 +10,11 @@
 
 #include "cli/input/scene_file/image_fields.h"
 #include "cli/input/scene_file/material_table.h"
+#include "cli/input/scene_file/particle_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::input {
 namespace {
@@ -56,6 +58,27 @@ std::string text_of(ShareRange /*range*/, double value) {
   return value > 0 ? number_text(value) : "";
 }
 
+std::string text_of(FileName /*rule*/, const std::string& name) {
+  return name.empty() ? "" : json_text(name);
+}
+template <typename T>
+std::string text_of(const TextRule<T>& rule, const T& value) {
+  const std::string text = rule.text(value);
+  if (text.empty()) return {};
+  if (rule.form == JsonForm::number && is_number(text)) return text;
+  if (rule.form != JsonForm::pair) return json_text(text);
+  const std::size_t colon = text.find(':');
+  const std::string low = text.substr(0, colon);
+  const std::string high = text.substr(colon + 1);
+  return is_number(low) && is_number(high) ? "[" + low + "," + high + "]" : json_text(text);
+}
+std::string text_of(HiddenClasses /*rule*/, const std::optional<std::vector<std::string>>& words) {
+  if (!words) return {};
+  std::string list;
+  for (const std::string& word : *words) list += (list.empty() ? "" : ",") + json_text(word);
+  return "[" + list + "]";
+}
+
 /// Returns the JSON object, on one line, of the members that `describe(visitor)` visits for
 /// `section`. 0: all members.
 template <typename Describe>
@@ -79,50 +102,8 @@ std::string material_text(const Material& material) {
   return object_text([&](const auto& f) { material_fields(f, material.type, material); }, ",");
 }
 
-std::string members_text(const ParticleFilter& filter) {
-  std::string text;
-  if (!filter.select.empty()) text += R"(, "select":)" + json_text(filter.select);
-  if (!filter.slice.empty()) text += R"(, "slice":)" + json_text(filter.slice);
-  if (!filter.hide) return text;
-  std::string words;
-  for (const std::string& word : *filter.hide) {
-    words += (words.empty() ? "" : ",") + json_text(word);
-  }
-  return text + R"(, "hide":[)" + words + "]";
-}
-
-std::string members_text(const ParticleColoring& coloring) {
-  std::string text;
-  if (!coloring.empty()) text += R"(, "color_by":)" + json_text(coloring.by);
-  if (coloring.map) text += R"(, "colormap":)" + json_text(name_of(*coloring.map));
-  const TextRange& range = coloring.range;
-  if (range.open()) return text;
-  if (range.low && range.high && !range.low->percent && !range.high->percent) {
-    return text + R"(, "range":[)" + number_text(range.low->value) + "," +
-           number_text(range.high->value) + "]";
-  }
-  return text + R"(, "range":)" + json_text(text_of(range));
-}
-
 std::string object_text(const ParticleSource& source) {
-  std::string text = R"({"file":)" + json_text(source.file);
-  if (const std::string material = text_of(source.material); !material.empty()) {
-    text += R"(, "material":)" + json_text(material);
-  }
-  if (source.radius.rule == ParticleRadius::Rule::fixed) {
-    text += R"(, "radius":)" + number_text(source.radius.value);
-  } else if (source.radius.rule != ParticleRadius::Rule::automatic) {
-    text += R"(, "radius":)" + json_text(text_of(source.radius));
-  }
-  if (!source.topology.empty()) text += R"(, "topology":)" + json_text(source.topology);
-  if (source.frame) {
-    text += R"(, "frame":)" + (source.frame->last ? json_text(last_frame_word)
-                                                  : std::to_string(source.frame->number));
-  }
-  if (source.alternatives != AlternativeChoice{}) {
-    text += R"(, "alternatives":)" + json_text(text_of(source.alternatives));
-  }
-  return text + members_text(source.filter) + members_text(source.coloring) + "}";
+  return object_text([&](const auto& f) { particle_fields(f, source); });
 }
 
 std::string head_text(const SceneFile& file) {

@@ -109,17 +109,19 @@ class Shown {
 
 }  // namespace
 
-std::string select_from(const std::string& text) {
+std::string select_from(std::string_view text) {
   if (trimmed(text).empty()) {
     throw InputError("the selection is empty: write an expression, or \"all\"");
   }
-  static_cast<void>(Selection(text));
-  return text;
+  std::string selection(text);
+  static_cast<void>(Selection(selection));
+  return selection;
 }
 
-std::string slice_from(const std::string& text) {
-  static_cast<void>(slice_as_selection(text));
-  return text;
+std::string slice_from(std::string_view text) {
+  std::string slice(text);
+  static_cast<void>(slice_as_selection(slice));
+  return slice;
 }
 
 std::vector<std::string> hide_from(std::string_view text) {

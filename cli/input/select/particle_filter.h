@@ -22,8 +22,8 @@ struct ParticleFilter {
 
 /// Check the texts of the filter's members and return them. Throw InputError, which names no place,
 /// for invalid texts.
-std::string select_from(const std::string& text);
-std::string slice_from(const std::string& text);
+std::string select_from(std::string_view text);
+std::string slice_from(std::string_view text);
 /// Returns the words of a list with commas, and "virtual". Returns nothing for "none".
 std::vector<std::string> hide_from(std::string_view text);
 /// Throws InputError if a word is not in selection_classes().

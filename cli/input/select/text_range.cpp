@@ -35,6 +35,7 @@ std::optional<TextRange> text_range(std::string_view text) {
 }
 
 std::string text_of(const TextRange& range) {
+  if (range.open()) return {};
   return end_text(range.low) + ":" + end_text(range.high);
 }
 

@@ -28,7 +28,7 @@ struct TextRange {
 /// Parses a range. Returns nothing for other texts and for a range without ends.
 std::optional<TextRange> text_range(std::string_view text);
 
-/// Returns the text that text_range() parses to `range`.
+/// Returns the text that text_range() parses to `range`. Returns "" for an open range.
 std::string text_of(const TextRange& range);
 
 }  // namespace parray::input

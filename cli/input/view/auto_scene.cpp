@@ -73,15 +73,15 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   out.file.scenery = scenery;
   scene.spheres.resize(scenery);
   const bool radius_is_open =
-      decided(source.radius, selected.particles).rule == ParticleRadius::Rule::automatic;
+      decided(source.look.radius, selected.particles).rule == ParticleRadius::Rule::automatic;
   const Subject subject = subject_of(selected.particles, viewing);
   const DefaultLook look{std::string(plain_material_name), plain_material, 1};
   out.source = append_selected(std::move(selected), file.path(), std::move(source), out.file,
                                threads, &look);
   const auto spheres = std::span(scene.spheres).subspan(scenery);
   if (radius_is_open) {
-    out.source.radius.value = lattice_radius(spheres);
-    for (Sphere& sphere : spheres) sphere.radius = out.source.radius.value;
+    out.source.look.radius.value = lattice_radius(spheres);
+    for (Sphere& sphere : spheres) sphere.radius = out.source.look.radius.value;
   }
   try {
     const double aspect = static_cast<double>(settings.width) / settings.height;

@@ -10,9 +10,6 @@
 namespace parray::picture {
 namespace {
 
-constexpr std::array<std::string_view, 8> map_names{
-    "viridis", "magma", "inferno", "plasma", "cividis", "blue-red", "grey", "violet-yellow"};
-
 /// Every third of the 256 published colours, in hexadecimal sRGB.
 constexpr std::array<std::string_view, 5> map_tables{
     // viridis
@@ -141,14 +138,12 @@ Vec3d violet_to_yellow(double share) {
 
 }  // namespace
 
-std::span<const std::string_view> color_map_names() { return map_names; }
-
 std::optional<ColorMap> color_map_named(std::string_view name) {
-  const auto place = place_in(map_names, name);
+  const auto place = place_in(color_map_words, name);
   return place ? std::optional(static_cast<ColorMap>(*place)) : std::nullopt;
 }
 
-std::string_view name_of(ColorMap map) { return map_names[static_cast<std::size_t>(map)]; }
+std::string_view name_of(ColorMap map) { return color_map_words[static_cast<std::size_t>(map)]; }
 
 bool is_diverging(ColorMap map) { return map == ColorMap::blue_red; }
 

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string_view>
 
 #include "common/math/vec.h"
@@ -30,8 +30,9 @@ enum class ColorMap : std::uint8_t {
   violet_yellow
 };
 
-/// Returns the names for users, in the order of the enumeration.
-std::span<const std::string_view> color_map_names();
+/// Names for users, in the order of the enumeration.
+inline constexpr std::array<std::string_view, 8> color_map_words{
+    "viridis", "magma", "inferno", "plasma", "cividis", "blue-red", "grey", "violet-yellow"};
 /// Returns the map with this name; nothing if there is none.
 std::optional<ColorMap> color_map_named(std::string_view name);
 std::string_view name_of(ColorMap map);

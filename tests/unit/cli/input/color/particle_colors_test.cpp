@@ -338,8 +338,8 @@ TEST_CASE("errors in a scene's selections and colours name their place") {
       {"\"color_by\": \"vx\", \"range\": [1]",
        "6: /particles/0/range: the array does not have two numbers: write [low, high]"},
       {"\"color_by\": \"vx\", \"range\": \"a\"",
-       "6: /particles/0/range: this is not a range: write [low, high], or a text such as "
-       "\"1%:99%\""},
+       "6: /particles/0/range: 'a' is not a range: write two numbers, or two percentages of the "
+       "particles, such as 1%:99%"},
   };
   for (const auto& row : cases) {
     const auto& [members, expected] = row;  // which Clang 14 does not capture
@@ -363,7 +363,7 @@ TEST_CASE("selections and colours are written so that they read back equal") {
     std::istringstream in(text.str());
     const SceneFile again = read_scene(in, "s.json");
     CHECK(again.particles[0].filter == file.particles[0].filter);
-    CHECK(again.particles[0].coloring == file.particles[0].coloring);
+    CHECK(again.particles[0].look.coloring == file.particles[0].look.coloring);
   }
 }
 
@@ -371,13 +371,13 @@ TEST_CASE("an automatic scene applies its options and keeps them in its referenc
   const ColoredScene files;
   ParticleSource source;
   source.filter.select = "vx >= 0";
-  source.coloring.by = "vx";
+  source.look.coloring.by = "vx";
   const AutoScene portrait = auto_scene(files.path("a.csv"), source, auto_scene_settings());
   CHECK(portrait.file.scene.spheres.size() == 2 + 3);
   CHECK(portrait.file.legends.size() == 1);
   const SceneFile reference = with_reference(portrait, "a.csv");
   CHECK(reference.particles[0].filter == source.filter);
-  CHECK(reference.particles[0].coloring == source.coloring);
+  CHECK(reference.particles[0].look.coloring == source.look.coloring);
   std::ostringstream text;
   write_scene(text, reference, [] {});
   CHECK(text.str().find("\"material\":\"\"") == std::string::npos);
@@ -397,7 +397,7 @@ TEST_CASE("thousands of numbers become few materials") {
   }
   files.write("b.csv", table);
   ParticleSource source;
-  source.coloring.by = "v";
+  source.look.coloring.by = "v";
   const SceneFile file = auto_scene(files.path("b.csv"), source, auto_scene_settings()).file;
   CHECK(file.scene.materials.size() == 2 + color_levels);
 }

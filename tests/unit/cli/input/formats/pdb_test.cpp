@@ -141,16 +141,16 @@ TEST_CASE("PDB: a request can choose all alternative locations or those of one l
       pdb_line(" C", ' ', "SER", 7, 5, 1);
   const auto xs = [&](const char* alternatives) {
     ParticleRequest request;
-    request.alternatives = alternatives_from(alternatives).value();
+    request.alternatives = alternatives_from(alternatives);
     return xs_of(read_particles(files.write("a.pdb", text), request));
   };
   CHECK(xs("best") == Xs{1, 3, 5});
   CHECK(xs("all") == Xs{1, 2, 3, 4, 5});
   CHECK(xs("B") == Xs{2, 3, 5});  // of an atom without B, the best
   CHECK(xs("C") == Xs{1, 4, 5});
-  CHECK(!alternatives_from("AB"));
-  CHECK(!alternatives_from(""));
-  CHECK(text_of(*alternatives_from("B")) == "B");
+  CHECK_THROWS_AS(alternatives_from("AB"), InputError);
+  CHECK_THROWS_AS(alternatives_from(""), InputError);
+  CHECK(text_of(alternatives_from("B")) == "B");
 }
 
 TEST_CASE("PDB: without a column of elements, names that start in column 13 are not metals") {

@@ -197,8 +197,8 @@ TEST_CASE("memory for spheres is reserved exactly") {
   Particles particles;
   particles.positions.resize(1000);
   const ParticleSource source{.file = "some.ply",
-                              .material = {ParticleMaterial::Rule::named, "stone"},
-                              .radius = {ParticleRadius::Rule::fixed, 1}};
+                              .look = {.material = {ParticleMaterial::Rule::named, "stone"},
+                                       .radius = {ParticleRadius::Rule::fixed, 1}}};
   MaterialNames names;
   names.define("stone", diffuse({1, 1, 1}));
   Scene scene;
@@ -217,19 +217,19 @@ TEST_CASE("an automatic scene contains ground, light blocker and particles") {
   CHECK(atoms.file.settings->max_depth == 10);
   REQUIRE(atoms.file.scene.spheres.size() == 5);
   CHECK(atoms.file.scene.spheres[2] == Sphere{{1, 2, 3}, element(8).radius, 2});
-  CHECK(atoms.source.material.rule == ParticleMaterial::Rule::by_element);
-  CHECK(atoms.source.radius.rule == ParticleRadius::Rule::by_element);
+  CHECK(atoms.source.look.material.rule == ParticleMaterial::Rule::by_element);
+  CHECK(atoms.source.look.radius.rule == ParticleRadius::Rule::by_element);
 }
 
 TEST_CASE("points become plain balls with the lattice radius") {
   const ParticleScene files;
   files.write("pair.csv", "x,y,z\n0,0,0\n0,0,4\n");
   const AutoScene pair = auto_scene(files.file("pair.csv"), {}, auto_scene_settings());
-  CHECK(pair.source.material.name == "plain");
-  CHECK(pair.source.radius.rule == ParticleRadius::Rule::fixed);
-  CHECK(pair.source.radius.value == doctest::Approx(2));
-  CHECK(pair.file.scene.spheres[2].radius == pair.source.radius.value);
-  CHECK(pair.file.scene.spheres[3].radius == pair.source.radius.value);
+  CHECK(pair.source.look.material.name == "plain");
+  CHECK(pair.source.look.radius.rule == ParticleRadius::Rule::fixed);
+  CHECK(pair.source.look.radius.value == doctest::Approx(2));
+  CHECK(pair.file.scene.spheres[2].radius == pair.source.look.radius.value);
+  CHECK(pair.file.scene.spheres[3].radius == pair.source.look.radius.value);
 }
 
 TEST_CASE("an automatic scene with missing columns is refused") {
@@ -237,8 +237,8 @@ TEST_CASE("an automatic scene with missing columns is refused") {
   const auto refusal = [&](const std::string& name, const char* material, const char* radius) {
     return message_of<InputError>([&] {
       ParticleSource source;
-      source.material = particle_material_from(material);
-      source.radius = *particle_radius_from(radius);
+      source.look.material = particle_material_from(material);
+      source.look.radius = particle_radius_from(radius);
       (void)auto_scene(files.file(name), source, auto_scene_settings());
     });
   };

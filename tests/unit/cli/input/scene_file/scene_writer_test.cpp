@@ -125,7 +125,7 @@ TEST_CASE("files of particles stay references") {
 {"file":"../c.csv", "material":"gold", "radius":0.1},
 {"file":"d.pdb", "material":"by-element", "radius":"by-element"},
 {"file":"e.ply", "material":"column", "radius":"column"},
-{"file":"f.dump", "material":"by-type", "radius":1e-15, "frame":7}]}
+{"file":"f.dump", "frame":7, "material":"by-type", "radius":1e-15}]}
 )";
   const std::string text = written(read(R"({"version": 1,
     "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40}, )" +
@@ -154,7 +154,7 @@ TEST_CASE("an orthographic camera and a transparent background read back as them
 
 TEST_CASE("a name that is not UTF-8 is refused, not written") {
   SceneFile file;
-  file.particles.push_back({.file = "\xFF.xyz", .material = {}, .radius = {}});
+  file.particles.push_back({.file = "\xFF.xyz"});
   CHECK(test::message_of<InputError>([&] { (void)written(file); }) ==
         "'\\xff.xyz' is not UTF-8, but all names in a scene must be: rename it");
 }

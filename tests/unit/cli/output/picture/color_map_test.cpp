@@ -85,9 +85,9 @@ std::string hex(const Vec3d& color) {
 }  // namespace
 
 TEST_CASE("every colour map is found by name, stays in gamut and has even steps") {
-  CHECK(color_map_names().size() == 8);
+  CHECK(color_map_words.size() == 8);
   CHECK_FALSE(color_map_named("jet"));
-  for (const std::string_view name : color_map_names()) {
+  for (const std::string_view name : color_map_words) {
     CAPTURE(name);
     const auto map = color_map_named(name);
     REQUIRE(map);
@@ -110,7 +110,7 @@ TEST_CASE("every colour map is found by name, stays in gamut and has even steps"
 }
 
 TEST_CASE("lightness rises along a map, and falls again after the middle of a diverging map") {
-  for (const std::string_view name : color_map_names()) {
+  for (const std::string_view name : color_map_words) {
     CAPTURE(name);
     const ColorMap map = *color_map_named(name);
     const std::vector<Vec3d> colors = steps_of(map, 200);

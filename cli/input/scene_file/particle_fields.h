@@ -1,0 +1,126 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "cli/input/scene_file/particle_source.h"
+#include "common/scene/setting_rules.h"
+
+/// Descriptions of an item of the section `particles`. They work like the descriptions of the other
+/// sections (scene_fields.h).
+namespace parray::input {
+
+/// The JSON that a member accepts beside a text.
+enum class JsonForm : std::uint8_t {
+  text,    ///< none
+  number,  ///< a number
+  pair     ///< [low, high]: the text "low:high"
+};
+
+/// A member that options and scene files write as the same text.
+template <typename T>
+struct TextRule {
+  T (*parse)(std::string_view);   ///< throws InputError, which names no place, for invalid texts
+  std::string (*text)(const T&);  ///< the text that parse() reads; "": the default
+  JsonForm form = JsonForm::text;
+  std::span<const std::string_view> words{};  ///< known texts, for help and shells
+};
+
+struct FileName {};       ///< the name of a file; not empty
+struct HiddenClasses {};  ///< words of selection_classes(): a list in JSON
+
+namespace particle_rules {
+
+inline std::string same_text(const std::string& text) { return text; }
+template <typename T>
+std::string text_by_overload(const T& value) {
+  return text_of(value);
+}
+
+/// The names of materials that options accept.
+inline constexpr std::array<std::string_view, 4> material_words{"by-element", "by-type", "column",
+                                                                "plain"};
+inline constexpr std::array<std::string_view, 1> frame_words{last_frame_word};
+inline constexpr std::array<std::string_view, 2> alternative_words{"best", "all"};
+
+inline constexpr TextRule<ParticleMaterial> material{particle_material_from, text_by_overload,
+                                                     JsonForm::text, material_words};
+inline constexpr TextRule<ParticleRadius> radius{particle_radius_from, text_by_overload,
+                                                 JsonForm::number, particle_radius_words};
+inline constexpr TextRule<std::string> color_by{color_by_from, same_text, JsonForm::text,
+                                                color_by_words};
+inline constexpr TextRule<std::optional<ColorMap>> color_map{
+    color_map_from, text_by_overload, JsonForm::text, picture::color_map_words};
+inline constexpr TextRule<TextRange> range{color_range_from, text_by_overload, JsonForm::pair};
+inline constexpr TextRule<std::optional<FrameChoice>> frame{frame_from, text_by_overload,
+                                                            JsonForm::number, frame_words};
+inline constexpr TextRule<AlternativeChoice> alternatives{alternatives_from, text_by_overload,
+                                                          JsonForm::text, alternative_words};
+inline constexpr TextRule<std::string> select{select_from, same_text};
+inline constexpr TextRule<std::string> slice{slice_from, same_text};
+
+}  // namespace particle_rules
+
+/// Visits the members of ParticleLook.
+template <typename F, typename... S>
+void look_fields(F&& f, S&... s) {
+  using namespace traits;
+  f({"material",
+     "Surface of the particles (default: column, else by-element, else by-type, else plain)",
+     special},
+    particle_rules::material, s.material...);
+  f({"radius",
+     "Radius of the particles (default: column, else by-element, else half the mean spacing)",
+     special, "R|by-element|column"},
+    particle_rules::radius, s.radius...);
+  f({"color_by",
+     "Colour the particles by a category, or by a number such as vx, charge, b_factor or z", 0,
+     "WORD|NUMBER"},
+    particle_rules::color_by, s.coloring.by...);
+  f({"colormap", "Colour map for numbers, from low to high (default: viridis)", special},
+    particle_rules::color_map, s.coloring.map...);
+  f({"range",
+     "Values at the ends of the colour map: two numbers, or percentiles such as 1%:99% (default: "
+     "the smallest and the largest value)",
+     special, "LOW:HIGH"},
+    particle_rules::range, s.coloring.range...);
+}
+
+/// Visits the members of ParticleSource.
+template <typename F, typename... S>
+void particle_fields(F&& f, S&... s) {
+  using namespace traits;
+  f({"file", nullptr, required}, FileName{}, s.file...);
+  f({"topology",
+     "File with the elements and names for a trajectory that lacks them: PDB, PSF, PRMTOP ...",
+     special, "FILE"},
+    FileName{}, s.topology...);
+  f({"frame", "Frame of the file, from 0 (default: the first frame that has particles)", special,
+     "N|last"},
+    particle_rules::frame, s.frame...);
+  f({"alternatives",
+     "Alternative locations of an atom to show: best (highest occupancy), all, or those with a "
+     "letter (default: best)",
+     special, "best|all|LETTER"},
+    particle_rules::alternatives, s.alternatives...);
+  f({"select",
+     "Show only these particles: 'chain A B and not water', 'element C N O', 'z > 10', 'within 5 "
+     "of resname HEM' (scenes/README.md describes the language)",
+     0, "TEXT"},
+    particle_rules::select, s.filter.select...);
+  f({"slice",
+     "Show only the particles of a slice: z=10:20, or z=40%:60% of the cell. Separate several "
+     "slices by commas",
+     special, "AXIS=LOW:HIGH"},
+    particle_rules::slice, s.filter.slice...);
+  f({"hide",
+     "Hide these classes. Virtual sites are always hidden, except with `none` (default: virtual)"},
+    HiddenClasses{}, s.filter.hide...);
+  look_fields(f, s.look...);
+}
+
+}  // namespace parray::input
