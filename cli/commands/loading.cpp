@@ -65,7 +65,7 @@ SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameCh
   if (particle_format_of(file) != nullptr) {
     Viewing viewing = options.auto_scene().viewing();
     viewing.transparent = options.view().transparent(false);
-    SceneFile scene = auto_scene(file, options.particles().over({}),
+    SceneFile scene = auto_scene(file, options.particles().source(),
                                  options.over(auto_scene_settings()), viewing, threads)
                           .file;
     remove_more_duplicates(scene, threads);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -39,14 +41,19 @@ std::uint64_t count_field(std::string_view text, const FilePlace& place);
 /// gives the problem. The caller adds the place: the scene file or the option.
 class SourceError : public InputError {
  public:
-  SourceError(std::string key, const std::string& problem)
-      : InputError(problem), key_(std::move(key)) {}
+  SourceError(std::string key, const std::string& problem,
+              std::optional<std::size_t> representation = {})
+      : InputError(problem), key_(std::move(key)), representation_(representation) {}
 
   /// Key of the member in a scene file: "select", "color_by".
   [[nodiscard]] const std::string& key() const { return key_; }
+  /// Number of the representation to which the member belongs, from 0. Nothing: a member of the
+  /// item itself.
+  [[nodiscard]] const std::optional<std::size_t>& representation() const { return representation_; }
 
  private:
   std::string key_;
+  std::optional<std::size_t> representation_;
 };
 
 }  // namespace parray::input

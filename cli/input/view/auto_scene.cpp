@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/view/principal_axes.h"
 #include "common/base/error.h"
+#include "common/base/printable.h"
 #include "common/scene/settings.h"
 
 namespace parray::input {
@@ -57,9 +59,46 @@ Subject subject_of(const Particles& particles, const Viewing& viewing) {
   return subject;
 }
 
+/// The spheres of a part whose radius the file does not determine.
+struct OpenRadius {
+  std::size_t begin;
+  std::size_t end;
+  std::optional<std::size_t> representation;
+};
+
+std::vector<OpenRadius> open_radii(const SelectedParticles& selected) {
+  std::vector<OpenRadius> open;
+  std::size_t begin = 0;
+  for (const SelectedPart& part : selected.parts) {
+    const std::size_t end = begin + part.particles.count();
+    if (decided(part.look.radius, part.particles).rule == ParticleRadius::Rule::automatic) {
+      open.push_back({begin, end, part.representation});
+    }
+    begin = end;
+  }
+  return open;
+}
+
+/// Gives the radius lattice_radius() of all spheres to the parts that have none.
+void set_open_radii(const std::vector<OpenRadius>& open, std::span<Sphere> spheres,
+                    ParticleSource& source) {
+  if (open.empty()) return;
+  const double radius = lattice_radius(spheres);
+  for (const OpenRadius& part : open) {
+    for (Sphere& sphere : spheres.subspan(part.begin, part.end - part.begin)) {
+      sphere.radius = radius;
+    }
+    ParticleLook& look =
+        part.representation ? source.shows[*part.representation].look : source.look;
+    look.radius.value = radius;
+  }
+}
+
 AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& settings,
                const Viewing& viewing, int threads) {
-  SelectedParticles selected = selected_particles(file, source, {}, threads);
+  Particles particles = read_selected(file, source, {}, threads);
+  const Subject subject = subject_of(particles, viewing);
+  SelectedParticles selected = parts_of(std::move(particles), file, source, {}, threads);
   AutoScene out;
   source.file = file.name();
   out.file.settings = settings;
@@ -72,17 +111,12 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   const auto scenery = static_cast<std::uint32_t>(scene.materials.size());
   out.file.scenery = scenery;
   scene.spheres.resize(scenery);
-  const bool radius_is_open =
-      decided(source.look.radius, selected.particles).rule == ParticleRadius::Rule::automatic;
-  const Subject subject = subject_of(selected.particles, viewing);
+  const std::vector<OpenRadius> open = open_radii(selected);
   const DefaultLook look{std::string(plain_material_name), plain_material, 1};
-  out.source = append_selected(std::move(selected), file.path(), std::move(source), out.file,
-                               threads, &look);
+  out.source =
+      append_parts(std::move(selected), file.path(), std::move(source), out.file, threads, &look);
   const auto spheres = std::span(scene.spheres).subspan(scenery);
-  if (radius_is_open) {
-    out.source.look.radius.value = lattice_radius(spheres);
-    for (Sphere& sphere : spheres) sphere.radius = out.source.look.radius.value;
-  }
+  set_open_radii(open, spheres, out.source);
   try {
     const double aspect = static_cast<double>(settings.width) / settings.height;
     const Surroundings around = surroundings_of(spheres, aspect, viewing, subject, threads);
@@ -108,22 +142,31 @@ Boxed<RenderSettings> auto_scene_settings() {
   return settings;
 }
 
-AutoScene auto_scene(const std::filesystem::path& path, ParticleSource source,
+AutoScene auto_scene(const std::filesystem::path& path, const ParticleSource& source,
                      const RenderSettings& settings, const Viewing& viewing, int threads) {
   PackedFile file(path);
-  return auto_scene(file, std::move(source), settings, viewing, threads);
+  return auto_scene(file, source, settings, viewing, threads);
 }
 
-AutoScene auto_scene(PackedFile& file, ParticleSource source, const RenderSettings& settings,
+AutoScene auto_scene(PackedFile& file, const ParticleSource& source, const RenderSettings& settings,
                      const Viewing& viewing, int threads) {
   const FilePlace place{file.name()};
   try {
-    return made(file, std::move(source), settings, viewing, threads);
+    return made(file, source, settings, viewing, threads);
   } catch (const SourceError& error) {
-    if (error.key() == "material" || error.key() == "radius") throw InputError(error.what());
-    std::string option = error.key();
-    std::ranges::replace(option, '_', '-');
-    place.fail("--" + option + ": " + error.what());
+    const bool named = error.key() == "material" || error.key() == "radius";  // names the file
+    std::string text = error.what();
+    if (!named && !(error.representation() && error.key() == "select")) {
+      std::string option = error.key();
+      std::ranges::replace(option, '_', '-');
+      text = "--" + option + ": " + text;
+    }
+    if (error.representation()) {
+      text = "--show '" + printable(source.shows[*error.representation()].select) + "': " + text;
+    } else if (named) {
+      throw InputError(text);
+    }
+    place.fail(text);
   }
 }
 

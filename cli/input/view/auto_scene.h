@@ -28,11 +28,11 @@ struct AutoScene {
 /// have elements and no cell, or residue names and a cell that they do not fill.
 ///
 /// Throws InputError "FILE: problem: remedy".
-AutoScene auto_scene(const std::filesystem::path& path, ParticleSource source,
+AutoScene auto_scene(const std::filesystem::path& path, const ParticleSource& source,
                      const RenderSettings& settings, const Viewing& viewing = {}, int threads = 1);
 
 /// Does the same for an open file.
-AutoScene auto_scene(PackedFile& file, ParticleSource source, const RenderSettings& settings,
+AutoScene auto_scene(PackedFile& file, const ParticleSource& source, const RenderSettings& settings,
                      const Viewing& viewing = {}, int threads = 1);
 
 /// Returns a scene that refers to the particle file `file` instead of containing its spheres.

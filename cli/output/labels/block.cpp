@@ -56,7 +56,9 @@ class LegendLayout {
       : legend_(legend), em_(style.font.size()), line_(style.line) {
     bar_.height = std::clamp(0.4 * style.room_y, 5 * em_, 12 * em_);
     if (has_scale()) {
-      ticks_ = ticks_between(legend.low, legend.high, static_cast<int>(bar_.height / (1.4 * em_)));
+      const int most = static_cast<int>(bar_.height / (1.4 * em_));
+      ticks_ = legend.log ? log_ticks_between(legend.low, legend.high, most)
+                          : ticks_between(legend.low, legend.high, most);
     }
     title_ = title_of(legend, ticks_.exponent);
     width_ = style.font.width(title_);
@@ -106,8 +108,12 @@ class LegendLayout {
   }
 
   [[nodiscard]] double y_of(double value) const {
-    const double share = value / 2 - legend_.low / 2;
-    return bar_.y + bar_.height * (1 - share / (legend_.high / 2 - legend_.low / 2));
+    const auto on_scale = [this](double number) {
+      return (legend_.log ? std::log(number) : number) / 2;  // half: the width may overflow
+    };
+    const double low = on_scale(legend_.low);
+    const double share = (on_scale(value) - low) / (on_scale(legend_.high) - low);
+    return bar_.y + bar_.height * (1 - share);
   }
 
   void draw_scale(Pen& pen, const Point& at) const {

@@ -69,6 +69,29 @@ Ticks ticks_between(double low, double high, int most) {
   return ticks;
 }
 
+Ticks log_ticks_between(double low, double high, int most) {
+  const auto first = static_cast<int>(std::floor(std::log10(low) - slack));
+  const auto last = static_cast<int>(std::ceil(std::log10(high) + slack));
+  const int decades = last - first;
+  // With room for three marks in each decade: 1, 2 and 5 times powers of ten.
+  const bool has_room = 3 * decades <= most;
+  const int stride = has_room ? 1 : (decades + most - 1) / most;
+  Ticks ticks;
+  for (int exponent = first; exponent <= last; exponent += stride) {
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double value = factor * std::pow(10, exponent);
+      if (value < low * (1 - slack) || value > high * (1 + slack)) continue;
+      if (factor > 1 && !has_room) continue;
+      const bool is_short = exponent >= -3 && exponent <= 4;
+      ticks.values.push_back(std::clamp(value, low, high));
+      ticks.texts.push_back(is_short      ? fixed(value, std::max(0, -exponent))
+                            : factor == 1 ? power_of_ten(exponent)
+                                          : fixed(factor, 0) + "\u00b7" + power_of_ten(exponent));
+    }
+  }
+  return ticks.values.size() < 2 ? ticks_between(low, high, most) : ticks;
+}
+
 std::string power_of_ten(int exponent) {
   constexpr std::array<std::string_view, 10> raised = {"\u2070", "\u00b9", "\u00b2", "\u00b3",
                                                        "\u2074", "\u2075", "\u2076", "\u2077",
