@@ -142,9 +142,8 @@ void particle_fields(F&& f, S&... s) {
      "Hide these classes. Virtual sites are always hidden, except with `none` (default: virtual)"},
     HiddenClasses{}, s.filter.hide...);
   f({"show",
-     "Show these particles with their own look: --material, --radius, --color-by, --colormap and "
-     "--range after this option belong to it, and those before the first --show to all. A particle "
-     "in several has the look of the last one. Particles in none are not shown",
+     "Show these particles with a look of their own, which the options after this one describe, "
+     "such as --color-by and --radius. Several times: the last that selects a particle counts",
      0, "TEXT"},
     Representations{}, s.shows...);
   look_fields(f, s.look...);

@@ -141,6 +141,10 @@ class SectionReader {
   /// Returns the text of a value, which may also have the other form.
   static std::string text_in(const JsonValue& value, const JsonPlace& place, JsonForm form) {
     if (form == JsonForm::number && value.kind == JsonKind::number) return text_of_number(value);
+    if (form == JsonForm::number && value.kind != JsonKind::string) {
+      place.fail(value.line,
+                 "expected a number or a text, found " + std::string(name_of(value.kind)));
+    }
     if (form != JsonForm::pair || value.kind != JsonKind::array) return read_string(value, place);
     if (value.items.size() != 2) {
       place.fail(value.line, "the array does not have two numbers: write [low, high]");

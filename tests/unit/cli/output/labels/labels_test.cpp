@@ -207,6 +207,22 @@ TEST_CASE("long numbers have a common power of ten") {
   CHECK(power_of_ten(12) == "10\u00b9\u00b2");
 }
 
+TEST_CASE("a logarithmic scale has marks at powers of ten, and at 2 and 5 if there is room") {
+  const Ticks wide = log_ticks_between(0.02, 3e7, 6);
+  REQUIRE(wide.values.size() >= 3);
+  for (const double value : wide.values) {
+    CHECK(std::log10(value) == doctest::Approx(std::round(std::log10(value))));
+  }
+  CHECK(wide.exponent == 0);
+  CHECK(wide.values.size() <= 6);
+  CHECK(log_ticks_between(1, 12, 6).texts == std::vector<std::string>{"1", "2", "5", "10"});
+  CHECK(log_ticks_between(0.1, 1, 3).texts == std::vector<std::string>{"0.1", "0.2", "0.5", "1"});
+  CHECK(log_ticks_between(2.1, 2.2, 6).texts == ticks_between(2.1, 2.2, 6).texts);
+  const Ticks extreme = log_ticks_between(1e-300, 1e300, 6);
+  CHECK(extreme.values.size() <= 6);
+  CHECK(extreme.texts.front().starts_with("10\u207b"));
+}
+
 TEST_CASE("round numbers are 1, 2 or 5 times a power of ten, above or below the value") {
   for (const double value : {1e-300, 0.0031, 0.1, 0.99, 1.0, 3.0, 5.0, 7.2, 1e5, 6e300}) {
     CHECK(round_below(value) <= value * (1 + 1e-5));
