@@ -25,8 +25,8 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
 /// Reads the open file of `source` and its topology, removes what the filter hides, and colours the
 /// rest. Reads only the columns that the source needs.
 ///
-/// Throws the errors of read_particles(). Throws SourceError if the file lacks what a member of the
-/// source needs.
+/// Throws the errors of read_particles(). Throws SourceError if a member of the source does not
+/// suit the file.
 SelectedParticles selected_particles(PackedFile& file, const ParticleSource& source,
                                      const std::filesystem::path& folder = {}, int threads = 1);
 
