@@ -216,7 +216,7 @@ TEST_CASE("a logarithmic scale has marks at powers of ten, and at 2 and 5 if the
   CHECK(wide.exponent == 0);
   CHECK(wide.values.size() <= 6);
   CHECK(log_ticks_between(1, 12, 6).texts == std::vector<std::string>{"1", "2", "5", "10"});
-  CHECK(log_ticks_between(0.1, 1, 3).texts == std::vector<std::string>{"0.1", "0.2", "0.5", "1"});
+  CHECK(log_ticks_between(0.1, 1, 4).texts == std::vector<std::string>{"0.1", "0.2", "0.5", "1"});
   CHECK(log_ticks_between(2.1, 2.2, 6).texts == ticks_between(2.1, 2.2, 6).texts);
   const Ticks extreme = log_ticks_between(1e-300, 1e300, 6);
   CHECK(extreme.values.size() <= 6);
