@@ -24,6 +24,13 @@ void check_material(const ParticleMaterial& material) {
                    "': " + remedy_for_name(material.name, particle_rules::material_words));
 }
 
+/// Returns whether `value` is that of a flag that the user gave.
+bool is_set_flag(const bool& value) { return value; }
+template <typename T>
+bool is_set_flag(const T& /*value of an option*/) {
+  return false;
+}
+
 }  // namespace
 
 void ParticleOptions::add_to(Command& command) {
@@ -46,9 +53,11 @@ bool ParticleOptions::is_given(std::string_view key) const {
 
 void ParticleOptions::check_unused(const std::string& file) const {
   std::string given;
-  particle_fields([&](const Setting& setting, const auto& /*rule*/) {
-    if (is_given(setting.key)) given += " " + option_of(setting);
-  });
+  particle_fields(
+      [&](const Setting& setting, const auto& /*rule*/, const auto& value) {
+        if (is_given(setting.key) || is_set_flag(value)) given += " " + option_of(setting);
+      },
+      given_);
   if (given.empty()) return;
   throw InputError(
       given.substr(1) + ": " + printable(file, 4096) +
@@ -59,7 +68,7 @@ void ParticleOptions::check_unused(const std::string& file) const {
 ParticleSource ParticleOptions::over(ParticleSource source) const {
   particle_fields(
       [&](const Setting& setting, const auto& /*rule*/, const auto& from, auto& to) {
-        if (is_given(setting.key)) to = from;
+        if (is_given(setting.key) || is_set_flag(from)) to = from;
       },
       given_, source);
   if (const auto problem = problem_with(source.look.coloring)) {

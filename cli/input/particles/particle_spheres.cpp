@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cli/input/color/particle_colors.h"
+#include "cli/input/particles/crystal_radii.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/scene_file/material_table.h"
 #include "common/base/bands.h"
@@ -137,6 +138,8 @@ double radius_of(const Particles& particles, const ParticleRadius& radius, std::
       return particles.radii[particle];
     case RadiusRule::by_element:
       return element(particles.elements[particle]).radius;
+    case RadiusRule::covalent:
+      return crystal_radius(particles.elements[particle]);
     default:
       return radius.value;
   }
@@ -175,10 +178,11 @@ ParticleMaterial decided(const ParticleMaterial& asked, const Particles& particl
   return {particles.types.empty() ? MaterialRule::automatic : MaterialRule::by_type, {}};
 }
 
-ParticleRadius decided(const ParticleRadius& asked, const Particles& particles) {
+ParticleRadius decided(const ParticleRadius& asked, const Particles& particles, bool crystal) {
   if (asked.rule != RadiusRule::automatic) return asked;
   if (!particles.radii.empty()) return {RadiusRule::column, 0};
-  return {particles.elements.empty() ? RadiusRule::automatic : RadiusRule::by_element, 0};
+  if (particles.elements.empty()) return {};
+  return {crystal ? RadiusRule::covalent : RadiusRule::by_element, 0};
 }
 
 std::string problem_with(const ParticleMaterial& material, const Particles& particles,
@@ -218,15 +222,17 @@ std::string problem_with(const ParticleMaterial& material, const Particles& part
 std::string problem_with(const ParticleRadius& radius, const Particles& particles,
                          const std::string& name) {
   const auto without = [&](std::string_view column) {
-    return lacks(
-        name, column,
-        {{!particles.elements.empty(), "by-element"}, {!particles.radii.empty(), "column"}},
-        "a number");
+    return lacks(name, column,
+                 {{!particles.elements.empty(), "by-element"},
+                  {!particles.elements.empty(), "covalent"},
+                  {!particles.radii.empty(), "column"}},
+                 "a number");
   };
   switch (radius.rule) {
     case RadiusRule::fixed:
       return "";
     case RadiusRule::by_element:
+    case RadiusRule::covalent:
       return particles.elements.empty() ? without("elements") : "";
     case RadiusRule::column:
       return particles.radii.empty() ? without("radii") : "";

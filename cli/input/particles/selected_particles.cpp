@@ -54,7 +54,7 @@ void decide(const Particles& particles, const DefaultLook* look, MaterialNames& 
     if (!problem.empty()) throw SourceError(key, problem);
   };
   source.look.material = decided_material(source, particles);
-  source.look.radius = decided(source.look.radius, particles);
+  source.look.radius = decided(source.look.radius, particles, source.cell.crystal.value_or(false));
   std::string_view otherwise = "the name of a material";
   if (look != nullptr) {
     otherwise = look->material_name;
@@ -74,8 +74,9 @@ void decide(const Particles& particles, const DefaultLook* look, MaterialNames& 
 
 /// Expands one source. Errors name the place in the scene file that refers to the particle file,
 /// then the problem in the particle file.
-void expand(const ParticleSource& source, const JsonPlace& place,
-            const std::filesystem::path& folder, SceneFile& file, int threads) {
+void expand(ParticleSource source, const JsonPlace& place, const std::filesystem::path& folder,
+            SceneFile& file, int threads) {
+  source.cell.crystal = source.cell.crystal.value_or(false);
   try {
     PackedFile particles(folder / source.file);
     append_selected(selected_particles(particles, source, folder, threads), particles.path(),
@@ -96,6 +97,7 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
   if (!source.topology.empty()) request.topology = folder / source.topology;
   request.numbers = numbers_of(source.filter);
   request.numbers.merge(numbers_of(source.look.coloring));
+  request.numbers.merge(numbers_of(source.cell));
   return request;
 }
 
@@ -103,6 +105,10 @@ SelectedParticles selected_particles(PackedFile& file, const ParticleSource& sou
                                      const std::filesystem::path& folder, int threads) {
   const ParticleRequest request = request_of(source, folder, threads);
   SelectedParticles selected{read_particles(file, request), {}};
+  CellOperations operations = source.cell;
+  operations.crystal = operations.crystal.value_or(is_crystal(selected.particles));
+  selected.crystal = *operations.crystal;
+  with_remedy("center", {}, file, request, [&] { apply(operations, selected.particles, threads); });
   with_remedy("select", {}, file, request,
               [&] { apply(source.filter, selected.particles, threads); });
   if (source.look.coloring.empty()) return selected;

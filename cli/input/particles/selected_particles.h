@@ -15,6 +15,7 @@ namespace parray::input {
 struct SelectedParticles {
   Particles particles;
   ParticleColors colors;
+  bool crystal = false;  ///< draw them as a crystal
 };
 
 /// Returns what must be read from the file of `source`. A relative name of the topology is relative
@@ -22,8 +23,9 @@ struct SelectedParticles {
 ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
                            int threads = 1);
 
-/// Reads the open file of `source` and its topology, removes what the filter hides, and colours the
-/// rest. Reads only the columns that the source needs.
+/// Reads the open file of `source` and its topology, applies the operations of its cell, removes
+/// what the filter hides, and colours the rest. If `source` leaves `crystal` open, follows
+/// is_crystal(). Reads only the columns that the source needs.
 ///
 /// Throws the errors of read_particles(). Throws SourceError if the file lacks what a member of the
 /// source needs.
@@ -37,10 +39,11 @@ struct DefaultLook {
   double radius = 1;
 };
 
-/// Decides the rules of `source` for the particles. Appends their spheres to the scene of `file`,
-/// the meaning of their colours to its legends, and facts about them to its other members. `path`
-/// is the path of the particle file; empty for the standard input. Without `look`, automatic rules
-/// that the file does not support are errors. Returns the source with the decided rules.
+/// Decides the rules of `source` for the particles, as a crystal if its `crystal` is true. Appends
+/// their spheres to the scene of `file`, the meaning of their colours to its legends, and facts
+/// about them to its other members. `path` is the path of the particle file; empty for the standard
+/// input. Without `look`, automatic rules that the file does not support are errors. Returns the
+/// source with the decided rules.
 ///
 /// Throws SourceError for "material", "radius" and "color_by". Throws the errors of
 /// append_spheres().

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "cli/input/color/particle_coloring.h"
+#include "cli/input/particles/cell_operations.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/select/particle_filter.h"
 
@@ -34,9 +35,10 @@ struct ParticleMaterial {
 /// Where the radius of each particle comes from.
 struct ParticleRadius {
   enum class Rule : std::uint8_t {
-    automatic,   ///< the first of column, by_element that the file supports
+    automatic,   ///< the first of column, by_element (crystals: covalent) that the file supports
     fixed,       ///< one radius for all
     by_element,  ///< the element's van der Waals radius
+    covalent,    ///< the element's crystal_radius()
     column       ///< the file's radius
   };
   Rule rule = Rule::automatic;
@@ -61,6 +63,7 @@ struct ParticleSource {
   std::string topology{};  ///< file with names and elements, relative like `file`; empty: none
   AlternativeChoice alternatives{};    ///< which locations of atoms are read
   std::optional<FrameChoice> frame{};  ///< not given: the first frame with particles
+  CellOperations cell{};               ///< what the cell means for the particles
   ParticleFilter filter{};             ///< which particles are shown
   std::uint64_t line = 0;              ///< line of the item in the scene file
   std::uint64_t file_line = 0;         ///< line of its member `file`
@@ -75,7 +78,8 @@ struct ParticleSource {
 
 inline constexpr std::array<std::string_view, 3> particle_material_words{"by-element", "by-type",
                                                                          "column"};
-inline constexpr std::array<std::string_view, 2> particle_radius_words{"by-element", "column"};
+inline constexpr std::array<std::string_view, 3> particle_radius_words{"by-element", "covalent",
+                                                                       "column"};
 
 /// Parses one of particle_material_words. Any other text is the name of a material.
 ParticleMaterial particle_material_from(std::string_view text);

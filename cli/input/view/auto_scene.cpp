@@ -47,13 +47,14 @@ bool is_filled(const ParticleCell& cell, const std::vector<Vec3d>& positions) {
   return true;
 }
 
-Subject subject_of(const Particles& particles, const Viewing& viewing) {
+Subject subject_of(const SelectedParticles& selected, const Viewing& viewing) {
+  const Particles& particles = selected.particles;
   Subject subject;
   const auto& cell = particles.cell;
   subject.molecule =
       !particles.elements.empty() &&
       (!cell || (!particles.residue_names.empty() && !is_filled(*cell, particles.positions)));
-  if (cell && viewing.whole_cell) subject.corners = corners_of(*cell);
+  if (cell && (viewing.whole_cell || selected.crystal)) subject.corners = corners_of(*cell);
   return subject;
 }
 
@@ -74,7 +75,11 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   scene.spheres.resize(scenery);
   const bool radius_is_open =
       decided(source.look.radius, selected.particles).rule == ParticleRadius::Rule::automatic;
-  const Subject subject = subject_of(selected.particles, viewing);
+  if (selected.crystal) {
+    source.cell.crystal = true;
+    out.file.labels.cell = true;
+  }
+  const Subject subject = subject_of(selected, viewing);
   const DefaultLook look{std::string(plain_material_name), plain_material, 1};
   out.source = append_selected(std::move(selected), file.path(), std::move(source), out.file,
                                threads, &look);
