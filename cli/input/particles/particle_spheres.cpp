@@ -222,11 +222,10 @@ std::string problem_with(const ParticleMaterial& material, const Particles& part
 std::string problem_with(const ParticleRadius& radius, const Particles& particles,
                          const std::string& name) {
   const auto without = [&](std::string_view column) {
-    return lacks(name, column,
-                 {{!particles.elements.empty(), "by-element"},
-                  {!particles.elements.empty(), "covalent"},
-                  {!particles.radii.empty(), "column"}},
-                 "a number");
+    return lacks(
+        name, column,
+        {{!particles.elements.empty(), "by-element"}, {!particles.radii.empty(), "column"}},
+        "a number");
   };
   switch (radius.rule) {
     case RadiusRule::fixed:
