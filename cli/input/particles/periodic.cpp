@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "cli/input/select/neighbour_grid.h"
 #include "common/base/error.h"
@@ -45,11 +46,42 @@ double circular_mean(const CellFractions& fractions, const Particles& particles,
   return std::atan2(sine, cosine) / (2 * std::numbers::pi);
 }
 
-/// Returns the steps along an edge that lead from a particle to its copies on the opposite face.
-std::vector<std::int64_t> steps_to_copies(double fraction, double tolerance) {
-  if (std::abs(fraction) <= tolerance) return {0, 1};
-  if (std::abs(fraction - 1) <= tolerance) return {0, -1};
-  return {0};
+/// Returns the product of the counts. Returns nothing if it is more than `most`.
+std::optional<std::uint64_t> product_of(const Replicas& replicas, std::uint64_t most) {
+  std::uint64_t product = 1;
+  for (const std::uint32_t count : replicas.counts) {
+    if (count > most / product) return {};
+    product *= count;
+  }
+  return product;
+}
+
+/// Returns the step along an edge from a particle to its copy on the opposite face. Returns 0 for a
+/// particle that is on neither face.
+std::int64_t step_to_copy(double fraction, double tolerance) {
+  if (std::abs(fraction) <= tolerance) return 1;
+  return std::abs(fraction - 1) <= tolerance ? -1 : 0;
+}
+
+/// Returns the images of a particle with these fractions on opposite faces. Returns none for a
+/// particle outside the cell.
+std::vector<CellImage> boundary_images(const Vec3d& fractions, const Vec3d& tolerance,
+                                       const std::array<bool, 3>& periodic) {
+  std::vector<CellImage> images{CellImage{}};
+  for (std::size_t axis = 0; axis < periodic.size(); ++axis) {
+    const double fraction = along(fractions, axis);
+    const double slack = along(tolerance, axis);
+    if (!periodic[axis]) continue;
+    if (fraction < -slack || fraction > 1 + slack) return {};
+    const std::int64_t step = step_to_copy(fraction, slack);
+    const std::size_t known = step == 0 ? 0 : images.size();
+    for (std::size_t i = 0; i < known; ++i) {
+      images.push_back(images[i]);
+      images.back()[axis] = step;
+    }
+  }
+  images.erase(images.begin());  // the particle
+  return images;
 }
 
 }  // namespace
@@ -130,11 +162,9 @@ std::string text_of(const Replicas& replicas) {
 }
 
 void replicate(Particles& particles, const Replicas& replicas) {
-  std::uint64_t copies = 1;  // particles: at least one, at most max_spheres
-  for (const std::uint32_t count : replicas.counts) {
-    if (count > limits::max_spheres / copies) copies = limits::max_spheres + 1;
-    if (copies <= limits::max_spheres) copies *= count;
-    if (copies <= limits::max_spheres / particles.count()) continue;
+  const std::optional<std::uint64_t> copies =
+      product_of(replicas, limits::max_spheres / particles.count());
+  if (!copies) {
     throw InputError(text_of(replicas) + " copies of " + std::to_string(particles.count()) +
                      " particles are more than " + std::to_string(limits::max_spheres) +
                      " spheres: use fewer copies");
@@ -142,7 +172,7 @@ void replicate(Particles& particles, const Replicas& replicas) {
   ParticleCell& cell = *particles.cell;
   const CellFractions fractions(cell);
   const std::size_t count = particles.count();
-  repeat(particles, copies);
+  repeat(particles, *copies);
   std::size_t to = 0;
   CellImage image{};
   for (image[2] = 0; image[2] < replicas.counts[2]; ++image[2]) {
@@ -170,25 +200,11 @@ std::uint64_t add_boundary_copies(Particles& particles, const Vec3d& tolerance) 
   std::vector<Vec3d> positions;
   for (std::size_t i = 0; i < particles.count(); ++i) {
     const Vec3d fraction = fractions.of(particles.positions[i]);
-    std::array<std::vector<std::int64_t>, 3> steps;
-    bool inside = true;  // a particle far beyond the face is on no face
-    for (std::size_t axis = 0; axis < steps.size(); ++axis) {
-      const double f = along(fraction, axis);
-      const double slack = along(tolerance, axis);
-      inside = inside && f >= -slack && f <= 1 + slack;
-      steps.at(axis) =
-          cell.periodic[axis] ? steps_to_copies(f, slack) : std::vector<std::int64_t>{0};
-    }
-    if (!inside) continue;
-    for (const std::int64_t c : steps[2]) {
-      for (const std::int64_t b : steps[1]) {
-        for (const std::int64_t a : steps[0]) {
-          const Vec3d copy = particles.positions[i] + fractions.translation(CellImage{a, b, c});
-          if ((a == 0 && b == 0 && c == 0) || present.near(copy)) continue;
-          sources.push_back(i);
-          positions.push_back(copy);
-        }
-      }
+    for (const CellImage& image : boundary_images(fraction, tolerance, cell.periodic)) {
+      const Vec3d copy = particles.positions[i] + fractions.translation(image);
+      if (present.near(copy)) continue;
+      sources.push_back(i);
+      positions.push_back(copy);
     }
   }
   const std::size_t before = particles.count();
@@ -215,8 +231,9 @@ void wrap(Particles& particles, std::span<const std::uint32_t> molecule) {
       steps[i] = fractions.translation(fractions.image_of((1 / counts[i]) * steps[i]));
     }
   }
-  for (std::size_t i = 0; i < positions.size(); ++i)
+  for (std::size_t i = 0; i < positions.size(); ++i) {
     positions[i] = positions[i] - steps[molecule[i]];
+  }
 }
 
 void center_on(Particles& particles, const ParticleMask& mask) {

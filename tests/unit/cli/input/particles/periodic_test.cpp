@@ -153,6 +153,9 @@ TEST_CASE("edges that are not periodic have no copies and no wrapping") {
   CHECK(has(slab, {1, 1, 5}));
   CHECK(add_boundary_copies(slab, {1e-3, 1e-3, 1e-3}) == 3);
   CHECK_FALSE(has(slab, {0, 0, 4}));
+  Particles above = in_cube({{0, 2, 5}});  // beyond the face that is not periodic
+  above.cell->periodic = {true, true, false};
+  CHECK(add_boundary_copies(above, {1e-3, 1e-3, 1e-3}) == 1);
 }
 
 TEST_CASE("wrapping brings each particle into the cell by whole edges") {
