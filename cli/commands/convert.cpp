@@ -63,7 +63,10 @@ SceneFile converted(const ConvertCommand& command) {
     AutoScene scene =
         auto_scene(file, command.particles.source(), command.size.over(auto_scene_settings()),
                    command.auto_scene.viewing(), usable_cpus());
-    if (command.expand) return std::move(scene.file);
+    if (command.expand) {
+      scene.file.labels.cell = false;  // spheres alone have no cell
+      return std::move(scene.file);
+    }
     std::string& topology = scene.source.topology;
     if (!topology.empty()) topology = reference_to(topology, command.out);
     return with_reference(std::move(scene), reference);

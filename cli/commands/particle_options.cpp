@@ -24,6 +24,13 @@ void check_material(const ParticleMaterial& material) {
                    "': " + remedy_for_name(material.name, particle_rules::material_words));
 }
 
+/// Returns whether `value` is that of a flag that the user gave.
+bool is_set_flag(const bool& value) { return value; }
+template <typename T>
+bool is_set_flag(const T& /*value of an option*/) {
+  return false;
+}
+
 }  // namespace
 
 void ParticleOptions::add_to(Command& command) {
@@ -68,9 +75,12 @@ void ParticleOptions::begin_representation(const std::string& select) {
 
 void ParticleOptions::check_unused(const std::string& file) const {
   std::string given;
-  particle_fields([&](const Setting& setting, const auto& /*rule*/) {
-    if (std::ranges::find(keys_, setting.key) != keys_.end()) given += " " + option_of(setting);
-  });
+  particle_fields(
+      [&](const Setting& setting, const auto& /*rule*/, const auto& value) {
+        const bool is_given = std::ranges::find(keys_, setting.key) != keys_.end();
+        if (is_given || is_set_flag(value)) given += " " + option_of(setting);
+      },
+      given_);
   if (given.empty()) return;
   throw InputError(
       given.substr(1) + ": " + printable(file, 4096) +

@@ -45,8 +45,10 @@ RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--pr
 LABEL_OPTIONS = ["--legend", "--scale-bar", "--unit", "--time-stamp", "--cell", "--text", "--font-size",
                  "--width-mm", "--dpi", "--labels"]
 FINISHING_OPTIONS = ["--outline", "--depth-cue"]
-PARTICLE_OPTIONS = ["--frame", "--topology", "--alternatives", "--material", "--radius", "--select", "--slice", "--hide",
-                    "--color-by", "--colormap", "--range", "--color-scale", "--radius-by", "--show", "--view", "--style", "--projection"]
+PARTICLE_OPTIONS = ["--frame", "--topology", "--alternatives", "--crystal", "--replicate", "--wrap", "--whole", "--center",
+                    "--material", "--radius", "--select", "--slice", "--hide",
+                    "--color-by", "--colormap", "--range", "--color-scale", "--radius-by", "--show",
+                    "--view", "--style", "--projection"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
     "render": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + [

@@ -114,6 +114,19 @@ struct DumpHeader {
   std::string atoms;           ///< names of the columns
 };
 
+/// Reads the boundaries "pp pp fs" at the end of an item. Without them, the box stays periodic.
+void read_boundaries(std::string_view item, ParticleCell& box) {
+  Fields words;
+  split_at_blanks(item, words);
+  for (std::size_t i = 0; words.size() >= 3 && i < 3; ++i) {
+    const std::string_view word = words[words.size() - 3 + i];
+    constexpr std::string_view open = "fsm";  // fixed and two kinds of shrink-wrapped faces
+    if (word.size() == 2 && open.find(word[0]) != std::string_view::npos) {
+      box.periodic.at(i) = false;
+    }
+  }
+}
+
 /// Reads the item that begins on the current line.
 void read_item(ParticleInput& input, DumpHeader& header) {
   const std::string item(trimmed(input.line().substr(item_mark.size())));
@@ -122,8 +135,10 @@ void read_item(ParticleInput& input, DumpHeader& header) {
     header.count = count_field(trimmed(input.line()), input.place());
   } else if (item.starts_with("BOX BOUNDS abc origin")) {
     header.box = read_general_box(input);
+    read_boundaries(item, *header.box);
   } else if (item.starts_with("BOX BOUNDS")) {
     header.box = read_box(input, item.starts_with("BOX BOUNDS xy xz yz"));
+    read_boundaries(item, *header.box);
   } else if (item == "TIMESTEP" || item == "TIME") {
     next_data_line(input);
     const std::optional<double> time = number_in(trimmed(input.line()));

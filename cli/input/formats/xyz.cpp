@@ -167,7 +167,7 @@ XyzLayout xyz_layout(std::string_view comment, const FilePlace& place) {
 /// has set others.
 bool is_lammps_comment(std::string_view comment) { return comment.starts_with(lammps_start); }
 
-/// Returns the cell of Lattice and Origin. Returns nothing if they are not a valid cell.
+/// Returns the cell of Lattice, Origin and pbc. Returns nothing if they are not a valid cell.
 std::optional<ParticleCell> xyz_cell(std::string_view comment) {
   const std::vector<double> edges = numbers_in(value_of(comment, "lattice="));
   const std::vector<double> origin = numbers_in(value_of(comment, "origin="));
@@ -175,6 +175,12 @@ std::optional<ParticleCell> xyz_cell(std::string_view comment) {
   const auto edge = [&](std::size_t i) { return Vec3d{edges[i], edges[i + 1], edges[i + 2]}; };
   ParticleCell cell{{}, {edge(0), edge(3), edge(6)}};
   if (origin.size() == 3) cell.origin = {origin[0], origin[1], origin[2]};
+  Fields periodic;
+  split_at_blanks(value_of(comment, "pbc="), periodic);
+  for (std::size_t i = 0; periodic.size() == 3 && i < 3; ++i) {
+    cell.periodic.at(i) =
+        !periodic[i].starts_with('F') && !periodic[i].starts_with('f') && periodic[i] != "0";
+  }
   return valid_cell(cell);
 }
 
@@ -298,7 +304,7 @@ class XyzFrames final : public FramesOf<ParticleInput> {
 /// Reads extended XYZ, whose comment has Properties=NAME:TYPE:COUNT:... It uses species (element,
 /// Z), pos, type, radius and color. Colours are linear from 0 to 1 (type R) or 8-bit sRGB (type I).
 /// Other properties are numbers on request: vectors as name_x, name_y, name_z, and their length as
-/// name. Lattice and Origin are the cell. Time or, without it, the step is the time.
+/// name. Lattice, Origin and pbc are the cell. Time or, without it, the step is the time.
 Particles read_xyz(PackedFile& file, const ParticleRequest& request) {
   return read_frame<XyzFrames>(file, request);
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "cli/input/color/particle_colors.h"
+#include "cli/input/particles/crystal_radii.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/scene_file/material_table.h"
 #include "common/base/bands.h"
@@ -145,6 +146,8 @@ double radius_of(const Particles& particles, const ParticleRadius& radius, std::
       return particles.radii[particle];
     case RadiusRule::by_element:
       return element(particles.elements[particle]).radius;
+    case RadiusRule::covalent:
+      return crystal_radius(particles.elements[particle]);
     default:
       return radius.value;
   }
@@ -183,10 +186,11 @@ ParticleMaterial decided(const ParticleMaterial& asked, const Particles& particl
   return {particles.types.empty() ? MaterialRule::automatic : MaterialRule::by_type, {}};
 }
 
-ParticleRadius decided(const ParticleRadius& asked, const Particles& particles) {
+ParticleRadius decided(const ParticleRadius& asked, const Particles& particles, bool crystal) {
   if (asked.rule != RadiusRule::automatic) return asked;
   if (!particles.radii.empty()) return {RadiusRule::column, 0};
-  return {particles.elements.empty() ? RadiusRule::automatic : RadiusRule::by_element, 0};
+  if (particles.elements.empty()) return {};
+  return {crystal ? RadiusRule::covalent : RadiusRule::by_element, 0};
 }
 
 std::string problem_with(const ParticleMaterial& material, const Particles& particles,
@@ -235,6 +239,7 @@ std::string problem_with(const ParticleRadius& radius, const Particles& particle
     case RadiusRule::fixed:
       return "";
     case RadiusRule::by_element:
+    case RadiusRule::covalent:
       return particles.elements.empty() ? without("elements") : "";
     case RadiusRule::column:
       return particles.radii.empty() ? without("radii") : "";

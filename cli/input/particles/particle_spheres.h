@@ -16,7 +16,8 @@ namespace parray::input {
 /// Return the rule that `automatic` means for these columns. Return `automatic` if the columns
 /// support no rule. Return other rules unchanged.
 ParticleMaterial decided(const ParticleMaterial& asked, const Particles& particles);
-ParticleRadius decided(const ParticleRadius& asked, const Particles& particles);
+ParticleRadius decided(const ParticleRadius& asked, const Particles& particles,
+                       bool crystal = false);
 
 /// Return why the columns of the file `name` do not support a decided rule: "NAME has no ...: use
 /// A, B or ...". Return an empty text if they do. `otherwise` is a choice that is always possible.

@@ -30,15 +30,6 @@ NameCounts elements_in(const std::vector<std::uint8_t>& elements) {
   return counts;
 }
 
-/// Returns whether a residue begins at particle i.
-bool begins_residue(const Particles& particles, std::size_t i) {
-  const auto changes = [i](const auto& values) {
-    return !values.empty() && values[i] != values[i - 1];
-  };
-  return i == 0 || changes(particles.residue_numbers) || changes(particles.residue_names.index) ||
-         changes(particles.chains.index);
-}
-
 void count_residues(const Particles& particles, ParticleSummary& summary) {
   if (particles.residue_names.empty() && particles.residue_numbers.empty()) return;
   NameColumn of_residues{particles.residue_names.names, {}};
@@ -82,6 +73,14 @@ double angle_between(const Vec3d& a, const Vec3d& b) {
 }
 
 }  // namespace
+
+bool begins_residue(const Particles& particles, std::size_t i) {
+  const auto changes = [i](const auto& values) {
+    return !values.empty() && values[i] != values[i - 1];
+  };
+  return i == 0 || changes(particles.residue_numbers) || changes(particles.residue_names.index) ||
+         changes(particles.chains.index);
+}
 
 ParticleSummary summary_of(const Particles& particles) {
   ParticleSummary summary;

@@ -34,6 +34,9 @@ struct ParticleSummary {
   std::vector<NumberRangeSeen> numbers;  ///< radii come first, under the name "radius"
 };
 
+/// Returns whether a residue begins at particle i.
+bool begins_residue(const Particles& particles, std::size_t i);
+
 /// Returns the summary. A residue is a run of particles with equal chain, residue number and
 /// residue name.
 ParticleSummary summary_of(const Particles& particles);

@@ -16,6 +16,21 @@
 namespace parray::input {
 namespace {
 
+/// Calls `work` for each column, which may be empty.
+template <typename Work>
+void for_each_column(Particles& particles, const Work& work) {
+  work(particles.radii);
+  work(particles.colors);
+  work(particles.elements);
+  work(particles.types.index);
+  work(particles.atom_names.index);
+  work(particles.residue_names.index);
+  work(particles.chains.index);
+  work(particles.residue_numbers);
+  for (NumberColumn& column : particles.numbers) work(column.values);
+  work(particles.positions);
+}
+
 template <typename T>
 void keep_in(std::vector<T>& column, const ParticleMask& mask) {
   if (column.empty()) return;
@@ -146,16 +161,23 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
 }  // namespace
 
 void keep(Particles& particles, const ParticleMask& mask) {
-  keep_in(particles.radii, mask);
-  keep_in(particles.colors, mask);
-  keep_in(particles.elements, mask);
-  keep_in(particles.types.index, mask);
-  keep_in(particles.atom_names.index, mask);
-  keep_in(particles.residue_names.index, mask);
-  keep_in(particles.chains.index, mask);
-  keep_in(particles.residue_numbers, mask);
-  for (NumberColumn& column : particles.numbers) keep_in(column.values, mask);
-  keep_in(particles.positions, mask);
+  for_each_column(particles, [&](auto& column) { keep_in(column, mask); });
+}
+
+void repeat(Particles& particles, std::uint64_t times) {
+  for_each_column(particles, [&](auto& column) {
+    const std::size_t count = column.size();
+    column.resize(count * static_cast<std::size_t>(times));
+    for (std::size_t i = count; i < column.size(); ++i) column[i] = column[i - count];
+  });
+}
+
+void append_copies(Particles& particles, const std::vector<std::size_t>& sources) {
+  for_each_column(particles, [&](auto& column) {
+    if (column.empty()) return;
+    column.reserve(column.size() + sources.size());
+    for (const std::size_t source : sources) column.push_back(column[source]);
+  });
 }
 
 AlternativeChoice alternatives_from(std::string_view text) {

@@ -34,6 +34,8 @@ struct NumberColumn {
 struct ParticleCell {
   Vec3d origin;
   std::array<Vec3d, 3> edges;  ///< a, b, c; in the file's own unit
+  std::array<bool, 3> periodic{true, true,
+                               true};  ///< along a, b, c; true if the file does not tell
 };
 
 /// A message about values that a reader guessed, corrected or left out.
@@ -79,6 +81,13 @@ using ParticleMask = std::vector<std::uint8_t>;
 
 /// Removes the particles whose mask is 0. Keeps the order.
 void keep(Particles& particles, const ParticleMask& mask);
+
+/// Repeats all particles: there are `times` (> 0) as many, in the order of the file, again and
+/// again.
+void repeat(Particles& particles, std::uint64_t times);
+
+/// Appends copies of the particles with these indices.
+void append_copies(Particles& particles, const std::vector<std::size_t>& sources);
 
 /// Which alternative locations of an atom are read.
 struct AlternativeChoice {

@@ -50,13 +50,13 @@ ParticleMaterial decided_material(const ParticleLook& look, const Particles& par
 }
 
 /// Decides the rules of `look`. Afterwards the particles support these rules. `name`: of the file.
-void decide(const Particles& particles, const std::string& name, const DefaultLook* otherwise,
-            MaterialNames& materials, ParticleLook& look) {
+void decide(const Particles& particles, const std::string& name, bool crystal,
+            const DefaultLook* otherwise, MaterialNames& materials, ParticleLook& look) {
   const auto check = [](const char* key, const std::string& problem) {
     if (!problem.empty()) throw SourceError(key, problem);
   };
   look.material = decided_material(look, particles);
-  look.radius = decided(look.radius, particles);
+  look.radius = decided(look.radius, particles, crystal);
   std::string_view known = "the name of a material";
   if (otherwise != nullptr) {
     known = otherwise->material_name;
@@ -87,12 +87,13 @@ std::set<std::string, std::less<>> numbers_of(const ParticleLook& look) {
 
 /// Expands one source. Errors name the place in the scene file that refers to the particle file,
 /// then the problem in the particle file.
-void expand(const ParticleSource& source, const JsonPlace& place,
-            const std::filesystem::path& folder, SceneFile& file, int threads) {
+void expand(ParticleSource source, const JsonPlace& place, const std::filesystem::path& folder,
+            SceneFile& file, int threads) {
+  source.cell.crystal = source.cell.crystal.value_or(false);
   try {
     PackedFile particles(folder / source.file);
-    append_parts(parts_of(read_selected(particles, source, folder, threads), particles, source,
-                          folder, threads),
+    Particles selected = read_selected(particles, source, folder, threads);
+    append_parts(parts_of(std::move(selected), particles, source, folder, threads),
                  particles.path(), source, file, threads);
   } catch (const SourceError& error) {
     fail_in(source, place, error.key(), error.representation(), error.what());
@@ -114,13 +115,17 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
     request.numbers.merge(input::numbers_of(ParticleFilter{.select = show.select, .slice = {}}));
     request.numbers.merge(numbers_of(show.look));
   }
+  request.numbers.merge(input::numbers_of(source.cell));
   return request;
 }
 
-Particles read_selected(PackedFile& file, const ParticleSource& source,
+Particles read_selected(PackedFile& file, ParticleSource& source,
                         const std::filesystem::path& folder, int threads) {
   const ParticleRequest request = request_of(source, folder, threads);
   Particles particles = read_particles(file, request);
+  CellOperations& operations = source.cell;
+  if (!operations.crystal) operations.crystal = is_crystal(particles);
+  with_remedy("center", {}, file, request, [&] { apply(operations, particles, threads); });
   with_remedy("select", {}, file, request, [&] { apply(source.filter, particles, threads); });
   return particles;
 }
@@ -153,7 +158,8 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
   if (!file.cell) file.cell = selected.cell;
   for (SelectedPart& part : selected.parts) {
     in_representation(part.representation, [&] {
-      decide(part.particles, source.file, otherwise, file.materials, part.look);
+      decide(part.particles, source.file, source.cell.crystal.value_or(false), otherwise,
+             file.materials, part.look);
     });
     shown.count += part.particles.count();
     std::ranges::move(part.particles.facts.notes, std::back_inserter(shown.facts.notes));

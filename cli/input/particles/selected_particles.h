@@ -31,12 +31,13 @@ struct SelectedParticles {
 ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
                            int threads = 1);
 
-/// Reads the open file of `source` and its topology. Removes what the filter hides. Reads only the
-/// columns that the source needs.
+/// Reads the open file of `source` and its topology. Applies the operations of its cell. Removes
+/// what the filter hides. If `source` leaves `crystal` open, decides it by is_crystal(). Reads only
+/// the columns that the source needs.
 ///
 /// Throws the errors of read_particles(). Throws SourceError if the file lacks what a member of the
 /// source needs.
-Particles read_selected(PackedFile& file, const ParticleSource& source,
+Particles read_selected(PackedFile& file, ParticleSource& source,
                         const std::filesystem::path& folder = {}, int threads = 1);
 
 /// Splits the result of read_selected() by the representations of `source`, and colours the parts.

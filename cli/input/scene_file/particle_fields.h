@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "cli/input/scene_file/particle_source.h"
+#include "cli/input/scene_file/scene_fields.h"
 #include "common/scene/setting_rules.h"
 
 /// Descriptions of an item of the section `particles`. They work like the descriptions of the other
@@ -64,6 +65,7 @@ inline constexpr TextRule<std::optional<FrameChoice>> frame{frame_from, text_by_
                                                             JsonForm::number, frame_words};
 inline constexpr TextRule<AlternativeChoice> alternatives{alternatives_from, text_by_overload,
                                                           JsonForm::text, alternative_words};
+inline constexpr TextRule<Replicas> replicas{replicas_from, text_by_overload};
 inline constexpr TextRule<std::string> select{select_from, same_text};
 inline constexpr TextRule<std::string> slice{slice_from, same_text};
 
@@ -78,8 +80,10 @@ void look_fields(F&& f, S&... s) {
      special},
     particle_rules::material, s.material...);
   f({"radius",
-     "Radius of the particles (default: column, else by-element, else half the mean spacing)",
-     special, "R|by-element|column"},
+     "Radius of the particles. by-element: van der Waals; covalent: covalent or, for metals, "
+     "metallic (default: column, else by-element, for crystals covalent, else half the mean "
+     "spacing)",
+     special, "R|by-element|covalent|column"},
     particle_rules::radius, s.radius...);
   f({"radius_by",
      "Use a number of the particles as radius, such as diameter; with LOW:HIGH the least number "
@@ -128,6 +132,24 @@ void particle_fields(F&& f, S&... s) {
      "letter (default: best)",
      special, "best|all|LETTER"},
     particle_rules::alternatives, s.alternatives...);
+  f({"crystal",
+     "Draw a crystal: covalent radii, copies of atoms on the faces of the cell, and the cell "
+     "(default: on for a file with a cell, no residues and at most 500 atoms)",
+     special},
+    OnOff{}, s.cell.crystal...);
+  f({"replicate", "Repeat the cell along its edges a, b and c, such as 3x3x2", special, "AxBxC"},
+    particle_rules::replicas, s.cell.replicate...);
+  f({"wrap", "Move particles into the cell; with --whole, whole molecules", special}, Flag{},
+    s.cell.wrap...);
+  f({"whole",
+     "Join molecules that the faces of the cell break, by bonds between close atoms or, without "
+     "elements, by molecule or residue numbers",
+     special},
+    Flag{}, s.cell.whole...);
+  f({"center",
+     "Move the centroid of these particles to the centre of the cell, and wrap: 'resname LIG'",
+     special, "TEXT"},
+    particle_rules::select, s.cell.center...);
   f({"select",
      "Show only these particles: 'chain A B and not water', 'element C N O', 'z > 10', 'within 5 "
      "of resname HEM' (scenes/README.md describes the language)",

@@ -62,6 +62,7 @@ ParticleMaterial particle_material_from(std::string_view text) {
 ParticleRadius particle_radius_from(std::string_view text) {
   using Rule = ParticleRadius::Rule;
   if (text == "by-element") return {Rule::by_element, 0};
+  if (text == "covalent") return {Rule::covalent, 0};
   if (text == "column") return {Rule::column, 0};
   const std::optional<double> value = number_in(text);
   if (!value) {
@@ -100,6 +101,8 @@ std::string text_of(const ParticleRadius& radius) {
       return number_text(radius.value);
     case ParticleRadius::Rule::by_element:
       return "by-element";
+    case ParticleRadius::Rule::covalent:
+      return "covalent";
     case ParticleRadius::Rule::column:
       return "column";
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cli/input/color/particle_coloring.h"
+#include "cli/input/particles/cell_operations.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/particles/radius_scale.h"
 #include "cli/input/select/particle_filter.h"
@@ -36,9 +37,10 @@ struct ParticleMaterial {
 /// Where the radius of each particle comes from.
 struct ParticleRadius {
   enum class Rule : std::uint8_t {
-    automatic,   ///< the first of column, by_element that the file supports
+    automatic,   ///< the first of column, by_element (crystals: covalent) that the file supports
     fixed,       ///< one radius for all
     by_element,  ///< the element's van der Waals radius
+    covalent,    ///< the element's crystal_radius()
     column       ///< the file's radius
   };
   Rule rule = Rule::automatic;
@@ -76,6 +78,7 @@ struct ParticleSource {
   std::string topology{};  ///< file with names and elements, relative like `file`; empty: none
   AlternativeChoice alternatives{};    ///< which locations of atoms are read
   std::optional<FrameChoice> frame{};  ///< not given: the first frame with particles
+  CellOperations cell{};               ///< what the cell means for the particles
   ParticleFilter filter{};             ///< which particles are shown
   /// Of these, only particles in one of the representations are shown. Empty: all, in `look`.
   std::vector<Representation> shows{};
@@ -92,7 +95,8 @@ struct ParticleSource {
 
 inline constexpr std::array<std::string_view, 3> particle_material_words{"by-element", "by-type",
                                                                          "column"};
-inline constexpr std::array<std::string_view, 2> particle_radius_words{"by-element", "column"};
+inline constexpr std::array<std::string_view, 3> particle_radius_words{"by-element", "covalent",
+                                                                       "column"};
 
 /// Returns the look of a representation. Members that `look` does not give have the values of
 /// `base`. A material that sets the colours replaces the colouring of `base`.

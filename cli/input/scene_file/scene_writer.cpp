@@ -41,6 +41,9 @@ std::string text_of(NumberRange /*range*/, const std::optional<double>& value) {
 std::string text_of(Vec3Range /*range*/, const Vec3d& value) { return array_text(value); }
 std::string text_of(Flag /*rule*/, bool value) { return value ? "true" : ""; }
 std::string text_of(OnOff /*rule*/, bool value) { return value ? "true" : ""; }
+std::string text_of(OnOff /*rule*/, const std::optional<bool>& value) {
+  return !value ? "" : *value ? "true" : "false";
+}
 std::string text_of(Passes /*rule*/, const std::vector<std::uint64_t>& /*value*/) { return ""; }
 std::string text_of(const Words& words, auto value) {
   return '"' + std::string(name_in(words, static_cast<std::size_t>(value))) + '"';

@@ -16,18 +16,6 @@ namespace {
 
 constexpr const char* hidden_by_default = "virtual";
 
-/// Runs `work`. Turns InputErrors other than UnknownNumber into SourceErrors of `key`.
-template <typename Work>
-auto blaming(const char* key, const Work& work) {
-  try {
-    return work();
-  } catch (const UnknownNumber&) {
-    throw;
-  } catch (const InputError& error) {
-    throw SourceError(key, error.what());
-  }
-}
-
 std::uint64_t count_of(const ParticleMask& mask) {
   return static_cast<std::uint64_t>(std::ranges::count(mask, 1));
 }

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "cli/input/particles/file_place.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/select/expression.h"
 #include "common/base/error.h"
@@ -22,6 +23,18 @@ class UnknownNumber : public InputError {
  private:
   std::string name_;
 };
+
+/// Runs `work`. Turns InputErrors other than UnknownNumber into SourceErrors of `key`.
+template <typename Work>
+auto blaming(const char* key, const Work& work) {
+  try {
+    return work();
+  } catch (const UnknownNumber&) {
+    throw;
+  } catch (const InputError& error) {
+    throw SourceError(key, error.what());
+  }
+}
 
 /// Selects particles of a file: "chain A and not water". scenes/README.md describes the language.
 class Selection {

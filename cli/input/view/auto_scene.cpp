@@ -49,13 +49,13 @@ bool is_filled(const ParticleCell& cell, const std::vector<Vec3d>& positions) {
   return true;
 }
 
-Subject subject_of(const Particles& particles, const Viewing& viewing) {
+Subject subject_of(const Particles& particles, bool crystal, const Viewing& viewing) {
   Subject subject;
   const auto& cell = particles.cell;
   subject.molecule =
       !particles.elements.empty() &&
       (!cell || (!particles.residue_names.empty() && !is_filled(*cell, particles.positions)));
-  if (cell && viewing.whole_cell) subject.corners = corners_of(*cell);
+  if (cell && (viewing.whole_cell || crystal)) subject.corners = corners_of(*cell);
   return subject;
 }
 
@@ -66,12 +66,13 @@ struct OpenRadius {
   std::optional<std::size_t> representation;
 };
 
-std::vector<OpenRadius> open_radii(const SelectedParticles& selected) {
+std::vector<OpenRadius> open_radii(const SelectedParticles& selected, bool crystal) {
   std::vector<OpenRadius> open;
   std::size_t begin = 0;
   for (const SelectedPart& part : selected.parts) {
     const std::size_t end = begin + part.particles.count();
-    if (decided(part.look.radius, part.particles).rule == ParticleRadius::Rule::automatic) {
+    if (decided(part.look.radius, part.particles, crystal).rule ==
+        ParticleRadius::Rule::automatic) {
       open.push_back({begin, end, part.representation});
     }
     begin = end;
@@ -97,10 +98,12 @@ void set_open_radii(const std::vector<OpenRadius>& open, std::span<Sphere> spher
 AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& settings,
                const Viewing& viewing, int threads) {
   Particles particles = read_selected(file, source, {}, threads);
-  const Subject subject = subject_of(particles, viewing);
+  const bool crystal = source.cell.crystal.value_or(false);
+  const Subject subject = subject_of(particles, crystal, viewing);
   SelectedParticles selected = parts_of(std::move(particles), file, source, {}, threads);
   AutoScene out;
   source.file = file.name();
+  out.file.labels.cell = crystal;
   out.file.settings = settings;
   out.file.postprocessing = postprocessing_of(viewing.style);
   Scene& scene = out.file.scene;
@@ -111,7 +114,7 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   const auto scenery = static_cast<std::uint32_t>(scene.materials.size());
   out.file.scenery = scenery;
   scene.spheres.resize(scenery);
-  const std::vector<OpenRadius> open = open_radii(selected);
+  const std::vector<OpenRadius> open = open_radii(selected, crystal);
   const DefaultLook look{std::string(plain_material_name), plain_material, 1};
   out.source =
       append_parts(std::move(selected), file.path(), std::move(source), out.file, threads, &look);

@@ -44,6 +44,11 @@ class PictureOptions(TypedDict, total=False):
     frame: Union[int, Literal["last"]]
     topology: Union[str, os.PathLike[str]]
     alternatives: str
+    crystal: bool
+    replicate: str
+    wrap: bool
+    whole: bool
+    center: str
     select: str
     slice: Union[str, Sequence[str]]
     hide: Union[str, Sequence[str]]
@@ -107,13 +112,13 @@ class SubmitOptions(PictureOptions, total=False):
 
 
 # Options that make the scene. All others are passed on by their names.
-OF_PARTICLES = ("frame", "topology", "alternatives", "select", "slice", "hide", "color_by", "colormap", "range", "view",
-                "style", "projection")  # fmt: skip
+OF_PARTICLES = ("frame", "topology", "alternatives", "crystal", "replicate", "wrap", "whole", "center", "select",
+                "slice", "hide", "color_by", "colormap", "range", "view", "style", "projection")  # fmt: skip
 OF_SCENE = ("elements", "camera", "sky", "material", *OF_PARTICLES)
 
 _DRAWN = ("outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size", "width_mm",
           "dpi")  # fmt: skip
-_FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell")
+_FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell", "wrap", "whole")
 _RENAMED = {"opaque": "transparent=False", "no_labels": "labels=False"}
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])

@@ -125,6 +125,7 @@ def render(
               {"type": "metal", "albedo": [0.8, 0.6, 0.2]}
     frame     number, from 0, of a frame in a particle file, Universe or Pipeline; for a file also "last"
     select, slice, hide, alternatives   which particles are shown: select="z > 10", slice="z=40%:60%"
+    crystal, replicate, wrap, whole, center   what the periodic cell means: replicate="3x3x3", center="resname LIG"
     topology  file with elements and names for a trajectory without them
     color_by, colormap, range   colours by a number or category of the particles; range: (low, high), or "1%:99%"
     view, style, projection   direction of view, surroundings of the particles, and projection

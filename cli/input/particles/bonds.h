@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cli/input/particles/particles.h"
+#include "cli/input/particles/periodic.h"
+
+namespace parray::input {
+
+/// A bond between two atoms. `image` brings `to` beside `from`.
+struct PeriodicBond {
+  std::uint32_t from = 0;
+  std::uint32_t to = 0;
+  CellImage image{};
+};
+
+/// Finds bonds across the faces of the cell, which the particles have, in angstrom. Two atoms bond
+/// if their distance is at most the sum of their covalent radii and 0.4 angstrom: Meng and Lewis,
+/// J. Comput. Chem. 12 (1991) 891. Atoms of unknown elements, is_ionic() elements and pairs of
+/// hydrogen do not bond. Takes time in proportion to the atoms. Returns the same bonds in the same
+/// order for the same particles.
+///
+/// Throws InputError, which names no place, if positions or cell cannot be in angstrom.
+std::vector<PeriodicBond> periodic_bonds(const Particles& particles);
+
+}  // namespace parray::input

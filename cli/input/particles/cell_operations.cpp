@@ -1,0 +1,105 @@
+#include "cli/input/particles/cell_operations.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "cli/input/particles/file_place.h"
+#include "cli/input/particles/molecules.h"
+#include "cli/input/select/selection.h"
+#include "common/base/error.h"
+#include "common/scene/limits.h"
+
+namespace parray::input {
+namespace {
+
+/// Returns the key of the first operation that needs a cell. Returns nullptr if there is none.
+const char* needs_cell(const CellOperations& operations) {
+  if (operations.replicate.any()) return "replicate";
+  if (operations.whole) return "whole";
+  if (!operations.center.empty()) return "center";
+  if (operations.wrap) return "wrap";
+  return operations.crystal.value_or(false) ? "crystal" : nullptr;
+}
+
+void center_selection(const std::string& text, Particles& particles, int threads) {
+  const Selection selection(text);
+  const ParticleMask mask = selection.mask(particles, threads);
+  if (std::ranges::count(mask, 1) == 0) {
+    const std::string there_is = selection.what_there_is(particles);
+    throw InputError("no particle is selected: " + (there_is.empty() ? "select some" : there_is));
+  }
+  center_on(particles, mask);
+}
+
+void add_boundary(const Replicas& replicas, Particles& particles) {
+  constexpr double share = 1e-3;  // of an edge of the file's cell
+  const auto& [a, b, c] = replicas.counts;
+  const std::uint64_t copies = add_boundary_copies(particles, {share / a, share / b, share / c});
+  if (copies == 0) return;
+  particles.facts.notes.push_back(
+      {"boundary_copies", copies,
+       (copies == 1 ? "copy of an atom" : "copies of atoms") +
+           std::string(" on faces of the cell drawn on the opposite faces")});
+}
+
+void check_coordinates(const char* key, const std::vector<Vec3d>& positions) {
+  const bool inside = std::ranges::all_of(positions, [](const Vec3d& p) {
+    return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= limits::max_length;
+  });
+  if (!inside) {
+    throw SourceError(key, "a coordinate would be beyond 1e15: use fewer copies or a smaller unit");
+  }
+}
+
+Molecules joined_molecules(Particles& particles) {
+  Molecules molecules = blaming("whole", [&] { return make_whole(particles); });
+  if (molecules.endless > 0) {
+    particles.facts.notes.push_back(
+        {"endless_molecules", molecules.endless,
+         std::string(molecules.endless == 1 ? "molecule bonds" : "molecules bond") +
+             " to itself across the cell and cannot be made whole"});
+  }
+  return molecules;
+}
+
+}  // namespace
+
+bool is_crystal(const Particles& particles) {
+  return particles.cell && std::ranges::count(particles.cell->periodic, true) > 0 &&
+         particles.count() <= most_crystal_atoms && particles.residue_names.empty() &&
+         particles.residue_numbers.empty() && particles.chains.empty();
+}
+
+std::set<std::string, std::less<>> numbers_of(const CellOperations& operations) {
+  std::set<std::string, std::less<>> numbers;
+  if (!operations.center.empty()) numbers = Selection(operations.center).numbers();
+  if (!operations.whole) return numbers;
+  numbers.insert("id");
+  for (const std::string_view name : molecule_numbers) numbers.emplace(name);
+  return numbers;
+}
+
+void apply(const CellOperations& operations, Particles& particles, int threads) {
+  const char* const key = needs_cell(operations);
+  if (key == nullptr) return;
+  if (!particles.cell) {
+    throw SourceError(key, std::string("the file has no box and no cell: leave out ") + key);
+  }
+  Molecules molecules;
+  if (operations.whole) molecules = joined_molecules(particles);
+  if (!operations.center.empty()) {
+    blaming("center", [&] { center_selection(operations.center, particles, threads); });
+  }
+  if (operations.wrap || !operations.center.empty()) wrap(particles, molecules.of);
+  if (operations.replicate.any()) {
+    blaming("replicate", [&] { replicate(particles, operations.replicate); });
+  }
+  if (operations.crystal.value_or(false)) add_boundary(operations.replicate, particles);
+  check_coordinates(key, particles.positions);
+}
+
+}  // namespace parray::input

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "cli/input/particles/particles.h"
+#include "cli/input/particles/periodic.h"
+
+namespace parray::input {
+
+/// What happens to particles in a periodic cell before the filter chooses from them.
+struct CellOperations {
+  /// Whether particles are drawn as a crystal. Not given: automatic scenes follow is_crystal(),
+  /// scene files draw none.
+  std::optional<bool> crystal{};
+  Replicas replicate{};
+  bool wrap = false;     ///< moves particles into the cell
+  bool whole = false;    ///< joins molecules that the faces of the cell break
+  std::string center{};  ///< selection whose centroid moves to the centre of the cell; empty: none
+
+  friend bool operator==(const CellOperations&, const CellOperations&) = default;
+};
+
+/// Most atoms of a crystal that is_crystal() recognises.
+inline constexpr std::size_t most_crystal_atoms = 500;
+
+/// Returns whether the particles look like a crystal: a cell that is periodic along an edge, no
+/// residues, no chains and at most most_crystal_atoms atoms.
+bool is_crystal(const Particles& particles);
+
+/// Returns the numeric columns of the file that the operations use.
+std::set<std::string, std::less<>> numbers_of(const CellOperations& operations);
+
+/// Applies the operations in this order: whole, center, wrap, replicate, copies of a crystal's
+/// atoms on opposite faces. `center` also wraps. With `whole`, wrapping moves whole molecules.
+/// Notes count copies ("boundary_copies") and endless molecules ("endless_molecules").
+///
+/// Throws UnknownNumber for `center`. Throws SourceError if the particles lack what an operation
+/// needs, or if there would be too many copies.
+void apply(const CellOperations& operations, Particles& particles, int threads = 1);
+
+}  // namespace parray::input
