@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -83,16 +84,16 @@ class GsdFrames final : public FrameReader {
     count_ = particle_count();
     ParticleColumns columns(file_.place());
     add_positions(columns);
-    add_radii(columns);
-    add_types(columns);
+    const std::vector<std::uint32_t> types = add_types(columns);
+    const std::uint64_t by_default = add_radii(types, columns);
     add_numbers(columns);
     Particles particles = columns.finish_frame();
     particles.cell = cell();
     particles.facts.time = number_of("configuration/step", 0);
-    if (count_ > 0 && find("particles/diameter") == nullptr) {
-      particles.facts.notes.push_back({"default_diameters", count_,
-                                       "particles with the diameter 1, the default of HOOMD-blue, "
-                                       "because the file states none"});
+    if (by_default > 0) {
+      particles.facts.notes.push_back(
+          {"default_diameters", by_default,
+           "particles with the default diameter 1, because the file states no diameter"});
     }
     return particles;
   }
@@ -179,15 +180,40 @@ class GsdFrames final : public FrameReader {
     });
   }
 
-  void add_radii(ParticleColumns& columns) {
+  /// Adds radii: half of the diameters of the particles or, without them, of the shapes of their
+  /// types. Returns the number of particles that have neither and get the default.
+  std::uint64_t add_radii(const std::vector<std::uint32_t>& types, ParticleColumns& columns) {
     constexpr double default_diameter = 1;
-    const GsdChunk* const chunk = find("particles/diameter");
-    if (chunk == nullptr) {
-      for (std::uint64_t i = 0; i < count_; ++i) columns.radius(default_diameter / 2);
-      return;
+    if (const GsdChunk* const chunk = find("particles/diameter"); chunk != nullptr) {
+      check_columns(*chunk, 1);
+      file_.numbers(*chunk, [&](double diameter) { columns.radius(diameter / 2); });
+      return 0;
     }
-    check_columns(*chunk, 1);
-    file_.numbers(*chunk, [&](double diameter) { columns.radius(diameter / 2); });
+    const std::vector<double> of_types = diameters_of_shapes();
+    std::uint64_t by_default = 0;
+    for (const std::uint32_t type : types) {
+      const bool known = type < of_types.size() && of_types[type] > 0;
+      columns.radius((known ? of_types[type] : default_diameter) / 2);
+      by_default += known ? 0 : 1;
+    }
+    return by_default;
+  }
+
+  /// Returns the diameters of the types that are spheres by particles/type_shapes, which has JSON
+  /// texts; 0 for other types. Does not return types after the last one in the file.
+  std::vector<double> diameters_of_shapes() {
+    std::vector<double> diameters;
+    const GsdChunk* const chunk = inherited("particles/type_shapes");
+    if (chunk == nullptr || chunk->rows > ParticleColumns::max_types) return diameters;
+    if (chunk->columns > GsdFile::max_text_bytes) return diameters;
+    for (const std::string& text : file_.texts(*chunk)) {
+      const auto shape = nlohmann::json::parse(text, nullptr, false);
+      const bool sphere = shape.is_object() && shape.contains("type") &&
+                          shape["type"] == "Sphere" && shape.contains("diameter") &&
+                          shape["diameter"].is_number();
+      diameters.push_back(sphere ? shape["diameter"].get<double>() : 0);
+    }
+    return diameters;
   }
 
   [[nodiscard]] std::vector<std::string> type_names() {
@@ -201,23 +227,27 @@ class GsdFrames final : public FrameReader {
     return names;
   }
 
-  void add_types(ParticleColumns& columns) {
-    if (count_ == 0) return;
+  /// Adds the types. Returns the number of each particle's type.
+  std::vector<std::uint32_t> add_types(ParticleColumns& columns) {
+    std::vector<std::uint32_t> types;
+    if (count_ == 0) return types;
     const std::vector<std::string> names = type_names();
-    const auto add = [&](double id) {
-      if (!(id >= 0 && id < static_cast<double>(names.size()))) {
-        file_.fail_damaged("a particle has the type " + number_text(id) + " of " +
+    const auto add = [&](double type) {
+      if (!(type >= 0 && type < static_cast<double>(names.size()))) {
+        file_.fail_damaged("a particle has the type " + number_text(type) + " of " +
                            std::to_string(names.size()) + " types");
       }
-      columns.type(names[static_cast<std::size_t>(id)]);
+      types.push_back(static_cast<std::uint32_t>(type));
+      columns.type(names[types.back()]);
     };
     const GsdChunk* const chunk = find("particles/typeid");
     if (chunk == nullptr) {
       for (std::uint64_t i = 0; i < count_; ++i) add(0);
-      return;
+      return types;
     }
     check_columns(*chunk, 1);
     file_.numbers(*chunk, add);
+    return types;
   }
 
   /// Adds the numeric columns that the request wants, from chunks with a row per particle.
@@ -272,9 +302,10 @@ class GsdFrames final : public FrameReader {
 };
 
 /// Reads GSD with the schema hoomd. A frame inherits values that it lacks from frame 0, or has
-/// defaults. Half the diameter is the radius, the step is the time, and the box is the cell.
-/// Numbers: mass, charge, body, vx, ix, orientation_w and so on, and what a simulation logged per
-/// particle.
+/// defaults. Half the diameter of a particle, or of
+/// the sphere that is the shape of its type, is the radius, the step is the time, and the box is
+/// the cell. Numbers: mass, charge, body, vx, ix, orientation_w and so on, and what a simulation
+/// logged per particle.
 Particles read_gsd(PackedFile& file, const ParticleRequest& request) {
   return read_frame<GsdFrames>(file, request);
 }

@@ -146,10 +146,9 @@ std::optional<GsdChunk> GsdFile::next_chunk() {
 }
 
 void GsdFile::check(const GsdChunk& chunk) const {
-  if (chunk.rows > limits::max_spheres || chunk.columns > GsdChunk::max_columns) {
+  if (chunk.rows > limits::max_spheres) {
     fail_damaged("the chunk " + printable(names_[chunk.name]) + " has " +
-                 std::to_string(chunk.rows) + " rows of " + std::to_string(chunk.columns) +
-                 " numbers");
+                 std::to_string(chunk.rows) + " rows");
   }
   expect(chunk.location, chunk.bytes());
 }
@@ -157,7 +156,9 @@ void GsdFile::check(const GsdChunk& chunk) const {
 std::vector<std::string> GsdFile::texts(const GsdChunk& chunk) {
   check(chunk);
   std::vector<std::string> texts;
-  if (chunk.number_bytes() != 1) fail_damaged("a chunk has numbers instead of texts");
+  if (chunk.number_bytes() != 1 || chunk.columns > max_text_bytes) {
+    fail_damaged("the chunk " + printable(names_[chunk.name]) + " does not have texts");
+  }
   if (chunk.columns == 0) return texts;
   std::string row(chunk.columns, '\0');
   for (std::uint64_t i = 0; i < chunk.rows; ++i) {

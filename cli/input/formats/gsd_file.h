@@ -31,14 +31,12 @@ enum class GsdType : std::uint8_t {
 
 /// A matrix of numbers in a GSD file: an entry of the index.
 struct GsdChunk {
-  std::uint64_t frame = 0;     ///< below 2^63
-  std::uint64_t rows = 0;      ///< at most limits::max_spheres
+  std::uint64_t frame = 0;  ///< below 2^63
+  std::uint64_t rows = 0;
   std::uint64_t location = 0;  ///< byte of the file, below 2^63
-  std::uint32_t columns = 0;   ///< at most max_columns
-  std::uint16_t name = 0;      ///< index of GsdFile::names()
+  std::uint32_t columns = 0;
+  std::uint16_t name = 0;  ///< index of GsdFile::names()
   GsdType type{};
-
-  static constexpr std::uint32_t max_columns = 1U << 16;
 
   [[nodiscard]] std::uint64_t number_bytes() const;
   [[nodiscard]] std::uint64_t count() const { return rows * columns; }
@@ -59,12 +57,14 @@ class GsdFile {
 
   /// Returns the next entry of the index; nothing after the last one. The frames never descend.
   std::optional<GsdChunk> next_chunk();
-  /// Fails if the file ends before the end of the chunk.
+  /// Fails if the file ends before the end of the chunk, or for more than limits::max_spheres rows.
   void check(const GsdChunk& chunk) const;
   /// Calls `put(value)` with each number of the chunk as a double, row by row.
   template <typename Put>
   void numbers(const GsdChunk& chunk, const Put& put);
-  /// Returns the rows of a chunk of bytes as texts, each up to its first zero byte.
+  static constexpr std::uint32_t max_text_bytes = 1U << 16;
+  /// Returns the rows of a chunk of bytes as texts, each up to its first zero byte. Fails for rows
+  /// of more than max_text_bytes.
   std::vector<std::string> texts(const GsdChunk& chunk);
 
   /// Returns the number of bytes of the file; nothing for packed files.

@@ -94,7 +94,7 @@ std::vector<std::string> symbols_in(std::string_view word) {
     }
   }
   for (std::string& symbol : symbols) {
-    symbol = symbol_in(symbol);
+    symbol.resize(symbol_in(symbol).size());
     if (atomic_number_of(symbol) == 0) return {};
   }
   return symbols;

@@ -145,6 +145,22 @@ TEST_CASE("GSD: frame 0 defines nothing for another number of particles") {
   CHECK(read_particles(file, {.frame = FrameChoice{0, true}, .all = true}).facts.frames == 3U);
 }
 
+TEST_CASE("GSD: without diameters, the shapes of the types give the radii of spheres") {
+  const std::string sphere = R"({"type": "Sphere", "diameter": 3})";
+  std::string shapes = sphere + std::string(1, '\0') + R"({"type": 7, "diameter": 3})";
+  shapes.resize(2 * (sphere.size() + 1));
+  const test::GsdFrameParts parts{
+      gsd_count(2),
+      gsd_floats("particles/position", 3, {0, 0, 0, 1, 1, 1}),
+      {"particles/types", 5, 2, 2, std::string("A\0B\0", 4)},
+      gsd_part<std::uint32_t>("particles/typeid", 3, 1, {1, 0}),
+      {"particles/type_shapes", 5, 2, static_cast<std::uint32_t>(sphere.size() + 1), shapes}};
+  const Particles particles = frame(gsd_file({parts}), 0);
+  CHECK(particles.radii == Doubles{0.5, 1.5});
+  REQUIRE(particles.facts.notes.size() == 1);
+  CHECK(particles.facts.notes[0].count == 1);
+}
+
 TEST_CASE("GSD: one particle at the origin needs no positions, more particles do") {
   CHECK(frame(gsd_file({{gsd_count(1)}}), 0).positions == std::vector<Vec3d>{{0, 0, 0}});
   CHECK(says(gsd_file({{gsd_count(2)}}), "frame 0 has no positions"));
@@ -175,6 +191,8 @@ TEST_CASE("GSD: invalid headers, indexes and chunks are refused in one line") {
              "the box does not have 6 numbers"));
   CHECK(says(gsd_file({{gsd_count(1), {"particles/position", 11, 1, 3, "abc"}}}),
              "texts instead of numbers"));
+  CHECK(says(gsd_file({{gsd_count(1), gsd_floats("particles/types", 1, {1})}}),
+             "the chunk particles/types does not have texts"));
 }
 
 TEST_CASE("GSD: every truncated file is refused in one line or has fewer frames") {
