@@ -5,13 +5,13 @@
 namespace parray::input {
 namespace {
 
-constexpr std::size_t header_bytes = 256;
-constexpr std::size_t entry_bytes = 32;
-constexpr std::size_t name_bytes = 64;  // length of a name in version 1, and unit of the list
-constexpr std::uint64_t most_bytes = std::uint64_t{1} << 62;
+constexpr std::size_t gsd_header_bytes = 256;
+constexpr std::size_t index_entry_bytes = 32;
+constexpr std::size_t short_name_bytes = 64;  // length of a name in version 1, and unit of the list
+constexpr std::uint64_t largest_file_bytes = std::uint64_t{1} << 62;
 
 /// Sizes of numbers, by GsdType.
-constexpr std::array<std::uint64_t, 12> type_bytes{0, 1, 2, 4, 8, 1, 2, 4, 8, 4, 8, 1};
+constexpr std::array<std::uint64_t, 12> gsd_type_bytes{0, 1, 2, 4, 8, 1, 2, 4, 8, 4, 8, 1};
 
 template <typename T>
 T value_at(const char* from) {
@@ -24,7 +24,7 @@ std::string_view up_to_zero(std::string_view text) { return text.substr(0, text.
 }  // namespace
 
 std::uint64_t GsdChunk::number_bytes() const {
-  return type_bytes.at(static_cast<std::size_t>(type));
+  return gsd_type_bytes.at(static_cast<std::size_t>(type));
 }
 
 GsdFile::GsdFile(PackedFile& file) : file_(file), place_{file.name()} {
@@ -38,7 +38,8 @@ void GsdFile::fail_damaged(std::string_view problem) const {
 }
 
 void GsdFile::expect(std::uint64_t location, std::uint64_t bytes) const {
-  if (location > most_bytes || bytes > most_bytes) fail_damaged("the data are beyond any file");
+  if (location > largest_file_bytes || bytes > largest_file_bytes)
+    fail_damaged("the data are beyond any file");
   if (size().value_or(UINT64_MAX) >= location + bytes) return;
   fail("the file ends within its data: check that the file is complete");
 }
@@ -62,7 +63,7 @@ void GsdFile::read_at(std::uint64_t location, char* to, std::size_t bytes) {
 }
 
 void GsdFile::read_header() {
-  std::array<char, header_bytes> header{};
+  std::array<char, gsd_header_bytes> header{};
   read_at(0, header.data(), header.size());
   constexpr std::uint64_t magic = 0x65DF65DF65DF65DF;
   const auto number = [&](std::size_t at) { return value_at<std::uint64_t>(header.data() + at); };
@@ -78,13 +79,13 @@ void GsdFile::read_header() {
     fail("the file has version " + std::to_string(major) + "." + std::to_string(version & 0xFFFF) +
          " of GSD: write it with version 1 or 2");
   }
-  schema_ = up_to_zero({header.data() + 112, name_bytes});
-  constexpr std::uint64_t most_entries = most_bytes / entry_bytes;
+  schema_ = up_to_zero({header.data() + 112, short_name_bytes});
+  constexpr std::uint64_t most_entries = largest_file_bytes / index_entry_bytes;
   constexpr std::uint64_t most_names = std::uint64_t{1} << 18;  // 16 MiB
   if (index_entries_ > most_entries || names > most_names) fail_damaged("the header is not valid");
-  expect(index_location_, index_entries_ * entry_bytes);
-  expect(names_location_, names * name_bytes);
-  read_names(major, names * name_bytes);
+  expect(index_location_, index_entries_ * index_entry_bytes);
+  expect(names_location_, names * short_name_bytes);
+  read_names(major, names * short_name_bytes);
 }
 
 /// Reads the names of the chunks. Version 1 gives each name 64 bytes. Version 2 ends each name with
@@ -99,8 +100,9 @@ void GsdFile::read_names(std::uint64_t version, std::uint64_t bytes) {
   }
   std::string_view rest = text;
   while (!rest.empty() && rest[0] != '\0' && names_.size() < most_names) {
-    names_.emplace_back(up_to_zero(version < 2 ? rest.substr(0, name_bytes) : rest));
-    rest.remove_prefix(std::min(rest.size(), version < 2 ? name_bytes : names_.back().size() + 1));
+    names_.emplace_back(up_to_zero(version < 2 ? rest.substr(0, short_name_bytes) : rest));
+    rest.remove_prefix(
+        std::min(rest.size(), version < 2 ? short_name_bytes : names_.back().size() + 1));
   }
 }
 
@@ -108,11 +110,11 @@ void GsdFile::read_names(std::uint64_t version, std::uint64_t bytes) {
 bool GsdFile::fill_index() {
   const std::uint64_t left = index_entries_ - index_read_;
   const auto count =
-      static_cast<std::size_t>(std::min<std::uint64_t>(left, block_bytes / entry_bytes));
-  block_.resize(count * entry_bytes);
+      static_cast<std::size_t>(std::min<std::uint64_t>(left, block_bytes / index_entry_bytes));
+  block_.resize(count * index_entry_bytes);
   block_next_ = 0;
   if (count == 0) return false;
-  read_at(index_location_ + index_read_ * entry_bytes, block_.data(), block_.size());
+  read_at(index_location_ + index_read_ * index_entry_bytes, block_.data(), block_.size());
   index_read_ += count;
   return true;
 }
@@ -126,7 +128,7 @@ GsdChunk GsdFile::chunk_at(const char* entry) const {
   chunk.name = value_at<std::uint16_t>(entry + 28);
   const auto type = static_cast<unsigned char>(entry[30]);
   // A file has at least one chunk per frame, apart from frames that repeat the first one.
-  if (type == 0 || type >= type_bytes.size() || chunk.name >= names_.size() ||
+  if (type == 0 || type >= gsd_type_bytes.size() || chunk.name >= names_.size() ||
       chunk.frame >= index_entries_ || chunk.frame < last_frame_) {
     fail_damaged("the index has an invalid entry");
   }
@@ -137,9 +139,10 @@ GsdChunk GsdFile::chunk_at(const char* entry) const {
 std::optional<GsdChunk> GsdFile::next_chunk() {
   if (block_next_ == block_.size() && !fill_index()) return {};
   const char* const entry = block_.data() + block_next_;
-  place_.number = index_location_ + (index_read_ * entry_bytes - (block_.size() - block_next_));
+  place_.number =
+      index_location_ + (index_read_ * index_entry_bytes - (block_.size() - block_next_));
   if (value_at<std::uint64_t>(entry + 16) == 0) return {};
-  block_next_ += entry_bytes;
+  block_next_ += index_entry_bytes;
   const GsdChunk chunk = chunk_at(entry);
   last_frame_ = chunk.frame;
   return chunk;

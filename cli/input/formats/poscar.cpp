@@ -21,25 +21,25 @@
 namespace parray::input {
 namespace {
 
-using Words = std::vector<std::string_view>;
+using LineWords = std::vector<std::string_view>;
 
 /// Returns the words before a comment, which begins with "!" or "#".
-Words words_before_comment(std::string_view line) {
+LineWords words_before_comment(std::string_view line) {
   return words_of(line.substr(0, line.find_first_of("!#")));
 }
 
 std::size_t leading_numbers(std::string_view line) {
-  const Words words = words_of(line);
+  const LineWords words = words_of(line);
   const auto first_text = std::ranges::find_if_not(words, is_number);
   return static_cast<std::size_t>(first_text - words.begin());
 }
 
-bool are_counts(const Words& words) {
+bool are_counts(const LineWords& words) {
   return !words.empty() && std::ranges::all_of(words, is_natural);
 }
 
 /// Returns whether the words are names of species: "Na_pv", "O".
-bool are_species(const Words& words) {
+bool are_species(const LineWords& words) {
   return !words.empty() && std::ranges::all_of(words, [](std::string_view word) {
     return ascii::is_letter(word[0]);
   });
@@ -134,7 +134,7 @@ class PoscarHeaderReader {
     const std::string title(input_.line());
     read_lattice();
     next_line();
-    Words words = words_before_comment(input_.line());
+    LineWords words = words_before_comment(input_.line());
     if (are_species(words)) {
       header_.named = true;
       for (const std::string_view word : words) {
@@ -158,7 +158,7 @@ class PoscarHeaderReader {
   }
 
   Vec3d take_vector(const char* remedy) {
-    const Words words = words_of(input_.line());
+    const LineWords words = words_of(input_.line());
     if (words.size() < 3) {
       input_.fail(std::to_string(words.size()) + " numbers, but 3 are needed: " + remedy);
     }
@@ -173,7 +173,7 @@ class PoscarHeaderReader {
       input_.fail(std::to_string(factors) +
                   " scale factors: write one number, or three positive numbers");
     }
-    const Words words = words_of(input_.line());
+    const LineWords words = words_of(input_.line());
     const double first = number_field(words[0], "scale factor", input_.place());
     const Vec3d scale =
         factors == 1 ? Vec3d{first, first, first} : position_field(words, 0, input_.place());
@@ -196,7 +196,7 @@ class PoscarHeaderReader {
     }
   }
 
-  void read_counts(const Words& words) {
+  void read_counts(const LineWords& words) {
     if (!are_counts(words)) {
       input_.fail("'" + printable(input_.line()) +
                   "' are not numbers of atoms: write one whole number per species");
@@ -371,7 +371,7 @@ class PoscarFrames final : public FramesOf<ParticleInput> {
 
   /// Returns whether the line has three numbers that are not the size of a grid, as in CHGCAR.
   static bool is_velocity(std::string_view line) {
-    const Words words = words_of(line);
+    const LineWords words = words_of(line);
     const auto is_size = [](std::string_view word) { return natural_in(word).value_or(0) > 0; };
     return words.size() == 3 && leading_numbers(line) == 3 && !std::ranges::all_of(words, is_size);
   }
@@ -404,7 +404,7 @@ class PoscarFrames final : public FramesOf<ParticleInput> {
   bool named_by_rows_ = false;           // true: rows have symbols after the positions
   std::optional<double> configuration_;  // number of the frame in XDATCAR
   std::uint64_t rows_ = 0;               // rows read of the current block
-  Words words_;                          // words of the current row
+  LineWords words_;                      // words of the current row
 };
 
 /// Reads POSCAR, CONTCAR and XDATCAR, and the atoms of CHGCAR and LOCPOT, of VASP 4 (without names
