@@ -29,7 +29,9 @@ inline Confidence certain_if(bool condition) {
 struct ParticleFormat {
   std::string_view name;                       ///< for people: "LAMMPS dump"
   std::array<std::string_view, 3> extensions;  ///< lower case, with the dot; unused ones are empty
-  bool frames = false;                         ///< true: a file may contain several frames
+  /// Lower case beginnings of names of files without a known extension: "poscar" for "POSCAR_1".
+  std::array<std::string_view, 3> names{};
+  bool frames = false;  ///< true: a file may contain several frames
   /// Judges the first bytes of a file. At most one format is `likely` or better, unless the text
   /// fits several formats equally well.
   Confidence (*confidence)(const FileStart& start) = nullptr;
@@ -58,6 +60,8 @@ extern const ParticleFormat pdb_format;
 extern const ParticleFormat pdbqt_format;
 extern const ParticleFormat pqr_format;
 extern const ParticleFormat gro_format;
+extern const ParticleFormat poscar_format;
+extern const ParticleFormat gsd_format;
 extern const ParticleFormat sdf_format;
 extern const ParticleFormat mol2_format;
 extern const ParticleFormat cif_format;
@@ -66,8 +70,8 @@ extern const ParticleFormat csv_format;
 /// Returns all formats.
 std::span<const ParticleFormat* const> particle_formats();
 
-/// Returns the format with the extension of the file's name, or nullptr. Ignores the extension of a
-/// compressed file: "a.pdb.gz" is PDB.
+/// Returns the format with the extension of the file's name, or with the beginning of the name, or
+/// nullptr. Ignores the extension of a compressed file: "a.pdb.gz" is PDB.
 const ParticleFormat* format_by_name(const std::filesystem::path& path);
 
 /// Returns the format of the file by its first bytes, or nullptr for a scene. A file is a scene if
