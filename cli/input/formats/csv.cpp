@@ -77,8 +77,8 @@ std::vector<NumberField> number_fields(const TableNames& table, const RowLayout&
 }
 
 /// Reads rows whose columns have names. `place`: the place of the names.
-Particles read_named(TableRows& rows, const ParticleInput& input, TableNames table,
-                     const FilePlace& place, const ParticleRequest& request) {
+Particles read_named_table(TableRows& rows, const ParticleInput& input, TableNames table,
+                           const FilePlace& place, const ParticleRequest& request) {
   refuse_sky_coordinates(table, place);
   RowLayout layout = layout_of(table.names, place);
   use_diameters(table.names, layout);
@@ -122,7 +122,7 @@ Particles read_with_header(ParticleInput& input, const TableShape& shape,
   TableNames table = table_names(header);
   take_ecsv_units(shape.units, header, table);
   const FilePlace place = input.place();
-  return read_named(rows, input, std::move(table), place, request);
+  return read_named_table(rows, input, std::move(table), place, request);
 }
 
 /// Reads a table of text. layout_of() interprets the names of the columns, in any letter case. They
@@ -140,7 +140,7 @@ Particles read_csv(PackedFile& file, const ParticleRequest& request) {
   if (shape.names == TableShape::Names::none) return read_plain_table(rows, input, shape, request);
   if (shape.counted) rows.next_line();
   const FilePlace place{file.name(), FilePlace::Unit::line, shape.line};
-  return read_named(rows, input, shape.comment, place, request);
+  return read_named_table(rows, input, shape.comment, place, request);
 }
 
 }  // namespace

@@ -17,18 +17,18 @@ namespace {
 
 using Words = std::vector<std::string_view>;
 
-constexpr std::size_t axes = 3;
+constexpr std::size_t axis_count = 3;
 constexpr std::size_t with_radius = 4;  // number of columns
 constexpr std::size_t with_colors = 6;
 constexpr std::size_t with_colors_and_intensity = 7;
-constexpr std::uint64_t least_row_bytes = 6;  // "0 0 0\n"
+constexpr std::uint64_t least_plain_row_bytes = 6;  // "0 0 0\n"
 
 std::string name_of_column(std::size_t column) { return "c" + std::to_string(column + 1); }
 
 /// Returns the first of the three columns that may be colours.
 std::optional<std::size_t> first_color(const TableShape& shape) {
   const bool scan = shape.counted && shape.columns == with_colors_and_intensity;
-  if (scan || shape.columns == with_colors) return shape.columns - axes;
+  if (scan || shape.columns == with_colors) return shape.columns - axis_count;
   return {};
 }
 
@@ -39,7 +39,7 @@ class FurtherColumns {
   FurtherColumns(const TableShape& shape, const ParticleRequest& request, ParticleColumns& columns)
       : shape_(shape), request_(request) {
     const std::size_t first = first_color(shape).value_or(shape.columns);
-    for (std::size_t i = axes; i < shape.columns; ++i) {
+    for (std::size_t i = axis_count; i < shape.columns; ++i) {
       const bool candidate = shape.columns == with_radius || i >= first;
       const bool read = candidate || request.wants(name_of_column(i));
       places_.push_back(read ? std::optional(columns.add_numbers(name_of_column(i)))
@@ -49,7 +49,7 @@ class FurtherColumns {
 
   /// Reads the columns of a row from its first column on.
   void add(const Words& row, const FilePlace& place, ParticleColumns& columns) const {
-    for (std::size_t i = axes; i < shape_.columns; ++i) {
+    for (std::size_t i = axis_count; i < shape_.columns; ++i) {
       const std::string_view text = row[shape_.first + i];
       const std::optional<double> value = number_in(text);
       if (!value) {
@@ -57,7 +57,7 @@ class FurtherColumns {
                    "' is not a finite number: write a number, or add a header line with the names "
                    "of the columns");
       }
-      if (const auto& column = places_[i - axes]) columns.number(*column, *value);
+      if (const auto& column = places_[i - axis_count]) columns.number(*column, *value);
     }
   }
 
@@ -65,8 +65,8 @@ class FurtherColumns {
   /// the names of all columns.
   std::vector<std::string> decide(Particles& particles) const {
     std::vector<std::string> names{"x", "y", "z"};
-    for (std::size_t i = axes; i < shape_.columns; ++i) names.push_back(name_of_column(i));
-    if (shape_.columns == with_radius && take_radii(particles)) names[axes] = "radius";
+    for (std::size_t i = axis_count; i < shape_.columns; ++i) names.push_back(name_of_column(i));
+    if (shape_.columns == with_radius && take_radii(particles)) names[axis_count] = "radius";
     if (const auto first = first_color(shape_); first && take_colors(*first, particles)) {
       names.resize(*first);
       for (const char* color : {"red", "green", "blue"}) names.emplace_back(color);
@@ -84,7 +84,7 @@ class FurtherColumns {
   }
 
   static bool take_radii(Particles& particles) {
-    std::vector<double>& radii = values(axes, particles);
+    std::vector<double>& radii = values(axis_count, particles);
     const auto possible = [](double radius) {
       return radius >= limits::min_radius && radius <= limits::max_length;
     };
@@ -98,7 +98,7 @@ class FurtherColumns {
       return value >= 0 && value <= 255 && std::floor(value) == value;
     };
     bool bright = false;
-    for (std::size_t i = first; i < first + axes; ++i) {
+    for (std::size_t i = first; i < first + axis_count; ++i) {
       const std::vector<double>& component = values(i, particles);
       if (!std::ranges::all_of(component, is_byte)) return false;
       bright = bright || std::ranges::any_of(component, [](double value) { return value > 1; });
@@ -155,7 +155,7 @@ Particles read_plain_table(TableRows& rows, ParticleInput& input, const TableSha
   std::optional<std::uint64_t> count;
   if (shape.counted && rows.next_line()) {
     count = count_field(trimmed(input.line()), input.place());
-    columns.expect(std::min(*count, input.bytes_left().value_or(0) / least_row_bytes + 1));
+    columns.expect(std::min(*count, input.bytes_left().value_or(0) / least_plain_row_bytes + 1));
   }
   if (shape.numbered) rows.next_line();
   const FurtherColumns further(shape, request, columns);

@@ -124,13 +124,13 @@ bool name_axes(const std::vector<std::string>& bare_names, TableNames& table) {
   return false;
 }
 
-std::size_t column_of(const TableNames& table, std::string_view name) {
+std::size_t column_named(const TableNames& table, std::string_view name) {
   return place_in(table.names, name).value_or(0);
 }
 
 /// Returns the first of `known` that a name equals, as in the table; empty: none.
 template <typename Known>
-std::string first_of(const TableNames& table, const Known& known) {
+std::string first_known(const TableNames& table, const Known& known) {
   for (const std::string& name : table.names) {
     if (place_in(known, bare(name))) return name;
   }
@@ -203,18 +203,18 @@ bool take_units(const std::vector<std::string_view>& row, TableNames& table) {
     const bool enclosed = text.size() > 2 && (text.starts_with('[') || text.starts_with('('));
     units.push_back(readable_unit(enclosed ? text.substr(1, text.size() - 2) : text));
   }
-  const std::string& length = units[column_of(table, "x")];
+  const std::string& length = units[column_named(table, "x")];
   for (const std::string_view axis : axis_letters) {
-    if (length_unit(length) == nullptr || units[column_of(table, axis)] != length) return false;
+    if (length_unit(length) == nullptr || units[column_named(table, axis)] != length) return false;
   }
   table.units = std::move(units);
   return true;
 }
 
 std::string unit_of_positions(const TableNames& table, const FilePlace& place) {
-  const std::string& first = table.units[column_of(table, axis_letters[0])];
+  const std::string& first = table.units[column_named(table, axis_letters[0])];
   for (const std::string_view axis : axis_letters) {
-    const std::string& unit = table.units[column_of(table, axis)];
+    const std::string& unit = table.units[column_named(table, axis)];
     if (unit == first) continue;
     const auto named = [](const std::string& text) { return text.empty() ? "no unit" : text; };
     place.fail("x is in " + printable(named(first)) + ", but " + std::string(axis) + " is in " +
@@ -230,9 +230,9 @@ std::array<std::string, 2> sky_angles(const TableNames& table) {
       "dec", "decdeg", "dej2000", "deicrs", "dec2000", "dedeg", "declination", "de", "decj2000"};
   constexpr std::array<std::string_view, 2> longitude{"glon", "gallon"};
   constexpr std::array<std::string_view, 2> latitude{"glat", "gallat"};
-  std::array<std::string, 2> angles{first_of(table, ra), first_of(table, dec)};
+  std::array<std::string, 2> angles{first_known(table, ra), first_known(table, dec)};
   if (!angles[0].empty() && !angles[1].empty()) return angles;
-  angles = {first_of(table, longitude), first_of(table, latitude)};
+  angles = {first_known(table, longitude), first_known(table, latitude)};
   if (!angles[0].empty() && !angles[1].empty()) return angles;
   return {};
 }
@@ -243,7 +243,7 @@ void refuse_sky_coordinates(const TableNames& table, const FilePlace& place) {
   constexpr std::array<std::string_view, 3> parallaxes{"parallax", "plx", "parallaxmas"};
   const std::string ra = printable(angles[0]);
   const std::string dec = printable(angles[1]);
-  const std::string parallax = first_of(table, parallaxes);
+  const std::string parallax = first_known(table, parallaxes);
   place.fail("the table has " + ra + " and " + dec + ", but no x, y and z: add x = d cos(" + dec +
              ") cos(" + ra + "), y = d cos(" + dec + ") sin(" + ra + "), z = d sin(" + dec +
              "), where d is the distance" +

@@ -12,7 +12,7 @@ namespace {
 
 using Words = std::vector<std::string_view>;
 
-constexpr std::size_t least_columns = 3;
+constexpr std::size_t least_numbers = 3;
 
 /// A line that is neither blank nor a comment, or a comment.
 struct Line {
@@ -61,7 +61,7 @@ Words fields_of(std::string_view row, char separator) {
 }
 
 bool are_numbers(const Words& fields) {
-  return fields.size() >= least_columns && std::ranges::all_of(fields, is_like_number);
+  return fields.size() >= least_numbers && std::ranges::all_of(fields, is_like_number);
 }
 
 /// Returns the separator that makes the row a row of numbers. Returns nothing if none does.
@@ -72,7 +72,7 @@ std::optional<char> separator_of_numbers(std::string_view row) {
   return {};
 }
 
-bool has_columns(std::string_view row, char separator, std::size_t columns) {
+bool has_numbers(std::string_view row, char separator, std::size_t columns) {
   const Words fields = fields_of(row, separator);
   return fields.size() == columns && are_numbers(fields);
 }
@@ -81,7 +81,7 @@ bool has_columns(std::string_view row, char separator, std::size_t columns) {
 /// atomic numbers, each with a position.
 bool may_be_xyz(const std::vector<Line>& rows, char separator, std::size_t columns) {
   if (rows.size() < 3) return false;
-  return columns > least_columns && std::all_of(rows.begin() + 2, rows.end(), [&](const Line& row) {
+  return columns > least_numbers && std::all_of(rows.begin() + 2, rows.end(), [&](const Line& row) {
            const Words fields = fields_of(row.text, separator);
            return !fields.empty() && is_natural(fields[0]);
          });
@@ -91,7 +91,7 @@ bool may_be_xyz(const std::vector<Line>& rows, char separator, std::size_t colum
 bool is_counted(const FileStart& start, const std::vector<Line>& rows, char separator,
                 std::size_t columns) {
   if (rows.size() < 2 || rows[1].place != rows[0].place + 1) return false;
-  if (rows.size() > 2 && !has_columns(rows[2].text, separator, columns)) return false;
+  if (rows.size() > 2 && !has_numbers(rows[2].text, separator, columns)) return false;
   if (!may_be_xyz(rows, separator, columns)) return true;
   const bool complete = start.whole() && start.lines().size() < FileStart::max_lines;
   return complete && natural_in(rows[0].text) == rows.size() - 1;
@@ -114,7 +114,7 @@ std::optional<std::size_t> numbered_header(const std::vector<Line>& rows, std::s
   }
   columns = names.size() - index;
   const Words fields = fields_of(rows[1].text, separator);
-  if (columns < least_columns || fields.size() != names.size() || !are_numbers(fields)) return {};
+  if (columns < least_numbers || fields.size() != names.size() || !are_numbers(fields)) return {};
   const bool whole = std::ranges::all_of(fields, is_natural);
   return index == 0 && whole ? std::nullopt : std::optional(index);
 }
@@ -198,7 +198,7 @@ TableShape table_shape(const FileStart& start) {
   shape.names = TableShape::Names::none;
   shape.certain = std::all_of(
       rows.begin() + static_cast<std::ptrdiff_t>(row), rows.end(),
-      [&](const Line& line) { return has_columns(line.text, *separator, shape.columns); });
+      [&](const Line& line) { return has_numbers(line.text, *separator, shape.columns); });
   find_names(lines.comments, shape);
   return shape;
 }

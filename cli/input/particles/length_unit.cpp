@@ -49,8 +49,8 @@ constexpr std::array<OtherName, 34> other_names{{
 }};
 
 /// Units that differ by a prefix, ascending. Centimetres are shown as millimetres or metres.
-constexpr std::array<std::string_view, 7> metres{"fm", "pm", "nm", "um", "mm", "m", "km"};
-constexpr std::array<std::string_view, 3> parsecs{"pc", "kpc", "Mpc"};
+constexpr std::array<std::string_view, 7> metric_units{"fm", "pm", "nm", "um", "mm", "m", "km"};
+constexpr std::array<std::string_view, 3> parsec_units{"pc", "kpc", "Mpc"};
 
 const LengthUnit* unit_named(std::string_view name) {
   const auto* const found = std::ranges::find_if(
@@ -59,8 +59,8 @@ const LengthUnit* unit_named(std::string_view name) {
 }
 
 std::span<const std::string_view> family_of(std::string_view unit) {
-  if (unit == "cm" || place_in(metres, unit)) return metres;
-  if (place_in(parsecs, unit)) return parsecs;
+  if (unit == "cm" || place_in(metric_units, unit)) return metric_units;
+  if (place_in(parsec_units, unit)) return parsec_units;
   return {};
 }
 
@@ -91,6 +91,15 @@ const LengthUnit* length_unit(std::string_view text) {
 std::string readable_unit(std::string_view text) {
   if (const LengthUnit* const length = length_unit(text)) return std::string(length->name);
   return text.size() <= longest_unit && is_showable(text) ? std::string(text) : "";
+}
+
+std::string_view length_unit_of_lammps(std::string_view style) {
+  if (style == "real" || style == "metal") return "angstrom";
+  if (style == "si") return "m";
+  if (style == "cgs") return "cm";
+  if (style == "electron") return "bohr";
+  if (style == "micro") return "um";
+  return style == "nano" ? "nm" : "";
 }
 
 ShownLength shown_length(double length, std::string_view unit) {

@@ -22,6 +22,10 @@ const LengthUnit* length_unit(std::string_view text);
 /// micrometres and angstrom.
 std::string readable_unit(std::string_view text);
 
+/// Returns the unit of length of a style of LAMMPS's command `units`: "angstrom" for "metal".
+/// Returns "" for "lj" and unknown styles.
+std::string_view length_unit_of_lammps(std::string_view style);
+
 /// A length and its unit.
 struct ShownLength {
   double value = 0;

@@ -53,4 +53,12 @@ TEST_CASE("a length is shown in a unit that needs few digits") {
   CHECK(shown(0.5, "") == "0.5 ");
 }
 
+TEST_CASE("styles of units in LAMMPS have a unit of length, except lj") {
+  for (const char* style : {"real", "metal", "si", "cgs", "electron", "micro", "nano"}) {
+    CHECK(length_unit(length_unit_of_lammps(style)) != nullptr);
+  }
+  CHECK(length_unit_of_lammps("lj").empty());
+  CHECK(length_unit_of_lammps("").empty());
+}
+
 }  // namespace parray
