@@ -49,7 +49,9 @@ LabelContent content_of(const LabelSettings& labels, const SceneFile& file,
   content.cell = file.cell;
   content.time_stamp = time_stamp_of(file.particle_files);
   if (!file.particle_files.empty()) {
-    content.unit = length_unit_of(file.particle_files.front().facts.format);
+    const ParticleFacts& facts = file.particle_files.front().facts;
+    content.unit = facts.length_unit.empty() ? length_unit_of(facts.format)
+                                             : std::string_view(facts.length_unit);
   }
   content.camera = file.scene.camera;
   content.width = width_of(settings);

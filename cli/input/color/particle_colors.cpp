@@ -11,6 +11,7 @@
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/residues.h"
+#include "cli/input/scene_file/label_settings.h"
 #include "cli/input/select/columns.h"
 #include "cli/input/select/selection.h"
 #include "cli/output/picture/srgb.h"
@@ -353,13 +354,13 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
   }
 
   constexpr std::size_t legend_stops = 65;
-  colors.legend = {coloring.by,
-                   {},
-                   scale.low,
-                   scale.high,
-                   samples_of(map, legend_stops),
-                   {},
-                   kind == NumberScale::log};
+  const std::string unit = unit_of(coloring.by, particles);
+  colors.legend = {.title = coloring.by,
+                   .unit = std::string(unit_sign(unit)),
+                   .low = scale.low,
+                   .high = scale.high,
+                   .stops = samples_of(map, legend_stops),
+                   .log = kind == NumberScale::log};
   if (misfits.unknown > 0) {
     colors.legend.entries.push_back({"not known", color_of_unknown(map), misfits.unknown});
     particles.facts.notes.push_back(

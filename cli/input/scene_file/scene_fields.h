@@ -85,8 +85,8 @@ void label_fields(F&& f, S&... s) {
      "Show a round length; for a perspective camera, it holds at the distance of look_at"},
     Flag{}, s.scale_bar...);
   f({"unit",
-     "Unit of lengths, any text; angstrom and um get their signs (default: the unit of the "
-     "file's format)",
+     "Unit of lengths, any text; angstrom and um get their signs (default: the unit in the file, "
+     "or of its format)",
      0, "UNIT"},
     LabelText{longest_unit}, s.unit...);
   f({"time_stamp", "Show the number of the frame, and its step or time"}, Flag{}, s.time_stamp...);

@@ -39,7 +39,7 @@ Block text_block(const BlockStyle& style, const std::string& name, Corner corner
 /// columns as necessary. The block may be larger than the available space.
 Block legend_block(const BlockStyle& style, const Legend& legend);
 
-/// Returns a scale bar of `length` in the scene's unit, `pixels` wide, with its length above it.
+/// Returns a scale bar of `length` in `unit`, `pixels` wide, with its length above it.
 /// `unit` may be empty.
 Block scale_bar_block(const BlockStyle& style, double length, double pixels,
                       const std::string& unit);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cli/input/particles/length_unit.h"
 #include "cli/output/labels/block.h"
 #include "cli/output/labels/round_numbers.h"
 #include "common/base/error.h"
@@ -117,12 +118,14 @@ void Labels::Parts::add_legends() {
 
 void Labels::Parts::add_scale_bar() {
   const std::string& named = content.settings.unit;
-  const std::string unit(unit_sign(named.empty() ? content.unit : named));
+  const std::string& unit = named.empty() ? content.unit : named;
   font.check(unit, "--unit");
   const double pixels_per_unit = film.pixels_per_unit(film.distance());
   const double most = std::max(0.25 * width, std::min(4 * font.size(), 0.5 * width));
   const double length = scale_bar_length(pixels_per_unit, most);
-  blocks.push_back(scale_bar_block(style, length, length * pixels_per_unit, unit));
+  const ShownLength shown = shown_length(length, unit);
+  blocks.push_back(scale_bar_block(style, shown.value, length * pixels_per_unit,
+                                   std::string(unit_sign(shown.unit))));
 }
 
 Labels::Labels(LabelContent content) : parts_(std::make_unique<Parts>(std::move(content))) {}

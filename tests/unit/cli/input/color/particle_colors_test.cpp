@@ -116,6 +116,16 @@ TEST_CASE("numbers are coloured between the least and the largest") {
         std::vector<double>{0, 0, 1, 1, -1});
 }
 
+TEST_CASE("a legend of numbers has the unit of the file") {
+  Particles particles = with_numbers({1, 2});
+  CHECK(colors_of(by_number(), particles).legend.unit.empty());
+  particles.numbers[0].unit = "m/s";
+  particles.facts.length_unit = "um";
+  CHECK(colors_of(by_number(), particles).legend.unit == "m/s");
+  CHECK(colors_of({"z"}, particles).legend.unit == "\u00b5m");
+  CHECK(colors_of({"index"}, particles).legend.unit.empty());
+}
+
 TEST_CASE("a range clips numbers and a note counts them") {
   const std::vector<double> values{-3, -1, 0, 1, unknown, 2};
   CHECK(shares(values, by_number("-1:1")) == std::vector<double>{0, 0, 0.5, 1, -1, 1});

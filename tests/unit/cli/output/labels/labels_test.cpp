@@ -357,6 +357,23 @@ TEST_CASE("a scale bar is as long as the camera shows that length at look_at, to
   CHECK(sum / 3 == doctest::Approx(pixels).epsilon(1e-4));  // halos are as white as the picture
 }
 
+TEST_CASE("a scale bar has a unit that needs few digits") {
+  const auto drawn = [](double scale, const std::string& unit) {
+    LabelContent content = content_of(800, 600);
+    content.camera.look_from.z *= scale;
+    content.settings.scale_bar = true;
+    content.unit = unit;
+    Image image = grey(800, 600, 1);
+    std::vector<float> opaque;
+    Labels{content}.draw(image, opaque, {});
+    return image.rgb;
+  };
+  CHECK(drawn(0.01, "m") == drawn(10, "mm"));
+  CHECK(drawn(0.01, "m") != drawn(0.01, ""));
+  CHECK(drawn(1e4, "pc") == drawn(10, "kpc"));
+  CHECK(drawn(1e4, "angstrom") != drawn(1e3, "nm"));
+}
+
 TEST_CASE("an orthographic camera shows a length with the same number of pixels anywhere") {
   Camera camera = camera_of(40);
   camera.projection = Projection::orthographic;
