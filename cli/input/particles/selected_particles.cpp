@@ -100,7 +100,14 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
 SelectedParticles selected_particles(PackedFile& file, const ParticleSource& source,
                                      const std::filesystem::path& folder, int threads) {
   const ParticleRequest request = request_of(source, folder, threads);
-  SelectedParticles selected{read_particles(file, request), {}};
+  return selected_particles(read_particles(file, request), file, source, folder, threads);
+}
+
+SelectedParticles selected_particles(Particles particles, PackedFile& file,
+                                     const ParticleSource& source,
+                                     const std::filesystem::path& folder, int threads) {
+  const ParticleRequest request = request_of(source, folder, threads);
+  SelectedParticles selected{std::move(particles), {}};
   with_remedy("select", {}, file, request,
               [&] { apply(source.filter, selected.particles, threads); });
   if (source.coloring.empty()) return selected;

@@ -30,6 +30,11 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
 SelectedParticles selected_particles(PackedFile& file, const ParticleSource& source,
                                      const std::filesystem::path& folder = {}, int threads = 1);
 
+/// Does the same for the particles of the open file, read as request_of() says.
+SelectedParticles selected_particles(Particles particles, PackedFile& file,
+                                     const ParticleSource& source,
+                                     const std::filesystem::path& folder = {}, int threads = 1);
+
 /// The look of particles if the file supports no automatic rule.
 struct DefaultLook {
   std::string material_name;  ///< becomes a material name of the scene if the source uses it

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/input/particles/beads.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particle_spheres.h"
@@ -59,7 +60,9 @@ Subject subject_of(const Particles& particles, const Viewing& viewing) {
 
 AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& settings,
                const Viewing& viewing, int threads) {
-  SelectedParticles selected = selected_particles(file, source, {}, threads);
+  Particles read = read_particles(file, request_of(source, {}, threads));
+  decide_for_beads(read, source);
+  SelectedParticles selected = selected_particles(std::move(read), file, source, {}, threads);
   AutoScene out;
   source.file = file.name();
   out.file.settings = settings;
@@ -74,7 +77,7 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   scene.spheres.resize(scenery);
   const bool radius_is_open =
       decided(source.radius, selected.particles).rule == ParticleRadius::Rule::automatic;
-  const Subject subject = subject_of(selected.particles, viewing);
+  Subject subject = subject_of(selected.particles, viewing);
   const DefaultLook look{std::string(plain_material_name), plain_material, 1};
   out.source = append_selected(std::move(selected), file.path(), std::move(source), out.file,
                                threads, &look);
@@ -82,6 +85,12 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   if (radius_is_open) {
     out.source.radius.value = lattice_radius(spheres);
     for (Sphere& sphere : spheres) sphere.radius = out.source.radius.value;
+  }
+  if (viewing.labels) {
+    subject.labels = [&](const Camera& camera) {
+      scene.camera = camera;
+      return viewing.labels(out.file);
+    };
   }
   try {
     const double aspect = static_cast<double>(settings.width) / settings.height;
