@@ -106,8 +106,8 @@ void AutoSceneOptions::add_camera_to(Command& command) {
   command
       .option(
           "--up", [this](const std::string& text) { turning_.up = up_from(text); },
-          "Direction that points up in all views: x, y, z, --up=-y, or three numbers such as 0,1,1 "
-          "(default: z)")
+          "Direction that points up in all views: x, y, z, -x, -y, -z, or three numbers such as "
+          "0,1,1 (default: z)")
       .type_name("DIR")
       .group(particles_group);
   number("--azimuth", azimuth_range, turning_.azimuth, "DEG",
