@@ -35,7 +35,7 @@ TEST_CASE("labels in all corners leave the largest part, and no part meets a lab
              box.top <= area.bottom));
     }
   }
-  CHECK(free_area(all, 1, 1) == PictureArea{-0.7, 0.6, -0.7, 0.8});
+  CHECK(free_area(all, 1, 1) == PictureArea{-0.85, 0.6, -0.6, 0.8});
 }
 
 TEST_CASE("the names of a cell's edges keep a margin") {

@@ -28,7 +28,8 @@ bool beyond(const Film& film, const Sphere& sphere, bool across, double place, b
   const Vec3d p = sphere.center - film.eye;
   const Vec3d normal = film.parallel ? side : side + at * film.back;
   const double distance = (dot(p, normal) - (film.parallel ? at : 0)) / length(normal);
-  return larger ? distance >= sphere.radius : distance <= -sphere.radius;
+  const double rounding = 1e-9 * length(p);
+  return (larger ? distance : -distance) >= sphere.radius - rounding;
 }
 
 bool is_clear(const Film& film, const Sphere& sphere, const PictureArea& box) {
@@ -188,7 +189,7 @@ TEST_CASE("the name of a cell's edge moves away from particles") {
       inked += black && !axes ? 1 : 0;
     }
   }
-  CHECK(inked > 30);  // the names are somewhere
+  CHECK(inked > 20);  // the names are somewhere
 }
 
 }  // namespace parray
