@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/input/view/surroundings.h"
@@ -128,8 +129,11 @@ TEST_CASE("the real labels of pictures of many sizes and views cover no particle
   }
   Legend legend{
       .title = "a long title of a legend", .low = -1, .high = 1, .stops = {{0, 0, 1}, {1, 0, 0}}};
-  for (const auto& [width, height] :
-       {std::pair{1200U, 900U}, {240U, 180U}, {500U, 900U}, {1000U, 300U}}) {
+  const std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes = {
+      {1200, 900}, {240, 180}, {500, 900}, {1000, 300}};
+  for (const auto& size : sizes) {
+    const std::uint32_t width = size.first;
+    const std::uint32_t height = size.second;
     for (const Viewing& viewing : viewings()) {
       CAPTURE(width);
       CAPTURE(name_of(viewing.view));
