@@ -99,6 +99,7 @@ void LabelOptions::add_to(Command& command, const Option& image, RenderOptions& 
       },
       settings_);
   render.auto_scene().frame_cell(settings_.cell);
+  render.auto_scene().keep_free([this](const SceneFile& file) { return places(file); });
   command
       .on_off("--labels", of_scene_,
               "off: ignore the labels that the scene asks for, and draw only those of options "
@@ -131,6 +132,9 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
     labels.legend = labels.scale_bar = labels.time_stamp = labels.cell = false;
     labels.text.clear();
   }
+  if (!settings_.legend_title.empty() && !labels.legend && !settings_.legend) {
+    throw InputError("--legend-title has no effect without a legend: add --legend");
+  }
   const bool sized = settings_.dpi || settings_.width_mm;
   if (sized) labels.dpi = labels.width_mm = std::nullopt;
   label_fields(
@@ -151,10 +155,17 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
   return labels;
 }
 
+LabelPlaces LabelOptions::places(const SceneFile& file) const {
+  const LabelSettings labels = over(file.labels, width_of(file.settings));
+  return labels.any() ? Labels::places(content_of(labels, file, file.settings)) : LabelPlaces{};
+}
+
 void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFile& file,
                 const RenderSettings& settings) {
   const LabelSettings labels = options.over(file.labels, width_of(settings));
-  if (!file.legends.empty()) outputs.legends = legends_text(file.legends);
+  std::vector<Legend> legends = file.legends;
+  for (Legend& legend : legends) set_title(legend, labels);
+  if (!legends.empty()) outputs.legends = legends_text(legends);
   if (labels.dpi || labels.width_mm) outputs.dpi = dots_per_inch(labels, width_of(settings));
   if (!labels.any()) return;
   if (outputs.has_png()) {

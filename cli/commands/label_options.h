@@ -7,6 +7,7 @@
 
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/scene_file.h"
+#include "cli/input/view/free_area.h"
 #include "cli/output/write_outputs.h"
 #include "common/process/command_line.h"
 #include "common/scene/settings_fwd.h"
@@ -23,7 +24,7 @@ inline constexpr const char* labels_group = "Labels, drawn on a PNG picture (def
 class LabelOptions {
  public:
   /// Declares the options. They pass the width in pixels that follows from the size in print to
-  /// `render`.
+  /// `render`, and the places that automatic scenes keep free.
   /// Neither object may move while the command line is parsed.
   void add_to(Command& command, const Option& image, RenderOptions& render);
 
@@ -32,6 +33,10 @@ class LabelOptions {
   /// Lays the options over the scene's labels, for a picture of that width. The result has at most
   /// one of `dpi` and `width_mm`. Throws InputError if the size in print contradicts the width.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;
+
+  /// Returns the places of the labels in the picture of a scene, of which all but the places of
+  /// surroundings is decided. Throws the errors of over() and Labels.
+  [[nodiscard]] LabelPlaces places(const SceneFile& file) const;
 
  private:
   [[nodiscard]] std::optional<std::uint32_t> printed_width() const;

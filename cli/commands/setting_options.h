@@ -19,10 +19,10 @@ namespace parray::commands {
 
 /// Returns whether the option of a setting is rarely needed: only `help COMMAND --all` shows it.
 inline bool rarely_needed(const Setting& setting) {
-  constexpr std::array<std::string_view, 13> keys = {
+  constexpr std::array<std::string_view, 14> keys = {
       "max_depth", "sampler",   "precision", "target_half_width", "adaptive",
       "outline",   "depth_cue", "unit",      "time_stamp",        "cell",
-      "text",      "font_size", "dpi"};
+      "text",      "font_size", "dpi",       "legend_title"};
   return setting.is(traits::special) || std::ranges::count(keys, setting.key) > 0;
 }
 

@@ -269,6 +269,7 @@ json facts_of(const ValidateCommand& command) {
           {"width", settings.width},
           {"height", settings.height},
           {"samples_per_pixel", settings.samples_per_pixel},
+          {"target_error", settings.target_error},
           {"max_depth", settings.max_depth},
           {"seed", settings.seed},
           {"sampler", name_of(settings.sampler)},
@@ -330,13 +331,18 @@ std::string spheres_text(const json& f) {
          (f["format"] == "particles" ? "; two of them are surroundings" : "");
 }
 
+/// Returns the number of samples, or the error at which a render of the scene stops.
+std::string accuracy_text(const json& f) {
+  if (f["target_error"] > 0) return "up to an error of " + number(f["target_error"]);
+  return counted(f["samples_per_pixel"], "sample") + " each";
+}
+
 Lines lines_of_scene(const json& f) {
   const bool any = f["spheres"] > 0;
   return {
-      {"picture", count(f["width"]) + " x " + count(f["height"]) + " pixels, " +
-                      counted(f["samples_per_pixel"], "sample") + " each, depth " +
-                      count(f["max_depth"]) + ", seed " + count(f["seed"]) + ", sampler " +
-                      f["sampler"].get<std::string>()},
+      {"picture", count(f["width"]) + " x " + count(f["height"]) + " pixels, " + accuracy_text(f) +
+                      ", depth " + count(f["max_depth"]) + ", seed " + count(f["seed"]) +
+                      ", sampler " + f["sampler"].get<std::string>()},
       {"spheres", spheres_text(f)},
       {"left out", counted(f["duplicates_removed"], "duplicate")},
       {"materials", count(f["materials"])},

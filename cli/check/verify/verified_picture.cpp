@@ -76,7 +76,9 @@ VerifiedPicture read_verified_picture(const std::string& file, bool traced) {
                      " was drawn on it after tracing: verify the EXR picture, or leave the scene "
                      "out");
   }
-  if (!picture.recipe.transparent_sha256.empty()) take_alpha(picture);
+  // Postprocessing may have put a transparent picture on a background.
+  const bool on_background = picture.recipe.finished.starts_with(background_step);
+  if (!picture.recipe.transparent_sha256.empty() && !on_background) take_alpha(picture);
   if (!picture.recipe.denoised_sha256.empty()) take_raw(picture);
   return picture;
 }

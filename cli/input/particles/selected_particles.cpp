@@ -19,8 +19,6 @@
 namespace parray::input {
 namespace {
 
-using Rule = ParticleMaterial::Rule;
-
 /// Runs `work`. If it needs an unknown number, throws an error that lists the valid names: the
 /// `words` that `key` accepts and the numbers of the file.
 template <typename Work>
@@ -40,13 +38,14 @@ void with_remedy(const char* key, std::span<const std::string_view> words, Packe
 /// Returns the decided rule of the material of `look`.
 ParticleMaterial decided_material(const ParticleLook& look, const Particles& particles) {
   if (look.coloring.empty()) return decided(look.material, particles);
-  const Rule rule = look.material.rule;
-  if (rule != Rule::automatic && rule != Rule::named && rule != Rule::color_by) {
+  using Choice = ParticleMaterial::Rule;
+  const Choice rule = look.material.rule;
+  if (rule != Choice::automatic && rule != Choice::named && rule != Choice::color_by) {
     throw SourceError("color_by",
                       "material is " + text_of(look.material) +
                           ", which also sets the colour: leave out material or color_by");
   }
-  return {Rule::color_by, look.material.name};
+  return {ParticleMaterial::Rule::color_by, look.material.name};
 }
 
 /// Decides the rules of `look`. Afterwards the particles support these rules. `name`: of the file.
@@ -60,7 +59,8 @@ void decide(const Particles& particles, const std::string& name, bool crystal,
   std::string_view known = "the name of a material";
   if (otherwise != nullptr) {
     known = otherwise->material_name;
-    if (look.material.rule == Rule::automatic) look.material = {Rule::named, std::string(known)};
+    if (look.material.rule == ParticleMaterial::Rule::automatic)
+      look.material = {ParticleMaterial::Rule::named, std::string(known)};
     if (text_of(look.material) == known) {
       materials.define(otherwise->material_name, otherwise->material);
     }
@@ -92,9 +92,10 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
   source.cell.crystal = source.cell.crystal.value_or(false);
   try {
     PackedFile particles(folder / source.file);
-    Particles selected = read_selected(particles, source, folder, threads);
-    append_parts(parts_of(std::move(selected), particles, source, folder, threads),
-                 particles.path(), source, file, threads);
+    Particles all = read_particles(particles, request_of(source, folder, threads));
+    Particles shown = selected(std::move(all), particles, source, folder, threads);
+    append_parts(parts_of(std::move(shown), particles, source, folder, threads), particles.path(),
+                 source, file, threads);
   } catch (const SourceError& error) {
     fail_in(source, place, error.key(), error.representation(), error.what());
   } catch (const InputError& error) {
@@ -119,10 +120,9 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
   return request;
 }
 
-Particles read_selected(PackedFile& file, ParticleSource& source,
-                        const std::filesystem::path& folder, int threads) {
+Particles selected(Particles particles, PackedFile& file, ParticleSource& source,
+                   const std::filesystem::path& folder, int threads) {
   const ParticleRequest request = request_of(source, folder, threads);
-  Particles particles = read_particles(file, request);
   CellOperations& operations = source.cell;
   if (!operations.crystal) operations.crystal = is_crystal(particles);
   with_remedy("center", {}, file, request, [&] { apply(operations, particles, threads); });

@@ -31,18 +31,16 @@ struct SelectedParticles {
 ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
                            int threads = 1);
 
-/// Reads the open file of `source` and its topology. Applies the operations of its cell. Removes
-/// what the filter hides. If `source` leaves `crystal` open, decides it by is_crystal(). Reads only
-/// the columns that the source needs.
+/// Applies the operations of the cell to the particles of the open file, read as request_of() says.
+/// Removes what the filter hides. If `source` leaves `crystal` open, decides it by is_crystal().
 ///
-/// Throws the errors of read_particles(). Throws SourceError if the file lacks what a member of the
-/// source needs.
-Particles read_selected(PackedFile& file, ParticleSource& source,
-                        const std::filesystem::path& folder = {}, int threads = 1);
+/// Throws SourceError if a member of the source does not suit the file.
+Particles selected(Particles particles, PackedFile& file, ParticleSource& source,
+                   const std::filesystem::path& folder = {}, int threads = 1);
 
-/// Splits the result of read_selected() by the representations of `source`, and colours the parts.
+/// Splits the result of selected() by the representations of `source`, and colours the parts.
 ///
-/// Throws SourceError if the particles lack what a member of the source needs.
+/// Throws SourceError if a member of the source does not suit the particles.
 SelectedParticles parts_of(Particles particles, PackedFile& file, const ParticleSource& source,
                            const std::filesystem::path& folder = {}, int threads = 1);
 

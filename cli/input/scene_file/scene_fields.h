@@ -81,6 +81,11 @@ template <typename F, typename... S>
 void label_fields(F&& f, S&... s) {
   f({"legend", "Show what the particles' colours mean: a colour bar with numbers, or names"},
     Flag{}, s.legend...);
+  f({"legend_title",
+     "Title of the legend, with the unit if it has one (default: the name of the numbers or "
+     "categories)",
+     0, "TEXT"},
+    LabelText{longest_legend_title}, s.legend_title...);
   f({"scale_bar",
      "Show a round length; for a perspective camera, it holds at the distance of look_at"},
     Flag{}, s.scale_bar...);

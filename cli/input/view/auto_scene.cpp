@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/input/particles/beads.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particle_spheres.h"
@@ -97,10 +98,12 @@ void set_open_radii(const std::vector<OpenRadius>& open, std::span<Sphere> spher
 
 AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& settings,
                const Viewing& viewing, int threads) {
-  Particles particles = read_selected(file, source, {}, threads);
+  Particles all = read_particles(file, request_of(source, {}, threads));
+  decide_for_beads(all, source);
+  Particles particles = selected(std::move(all), file, source, {}, threads);
   const bool crystal = source.cell.crystal.value_or(false);
-  const Subject subject = subject_of(particles, crystal, viewing);
-  SelectedParticles selected = parts_of(std::move(particles), file, source, {}, threads);
+  Subject subject = subject_of(particles, crystal, viewing);
+  SelectedParticles parts = parts_of(std::move(particles), file, source, {}, threads);
   AutoScene out;
   source.file = file.name();
   out.file.labels.cell = crystal;
@@ -114,12 +117,18 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   const auto scenery = static_cast<std::uint32_t>(scene.materials.size());
   out.file.scenery = scenery;
   scene.spheres.resize(scenery);
-  const std::vector<OpenRadius> open = open_radii(selected, crystal);
+  const std::vector<OpenRadius> open = open_radii(parts, crystal);
   const DefaultLook look{std::string(plain_material_name), plain_material, 1};
   out.source =
-      append_parts(std::move(selected), file.path(), std::move(source), out.file, threads, &look);
+      append_parts(std::move(parts), file.path(), std::move(source), out.file, threads, &look);
   const auto spheres = std::span(scene.spheres).subspan(scenery);
   set_open_radii(open, spheres, out.source);
+  if (viewing.labels) {
+    subject.labels = [&](const Camera& camera) {
+      scene.camera = camera;
+      return viewing.labels(out.file);
+    };
+  }
   try {
     const double aspect = static_cast<double>(settings.width) / settings.height;
     const Surroundings around = surroundings_of(spheres, aspect, viewing, subject, threads);

@@ -12,6 +12,10 @@ namespace parray::input {
 /// Returns the default settings of an automatic scene: 1200 x 900, 256 samples, depth 10.
 Boxed<RenderSettings> auto_scene_settings();
 
+/// The error of a picture of an automatic scene, in linear radiance. It replaces the number of
+/// samples wherever a picture may stop at an error.
+inline constexpr double auto_scene_error = 0.02;
+
 /// Name of the only material of particles in an automatic scene.
 inline constexpr std::string_view plain_material_name = "plain";
 

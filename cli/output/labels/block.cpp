@@ -183,10 +183,6 @@ void move_apart(std::array<Point, 3>& points, double distance) {
   }
 }
 
-bool overlap(const Box& a, const Box& b) {
-  return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
-}
-
 [[noreturn]] void fail_to_fit(const Block& block, double width, double height,
                               const std::string& other) {
   throw InputError(block.name + ": the label does not fit into " + number_text(width) + " x " +
@@ -233,7 +229,7 @@ Block scale_bar_block(const BlockStyle& style, double length, double pixels,
     pen.centered(middle, at.y + pen.font().cap_height(), text);
     pen.bar({middle - pixels / 2, at.y + above, pixels, thick});
   };
-  return {"--scale-bar", Corner::bottom_right, width, above + thick, draw};
+  return {scale_bar_name, Corner::bottom_right, width, above + thick, draw};
 }
 
 Block axes_block(const BlockStyle& style, const CameraFilm& film) {
@@ -255,6 +251,10 @@ Block axes_block(const BlockStyle& style, const CameraFilm& film) {
     }
   };
   return {"--cell", Corner::bottom_left, side, side, draw};
+}
+
+bool overlap(const Box& a, const Box& b) {
+  return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
 }
 
 std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, double height,

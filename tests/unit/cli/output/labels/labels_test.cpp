@@ -428,41 +428,72 @@ TEST_CASE("the height of text follows from its points and the resolution of prin
 
 // ---- The cell ----------------------------------------------------------------------------------
 
-TEST_CASE("lines of a cell are hidden only behind nearer spheres") {
+TEST_CASE("nearer spheres hide the edges behind a cell, and make all others thinner") {
   const ParticleCell cell{{-1, -1, -1}, {Vec3d{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}};
-  const CameraFilm film(camera_of(40), 300, 300);
+  Camera camera = camera_of(40);
+  camera.look_from = {3, 4, 9};  // no edge hides another
+  const CameraFilm film(camera, 300, 300);
   const std::vector<CellLine> lines = cell_lines(cell, film);
   REQUIRE(lines.size() == 12);
-  const auto drawn = [&](const DepthMap& map) {
+  CHECK(std::ranges::count(lines, true, &CellLine::behind) == 3);
+  const auto drawn = [&](const DepthMap& map, const std::vector<CellLine>& some) {
     Image image = grey(300, 300, 0.8F);
     std::vector<float> opaque;
     Canvas canvas(image, opaque);
-    draw_lines(canvas, lines, film, map, 2);
+    draw_lines(canvas, some, film, map, 2);
     return image;
   };
-  const Image all = drawn({});
+  std::vector<CellLine> behind = lines;
+  std::erase_if(behind, [](const CellLine& line) { return !line.behind; });
+  std::vector<CellLine> front = lines;
+  std::erase_if(front, [](const CellLine& line) { return line.behind; });
+  const Image all = drawn({}, lines);
   const std::vector<float> sky(300 * 300, std::numeric_limits<float>::infinity());
-  CHECK(drawn({sky, {}, 0}).rgb == all.rgb);
-  const std::vector<float> wall(300 * 300, 8.5F);
-  CHECK(changed(drawn({wall, {}, 0}), 0.8F) == 0);  // the front is 9 away
-  const std::vector<float> middle(300 * 300, 10.0F);
-  const std::size_t front = changed(drawn({middle, {}, 0}), 0.8F);
-  CHECK(front > 500);
-  CHECK(front < changed(all, 0.8F));
-  // Half of the picture hidden: the other half as before.
-  std::vector<float> half = sky;
-  for (std::size_t y = 0; y < 300; ++y) std::fill_n(half.begin() + std::ptrdiff_t(300 * y), 150, 1);
-  const Image right_half = drawn({half, {}, 0});
-  for (std::size_t y = 0; y < 300; ++y) {
-    for (std::size_t x = 0; x < 300; ++x) {
-      const std::size_t at = 3 * (300 * y + x);
-      if (right_half.rgb[at] != (x < 150 ? 0.8F : all.rgb[at])) FAIL_CHECK("at ", x, ", ", y);
+  CHECK(drawn({sky, {}, 0}, lines).rgb == all.rgb);
+  const std::vector<float> wall(300 * 300, 1.0F);
+  CHECK(changed(drawn({wall, {}, 0}, behind), 0.8F) == 0);
+  // Every part of the front lines is still there, but paler.
+  const Image open = drawn({}, front);
+  const Image hidden = drawn({wall, {}, 0}, front);
+  for (const CellLine& line : front) {
+    for (double share = 0.05; share < 1; share += 0.05) {
+      const auto x = static_cast<std::size_t>(line.from.x + share * (line.to.x - line.from.x));
+      const auto y = static_cast<std::size_t>(line.from.y + share * (line.to.y - line.from.y));
+      CHECK(hidden.rgb[3 * (300 * y + x)] < 0.75F);
+      CHECK(hidden.rgb[3 * (300 * y + x)] > open.rgb[3 * (300 * y + x)]);
     }
   }
   // Ground and lights of an automatic scene hide nothing.
   const std::vector<std::uint32_t> ground(300 * 300, 1);
-  CHECK(drawn({wall, ground, 2}).rgb == all.rgb);
-  CHECK(changed(drawn({wall, ground, 1}), 0.8F) == 0);
+  CHECK(drawn({wall, ground, 2}, lines).rgb == all.rgb);
+  CHECK(changed(drawn({wall, ground, 1}, behind), 0.8F) == 0);
+}
+
+TEST_CASE("lines of a cell are grey, without a halo") {
+  const ParticleCell cell{{-1, -1, -1}, {Vec3d{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}};
+  const CameraFilm film(camera_of(40), 300, 300);
+  for (const auto& [background, line] : {std::pair(0.8F, 0.127F), std::pair(0.02F, 0.402F)}) {
+    Image image = grey(300, 300, background);
+    std::vector<float> opaque;
+    Canvas canvas(image, opaque);
+    draw_lines(canvas, cell_lines(cell, film), film, {}, 2);
+    const auto [least, most] = std::minmax_element(image.rgb.begin(), image.rgb.end());
+    CHECK(*least == doctest::Approx(std::min(background, line)).epsilon(0.01));
+    CHECK(*most == doctest::Approx(std::max(background, line)).epsilon(0.01));
+  }
+}
+
+TEST_CASE("a legend's title replaces the name and the unit of the numbers") {
+  Legend legend = velocity;
+  set_title(legend, {});
+  CHECK(legend == velocity);
+  set_title(legend, {.legend_title = "speed (m/s)"});
+  CHECK(legend.title == "speed (m/s)");
+  CHECK(legend.unit.empty());
+  LabelContent content = content_of(600, 400);
+  content.settings = {.legend = true, .legend_title = "\u4e2d"};
+  content.legends = {velocity};
+  CHECK(refusal(content).starts_with("--legend-title: the font DejaVu Sans has no character"));
 }
 
 TEST_CASE("a cell around the camera is drawn only in front of the camera") {
