@@ -1,5 +1,6 @@
 """What the tests share: the package from its sources, the programs, a scene. Skips, with a word, without numpy."""
 
+import importlib.util
 import os
 import pathlib
 import sys
@@ -49,6 +50,12 @@ class Test(unittest.TestCase):
             call(*arguments, **options)
         self.assertIn(mentions, str(caught.exception))
         self.assertNotIn("\n", str(caught.exception))
+
+
+def needs(*modules):
+    """Skips a test or a class without these packages of PyPI."""
+    missing = [name for name in modules if importlib.util.find_spec(name) is None]
+    return unittest.skipIf(missing, f"needs {', '.join(missing)} from PyPI: see PARRAY_PACKAGES_PYTHON in packages_test.py")
 
 
 def main():

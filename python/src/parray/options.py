@@ -47,7 +47,8 @@ class PictureOptions(TypedDict, total=False):
     select: str
     slice: Union[str, Sequence[str]]
     hide: Union[str, Sequence[str]]
-    color_by: str
+    color_by: Union[str, npt.ArrayLike]
+    values: npt.ArrayLike
     colormap: Literal["viridis", "magma", "inferno", "plasma", "cividis", "blue-red", "grey", "violet-yellow"]
     range: Union[str, tuple[float, float]]
     view: Literal["auto", "front", "back", "left", "right", "top", "bottom", "iso", "+x", "-x", "+y", "-y", "+z", "-z"]
@@ -76,6 +77,9 @@ class PictureOptions(TypedDict, total=False):
 class RenderOptions(PictureOptions, total=False):
     """Options of render() on this machine, and those of all pictures."""
 
+    # Several pictures.
+    frames: Union[Sequence[int], Literal["all"]]
+    views: Union[str, Sequence[str]]
     threads: int
     denoise: bool
     transparent: bool
@@ -85,6 +89,7 @@ class RenderOptions(PictureOptions, total=False):
     outline: Union[bool, float, str]
     depth_cue: Union[bool, float, str]
     legend: bool
+    legend_title: str
     scale_bar: bool
     unit: str
     time_stamp: bool
@@ -113,8 +118,9 @@ OF_SCENE = ("elements", "camera", "sky", "material", *OF_PARTICLES)
 
 _DRAWN = ("outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size", "width_mm",
           "dpi")  # fmt: skip
-_FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell")
+FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell")
 _RENAMED = {"opaque": "transparent=False", "no_labels": "labels=False"}
+_OTHER_WORDS = {"cmap": "colormap", "c": "color_by", "color": "colors", "vmin": "range=(low, high)", "vmax": "range=(low, high)"}
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -143,11 +149,17 @@ def split(given: Mapping[str, Any], options: type) -> tuple[dict[str, Any], dict
     for name in given:
         if name in _RENAMED:
             raise TypeError(f"{name} is now {_RENAMED[name]}")
+        if name in _OTHER_WORDS:
+            raise TypeError(f"unknown option {name!r}: did you mean {_OTHER_WORDS[name]}?")
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)
             hint = f"did you mean {near[0]}?" if near else f"the options are {', '.join(known)}"
             raise TypeError(f"unknown option {name!r}: {hint}")
     asked = {name: value for name, value in given.items() if value is not None}
+    if "values" in asked:
+        if "color_by" in asked:
+            raise TypeError("values, color_by: both say what the colours mean: give one of them")
+        asked["color_by"] = asked.pop("values")
     scene = {name: asked.pop(name) for name in OF_SCENE if name in asked}
     return scene, asked
 
@@ -162,7 +174,7 @@ def as_arguments(options: Mapping[str, Any]) -> list[str]:
     arguments = []
     for name, value in options.items():
         option = "--" + name.replace("_", "-")
-        if name in _FLAGS:
+        if name in FLAGS:
             arguments += [option] if value else []
         elif isinstance(value, bool):
             arguments += [option, "on" if value else "off"]

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InputError
 from .exr import Attribute, read_exr
+from .picture_files import save_png_as
 from .srgb import as_texts, png_bytes, srgb_bytes, transparent_bytes
 
 
@@ -84,7 +84,8 @@ class Picture:
 
     def save(self, file: Union[str, os.PathLike[str]]) -> None:
         """Writes the picture in the format of the extension: EXR (the exact floats, all channels), PNG (`srgb()` with
-        labels and postprocessing) or NPY (`pixels`). EXR and PNG contain the recipe."""
+        labels and postprocessing), NPY (`pixels`), or PDF, JPEG, TIFF, WebP and others with the pixels of the PNG. JPEG, TIFF
+        and others need Pillow. EXR and PNG contain the recipe."""
         path = Path(file)
         extension = path.suffix.lower()
         if extension == ".npy":
@@ -92,7 +93,7 @@ class Picture:
         elif extension in (".exr", ".png"):
             path.write_bytes(self._exr if extension == ".exr" else self._repr_png_())
         else:
-            raise InputError(f"{path}: unknown extension: use .exr, .png or .npy")
+            save_png_as(self._repr_png_(), path)
 
     def _repr_png_(self) -> bytes:
         if self._png is not None:

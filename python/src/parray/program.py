@@ -6,11 +6,13 @@ import asyncio
 import contextlib
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
 import tempfile
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Optional
 
@@ -21,6 +23,7 @@ from .options import RenderOptions, as_arguments, is_drawn_on, shows_keywords, s
 from .picture import Picture
 from .progress import PreviewFile, Progress, ProgressOption, Shower, shower_for
 from .scene import prepare
+from .several import calls_of, facts_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -53,8 +56,18 @@ def convert(file: Path, scene: Path, options: list[str]) -> None:
         raise error_of(done.returncode, done.stderr)
 
 
+def validate(file: Path, options: Sequence[str]) -> dict[str, Any]:
+    """Returns what `parray validate` says about a particle file."""
+    return facts_of(find_program(), file, options)
+
+
+def _without_folders(text: str) -> str:
+    """Returns a message without the folders of temporary files: "particles.xyz: ..."."""
+    return re.sub(r"[^\s:]*/parray-[a-z0-9_]{8}/(?:input/)?(?:\w+/)?(?!\.\.)", "", text)
+
+
 def error_of(status: int, stderr: str) -> ParRayError:
-    text = stderr.strip()
+    text = _without_folders(stderr.strip())
     text = text[len("parray: ") :] if text.startswith("parray: ") else text
     return _ERRORS.get(status, RenderError)(text or f"parray ended with status {status}")
 
@@ -98,7 +111,7 @@ class _Render:
         if status != 0:
             raise error_of(status, said)
         if said:
-            warnings.warn(said, ParRayWarning, stacklevel=3)
+            warnings.warn(_without_folders(said), ParRayWarning, stacklevel=3)
         report = json.loads((self._folder / "report.json").read_bytes())
         return Picture(self._exr.read_bytes(), report, self._png.read_bytes() if self._drawn else None)
 
@@ -114,21 +127,30 @@ def render(
 ) -> Picture:
     """Renders on this machine with the program `parray` (find_program()) and returns the picture.
 
-    source    positions as an array of (N, 3); ASE Atoms; an MDAnalysis Universe or AtomGroup; an OVITO Pipeline or
-              DataCollection; the path of a scene or particle file; or a scene as a dict. In the dict, each `file` of
-              `particles` may be any of these except a scene
+    source    positions as an array of (N, 3); a table with columns x, y and z (pandas, astropy, structured arrays); ASE
+              Atoms; an MDAnalysis Universe or AtomGroup; an OVITO Pipeline or DataCollection; the path of a scene or
+              particle file; or a scene as a dict. In the dict, each `file` of `particles` may be any of these except a
+              scene. A list of sources, an array of (F, N, 3) or a trajectory of ASE gives a list of pictures with one
+              camera and one range of colours
     radii     radii of particles: (N,), or one for all
-    colors    (N, 3), or (3,) for all: linear RGB from 0 to 1, or sRGB of type uint8 (see parray.srgb_to_linear)
+    colors    (N, 3), or (3,) for all: linear RGB from 0 to 1, or sRGB of type uint8 (see parray.srgb_to_linear); or names
+              of colours: "tab:blue", "#1f77b4"
     elements  (N,): symbols or atomic numbers, which determine colours and radii
-    camera, sky   members of a scene's `camera` and `sky`; they replace those of the scene or automatic scene
+    camera, sky   members of a scene's `camera` and `sky`; they replace those of the scene or automatic scene. With vfov
+              alone, the camera moves so that the particles fill the picture as before
     material  material of particles: "by-element", "by-type", "column", "plain", or one material of a scene file for all:
               {"type": "metal", "albedo": [0.8, 0.6, 0.2]}
     frame     number, from 0, of a frame in a particle file, Universe or Pipeline; for a file also "last"
+    frames    several numbers of frames, such as range(0, 100, 10), or "all": returns a list of pictures
     select, slice, hide, alternatives   which particles are shown: select="z > 10", slice="z=40%:60%"
     topology  file with elements and names for a trajectory without them
-    color_by, colormap, range   colours by a number or category of the particles; range: (low, high), or "1%:99%"
+    color_by  colours by a number or category of the particles: the name of a column, or (N,) numbers or texts for arrays
+              and objects. `values` is another word for it
+    colormap, range   of these colours; range: (low, high), or "1%:99%"
     view, style, projection   direction of view, surroundings of the particles, and projection
+    views     several views, such as "front,iso": returns a list of pictures
     legend, scale_bar, unit, time_stamp, cell, text   labels on the PNG picture, which is shown and saved as .png
+    legend_title   title of the legend
     outline, depth_cue        postprocessing of the PNG picture: True, False, or a strength
     font_size, width_mm, dpi  size of the PNG picture in print
     labels    False: no labels, even if the scene has some
@@ -142,6 +164,9 @@ def render(
 
     Raises InputError, RenderError, Interrupted or ProgramNotFound. Ctrl-C also ends the program.
     """
+    calls = calls_of(source, radii, colors, options, convert, validate)
+    if calls is not None:
+        return [render(*call[:3], progress=progress, **call.options) for call in calls]  # type: ignore[return-value]
     with tempfile.TemporaryDirectory(prefix="parray-") as folder, shower_for(progress) as shower:
         run = _Render(source, radii, colors, options, Path(folder), shower)
         with subprocess.Popen(
@@ -180,6 +205,9 @@ async def render_async(
     **options: Unpack[RenderOptions],
 ) -> Picture:
     """Does the same as render() for asyncio. Cancelling the task ends the program."""
+    calls = await asyncio.to_thread(calls_of, source, radii, colors, options, convert, validate)
+    if calls is not None:
+        return [await render_async(*call[:3], progress=progress, **call.options) for call in calls]  # type: ignore[return-value]
     with tempfile.TemporaryDirectory(prefix="parray-") as folder, shower_for(progress) as shower:
         run = await asyncio.to_thread(_Render, source, radii, colors, options, Path(folder), shower)
         process = await asyncio.create_subprocess_exec(
