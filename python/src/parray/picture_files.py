@@ -93,5 +93,5 @@ def _dpi_of(png: bytes) -> float:
         if kind == b"pHYs":
             across, _, per_metre = struct.unpack(">2IB", content)
             if per_metre and across:
-                return across * 0.0254
+                return float(across * 0.0254)
     return _DPI

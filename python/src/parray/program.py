@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 _ERRORS = {1: RenderError, 2: InputError, 130: Interrupted}
+_TEMPORARY = "/parray-[a-z0-9_]{8}/"  # of tempfile
 _PATIENCE = 10  # seconds until a program that must end is killed
 
 
@@ -62,8 +63,13 @@ def validate(file: Path, options: Sequence[str]) -> dict[str, Any]:
 
 
 def _without_folders(text: str) -> str:
-    """Returns a message without the folders of temporary files: "particles.xyz: ..."."""
-    return re.sub(r"[^\s:]*/parray-[a-z0-9_]{8}/(?:input/)?(?:\w+/)?(?!\.\.)", "", text)
+    """Returns a message in which temporary files have no folder, as "particles.xyz", and other files a short path."""
+
+    def short(found: re.Match[str]) -> str:
+        path = os.path.normpath(found[0])
+        return os.path.basename(path) if re.search(_TEMPORARY, path) else path
+
+    return re.sub(rf"[^\s:]*{_TEMPORARY}[^\s:]*", short, text)
 
 
 def error_of(status: int, stderr: str) -> ParRayError:

@@ -126,9 +126,10 @@ def _of_frames(
         limits = range_over(all_particles, scene_options)
         if limits is not None:
             scene_options["range"] = limits
-        whole = first.with_more([(other, _outermost(other)) for other in all_particles[1:]])
-        if whole.radii is None and whole.elements is None:
-            whole = whole.changed(radii=_radius_of(first, settings, folder, convert))
+        if first.radii is None and first.elements is None:
+            radius = _radius_of(first, settings, folder, convert)
+            all_particles = [particles.changed(radii=radius) for particles in all_particles]
+        whole = all_particles[0].with_more([(other, _outermost(other)) for other in all_particles[1:]])
         scene = _scene(whole, scene_options, settings, folder / "all", convert)
     item = {key: value for key, value in scene["particles"][0].items() if key != "topology"}
     return [_call(scene, {**item, "file": particles}, settings) for particles in all_particles]

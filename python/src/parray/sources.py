@@ -114,9 +114,10 @@ def _of_atom_group(source: Any, frame: Any) -> Particles:
     chains = _named(atoms, "chainIDs")
     texts["chain"] = chains if chains is not None else _named(atoms, "segids")
     elements = _named(atoms, "elements")
-    if texts["resname"] is None and np.unique(getattr(atoms, "resids", 0)).size == 1:
+    has_residues = texts["resname"] is not None or np.unique(getattr(atoms, "resids", 0)).size > 1
+    if not has_residues:
         texts["name"] = texts["chain"] = None  # names that stand for elements, and one residue for all
-    numbers = _numbers_of_atom_group(atoms, texts["resname"] is not None or texts["chain"] is not None)
+    numbers = _numbers_of_atom_group(atoms, has_residues)
     types = texts["type"]
     if elements is None and texts["name"] is None and types is not None and not all(map(str.isdecimal, types)):
         elements, texts["type"] = types, None
@@ -226,7 +227,7 @@ def _add_properties(particles: Any, found: Particles) -> None:
         if len(values.types) > 0 and values.ndim == 1:
             found.add(_OVITO_NAMES.get(name, name), _names_of_types(values))
         if len(values.types) == 0 or name == "Structure Type":
-            found.add(_OVITO_NAMES.get(name, name), np.array(values))
+            found.add(_OVITO_NAMES.get(name, name), np.array(values[:]))
 
 
 def _add_residues(data: Any, found: Particles) -> None:
