@@ -56,6 +56,12 @@ class ColorsByArrays(Test):
         picture = parray.render(self.positions, self.radii, color_by=["solid", "melt"] * 20, **SMALL)
         self.assertEqual([entry["name"] for entry in legend_of(picture)["entries"]], ["melt", "solid"])
 
+    def test_truth_values_are_categories_and_dates_are_refused(self):
+        picture = parray.render(self.positions, self.radii, color_by=self.positions[:, 0] > 0, **SMALL)
+        self.assertEqual([entry["name"] for entry in legend_of(picture)["entries"]], ["false", "true"])
+        dates = np.full(40, "2026-01-01", "datetime64[D]")
+        self.refused(parray.InputError, "not numbers or texts", parray.render, self.positions, color_by=dates)
+
     def test_arrays_of_another_length_and_arrays_for_files_are_refused(self):
         self.refused(parray.InputError, "shape (3,)", parray.render, self.positions, color_by=[1, 2, 3], **SMALL)
         self.refused(parray.InputError, "name a column of the file", parray.render, HELIX, color_by=[1, 2], **SMALL)
@@ -64,6 +70,18 @@ class ColorsByArrays(Test):
     def test_words_of_matplotlib_name_the_option(self):
         for word, option in (("cmap", "colormap"), ("c", "color_by"), ("vmin", "range"), ("color", "colors")):
             self.refused(TypeError, f"did you mean {option}", parray.render, self.positions, **{word: 1})
+
+
+class TitleOfTheLegend(Test):
+    def test_the_title_is_on_the_picture(self):
+        """The option of the program."""
+        if "--legend-title" not in subprocess.run([BIN / "parray", "help", "render", "--all"], capture_output=True, text=True).stdout:
+            self.skipTest("needs a program with --legend-title")
+        positions, radii, _ = cloud()
+        options = {"color_by": radii, "legend": True, **LARGE}
+        plain, titled = (parray.render(positions, radii, **options, **o) for o in ({}, {"legend_title": "Speed (m/s)"}))
+        self.assertEqual(plain.pixels.tobytes(), titled.pixels.tobytes())
+        self.assertNotEqual(plain._repr_png_(), titled._repr_png_())
 
 
 class NamesOfColors(Test):
@@ -177,7 +195,11 @@ class Several(Test):
         for options, text in (({"frame": 1, "frames": [0]}, "give one of them"), ({"range": "1%:99%", "color_by": "z"}, "give two numbers"),
                               ({"views": "top"}, "one frame"), ({"color_by": "speed"}, "a frame has no speed")):  # fmt: skip
             self.refused(parray.InputError, text, parray.render, frames, 0.2, **options, **SMALL)
-        self.refused(parray.InputError, "there are no frames", parray.render, HELIX, frames=[], **SMALL)
+        for chosen, text in (([], "there are no frames"), (3, "is not a list of numbers"), ("last", "is not a list")):
+            self.refused(parray.InputError, text, parray.render, HELIX, frames=chosen, **SMALL)
+        self.refused(parray.InputError, "has 2 frames", parray.render, frames, frames=[2], **SMALL)
+        for mixed in ([HELIX, parray.Particles([[0, 0, 0]])], [parray.Particles([[0, 0, 0]]), HELIX]):
+            self.refused(parray.InputError, "are mixed", parray.render, mixed, **SMALL)
 
     def test_views_are_a_list_of_pictures(self):
         pictures = parray.render(self.positions, 0.2, views="front, iso", **SMALL)

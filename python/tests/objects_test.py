@@ -147,6 +147,9 @@ class MdAnalysis(ObjectTest):
             ends = {p.report["legends"][0]["high"] for p in pictures}
             self.assertEqual((len(pictures), len(ends)), (count, 1))
             self.assertAlmostEqual(ends.pop(), 3 * float(first[:, 0].max()), places=3)
+        self.assert_ends(self.legend(self.universe, "x", frame="last"), 3 * first[:, 0])
+        for frame in (3, -4, "first"):
+            self.refused(parray.InputError, "from 0 to 2", parray.render, self.universe, frame=frame, **SMALL)
 
     def test_types_that_are_numbers_stay_types(self):
         import MDAnalysis
@@ -246,6 +249,14 @@ class Pandas(ObjectTest):
         expected = parray.render(self.positions, 0.3, np.array([255, 128, 0], np.uint8), **SMALL)
         self.assert_same(parray.render(table, **SMALL), expected)
         self.assertEqual(self.names(self.table.assign(element="Au"), "element"), ["Au"])
+
+    def test_missing_values_are_not_known_and_odd_columns_do_no_harm(self):
+        import pandas
+
+        table = self.table.assign(count=pandas.array([None, *range(29)], "Int64"), day=pandas.Timestamp("2026-01-01"))
+        table["list"] = [[1, 2]] * 30
+        legend = self.legend(table, "count")
+        self.assertEqual((legend["high"], legend["entries"][0]["count"]), (28, 1))
 
     def test_a_series_gives_the_colour_and_the_title(self):
         legend = self.legend(self.positions, self.table["Speed [m/s]"])

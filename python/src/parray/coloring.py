@@ -16,21 +16,23 @@ _CATEGORIES = {"name": "atom", "resname": "residue", "chain": "chain", "type": "
 """The columns of texts that the program knows, and its words for them."""
 
 
-def colored(particles: Particles, options: dict[str, Any], title: Optional[str] = None) -> Particles:
+def colored(particles: Particles, options: dict[str, Any]) -> Particles:
     """Returns the particles with the column that `color_by` in `options` needs. Changes `color_by` to its name. The column
-    of an array gets the name `title`, or the name of a Series."""
+    of an array is called "value", that of a Series has the name of the Series."""
     by = options.get("color_by")
     if by is None:
         return particles
     particles = particles.changed()
     if not isinstance(by, str):
-        name = column_name(title or getattr(by, "name", None) or "value")
+        name = column_name(getattr(by, "name", None) or "value")
         by = "value" if name in RESERVED or name in _CATEGORIES else name
         values = np.asarray(by_values(options["color_by"]))
         if values.shape != (len(particles),):
             raise InputError(
                 f"color_by: the array has shape {values.shape}: give one number or text for each of {len(particles)} particles"
             )
+        if values.dtype.kind == "b":
+            values = np.where(values, "true", "false")
         particles.numbers.pop(by, None)
         particles.texts.pop(by, None)
         particles.add(by, values)

@@ -114,7 +114,7 @@ class SubmitOptions(PictureOptions, total=False):
 # Options that make the scene. All others are passed on by their names.
 OF_PARTICLES = ("frame", "topology", "alternatives", "select", "slice", "hide", "color_by", "colormap", "range", "view",
                 "style", "projection")  # fmt: skip
-OF_SCENE = ("elements", "camera", "sky", "material", *OF_PARTICLES)
+OF_SCENE = ("elements", "values", "camera", "sky", "material", *OF_PARTICLES)
 
 _DRAWN = ("outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size", "width_mm",
           "dpi")  # fmt: skip

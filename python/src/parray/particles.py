@@ -77,6 +77,8 @@ class Particles:
         program has for something else, such as "x"."""
         name = column_name(name)
         array = np.asarray(values)
+        if array.dtype.kind not in "biufOSTU":
+            raise InputError(f"{name}: values of type {array.dtype} are not numbers or texts: give numbers")
         if array.dtype.kind in "OSTU":
             array = _decided(array)
         if array.dtype.kind in "SU":
@@ -200,7 +202,8 @@ def _decided(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
             pass
     if array.dtype.kind == "S" or any(isinstance(value, bytes) for value in array.flat[:1]):
         return np.array([value.decode("utf-8", "replace") for value in array.tolist()])
-    return array.astype(np.str_)
+    texts: npt.NDArray[Any] = np.array([str(value) for value in array.ravel().tolist()]).reshape(array.shape)
+    return texts
 
 
 def _column(particles: Particles, name: str, values: Any) -> npt.NDArray[Any]:

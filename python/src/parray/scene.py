@@ -115,7 +115,7 @@ def prepare(
         path = Path(source)
         rules, material = _rules_of_file(columns, asked, material)
     else:
-        particles = colored(particles.changed(**columns), asked, settings.get("legend_title"))
+        particles = colored(particles.changed(**columns), asked)
         path = particles.write(folder, _mentioned(asked))
         asked.pop("frame", None)
         rules = _rule_of_names(particles, folder, asked)

@@ -65,21 +65,29 @@ def _frames_of(source: Any, chosen: Any, validate: Validate) -> Optional[list[_F
     series = _series(source)
     if chosen is None:
         return None if series is None else [_Frame(item, None) for item in series]
-    if series is not None:
-        if isinstance(chosen, str):
-            return [_Frame(item, None) for item in series]
-        return [_Frame(series[number], None) for number in chosen]
-    if isinstance(chosen, str) and chosen == "all":
-        count = count_of_frames(source)
-        if count is None and isinstance(source, (str, os.PathLike)) and not is_scene(source):
-            count = validate(Path(source), []).get("frames")
-        if count is None:
-            raise InputError("frames: the number of frames is not known: give frames=range(N)")
-        chosen = range(count)
+    everything = isinstance(chosen, str) and chosen == "all"
+    if not everything and (isinstance(chosen, str) or not hasattr(chosen, "__iter__")):
+        raise InputError(f"frames: {chosen!r} is not a list of numbers: give frames=range(10), frames=[0, 5] or frames='all'")
+    if everything:
+        chosen = range(len(series) if series is not None else _count_of(source, validate))
     numbers = [int(number) for number in chosen]
     if not numbers:
         raise InputError("frames: there are no frames: give at least one, such as frames=range(10)")
-    return [_Frame(source, number) for number in numbers]
+    if series is None:
+        return [_Frame(source, number) for number in numbers]
+    if not all(-len(series) <= number < len(series) for number in numbers):
+        raise InputError(f"frames: the source has {len(series)} frames, from 0: give numbers of these")
+    return [_Frame(series[number], None) for number in numbers]
+
+
+def _count_of(source: Any, validate: Validate) -> int:
+    """Returns the number of frames of a file or an object."""
+    count = count_of_frames(source)
+    if count is None and isinstance(source, (str, os.PathLike)) and not is_scene(source):
+        count = validate(Path(source), []).get("frames")
+    if count is None:
+        raise InputError("frames: the number of frames is not known: give frames=range(N)")
+    return count
 
 
 def _series(source: Any) -> Any:
@@ -105,14 +113,13 @@ def _of_frames(
     scene_options, settings = split(options, RenderOptions)
     elements = scene_options.pop("elements", None)
     by = scene_options.get("color_by")
-    title = settings.get("legend_title")
 
     def particles_at(place: int) -> Optional[Particles]:
         found = particles_of(*frames[place])
         if found is None:
             return None
         own = {"color_by": _part(by, place, len(frames))}
-        found = colored(found.changed(radii=radii, colors=colors, elements=elements), own, title)
+        found = colored(found.changed(radii=radii, colors=colors, elements=elements), own)
         if by is not None:
             scene_options["color_by"] = own["color_by"]
         return found
@@ -146,6 +153,8 @@ def _of_files(
     validate: Validate,
 ) -> list[Call]:
     """Returns the scenes of files that the program reads. The camera is that of the first frame."""
+    if not all(isinstance(frame.source, (str, os.PathLike)) for frame in frames):
+        raise InputError("frames: files and other sources are mixed: give frames of one kind")
     words = [["--frame", str(frame.number)] if frame.number is not None else [] for frame in frames]
     if needs_range(scene_options):
         topology = ["--topology", os.fspath(scene_options["topology"])] if "topology" in scene_options else []

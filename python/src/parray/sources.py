@@ -28,17 +28,23 @@ def particles_of(source: Any, frame: Frame = None) -> Optional[Particles]:
     if isinstance(source, (str, os.PathLike)):
         read = read_other_file(Path(source), frame)
         return None if read is None else particles_of(read.content, read.frame)
-    if isinstance(frame, str) and not isinstance(source, Particles):
-        raise InputError(f"frame: {frame!r} works only for files: give a number")
     for is_it, find in _WITH_FRAMES:
         if is_it(source):
-            return find(source, frame)
+            return find(source, None if frame is None else _number_of(frame, count_of_frames(source) or 0))
     if frame is not None:
         raise InputError(f"frame: {type(source).__name__} has only one frame: leave frame out")
     for is_it, make in _OTHERS:
         if is_it(source):
             return make(source)
     return Particles(source)
+
+
+def _number_of(frame: Union[int, str], count: int) -> int:
+    """Returns the number of a frame from 0. "last" and negative numbers count from the end."""
+    number = -1 if frame == "last" else frame
+    if not isinstance(number, (int, np.integer)) or not -count <= number < count:
+        raise InputError(f"frame: there is no frame {frame}: give a number from 0 to {count - 1}, or 'last'")
+    return int(number) % count
 
 
 def count_of_frames(source: Any) -> Optional[int]:

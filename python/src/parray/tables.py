@@ -81,6 +81,8 @@ def _without_unit(name: str) -> str:
 
 def _values(column: Any) -> npt.NDArray[Any]:
     """Returns the values of a column. Values that are missing become NaN."""
+    if hasattr(getattr(column, "dtype", None), "na_value") and column.dtype.kind in "iuf":  # pandas, with missing values
+        return np.asarray(column.to_numpy(np.float64, na_value=np.nan))
     if hasattr(column, "to_numpy"):
         return np.asarray(column.to_numpy())
     if isinstance(column, np.ma.MaskedArray) and column.dtype.kind in "iuf":
