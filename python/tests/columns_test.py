@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import unittest.mock
+import warnings
 import zlib
 
 from support import BIN, SMALL, SOURCE, Test, cloud, main, np, parray
@@ -174,11 +175,34 @@ class Several(Test):
         self.assertEqual(ground[0], ground[1])
         self.assertNotEqual(alone.channels["Z"][-1, 0], ground[0])
 
+    def test_a_category_has_one_colour_in_all_frames(self):
+        """Also if a frame lacks another."""
+        kinds = [["a", "b"] * 20, ["b", "c"] * 20, ["c"] * 40]
+        for select, count in (("all", 40), ("x > 0", (self.positions[:, 0] > 0).sum())):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                pictures = parray.render([self.positions] * 3, 0.2, color_by=kinds, select=select, **SMALL)
+            entries = [{e["name"]: tuple(e["color"]) for e in legend_of(p)["entries"]} for p in pictures]
+            self.assertEqual([set(e) for e in entries], [set(k) for k in kinds])
+            self.assertEqual(len(set().union(*(e.items() for e in entries))), 3)
+            self.assertEqual([p.report["spheres"] - 2 for p in pictures], [count] * 3)
+
     def test_arrays_of_each_frame_are_its_colours(self):
         numbers = [self.radii, 2 * self.radii]
         pictures = parray.render([self.positions] * 2, 0.2, color_by=numbers, **SMALL)
         self.assertEqual([legend_of(p)["high"] for p in pictures], [2 * self.radii.max()] * 2)
         self.assertNotEqual(*(p.report["scene_sha256"] for p in pictures))
+
+    def test_hidden_particles_do_not_widen_the_range(self):
+        frames = [self.positions, 2 * self.positions]
+        lines = [f"{len(f)}\n\n" + "".join(f"C {x} {y} {z}\n" for x, y, z in f) for f in frames]
+        (self.folder / "run.xyz").write_text("".join(lines))
+        below = max(f[f[:, 2] < 0.5][:, 2].max() for f in frames)
+        for source, options in ((frames, {}), (self.folder / "run.xyz", {"frames": "all"})):
+            with self.assertWarnsRegex(parray.ParRayWarning, "not selected") as caught:
+                pictures = parray.render(source, 0.2, color_by="z", select="z < 0.5", **options, **SMALL)
+            self.assertEqual([legend_of(p)["high"] for p in pictures], [below] * 2)
+            self.assertEqual(caught.filename, __file__)
 
     def test_frames_of_a_file_share_camera_and_colours(self):
         lines = ["2\n\nC 0 0 0\nC 2 0 0\n", "2\n\nC 0 0 1\nC 2 0 5\n", "2\n\nC 0 0 1\nC 2 0 2\n"]

@@ -10,6 +10,7 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import warnings
 from collections.abc import Sequence
@@ -23,7 +24,7 @@ from .options import RenderOptions, as_arguments, is_drawn_on, shows_keywords, s
 from .picture import Picture
 from .progress import PreviewFile, Progress, ProgressOption, Shower, shower_for
 from .scene import prepare
-from .several import calls_of, facts_of
+from .several import Tools, calls_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -58,8 +59,26 @@ def convert(file: Path, scene: Path, options: list[str]) -> None:
 
 
 def validate(file: Path, options: Sequence[str]) -> dict[str, Any]:
-    """Returns what `parray validate` says about a particle file."""
-    return facts_of(find_program(), file, options)
+    """Returns what `parray validate` says about a particle file; nothing if it refuses the file or the options."""
+    command = [find_program(), "validate", str(file), "--json", *options]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+    files = json.loads(done.stdout).get("particle_files", []) if done.returncode == 0 else []
+    return dict(files[0]) if files else {}
+
+
+def legends(file: Path) -> list[dict[str, Any]]:
+    """Returns the legends that a picture of the file has."""
+    report = file.with_name("legends.json")
+    command = [find_program(), "render", str(file), "-q", "-o", str(file.with_name("legends.exr")), "--report", str(report)]
+    command += ["--width", "4", "--height", "4", "--spp", "1"]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise error_of(done.returncode, done.stderr)
+    found: list[dict[str, Any]] = json.loads(report.read_bytes())["legends"]
+    return found
+
+
+_TOOLS = Tools(convert, validate, legends)
 
 
 def _without_folders(text: str) -> str:
@@ -117,7 +136,7 @@ class _Render:
         if status != 0:
             raise error_of(status, said)
         if said:
-            warnings.warn(_without_folders(said), ParRayWarning, stacklevel=3)
+            warnings.warn(_without_folders(said), ParRayWarning, stacklevel=_level_of_user())
         report = json.loads((self._folder / "report.json").read_bytes())
         return Picture(self._exr.read_bytes(), report, self._png.read_bytes() if self._drawn else None)
 
@@ -170,7 +189,7 @@ def render(
 
     Raises InputError, RenderError, Interrupted or ProgramNotFound. Ctrl-C also ends the program.
     """
-    calls = calls_of(source, radii, colors, options, convert, validate)
+    calls = calls_of(source, radii, colors, options, _TOOLS)
     if calls is not None:
         return [render(*call[:3], progress=progress, **call.options) for call in calls]  # type: ignore[return-value]
     with tempfile.TemporaryDirectory(prefix="parray-") as folder, shower_for(progress) as shower:
@@ -187,6 +206,14 @@ def render(
                 _end(process)
                 raise
         return run.picture(status)
+
+
+def _level_of_user() -> int:
+    """Returns the `stacklevel` of a warning for which the caller's line is outside this package."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and os.path.dirname(frame.f_code.co_filename) == os.path.dirname(__file__):
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 def _end(process: subprocess.Popen[str]) -> None:
@@ -211,7 +238,7 @@ async def render_async(
     **options: Unpack[RenderOptions],
 ) -> Picture:
     """Does the same as render() for asyncio. Cancelling the task ends the program."""
-    calls = await asyncio.to_thread(calls_of, source, radii, colors, options, convert, validate)
+    calls = await asyncio.to_thread(calls_of, source, radii, colors, options, _TOOLS)
     if calls is not None:
         return [await render_async(*call[:3], progress=progress, **call.options) for call in calls]  # type: ignore[return-value]
     with tempfile.TemporaryDirectory(prefix="parray-") as folder, shower_for(progress) as shower:

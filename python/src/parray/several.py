@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -20,8 +18,15 @@ from .particles import Particles
 from .scene import Convert, Scene, is_scene, prepare
 from .sources import count_of_frames, is_particle_object, particles_of
 
-Validate = Callable[[Path, Sequence[str]], dict[str, Any]]
-"""Runs `parray validate --json` for a particle file."""
+
+class Tools(NamedTuple):
+    """What the program does for several pictures."""
+
+    convert: Convert
+    validate: Callable[[Path, Sequence[str]], dict[str, Any]]
+    """Runs `parray validate --json` for a particle file."""
+    legends: Callable[[Path], list[dict[str, Any]]]
+    """Returns the legends of a file, which a picture of few pixels has."""
 
 
 class Call(NamedTuple):
@@ -33,6 +38,10 @@ class Call(NamedTuple):
     options: dict[str, Any]
 
 
+_HIDING = ("select", "slice", "hide")
+_MIXED = "frames: files and other sources are mixed: give frames of one kind"
+
+
 class _Frame(NamedTuple):
     """A source and the frame of it."""
 
@@ -40,12 +49,10 @@ class _Frame(NamedTuple):
     number: Optional[int]
 
 
-def calls_of(
-    source: Any, radii: Any, colors: Any, given: Mapping[str, Any], convert: Convert, validate: Validate
-) -> Optional[Iterator[Call]]:
+def calls_of(source: Any, radii: Any, colors: Any, given: Mapping[str, Any], tools: Tools) -> Optional[Iterator[Call]]:
     """Returns the calls for the pictures of several frames or views. Returns None for a single picture."""
     options = {name: value for name, value in given.items() if value is not None}
-    views, frames = options.pop("views", None), _frames_of(source, options.pop("frames", None), validate)
+    views, frames = options.pop("views", None), _frames_of(source, options.pop("frames", None), tools)
     if views is not None:
         if frames is not None or "view" in options:
             raise InputError("views: give either views or one view, and one frame: or call render() for each frame")
@@ -57,10 +64,10 @@ def calls_of(
         raise InputError("frame, frames: give one of them")
     if any(is_scene(frame.source) for frame in frames):
         return iter([Call(frame.source, radii, colors, options) for frame in frames])
-    return iter(_of_frames(frames, radii, colors, options, convert, validate))
+    return iter(_of_frames(frames, radii, colors, options, tools))
 
 
-def _frames_of(source: Any, chosen: Any, validate: Validate) -> Optional[list[_Frame]]:
+def _frames_of(source: Any, chosen: Any, tools: Tools) -> Optional[list[_Frame]]:
     """Returns the frames of a call. Returns None for a single one."""
     series = _series(source)
     if chosen is None:
@@ -69,7 +76,7 @@ def _frames_of(source: Any, chosen: Any, validate: Validate) -> Optional[list[_F
     if not everything and (isinstance(chosen, str) or not hasattr(chosen, "__iter__")):
         raise InputError(f"frames: {chosen!r} is not a list of numbers: give frames=range(10), frames=[0, 5] or frames='all'")
     if everything:
-        chosen = range(len(series) if series is not None else _count_of(source, validate))
+        chosen = range(len(series) if series is not None else _count_of(source, tools))
     numbers = [int(number) for number in chosen]
     if not numbers:
         raise InputError("frames: there are no frames: give at least one, such as frames=range(10)")
@@ -80,11 +87,11 @@ def _frames_of(source: Any, chosen: Any, validate: Validate) -> Optional[list[_F
     return [_Frame(series[number], None) for number in numbers]
 
 
-def _count_of(source: Any, validate: Validate) -> int:
+def _count_of(source: Any, tools: Tools) -> int:
     """Returns the number of frames of a file or an object."""
     count = count_of_frames(source)
     if count is None and isinstance(source, (str, os.PathLike)) and not is_scene(source):
-        count = validate(Path(source), []).get("frames")
+        count = tools.validate(Path(source), []).get("frames")
     if count is None:
         raise InputError("frames: the number of frames is not known: give frames=range(N)")
     return count
@@ -106,40 +113,54 @@ def _series(source: Any) -> Any:
     return source if np.ndim(first) == 2 and np.shape(first)[1:] == (3,) else None
 
 
-def _of_frames(
-    frames: list[_Frame], radii: Any, colors: Any, options: dict[str, Any], convert: Convert, validate: Validate
-) -> list[Call]:
+def _of_frames(frames: list[_Frame], radii: Any, colors: Any, options: dict[str, Any], tools: Tools) -> list[Call]:
     """Returns a scene for each frame. All have the camera and the light of one automatic scene."""
     scene_options, settings = split(options, RenderOptions)
-    elements = scene_options.pop("elements", None)
-    by = scene_options.get("color_by")
-
-    def particles_at(place: int) -> Optional[Particles]:
-        found = particles_of(*frames[place])
-        if found is None:
-            return None
-        own = {"color_by": _part(by, place, len(frames))}
-        found = colored(found.changed(radii=radii, colors=colors, elements=elements), own)
-        if by is not None:
-            scene_options["color_by"] = own["color_by"]
-        return found
-
     with tempfile.TemporaryDirectory(prefix="parray-") as name:
         folder = Path(name)
-        first = particles_at(0)
+        first = particles_of(*frames[0])
         if first is None:
-            return _of_files(frames, radii, colors, {**scene_options, "elements": elements}, settings, folder, convert, validate)
-        all_particles = [first, *(_certain(particles_at(place)) for place in range(1, len(frames)))]
-        limits = range_over(all_particles, scene_options)
-        if limits is not None:
-            scene_options["range"] = limits
-        if first.radii is None and first.elements is None:
-            radius = _radius_of(first, settings, folder, convert)
-            all_particles = [particles.changed(radii=radius) for particles in all_particles]
-        whole = all_particles[0].with_more([(other, _outermost(other)) for other in all_particles[1:]])
-        scene = _scene(whole, scene_options, settings, folder / "all", convert)
+            return _of_files(frames, radii, colors, scene_options, settings, folder, tools)
+        by, words = scene_options.get("color_by"), {}
+        columns = {"radii": radii, "colors": colors, "elements": scene_options.pop("elements", None)}
+        particles = []
+        for place, frame in enumerate(frames):
+            found = first if place == 0 else particles_of(*frame)
+            if found is None:
+                raise InputError(_MIXED)
+            words = {"color_by": _part(by, place, len(frames))}
+            particles.append(colored(found.changed(**columns), words))
+        if by is not None:
+            scene_options["color_by"] = words["color_by"]
+        if needs_range(scene_options):
+            hidden = _limits_of_shown(particles, scene_options, folder, tools)
+            scene_options["range"] = hidden or range_over(particles, scene_options)
+        if particles[0].radii is None and particles[0].elements is None:
+            radius = _scene(particles[0], {}, settings, folder / "radius", tools)["particles"][0].get("radius")
+            particles = [some.changed(radii=radius) for some in particles]
+        whole = particles[0].with_more([(other, _outermost(other)) for other in particles[1:]])
+        scene = _scene(whole, scene_options, settings, folder / "all", tools)
     item = {key: value for key, value in scene["particles"][0].items() if key != "topology"}
-    return [_call(scene, {**item, "file": particles}, settings) for particles in all_particles]
+    items = _with_all_names(particles, scene_options.get("color_by"), item)
+    return [_call(scene, item, settings) for item in items]
+
+
+def _with_all_names(particles: Sequence[Particles], by: Any, item: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Returns the items of the scenes. The program gives colours to the names of a file in their order. So that a name has
+    one colour in all frames, a frame gets a hidden particle for each name that it lacks."""
+    column = {"type": "type", "chain": "chain", "atom": "name"}.get(by, "") if isinstance(by, str) else ""
+    names = {name for some in particles for name in some.texts.get(column, ())}
+    items = []
+    for some in particles:
+        missing = sorted(names - set(some.texts.get(column, ())))
+        own = {**item, "file": some}
+        if missing:
+            more = some.with_more([(some, np.zeros(len(missing), np.intp))])
+            more.texts[column] = np.concatenate([some.texts[column], np.array(missing)])
+            shown = f"index < {len(some)}"
+            own = {**item, "file": more, "select": f"({item['select']}) and {shown}" if "select" in item else shown}
+        items.append(own)
+    return items
 
 
 def _of_files(
@@ -149,29 +170,55 @@ def _of_files(
     scene_options: dict[str, Any],
     settings: dict[str, Any],
     folder: Path,
-    convert: Convert,
-    validate: Validate,
+    tools: Tools,
 ) -> list[Call]:
     """Returns the scenes of files that the program reads. The camera is that of the first frame."""
     if not all(isinstance(frame.source, (str, os.PathLike)) for frame in frames):
-        raise InputError("frames: files and other sources are mixed: give frames of one kind")
-    words = [["--frame", str(frame.number)] if frame.number is not None else [] for frame in frames]
+        raise InputError(_MIXED)
+    numbers = [{} if frame.number is None else {"frame": frame.number} for frame in frames]
     if needs_range(scene_options):
-        topology = ["--topology", os.fspath(scene_options["topology"])] if "topology" in scene_options else []
-        facts = [validate(Path(frame.source), word + topology) for frame, word in zip(frames, words)]
-        limits = [limit for limit in (_limits_of(fact, scene_options["color_by"].lower()) for fact in facts) if limit]
+        limits = _limits_of_shown([frame.source for frame in frames], scene_options, folder, tools, numbers)
+        limits = limits or _limits_of_files(frames, scene_options, tools)
         if limits:
-            scene_options["range"] = ends(limits, scene_options.get("colormap"))
-    if frames[0].number is not None:
-        scene_options["frame"] = frames[0].number
-    scene = _scene(frames[0].source, scene_options, settings, folder / "first", convert, radii, colors)
-    calls = []
+            scene_options["range"] = limits
+    scene = _scene(frames[0].source, {**scene_options, **numbers[0]}, settings, folder / "first", tools, radii, colors)
+    item = scene["particles"][0]
+    return [
+        _call(scene, {**item, "file": str(Path(frame.source).absolute()), **number}, settings)
+        for frame, number in zip(frames, numbers)
+    ]
+
+
+def _limits_of_shown(
+    sources: Sequence[Any],
+    options: Mapping[str, Any],
+    folder: Path,
+    tools: Tools,
+    numbers: Optional[Sequence[Mapping[str, Any]]] = None,
+) -> Optional[tuple[float, float]]:
+    """Returns the smallest and the largest number of the particles that are shown. Returns None if none are hidden."""
+    if not any(name in options for name in _HIDING):
+        return None
+    limits = []
+    for place, source in enumerate(sources):
+        inputs = folder / f"shown-{place}"
+        inputs.mkdir()
+        own = {**options, **(numbers[place] if numbers else {})}
+        work = prepare(source, None, None, own, {}, inputs, tools.convert)
+        legend = tools.legends(work.local_file(inputs))[0]
+        limits.append((legend["low"], legend["high"]))
+    return ends(limits, options.get("colormap"))
+
+
+def _limits_of_files(frames: list[_Frame], options: Mapping[str, Any], tools: Tools) -> Optional[tuple[float, float]]:
+    """Returns the smallest and the largest number of files. Returns None if no file has such a column."""
+    topology = ["--topology", os.fspath(options["topology"])] if "topology" in options else []
+    limits = []
     for frame in frames:
-        item = {**scene["particles"][0], "file": str(Path(frame.source).absolute())}
-        if frame.number is not None:
-            item["frame"] = frame.number
-        calls.append(_call(scene, item, settings))
-    return calls
+        words = ["--frame", str(frame.number)] if frame.number is not None else []
+        found = _limits_of(tools.validate(Path(frame.source), words + topology), options["color_by"].lower())
+        limits += [] if found is None else [found]
+    return ends(limits, options.get("colormap")) if limits else None
 
 
 def _limits_of(facts: Mapping[str, Any], by: str) -> Optional[tuple[float, float]]:
@@ -187,29 +234,18 @@ def _scene(
     options: Mapping[str, Any],
     settings: Mapping[str, Any],
     folder: Path,
-    convert: Convert,
+    tools: Tools,
     radii: Any = None,
     colors: Any = None,
 ) -> Scene:
     folder.mkdir()
-    work = prepare(source, radii, colors, options, settings, folder, convert, as_scene=True)
+    work = prepare(source, radii, colors, options, settings, folder, tools.convert, as_scene=True)
     assert not isinstance(work.source, Path)
     return work.source
 
 
 def _call(scene: Scene, item: Mapping[str, Any], settings: Mapping[str, Any]) -> Call:
     return Call({**scene, "particles": [item]}, None, None, dict(settings))
-
-
-def _radius_of(first: Particles, settings: Mapping[str, Any], folder: Path, convert: Convert) -> Any:
-    """Returns the radius that the program chooses for the first frame."""
-    return _scene(first, {}, settings, folder / "radius", convert)["particles"][0].get("radius")
-
-
-def _certain(particles: Optional[Particles]) -> Particles:
-    if particles is None:
-        raise InputError("frames: files and other sources are mixed: give frames of one kind")
-    return particles
 
 
 def _part(by: Any, place: int, count: int) -> Any:
@@ -230,14 +266,3 @@ def _outermost(particles: Particles, directions: int = 64) -> npt.NDArray[np.int
     if particles.radii is not None:
         reach += particles.radii[:, np.newaxis]
     return np.unique(reach.argmax(axis=0))
-
-
-def facts_of(program: str, file: Path, words: Sequence[str]) -> dict[str, Any]:
-    """Returns what `parray validate` says about a particle file; nothing if it refuses the file or the options."""
-    done = subprocess.run(
-        [program, "validate", str(file), "--json", *words], stdin=subprocess.DEVNULL, capture_output=True, check=False
-    )
-    if done.returncode != 0:
-        return {}
-    files = json.loads(done.stdout).get("particle_files", [])
-    return dict(files[0]) if files else {}
