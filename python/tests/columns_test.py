@@ -128,6 +128,18 @@ class Columns(Test):
                     "particles": [{"file": particles, "select": "resid 9"}]}  # fmt: skip
         self.assertEqual(parray.render(in_scene, **SMALL).report["spheres"], 1)
 
+    def test_a_scale_bar_is_in_angstrom_only_for_atoms(self):
+        options = {"scale_bar": True, "view": "front", **LARGE}
+        atoms, other = ({"elements": ["C", "O"]}, {"texts": {"type": ["gas", "stars"]}})
+        for columns, unit in ((atoms, "angstrom"), (other, " "), ({**other, "unit": "kpc"}, "kpc"), ({"unit": "angstrom"}, "angstrom")):
+            particles = parray.Particles([[0, 0, 0], [30, 0, 9]], [5, 5], **columns)
+            plain, named = (parray.render(particles, **options, **o) for o in ({}, {"unit": unit}))
+            self.assertEqual(plain._repr_png_(), named._repr_png_())
+            (frame,) = parray.render([particles], **options)
+            self.assertEqual(frame.srgb().shape, plain.srgb().shape)
+        unknown = parray.render([[0, 0, 0], [30, 0, 9]], 5, **options)
+        self.assertNotEqual(unknown._repr_png_(), parray.render([[0, 0, 0], [30, 0, 9]], 5, unit="angstrom", **options)._repr_png_())
+
     def test_numbers_that_particles_with_names_lack_are_refused(self):
         particles = parray.Particles([[0, 0, 0]], numbers={"resid": [1]})
         self.refused(parray.InputError, "charge: the particles have no charge", parray.render, particles, color_by="charge")

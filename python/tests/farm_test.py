@@ -49,7 +49,9 @@ class Renders(FarmTest):
         positions, radii, colors = cloud()
         named = {**SCENE, "particles": [{"file": np.array([[0, 0, 2.0]]), "radius": 0.2, "material": "a"},
                                         {"file": HELIX, "radius": 0.1}]}
-        cases = (((positions, radii, colors), {}), ((positions,), {"elements": ["C"] * len(positions)}), ((HELIX,), {}),
+        residues = parray.Particles(positions, elements=["C"] * len(positions), numbers={"resid": range(len(positions))},
+                                    texts={"chain": ["A", "B"] * (len(positions) // 2)})  # fmt: skip
+        cases = (((positions, radii, colors), {}), ((residues,), {"color_by": "chain"}), ((positions,), {"elements": ["C"] * len(positions)}), ((HELIX,), {}),
                  ((SCENE,), {}), ((named,), {}), ((SOURCE / "scenes/glass.json",), {}),
                  ((positions, radii), {"material": {"type": "dielectric", "ior": 1.5}, "camera": {"vfov": 40}}),
                  ((SCENE,), {"adaptive": True, "seed": 3, "sampler": "independent"}))

@@ -73,7 +73,11 @@ def _with_file(words: list[str], place: int, folder: Path) -> list[str]:
     particles = colored(particles, asked)
     if asked["color_by"] is not None:
         rest += ["--color-by", asked["color_by"]]
-    rest.insert(place, str(particles.write(folder, " ".join(rest))))
+    file = particles.write(folder, " ".join(rest))
+    rest.insert(place, str(file))
+    unit = particles.unit_in(file)
+    if unit is not None and "--scale-bar" in rest and not any(word.split("=")[0] == "--unit" for word in rest):
+        rest += ["--unit", unit]
     names = particles.write_names(folder)
     if names is not None and not any(word.split("=")[0] == "--topology" for word in rest):
         rest += ["--topology", str(names)]

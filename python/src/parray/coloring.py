@@ -55,7 +55,9 @@ def _word_for(particles: Particles, by: str) -> str:
         return _CATEGORIES[name]
     stem, dot, axis = name.rpartition(".")
     component = f"{stem}_{axis}"
-    return component if dot and name not in particles.numbers and component in particles.numbers else by
+    if dot and name not in particles.numbers and component in particles.numbers:
+        return component
+    return name if name in particles.numbers else by
 
 
 def needs_range(options: Mapping[str, Any]) -> bool:

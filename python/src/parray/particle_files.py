@@ -25,8 +25,13 @@ _ROWS = 1 << 16  # rows of a text file that are written together
 
 
 def column_name(name: Any) -> str:
-    """Returns a name as the program reads it: in lower case, without characters that end it."""
-    return re.sub(r'[:"\s]+', lambda found: " " if found[0].isspace() else "_", str(name).strip().lower()) or "value"
+    """Returns a name as one word in lower case, without a unit in brackets: "structure_type", "speed" for "Speed [m/s]"."""
+    text = str(name).strip()
+    for opening, closing in ("[]", "()"):
+        start = text.rfind(opening)
+        if start > 0 and text.endswith(closing) and not text[start + 1 : -1].isdecimal():
+            text = text[:start].strip()
+    return re.sub(r'[:"\s]+', "_", text.lower()) or "value"
 
 
 def write_ply(path: Path, count: int, columns: Columns) -> Path:
@@ -54,7 +59,7 @@ def write_xyz(path: Path, particles: Particles, columns: Columns, numbers: Mappi
     if particles.colors is not None:
         properties.append(f"color:{'I' if particles.colors.dtype == np.uint8 else 'R'}:3")
     properties += [f"{name}:R:1" for name in numbers]
-    comment = f'Properties="{":".join(properties)}"'
+    comment = f"Properties={':'.join(properties)}"
     if particles.cell is not None:
         comment += f' Lattice="{_words(particles.cell)}" Origin="{_words(particles.origin)}"'
     if particles.time is not None:

@@ -38,6 +38,7 @@ class Particles:
     texts      further texts by name, each (N,): "type", "name" (of the atom), "resname", "chain", or any category
     cell       (3, 3): the edges a, b and c of the box; `origin`: its corner
     time       time of the frame
+    unit       unit of lengths for the scale bar; without it, angstrom for particles with elements
     """
 
     def __init__(
@@ -52,6 +53,7 @@ class Particles:
         cell: Optional[npt.ArrayLike] = None,
         origin: npt.ArrayLike = (0, 0, 0),
         time: Optional[float] = None,
+        unit: Optional[str] = None,
     ) -> None:
         self.positions = _numbers("positions", positions, np.float64)
         if self.positions.ndim != 2 or self.positions.shape[1:] != (3,) or len(self.positions) == 0:
@@ -65,6 +67,7 @@ class Particles:
         self.cell = None if cell is None else _cell(cell)
         self.origin = _numbers("origin", origin, np.float64)
         self.time = time
+        self.unit = unit or (None if self.elements is None else "angstrom")
         for columns in (numbers or {}, texts or {}):
             for name, values in columns.items():
                 self.add(name, values)
@@ -169,9 +172,14 @@ class Particles:
             numbers = {name: values for name, values in numbers.items() if name in mentioned.lower()}
         plain = self.elements is None and "type" not in self.texts and self.cell is None and self.time is None
         columns = self._columns()
-        if plain and not any(" " in name or name in PLY_WORDS for name in numbers):
+        if plain and PLY_WORDS.isdisjoint(numbers):
             return write_ply(folder / "particles.ply", len(self), columns + list(numbers.items()))
         return write_xyz(folder / "particles.xyz", self, columns, numbers)
+
+    def unit_in(self, file: Path) -> Optional[str]:
+        """Returns the unit for the scale bar of a file of write(). Returns None if the file needs none. The program takes
+        lengths of XYZ for angstrom, so a blank stands for a unit that is not known."""
+        return self.unit or (" " if file.suffix == ".xyz" else None)
 
     def write_names(self, folder: Path) -> Optional[Path]:
         """Writes residues, chains and names of atoms as PSF, which the program reads as a topology. Returns the file, or

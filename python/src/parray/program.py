@@ -114,7 +114,10 @@ class _Render:
         # A separate folder, because the names of input files are arbitrary.
         inputs = folder / "input"
         inputs.mkdir()
-        file = prepare(source, radii, colors, scene, options, inputs, convert).local_file(inputs)
+        work = prepare(source, radii, colors, scene, options, inputs, convert)
+        if work.unit is not None and options.get("scale_bar"):
+            options.setdefault("unit", work.unit)
+        file = work.local_file(inputs)
         output, preview = (self._png, self._exr) if self._drawn else (self._exr, self._png)
         self.command = [program, "render", str(file), "-o", str(output),
                         "--report", str(folder / "report.json"), "--progress", "json", *as_arguments(options)]  # fmt: skip

@@ -30,6 +30,8 @@ class Work(NamedTuple):
     """The input: a file of the user or of prepare(), or a scene whose files have absolute paths."""
 
     source: Union[Path, Scene]
+    unit: Optional[str] = None
+    """The unit of lengths for a scale bar. None: that of the file's format."""
 
     def local_file(self, folder: Path) -> Path:
         """Returns a file for the program."""
@@ -110,6 +112,7 @@ def prepare(
         return Work(_changed(_read(path), changes)) if changes or as_scene else Work(path)
     particles = particles_of(source, asked.get("frame"))
     rules: list[str] = []
+    unit = None
     material = options.get("material")
     if particles is None:
         path = Path(source)
@@ -117,14 +120,15 @@ def prepare(
     else:
         particles = colored(particles.changed(**columns), asked)
         path = particles.write(folder, _mentioned(asked))
+        unit = particles.unit_in(path)
         asked.pop("frame", None)
         rules = _rule_of_names(particles, folder, asked)
     if "projection" not in asked and (projection := _projection_of(changes.get("camera", {}))):
         asked["projection"] = projection
     rules += as_arguments(asked)
     if not (changes or rules or material is not None or as_scene):
-        return Work(path)
-    return Work(_automatic_scene(path, folder, rules, material, changes, settings, convert))
+        return Work(path, unit)
+    return Work(_automatic_scene(path, folder, rules, material, changes, settings, convert), unit)
 
 
 def is_scene(source: Any) -> bool:

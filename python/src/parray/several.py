@@ -140,6 +140,9 @@ def _of_frames(frames: list[_Frame], radii: Any, colors: Any, options: dict[str,
             particles = [some.changed(radii=radius) for some in particles]
         whole = particles[0].with_more([(other, _outermost(other)) for other in particles[1:]])
         scene = _scene(whole, scene_options, settings, folder / "all", tools)
+        unit = whole.unit_in(Path(scene["particles"][0]["file"]))
+        if unit is not None and settings.get("scale_bar"):
+            settings.setdefault("unit", unit)
     item = {key: value for key, value in scene["particles"][0].items() if key != "topology"}
     items = _with_all_names(particles, scene_options.get("color_by"), item)
     return [_call(scene, item, settings) for item in items]

@@ -86,6 +86,7 @@ def _of_ase(atoms: Any) -> Particles:
         elements=atoms.get_chemical_symbols(),
         numbers={"mass": atoms.get_masses()},
         cell=np.asarray(atoms.cell),
+        unit="angstrom",
     )
     for name, values in columns.items():
         if name not in ("numbers", "positions") and np.shape(values)[:1] == (len(atoms),) and np.ndim(values) < 3:
@@ -135,6 +136,7 @@ def _of_atom_group(source: Any, frame: Any) -> Particles:
         texts={name: values for name, values in texts.items() if values is not None},
         cell=_box_of(ts),
         time=float(ts.time) if len(atoms.universe.trajectory) > 1 else None,
+        unit="angstrom",
     )
     for name in ("velocities", "forces"):
         if getattr(ts, f"has_{name}", False):
@@ -239,9 +241,9 @@ def _add_properties(particles: Any, found: Particles) -> None:
 def _add_residues(data: Any, found: Particles) -> None:
     """Adds chains of the table of residues, and its numbers if the particles have none."""
     residues = getattr(data, "residues", None)
-    if residues is None or "residue index" not in found.numbers:
+    if residues is None or "residue_index" not in found.numbers:
         return
-    place = found.numbers["residue index"].astype(int)
+    place = found.numbers["residue_index"].astype(int)
     if "resid" not in found.numbers:
         found.add("resid", place + 1)
     if "Chain" in residues and residues.count > 0:

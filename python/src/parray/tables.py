@@ -44,7 +44,7 @@ def particles_of_table(source: Any) -> Particles:
     table of three columns for positions, and ra, dec and a distance or a parallax for places on the sky."""
     columns: Columns = {}
     for name in _names_of(source) or []:
-        columns.setdefault(column_name(_without_unit(str(name))), _values(source[name]))
+        columns.setdefault(column_name(name), _values(source[name]))
     return particles_of_columns(columns)
 
 
@@ -68,15 +68,6 @@ def particles_of_columns(columns: Mapping[str, npt.NDArray[Any]]) -> Particles:
         else:
             found.add(name, values)
     return found
-
-
-def _without_unit(name: str) -> str:
-    """Returns "x" for "x [nm]" and "x (nm)"."""
-    for opening, closing in ("[]", "()"):
-        start = name.rfind(opening)
-        if start > 0 and name.endswith(closing) and not name[start + 1 : -1].isdecimal():
-            return name[:start].strip()
-    return name
 
 
 def _values(column: Any) -> npt.NDArray[Any]:
