@@ -223,6 +223,9 @@ class Several(Test):
             pictures = parray.render(self.folder / "run.xyz", frames=frames, color_by="z", view="front", **SMALL)
             self.assertEqual(len(pictures), count)
             self.assertEqual({legend_of(p)["high"] for p in pictures}, {2 if count == 2 else 5})
+        for by, high in (("index", 1), ("fz", 1)):
+            pictures_of_by = parray.render(self.folder / "run.xyz", frames="all", color_by=by, view="front", **SMALL)
+            self.assertEqual({legend_of(p)["high"] for p in pictures_of_by}, {high})
         first = parray.render(self.folder / "run.xyz", frame=0, color_by="z", range=(0, 5), view="front", **SMALL)
         self.assertEqual(first.report["image_sha256"], pictures[0].report["image_sha256"])
 

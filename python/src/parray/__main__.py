@@ -1,6 +1,6 @@
 """The command line: python3 -m parray render FILE [OPTION...].
 
-Reads files that `parray` cannot read with ASE, MDAnalysis, OVITO, h5py, astropy, laspy, pyarrow or numpy, and passes them to
+Reads files that `parray` cannot read with ASE, OVITO, h5py, gsd, astropy, laspy, pyarrow or numpy, and passes them to
 `parray` with the same options. Passes all other files and commands on as they are.
 """
 

@@ -73,11 +73,8 @@ def needs_range(options: Mapping[str, Any]) -> bool:
     return False
 
 
-def range_over(frames: Sequence[Particles], options: Mapping[str, Any]) -> Optional[tuple[float, float]]:
-    """Returns the smallest and the largest number of all frames, as the program chooses them for one. Returns None if
-    the colours need no range."""
-    if not needs_range(options):
-        return None
+def range_over(frames: Sequence[Particles], options: Mapping[str, Any]) -> tuple[float, float]:
+    """Returns the smallest and the largest number of all frames, as the program chooses them for one."""
     by = column_name(options["color_by"])
     return ends([_extent(frame, by) for frame in frames], options.get("colormap"))
 

@@ -102,13 +102,6 @@ def _by_ase(path: Path, frame: Frame) -> Read:
         raise InputError(f"{path}: the file has no frame {frame}") from error
 
 
-def _by_mdanalysis(path: Path, frame: Frame) -> Read:
-    import MDAnalysis
-
-    universe = MDAnalysis.Universe(str(path))
-    return Read(universe, _chosen(frame, len(universe.trajectory), path))
-
-
 def _by_ovito(path: Path, frame: Frame) -> Read:
     from ovito.io import import_file
 
@@ -246,7 +239,6 @@ def _by_numpy(path: Path, frame: Frame) -> Read:
 
 
 _ASE = Way(("ase",), _by_ase)
-_MDANALYSIS = Way(("MDAnalysis",), _by_mdanalysis)
 _OVITO = Way(("ovito",), _by_ovito)
 _KINDS = (
     Kind("HDF5", (b"\x89HDF\r\n\x1a\n",), (), (), (Way(("h5py",), _by_h5py),)),
@@ -265,7 +257,5 @@ _KINDS = (
     Kind("XSF", (), (".xsf", ".axsf"), (), (_ASE, _OVITO)),
     Kind("Gaussian cubes", (), (".cube", ".cub"), (), (_ASE,)),
     Kind("crystal files", (), (".res", ".shelx", ".cell", ".cssr", ".gen", ".cfg", ".xtl", ".castep"), (), (_ASE,)),
-    Kind("MMTF", (), (".mmtf",), (), (_MDANALYSIS,)),
     Kind("IMD", (), (".imd",), (), (_OVITO,)),
-    Kind("VTK", (b"# vtk DataFile",), (".vtk", ".vtp"), (), (_OVITO,)),
 )

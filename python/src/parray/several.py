@@ -38,7 +38,7 @@ class Call(NamedTuple):
     options: dict[str, Any]
 
 
-_HIDING = ("select", "slice", "hide")
+_FRACTIONS = ("fx", "fy", "fz")
 _MIXED = "frames: files and other sources are mixed: give frames of one kind"
 
 
@@ -133,8 +133,9 @@ def _of_frames(frames: list[_Frame], radii: Any, colors: Any, options: dict[str,
         if by is not None:
             scene_options["color_by"] = words["color_by"]
         if needs_range(scene_options):
-            hidden = _limits_of_shown(particles, scene_options, folder, tools)
-            scene_options["range"] = hidden or range_over(particles, scene_options)
+            probe = _hides(scene_options) or scene_options["color_by"] in _FRACTIONS
+            limits = _limits_of_shown([(some, {}) for some in particles], scene_options, folder, tools) if probe else None
+            scene_options["range"] = limits or range_over(particles, scene_options)
         if particles[0].radii is None and particles[0].elements is None:
             radius = _scene(particles[0], {}, settings, folder / "radius", tools)["particles"][0].get("radius")
             particles = [some.changed(radii=radius) for some in particles]
@@ -180,10 +181,9 @@ def _of_files(
         raise InputError(_MIXED)
     numbers = [{} if frame.number is None else {"frame": frame.number} for frame in frames]
     if needs_range(scene_options):
-        limits = _limits_of_shown([frame.source for frame in frames], scene_options, folder, tools, numbers)
-        limits = limits or _limits_of_files(frames, scene_options, tools)
-        if limits:
-            scene_options["range"] = limits
+        limits = None if _hides(scene_options) else _limits_of_files(frames, scene_options, tools)
+        sources = list(zip([frame.source for frame in frames], numbers))
+        scene_options["range"] = limits or _limits_of_shown(sources, scene_options, folder, tools)
     scene = _scene(frames[0].source, {**scene_options, **numbers[0]}, settings, folder / "first", tools, radii, colors)
     item = scene["particles"][0]
     return [
@@ -192,36 +192,36 @@ def _of_files(
     ]
 
 
+def _hides(options: Mapping[str, Any]) -> bool:
+    """Returns whether options may hide particles."""
+    return any(name in options for name in ("select", "slice", "hide"))
+
+
 def _limits_of_shown(
-    sources: Sequence[Any],
-    options: Mapping[str, Any],
-    folder: Path,
-    tools: Tools,
-    numbers: Optional[Sequence[Mapping[str, Any]]] = None,
-) -> Optional[tuple[float, float]]:
-    """Returns the smallest and the largest number of the particles that are shown. Returns None if none are hidden."""
-    if not any(name in options for name in _HIDING):
-        return None
+    sources: Sequence[tuple[Any, Mapping[str, Any]]], options: Mapping[str, Any], folder: Path, tools: Tools
+) -> tuple[float, float]:
+    """Returns the smallest and the largest number of the particles that are shown, according to the program. `sources`:
+    files or particles, each with further options."""
     limits = []
-    for place, source in enumerate(sources):
-        inputs = folder / f"shown-{place}"
-        inputs.mkdir()
-        own = {**options, **(numbers[place] if numbers else {})}
-        work = prepare(source, None, None, own, {}, inputs, tools.convert)
-        legend = tools.legends(work.local_file(inputs))[0]
+    for source, more in sources:
+        with tempfile.TemporaryDirectory(dir=folder, prefix="parray-") as name:
+            work = prepare(source, None, None, {**options, **more}, {}, Path(name), tools.convert)
+            legend = tools.legends(work.local_file(Path(name)))[0]
         limits.append((legend["low"], legend["high"]))
     return ends(limits, options.get("colormap"))
 
 
 def _limits_of_files(frames: list[_Frame], options: Mapping[str, Any], tools: Tools) -> Optional[tuple[float, float]]:
-    """Returns the smallest and the largest number of files. Returns None if no file has such a column."""
+    """Returns the smallest and the largest number of files. Returns None if `parray validate` does not say them."""
     topology = ["--topology", os.fspath(options["topology"])] if "topology" in options else []
     limits = []
     for frame in frames:
         words = ["--frame", str(frame.number)] if frame.number is not None else []
         found = _limits_of(tools.validate(Path(frame.source), words + topology), options["color_by"].lower())
-        limits += [] if found is None else [found]
-    return ends(limits, options.get("colormap")) if limits else None
+        if found is None:
+            return None
+        limits.append(found)
+    return ends(limits, options.get("colormap"))
 
 
 def _limits_of(facts: Mapping[str, Any], by: str) -> Optional[tuple[float, float]]:

@@ -119,7 +119,10 @@ def _of_atom_group(source: Any, frame: Any) -> Particles:
         atoms.universe.trajectory[frame]
     texts = {name: _named(atoms, group) for group, name in _MDANALYSIS_TEXTS.items()}
     chains = _named(atoms, "chainIDs")
-    texts["chain"] = chains if chains is not None else _named(atoms, "segids")
+    segments = _named(atoms, "segids")
+    if segments is not None and (segments == "SYSTEM").all():
+        segments = None  # MDAnalysis' name for the segment of a file without segments
+    texts["chain"] = chains if chains is not None else segments
     elements = _named(atoms, "elements")
     has_residues = texts["resname"] is not None or np.unique(getattr(atoms, "resids", 0)).size > 1
     if not has_residues:
