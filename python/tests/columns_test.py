@@ -66,7 +66,7 @@ class ColorsByArrays(Test):
     def test_arrays_of_another_length_and_arrays_for_files_are_refused(self):
         self.refused(parray.InputError, "shape (3,)", parray.render, self.positions, color_by=[1, 2, 3], **SMALL)
         self.refused(parray.InputError, "name a column of the file", parray.render, HELIX, color_by=[1, 2], **SMALL)
-        self.refused(parray.InputError, "give the numbers as color_by", parray.render, self.positions, 1, self.numbers, **SMALL)
+        self.refused(parray.InputError, "the numbers as color_by", parray.render, self.positions, 1, self.numbers, **SMALL)
 
     def test_words_of_matplotlib_name_the_option(self):
         for word, option in (("cmap", "colormap"), ("c", "color_by"), ("vmin", "range"), ("color", "colors")):
@@ -76,7 +76,8 @@ class ColorsByArrays(Test):
 class TitleOfTheLegend(Test):
     def test_the_title_is_on_the_picture(self):
         """The option of the program."""
-        if "--legend-title" not in subprocess.run([BIN / "parray", "help", "render", "--all"], capture_output=True, text=True).stdout:
+        known = subprocess.run([BIN / "parray", "help", "render", "--all"], capture_output=True, text=True, check=True)
+        if "--legend-title" not in known.stdout:
             self.skipTest("needs a program with --legend-title")
         positions, radii, _ = cloud()
         options = {"color_by": radii, "legend": True, **LARGE}
@@ -114,13 +115,15 @@ class Columns(Test):
         particles = parray.Particles(
             [[0, 0, 0], [3, 0, 0], [0, 3, 0]], elements=["N", "C", "O"],
             numbers={"resid": [7, 7, 9], "b factor": [1, 2, 3], "force": [[1, 0, 0], [0, 3, 4], [0, 0, 0]]},
-            texts={"name": ["N", "CA", "O"], "resname": ["ALA", "ALA", "HOH"], "chain": ["A", "A", ""], "phase": ["x", "y", "y"]},
+            texts={"name": ["N", "CA", "O"], "resname": ["ALA", "ALA", "HOH"], "chain": ["A", "A", ""],
+                   "phase": ["x", "y", "y"]},
             cell=np.diag([5, 6, 7]), origin=(1, 1, 1), time=2.5)  # fmt: skip
         for by, low in (("resid", 7), ("b factor", 1), ("force", 0), ("force_y", 0), ("force.y", 0)):
             self.assertEqual(legend_of(parray.render(particles, color_by=by, **SMALL))["low"], low)
         for by, names in (("chain", ["A", "no name"]), ("atom", ["CA", "N", "O"]), ("phase", ["x", "y"]),
                           ("residue", ["aliphatic", "water"])):  # fmt: skip
-            self.assertEqual([e["name"] for e in legend_of(parray.render(particles, color_by=by, **SMALL))["entries"]], names)
+            entries = legend_of(parray.render(particles, color_by=by, **SMALL))["entries"]
+            self.assertEqual([entry["name"] for entry in entries], names)
         with self.assertWarns(parray.ParRayWarning):
             protein = parray.render(particles, select="protein", cell=True, time_stamp=True, **LARGE)
         self.assertEqual(protein.report["spheres"], 2 + 2)
@@ -131,14 +134,15 @@ class Columns(Test):
     def test_a_scale_bar_is_in_angstrom_only_for_atoms(self):
         options = {"scale_bar": True, "view": "front", **LARGE}
         atoms, other = ({"elements": ["C", "O"]}, {"texts": {"type": ["gas", "stars"]}})
-        for columns, unit in ((atoms, "angstrom"), (other, " "), ({**other, "unit": "kpc"}, "kpc"), ({"unit": "angstrom"}, "angstrom")):
+        for columns, unit in ((atoms, "angstrom"), (other, " "), ({**other, "unit": "kpc"}, "kpc"),
+                              ({"unit": "angstrom"}, "angstrom")):  # fmt: skip
             particles = parray.Particles([[0, 0, 0], [30, 0, 9]], [5, 5], **columns)
             plain, named = (parray.render(particles, **options, **o) for o in ({}, {"unit": unit}))
             self.assertEqual(plain._repr_png_(), named._repr_png_())
             (frame,) = parray.render([particles], **options)
             self.assertEqual(frame.srgb().shape, plain.srgb().shape)
-        unknown = parray.render([[0, 0, 0], [30, 0, 9]], 5, **options)
-        self.assertNotEqual(unknown._repr_png_(), parray.render([[0, 0, 0], [30, 0, 9]], 5, unit="angstrom", **options)._repr_png_())
+        unknown, known = (parray.render([[0, 0, 0], [30, 0, 9]], 5, unit=unit, **options) for unit in (None, "angstrom"))
+        self.assertNotEqual(unknown._repr_png_(), known._repr_png_())
 
     def test_numbers_that_particles_with_names_lack_are_refused(self):
         particles = parray.Particles([[0, 0, 0]], numbers={"resid": [1]})
@@ -231,7 +235,8 @@ class Several(Test):
 
     def test_what_several_frames_exclude_is_said(self):
         frames = [self.positions] * 2
-        for options, text in (({"frame": 1, "frames": [0]}, "give one of them"), ({"range": "1%:99%", "color_by": "z"}, "give two numbers"),
+        for options, text in (({"frame": 1, "frames": [0]}, "give one of them"),
+                              ({"range": "1%:99%", "color_by": "z"}, "give two numbers"),
                               ({"views": "top"}, "one frame"), ({"color_by": "speed"}, "a frame has no speed")):  # fmt: skip
             self.refused(parray.InputError, text, parray.render, frames, 0.2, **options, **SMALL)
         for chosen, text in (([], "there are no frames"), (3, "is not a list of numbers"), ("last", "is not a list")):
@@ -294,21 +299,19 @@ class OtherPictures(Test):
 
 
 class CommandLine(Test):
-    def run_module(self, *words):
-        return subprocess.run([sys.executable, "-m", "parray", *map(str, words)], capture_output=True, text=True, check=False,
-                              cwd=self.folder, env={"PYTHONPATH": str(SOURCE / "python/src"), "PARRAY_BIN": str(BIN), "PATH": ""})  # fmt: skip
-
     def test_arrays_of_numpy_are_rendered_with_the_options_of_the_program(self):
         positions, radii, _ = cloud()
         np.savez(self.folder / "a.npz", positions=positions, radius=radii, speed=radii, kind=["a", "b"] * 20)
         for by in ("speed", "kind"):
-            done = self.run_module("render", "-q", "a.npz", "-o", "a.png", "--color-by", by, "--report", "a.json", *"--spp 2".split())
+            done = self.run_module("render", "-q", "a.npz", "-o", "a.png", "--color-by", by, "--spp", 2)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertTrue((self.folder / "a.png").exists())
 
     def test_other_files_and_commands_go_to_the_program(self):
-        for words in (("render", HELIX, "-o", "a.png", "--width", 0), ("render", "none.xyz", "-o", "a.png"), ("doktor",), ("--version",)):
-            own = subprocess.run([BIN / "parray", *map(str, words)], capture_output=True, text=True, check=False, cwd=self.folder)
+        for words in (("render", HELIX, "-o", "a.png", "--width", 0), ("render", "none.xyz", "-o", "a.png"), ("doktor",),
+                      ("--version",)):  # fmt: skip
+            own = subprocess.run([BIN / "parray", *map(str, words)], capture_output=True, text=True, check=False,
+                                 cwd=self.folder)  # fmt: skip
             done = self.run_module(*words)
             self.assertEqual((done.returncode, done.stderr, done.stdout), (own.returncode, own.stderr, own.stdout))
 

@@ -51,7 +51,8 @@ class Renders(FarmTest):
                                         {"file": HELIX, "radius": 0.1}]}
         residues = parray.Particles(positions, elements=["C"] * len(positions), numbers={"resid": range(len(positions))},
                                     texts={"chain": ["A", "B"] * (len(positions) // 2)})  # fmt: skip
-        cases = (((positions, radii, colors), {}), ((residues,), {"color_by": "chain"}), ((positions,), {"elements": ["C"] * len(positions)}), ((HELIX,), {}),
+        cases = (((positions, radii, colors), {}), ((residues,), {"color_by": "chain"}),
+                 ((positions,), {"elements": ["C"] * len(positions)}), ((HELIX,), {}),
                  ((SCENE,), {}), ((named,), {}), ((SOURCE / "scenes/glass.json",), {}),
                  ((positions, radii), {"material": {"type": "dielectric", "ior": 1.5}, "camera": {"vfov": 40}}),
                  ((SCENE,), {"adaptive": True, "seed": 3, "sampler": "independent"}))
@@ -65,6 +66,7 @@ class Renders(FarmTest):
 
     def test_bad_input_has_the_text_of_the_command_line(self):
         for arguments, options, text in (((SCENE,), {"width": 0}, "--width"), ((SCENE,), {"target_error": -1.0}, "--target-error"),
+                                         (([HELIX, HELIX],), {}, "call submit() for each"),
                                          (({**SCENE, "camera": {}},), {}, "missing key"),
                                          (({**SCENE, "cammera": {}},), {}, "camera")):
             self.refused(parray.InputError, text, self.farm.submit, *arguments, **options)

@@ -69,9 +69,9 @@ class Ase(ObjectTest):
         self.atoms.set_momenta(self.atoms.positions)
         forces = self.atoms.get_forces()
         energies = self.atoms.get_potential_energies()
-        for by, values in (("energy_pa", np.arange(count) ** 2), ("tags", range(count)), ("charge", [-1, 1]), ("mass", [63.546 * 0.5, 63.546 * 1.5]),
-                           ("momenta_x", self.atoms.positions[:, 0]), ("momenta", np.linalg.norm(self.atoms.positions, axis=1)),
-                           ("forces_z", forces[:, 2]), ("energies", energies)):  # fmt: skip
+        for by, values in (("energy_pa", np.arange(count) ** 2), ("tags", range(count)), ("charge", [-1, 1]),
+                           ("mass", [63.546 * 0.5, 63.546 * 1.5]), ("momenta_x", self.atoms.positions[:, 0]),
+                           ("momenta", np.linalg.norm(self.atoms.positions, axis=1)), ("forces_z", forces[:, 2]), ("energies", energies)):  # fmt: skip
             with self.subTest(by):
                 self.assert_ends(self.legend(self.atoms, by), values)
         self.assertLess(parray.render(self.atoms, select="tags < 3", **SMALL).report["spheres"], 6)
@@ -118,7 +118,8 @@ class MdAnalysis(ObjectTest):
         self.universe.atoms.tempfactors = np.arange(68)
         self.universe.atoms.occupancies = np.linspace(0, 1, 68)
         self.universe.add_TopologyAttr("charges", np.linspace(-1, 1, 68))
-        for by, values in (("b_factor", [0, 67]), ("occupancy", [0, 1]), ("charge", [-1, 1]), ("mass", self.universe.atoms.masses)):
+        masses = self.universe.atoms.masses
+        for by, values in (("b_factor", [0, 67]), ("occupancy", [0, 1]), ("charge", [-1, 1]), ("mass", masses)):
             self.assert_ends(self.legend(self.universe, by), values)
 
     def test_selections_are_those_of_the_file(self):
@@ -186,8 +187,11 @@ class Ovito(ObjectTest):
         self.pipeline = Pipeline(source=StaticSource(data=data))
 
     def test_the_cell_and_its_corner_are_kept(self):
-        radii, colors = np.where(np.arange(256) % 2, 0.5, 0.8), np.where(np.arange(256) % 2, [[0.25], [0.5], [1]], [[1], [0.5], [0.25]])
-        same = parray.Particles(self.positions, radii, parray.srgb_to_linear(colors.T), cell=np.diag([14.4] * 3), origin=(1, 1, 1))
+        small = np.arange(256) % 2 == 1
+        colors = parray.srgb_to_linear(np.where(small[:, None], [0.25, 0.5, 1], [1, 0.5, 0.25]))
+        same = parray.Particles(
+            self.positions, np.where(small, 0.5, 0.8), colors, cell=np.diag([14.4] * 3), origin=(1, 1, 1)
+        )
         found, expected = (parray.render(s, cell=True, view="front", **LARGE) for s in (self.pipeline, same))
         self.assertEqual(found._repr_png_(), expected._repr_png_())
         half = parray.render(self.pipeline, slice="x=0%:49%", **SMALL)
@@ -354,6 +358,27 @@ class OtherFiles(ObjectTest):
         self.assertEqual(self.names(self.folder / "a.gsd", "type"), ["A", "B"])
         half = parray.render(self.folder / "a.gsd", slice="x=0%:50%", **SMALL)
         self.assertEqual(half.report["spheres"] - 2, (self.positions[:, 0] <= 5).sum())
+
+    @needs("MDAnalysis")
+    def test_coordinates_of_charmm_amber_and_namd_are_read(self):
+        import MDAnalysis
+
+        atoms = MDAnalysis.Universe(HELIX).atoms
+        for name in ("a.crd", "a.coor"):
+            atoms.write(self.folder / name)
+        numbers = [f"{x:8.3f}" for x in atoms.positions.ravel()]
+        lines = ["".join(numbers[i : i + 10]) for i in range(0, len(numbers), 10)]
+        (self.folder / "a.mdcrd").write_text("\n".join(["title", *lines, *lines, ""]))
+        for name, options in (("a.crd", {}), ("a.coor", {"topology": HELIX}), ("a.mdcrd", {"topology": HELIX, "frame": 1})):
+            self.assert_ends(self.legend(self.folder / name, "resid", select="protein", **options), [1, 12])
+        frames = parray.render(self.folder / "a.mdcrd", topology=HELIX, frames=[0, 1], color_by="chain", **SMALL)
+        self.assertEqual(len(frames), 2)
+        scene = {"version": 1, "camera": {"look_from": [9, 9, 99], "look_at": [0, 0, 0], "vfov": 20},
+                 "particles": [{"file": self.folder / "a.mdcrd", "topology": HELIX, "frame": 1, "select": "resname CYS"}]}  # fmt: skip
+        self.assertEqual(parray.render(scene, **SMALL).report["spheres"], 13)
+        self.refused(parray.InputError, "names as topology", parray.render, self.folder / "a.coor")
+        words = ["render", "a.mdcrd", "--topology", HELIX, "--frame=1", "--color-by", "resid", "-q", "-o", "a.png", "--spp", 1]
+        self.assertEqual(self.run_module(*words).returncode, 0)
 
     @needs("ase")
     def test_crystals_of_ase_are_read(self):

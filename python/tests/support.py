@@ -3,6 +3,7 @@
 import importlib.util
 import os
 import pathlib
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -44,6 +45,12 @@ class Test(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix="parray-python-")
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
+
+    def run_module(self, *words):
+        """Runs python3 -m parray in the folder of the test."""
+        environment = {**os.environ, "PYTHONPATH": str(PYTHON / "src")}
+        return subprocess.run([sys.executable, "-m", "parray", *map(str, words)], capture_output=True, text=True, check=False,
+                              cwd=self.folder, env=environment)  # fmt: skip
 
     def refused(self, kind, mentions, call, *arguments, **options):
         with self.assertRaises(kind) as caught:

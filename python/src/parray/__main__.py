@@ -1,7 +1,7 @@
 """The command line: python3 -m parray render FILE [OPTION...].
 
-Reads files that `parray` cannot read with ASE, OVITO, h5py, gsd, astropy, laspy, pyarrow or numpy, and passes them to
-`parray` with the same options. Passes all other files and commands on as they are.
+Reads files that `parray` cannot read with ASE, MDAnalysis, OVITO, h5py, gsd, astropy, laspy, pyarrow, pandas or numpy, and
+passes them to `parray` with the same options. Passes all other files and commands on as they are.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Optional
+from typing import Optional, Union
 
 from .coloring import colored
 from .errors import ParRayError
 from .options import FLAGS
-from .other_files import kind_of
+from .other_files import kind_of, takes_topology
 from .program import find_program
 from .sources import particles_of
 
@@ -66,7 +66,8 @@ def _with_file(words: list[str], place: int, folder: Path) -> list[str]:
     rest = words[:place] + words[place + 1 :]
     frame = _take(rest, "--frame")
     number = int(frame) if frame is not None and frame.isdecimal() else frame
-    particles = particles_of(Path(words[place]), number)
+    topology = _take(rest, "--topology")
+    particles = particles_of(Path(words[place]), number, topology)
     if particles is None:  # the program reads it
         return words
     asked = {"color_by": _take(rest, "--color-by")}
@@ -78,8 +79,10 @@ def _with_file(words: list[str], place: int, folder: Path) -> list[str]:
     unit = particles.unit_in(file)
     if unit is not None and "--scale-bar" in rest and not any(word.split("=")[0] == "--unit" for word in rest):
         rest += ["--unit", unit]
-    names = particles.write_names(folder)
-    if names is not None and not any(word.split("=")[0] == "--topology" for word in rest):
+    names: Union[Path, str, None] = particles.write_names(folder)
+    if names is None and not takes_topology(Path(words[place])):
+        names = topology
+    if names is not None:
         rest += ["--topology", str(names)]
     return rest
 

@@ -29,7 +29,7 @@ def colored(particles: Particles, options: dict[str, Any]) -> Particles:
         values = np.asarray(by_values(options["color_by"]))
         if values.shape != (len(particles),):
             raise InputError(
-                f"color_by: the array has shape {values.shape}: give one number or text for each of {len(particles)} particles"
+                f"color_by: the array has shape {values.shape}: give a number or text for each of {len(particles)} particles"
             )
         if values.dtype.kind == "b":
             values = np.where(values, "true", "false")

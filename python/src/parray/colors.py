@@ -36,7 +36,8 @@ def _srgb(name: str) -> tuple[float, float, float]:
         red, green, blue = (int(code[i : i + 2], 16) / 255 for i in (0, 2, 4))
         return red, green, blue
     if importlib.util.find_spec("matplotlib") is None:
-        raise InputError(f"colors: unknown colour {name!r}: use '#rrggbb' or {', '.join(_NAMES)}; matplotlib knows more names")
+        known = ", ".join(_NAMES)
+        raise InputError(f"colors: unknown colour {name!r}: use '#rrggbb' or {known}; matplotlib knows more names")
     from matplotlib.colors import to_rgb
 
     try:

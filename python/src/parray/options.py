@@ -120,7 +120,8 @@ _DRAWN = ("outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "
           "dpi")  # fmt: skip
 FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell")
 _RENAMED = {"opaque": "transparent=False", "no_labels": "labels=False"}
-_OTHER_WORDS = {"cmap": "colormap", "c": "color_by", "color": "colors", "vmin": "range=(low, high)", "vmax": "range=(low, high)"}
+_OTHER_WORDS = {"cmap": "colormap", "c": "color_by", "color": "colors", "vmin": "range=(low, high)",
+                "vmax": "range=(low, high)"}  # fmt: skip
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 

@@ -37,22 +37,27 @@ class Kind(NamedTuple):
     extensions: tuple[str, ...]
     names: tuple[str, ...]
     ways: tuple[Way, ...]
+    needs_topology: bool = False
+    """Whether the file has only positions."""
 
     def has(self, path: Path, start: bytes) -> bool:
         named = path.suffix.lower() in self.extensions or (self.names and path.name.upper().startswith(self.names))
         return start.startswith(self.magic) if self.magic and not named else bool(named)
 
 
-def read_other_file(path: Path, frame: Frame = None) -> Optional[Read]:
-    """Returns what a package reads from a file. Returns None for files that `parray` reads itself. Raises InputError if no
-    package for the file is installed, or if it cannot read the file."""
+def read_other_file(path: Path, frame: Frame = None, topology: Optional[Path] = None) -> Optional[Read]:
+    """Returns what a package reads from a file. `topology` is the file of names for a trajectory of positions. Returns None
+    for files that `parray` reads itself. Raises InputError if no package for the file is installed, or if it cannot read
+    the file."""
     kind = kind_of(path)
     if kind is None or _program_reads(path):
         return None
+    if kind.needs_topology and topology is None:
+        raise InputError(f"{path}: {kind.name} has only positions: give the file of the atoms' names as topology")
     for way in kind.ways:
         if all(importlib.util.find_spec(module) is not None for module in way.modules):
             try:
-                return way.read(path, frame)
+                return _with_topology(path, frame, topology) if kind.needs_topology else way.read(path, frame)
             except InputError:
                 raise
             except Exception as error:  # of any package
@@ -60,6 +65,12 @@ def read_other_file(path: Path, frame: Frame = None) -> Optional[Read]:
                 raise InputError(f"{path}: {way.modules[0]} cannot read this file as {kind.name}: {said}") from error
     packages = " or ".join(" ".join(way.modules) for way in kind.ways)
     raise InputError(f"{path}: Python reads {kind.name} with {packages}, which is not installed: pip install {packages}")
+
+
+def takes_topology(path: Path) -> bool:
+    """Returns whether the package that reads the file also reads its topology."""
+    kind = kind_of(path)
+    return kind is not None and kind.needs_topology
 
 
 def kind_of(path: Path) -> Optional[Kind]:
@@ -100,6 +111,17 @@ def _by_ase(path: Path, frame: Frame) -> Read:
         return Read(ase.io.read(path, index=_number_of(frame)))
     except (StopIteration, IndexError) as error:
         raise InputError(f"{path}: the file has no frame {frame}") from error
+
+
+def _by_mdanalysis(path: Path, frame: Frame) -> Read:
+    return _with_topology(path, frame, None)
+
+
+def _with_topology(path: Path, frame: Frame, topology: Optional[Path]) -> Read:
+    import MDAnalysis
+
+    universe = MDAnalysis.Universe(*(str(file) for file in (topology, path) if file is not None))
+    return Read(universe, _chosen(frame, len(universe.trajectory), path))
 
 
 def _by_ovito(path: Path, frame: Frame) -> Read:
@@ -239,6 +261,7 @@ def _by_numpy(path: Path, frame: Frame) -> Read:
 
 
 _ASE = Way(("ase",), _by_ase)
+_MDANALYSIS = Way(("MDAnalysis",), _by_mdanalysis)
 _OVITO = Way(("ovito",), _by_ovito)
 _KINDS = (
     Kind("HDF5", (b"\x89HDF\r\n\x1a\n",), (), (), (Way(("h5py",), _by_h5py),)),
@@ -257,5 +280,9 @@ _KINDS = (
     Kind("XSF", (), (".xsf", ".axsf"), (), (_ASE, _OVITO)),
     Kind("Gaussian cubes", (), (".cube", ".cub"), (), (_ASE,)),
     Kind("crystal files", (), (".res", ".shelx", ".cell", ".cssr", ".gen", ".cfg", ".xtl", ".castep"), (), (_ASE,)),
+    Kind("CHARMM coordinates", (), (".crd", ".cor"), (), (_MDANALYSIS,)),
+    Kind("an AMBER trajectory", (), (".mdcrd", ".crdbox"), (), (_MDANALYSIS,), True),
+    Kind("NAMD coordinates", (), (".coor", ".namdbin"), (), (_MDANALYSIS,), True),
+    Kind("a TRZ trajectory", (), (".trz",), (), (_MDANALYSIS,), True),
     Kind("IMD", (), (".imd",), (), (_OVITO,)),
 )

@@ -89,7 +89,8 @@ class Particles:
         elif name == "resid" or name not in RESERVED:
             array = _numbers(name, array, np.float64)
             if len(self) not in array.shape[:1] or array.ndim not in (1, 2):
-                raise InputError(f"{name}: the array has shape {array.shape}: give one value for each of {len(self)} particles")
+                wanted = f"give one value for each of {len(self)} particles"
+                raise InputError(f"{name}: the array has shape {array.shape}: {wanted}")
             self._add_numbers(name, array)
 
     def _add_numbers(self, name: str, array: npt.NDArray[np.float64]) -> None:

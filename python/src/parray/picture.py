@@ -84,8 +84,8 @@ class Picture:
 
     def save(self, file: Union[str, os.PathLike[str]]) -> None:
         """Writes the picture in the format of the extension: EXR (the exact floats, all channels), PNG (`srgb()` with
-        labels and postprocessing), NPY (`pixels`), or PDF, JPEG, TIFF, WebP and others with the pixels of the PNG. JPEG, TIFF
-        and others need Pillow. EXR and PNG contain the recipe."""
+        labels and postprocessing), NPY (`pixels`), or PDF, JPEG, TIFF, WebP and others with the pixels of the PNG. JPEG,
+        TIFF and others need Pillow. EXR and PNG contain the recipe."""
         path = Path(file)
         extension = path.suffix.lower()
         if extension == ".npy":

@@ -24,7 +24,9 @@ def save_png_as(png: bytes, path: Path) -> None:
     if extension not in _OF_PILLOW:
         raise InputError(f"{path}: unknown extension: use .exr, .png, .npy, .pdf, {', '.join(_OF_PILLOW)}")
     if importlib.util.find_spec("PIL") is None:
-        raise InputError(f"{path}: {extension} needs Pillow, which is not installed: pip install pillow, or save as .png or .pdf")
+        raise InputError(
+            f"{path}: {extension} needs Pillow, which is not installed: pip install pillow, or save as .png or .pdf"
+        )
     from PIL import Image, features
 
     if extension == ".jp2" and not features.check("jpg_2000"):

@@ -243,7 +243,8 @@ async def render_async(
     """Does the same as render() for asyncio. Cancelling the task ends the program."""
     calls = await asyncio.to_thread(calls_of, source, radii, colors, options, _TOOLS)
     if calls is not None:
-        return [await render_async(*call[:3], progress=progress, **call.options) for call in calls]  # type: ignore[return-value]
+        pictures = [await render_async(*call[:3], progress=progress, **call.options) for call in calls]
+        return pictures  # type: ignore[return-value]
     with tempfile.TemporaryDirectory(prefix="parray-") as folder, shower_for(progress) as shower:
         run = await asyncio.to_thread(_Render, source, radii, colors, options, Path(folder), shower)
         process = await asyncio.create_subprocess_exec(

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from .coloring import colored
 from .errors import InputError
 from .options import OF_PARTICLES, as_arguments
+from .other_files import takes_topology
 from .particles import Particles
 from .sources import particles_of
 from .srgb import srgb_to_linear
@@ -110,7 +111,7 @@ def prepare(
             return Work(_changed(_with_files(source, folder), changes))
         path = Path(source)
         return Work(_changed(_read(path), changes)) if changes or as_scene else Work(path)
-    particles = particles_of(source, asked.get("frame"))
+    particles = particles_of(source, asked.get("frame"), asked.get("topology"))
     rules: list[str] = []
     unit = None
     material = options.get("material")
@@ -122,6 +123,8 @@ def prepare(
         path = particles.write(folder, _mentioned(asked))
         unit = particles.unit_in(path)
         asked.pop("frame", None)
+        if isinstance(source, (str, os.PathLike)) and takes_topology(Path(source)):
+            asked.pop("topology", None)
         rules = _rule_of_names(particles, folder, asked)
     if "projection" not in asked and (projection := _projection_of(changes.get("camera", {}))):
         asked["projection"] = projection
@@ -214,7 +217,9 @@ def _rules_of_file(
         material = {"type": "diffuse", "albedo": linear.tolist()}
         columns = {name: value for name, value in columns.items() if name != "colors"}
     refused = [
-        name for name, value in columns.items() if name != "radii" or (hasattr(value, "__len__") and not isinstance(value, str))
+        name
+        for name, value in columns.items()
+        if name != "radii" or (hasattr(value, "__len__") and not isinstance(value, str))
     ]
     if refused:
         raise InputError(
@@ -273,13 +278,15 @@ def _with_files(scene: Mapping[str, Any], folder: Path) -> Scene:
     items = []
     for number, item in enumerate(scene.get("particles", [])):
         source = item.get("file")
-        particles = particles_of(source) if source is not None else None
+        chosen = {name: item[name] for name in ("frame", "topology") if name in item}
+        particles = particles_of(source, **chosen) if source is not None else None
         if particles is not None:
+            item = {name: value for name, value in item.items() if name != "frame"}
             place = folder / str(number)
             place.mkdir()
             source = particles.write(place)
             names = particles.write_names(place)
-            if names is not None and "topology" not in item:
+            if names is not None:
                 item = {**item, "topology": str(names.absolute())}
         items.append({**item, "file": str(Path(source).absolute())} if source is not None else item)
     if items:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from .coloring import by_values, colored, ends, needs_range, range_over
 from .errors import InputError
 from .options import RenderOptions, split
+from .other_files import takes_topology
 from .particles import Particles
 from .scene import Convert, Scene, is_scene, prepare
 from .sources import count_of_frames, is_particle_object, particles_of
@@ -74,7 +75,7 @@ def _frames_of(source: Any, chosen: Any, tools: Tools) -> Optional[list[_Frame]]
         return None if series is None else [_Frame(item, None) for item in series]
     everything = isinstance(chosen, str) and chosen == "all"
     if not everything and (isinstance(chosen, str) or not hasattr(chosen, "__iter__")):
-        raise InputError(f"frames: {chosen!r} is not a list of numbers: give frames=range(10), frames=[0, 5] or frames='all'")
+        raise InputError(f"frames: {chosen!r} is not a list of numbers: give range(10), [0, 5] or 'all'")
     if everything:
         chosen = range(len(series) if series is not None else _count_of(source, tools))
     numbers = [int(number) for number in chosen]
@@ -95,6 +96,11 @@ def _count_of(source: Any, tools: Tools) -> int:
     if count is None:
         raise InputError("frames: the number of frames is not known: give frames=range(N)")
     return count
+
+
+def is_series(source: Any) -> bool:
+    """Returns whether the source has several frames without a keyword, like a list of sources."""
+    return _series(source) is not None
 
 
 def _series(source: Any) -> Any:
@@ -118,14 +124,17 @@ def _of_frames(frames: list[_Frame], radii: Any, colors: Any, options: dict[str,
     scene_options, settings = split(options, RenderOptions)
     with tempfile.TemporaryDirectory(prefix="parray-") as name:
         folder = Path(name)
-        first = particles_of(*frames[0])
+        topology = scene_options.get("topology")
+        first = particles_of(*frames[0], topology)
         if first is None:
             return _of_files(frames, radii, colors, scene_options, settings, folder, tools)
+        if isinstance(frames[0].source, (str, os.PathLike)) and takes_topology(Path(frames[0].source)):
+            del scene_options["topology"]
         by, words = scene_options.get("color_by"), {}
         columns = {"radii": radii, "colors": colors, "elements": scene_options.pop("elements", None)}
         particles = []
         for place, frame in enumerate(frames):
-            found = first if place == 0 else particles_of(*frame)
+            found = first if place == 0 else particles_of(*frame, topology)
             if found is None:
                 raise InputError(_MIXED)
             words = {"color_by": _part(by, place, len(frames))}

@@ -19,14 +19,14 @@ from .tables import is_table, particles_of_table
 Frame = Union[int, str, None]
 
 
-def particles_of(source: Any, frame: Frame = None) -> Optional[Particles]:
+def particles_of(source: Any, frame: Frame = None, topology: Any = None) -> Optional[Particles]:
     """Returns the particles of an array of positions, a table, ASE Atoms, an MDAnalysis Universe or AtomGroup, an OVITO
     Pipeline or DataCollection, or a file that only another package reads. Returns None for other files and for scenes.
-    `frame` chooses one of several frames."""
+    `frame` chooses one of several frames; `topology` is a file of names for a file of positions."""
     if isinstance(source, dict):
         return None
     if isinstance(source, (str, os.PathLike)):
-        read = read_other_file(Path(source), frame)
+        read = read_other_file(Path(source), frame, None if topology is None else Path(topology))
         return None if read is None else particles_of(read.content, read.frame)
     for is_it, find in _WITH_FRAMES:
         if is_it(source):
