@@ -40,6 +40,13 @@ def colored(particles: Particles, options: dict[str, Any]) -> Particles:
     return particles
 
 
+def title_of(by: Any, word: Any) -> Optional[str]:
+    """Returns the title of a legend for colours by `by`, which is `word` for the program. Returns None if the program's own
+    title says it."""
+    name = by if isinstance(by, str) else getattr(by, "name", None)
+    return str(name) if name is not None and column_name(name) != word and word not in (None, "atom", "residue") else None
+
+
 def by_values(by: Any) -> npt.NDArray[Any]:
     """Returns the numbers or texts of an array, list, Series or Categorical."""
     return np.asarray(by.to_numpy() if hasattr(by, "to_numpy") else by)

@@ -6,12 +6,14 @@ import base64
 import hashlib
 import html
 import os
+import re
 from pathlib import Path
 from typing import Any, NamedTuple, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
 
+from .errors import InputError
 from .exr import Attribute, read_exr
 from .picture_files import save_png_as
 from .srgb import as_texts, png_bytes, srgb_bytes, transparent_bytes
@@ -112,3 +114,18 @@ class Picture:
         height, width, _ = self.shape
         error = f"error {self.error}" if self.error else "error not known"
         return f"<Picture {width} x {height}, {error}>"
+
+
+class Pictures(list[Picture]):
+    """A list of pictures. A notebook shows them side by side."""
+
+    def save(self, files: Union[str, os.PathLike[str]]) -> None:
+        """Writes each picture as Picture.save() does. The name has a "#" for each digit of the picture's place: "a-####.png"."""
+        path = Path(files)
+        if "#" not in path.name:
+            raise InputError(f"{path}: the name has no place for numbers: write for example {path.stem}-####{path.suffix}")
+        for number, picture in enumerate(self):
+            picture.save(path.with_name(re.sub("#+", lambda place: str(number).zfill(len(place[0])), path.name)))
+
+    def _repr_html_(self) -> str:
+        return f'<div style="display: flex; flex-wrap: wrap">{"".join(picture._repr_html_() for picture in self)}</div>'

@@ -21,9 +21,9 @@ import numpy.typing as npt
 
 from .errors import Interrupted, InputError, ParRayError, ParRayWarning, ProgramNotFound, RenderError
 from .options import RenderOptions, as_arguments, is_drawn_on, shows_keywords, split
-from .picture import Picture
+from .picture import Picture, Pictures
 from .progress import PreviewFile, Progress, ProgressOption, Shower, shower_for
-from .scene import prepare
+from .scene import prepare, with_labels_of
 from .several import Tools, calls_of
 
 if TYPE_CHECKING:
@@ -78,7 +78,13 @@ def legends(file: Path) -> list[dict[str, Any]]:
     return found
 
 
-_TOOLS = Tools(convert, validate, legends)
+def has_option(option: str) -> bool:
+    """Returns whether `parray render` of this machine has an option."""
+    command = [find_program(), "help", "render", "--all"]
+    return option in subprocess.run(command, capture_output=True, text=True, check=False).stdout.split()
+
+
+_TOOLS = Tools(convert, validate, legends, has_option)
 
 
 def _without_folders(text: str) -> str:
@@ -115,8 +121,7 @@ class _Render:
         inputs = folder / "input"
         inputs.mkdir()
         work = prepare(source, radii, colors, scene, options, inputs, convert)
-        if work.unit is not None and options.get("scale_bar"):
-            options.setdefault("unit", work.unit)
+        options = with_labels_of(work, options, has_option)
         file = work.local_file(inputs)
         output, preview = (self._png, self._exr) if self._drawn else (self._exr, self._png)
         self.command = [program, "render", str(file), "-o", str(output),
@@ -194,7 +199,8 @@ def render(
     """
     calls = calls_of(source, radii, colors, options, _TOOLS)
     if calls is not None:
-        return [render(*call[:3], progress=progress, **call.options) for call in calls]  # type: ignore[return-value]
+        pictures = Pictures(render(*call[:3], progress=progress, **call.options) for call in calls)
+        return pictures  # type: ignore[return-value]
     with tempfile.TemporaryDirectory(prefix="parray-") as folder, shower_for(progress) as shower:
         run = _Render(source, radii, colors, options, Path(folder), shower)
         with subprocess.Popen(
@@ -243,7 +249,7 @@ async def render_async(
     """Does the same as render() for asyncio. Cancelling the task ends the program."""
     calls = await asyncio.to_thread(calls_of, source, radii, colors, options, _TOOLS)
     if calls is not None:
-        pictures = [await render_async(*call[:3], progress=progress, **call.options) for call in calls]
+        pictures = Pictures([await render_async(*call[:3], progress=progress, **call.options) for call in calls])
         return pictures  # type: ignore[return-value]
     with tempfile.TemporaryDirectory(prefix="parray-") as folder, shower_for(progress) as shower:
         run = await asyncio.to_thread(_Render, source, radii, colors, options, Path(folder), shower)

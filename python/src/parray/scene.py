@@ -14,7 +14,7 @@ from typing import Any, Callable, NamedTuple, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
-from .coloring import colored
+from .coloring import colored, title_of
 from .errors import InputError
 from .options import OF_PARTICLES, as_arguments
 from .other_files import takes_topology
@@ -33,6 +33,8 @@ class Work(NamedTuple):
     source: Union[Path, Scene]
     unit: Optional[str] = None
     """The unit of lengths for a scale bar. None: that of the file's format."""
+    title: Optional[str] = None
+    """The title of the legend. None: that of the program."""
 
     def local_file(self, folder: Path) -> Path:
         """Returns a file for the program."""
@@ -113,13 +115,15 @@ def prepare(
         return Work(_changed(_read(path), changes)) if changes or as_scene else Work(path)
     particles = particles_of(source, asked.get("frame"), asked.get("topology"))
     rules: list[str] = []
-    unit = None
+    unit = title = None
     material = options.get("material")
     if particles is None:
         path = Path(source)
         rules, material = _rules_of_file(columns, asked, material)
     else:
+        by = asked.get("color_by")
         particles = colored(particles.changed(**columns), asked)
+        title = title_of(by, asked.get("color_by"))
         path = particles.write(folder, _mentioned(asked))
         unit = particles.unit_in(path)
         asked.pop("frame", None)
@@ -130,8 +134,18 @@ def prepare(
         asked["projection"] = projection
     rules += as_arguments(asked)
     if not (changes or rules or material is not None or as_scene):
-        return Work(path, unit)
-    return Work(_automatic_scene(path, folder, rules, material, changes, settings, convert), unit)
+        return Work(path, unit, title)
+    return Work(_automatic_scene(path, folder, rules, material, changes, settings, convert), unit, title)
+
+
+def with_labels_of(work: Work, settings: Mapping[str, Any], has_option: Callable[[str], bool]) -> dict[str, Any]:
+    """Returns the settings with the unit and the title of the input, where labels need them and the user states none."""
+    changed = dict(settings)
+    if work.unit is not None and changed.get("scale_bar"):
+        changed.setdefault("unit", work.unit)
+    if work.title is not None and changed.get("legend") and "legend_title" not in changed and has_option("--legend-title"):
+        changed["legend_title"] = work.title
+    return changed
 
 
 def is_scene(source: Any) -> bool:

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple, Optional
 import numpy as np
 import numpy.typing as npt
 
-from .coloring import by_values, colored, ends, needs_range, range_over
+from .coloring import by_values, colored, ends, needs_range, range_over, title_of
 from .errors import InputError
 from .options import RenderOptions, split
 from .other_files import takes_topology
 from .particles import Particles
-from .scene import Convert, Scene, is_scene, prepare
+from .scene import Convert, Scene, Work, is_scene, prepare, with_labels_of
 from .sources import count_of_frames, is_particle_object, particles_of
 
 
@@ -28,6 +28,8 @@ class Tools(NamedTuple):
     """Runs `parray validate --json` for a particle file."""
     legends: Callable[[Path], list[dict[str, Any]]]
     """Returns the legends of a file, which a picture of few pixels has."""
+    has_option: Callable[[str], bool]
+    """Returns whether `parray render` has an option."""
 
 
 class Call(NamedTuple):
@@ -150,9 +152,8 @@ def _of_frames(frames: list[_Frame], radii: Any, colors: Any, options: dict[str,
             particles = [some.changed(radii=radius) for some in particles]
         whole = particles[0].with_more([(other, _outermost(other)) for other in particles[1:]])
         scene = _scene(whole, scene_options, settings, folder / "all", tools)
-        unit = whole.unit_in(Path(scene["particles"][0]["file"]))
-        if unit is not None and settings.get("scale_bar"):
-            settings.setdefault("unit", unit)
+        labels = Work(scene, whole.unit_in(Path(scene["particles"][0]["file"])), title_of(_part(by, 0, len(frames)), words["color_by"]))
+        settings = with_labels_of(labels, settings, tools.has_option)
     item = {key: value for key, value in scene["particles"][0].items() if key != "topology"}
     items = _with_all_names(particles, scene_options.get("color_by"), item)
     return [_call(scene, item, settings) for item in items]
