@@ -14,7 +14,7 @@ from typing import Optional, Union
 
 from .coloring import colored
 from .errors import ParRayError
-from .options import FLAGS
+from .options import is_switch
 from .other_files import kind_of, takes_topology
 from .program import find_program
 from .sources import particles_of
@@ -30,7 +30,7 @@ Example:
 
 More: parray help render"""
 _COMMANDS = ("render", "validate", "plan", "tradeoff", "submit")
-_FLAGS = ("-q", "--wait", "--json", "--quiet", *("--" + name.replace("_", "-") for name in FLAGS))
+_SWITCHES = ("-q", "--wait", "--json", "--quiet")
 _STATUS_OF_BAD_INPUT = 2
 
 
@@ -55,7 +55,8 @@ def _place_of_file(words: list[str]) -> Optional[int]:
     """Returns the place of the first word that is neither an option nor its value."""
     for place in range(1, len(words)):
         before = words[place - 1]
-        is_value = place > 1 and before.startswith("-") and "=" not in before and before not in _FLAGS
+        is_value = place > 1 and before.startswith("-") and "=" not in before
+        is_value = is_value and not (before in _SWITCHES or is_switch(before))
         if not words[place].startswith("-") and not is_value:
             return place
     return None

@@ -114,11 +114,11 @@ class SubmitOptions(PictureOptions, total=False):
 # Options that make the scene. All others are passed on by their names.
 OF_PARTICLES = ("frame", "topology", "alternatives", "select", "slice", "hide", "color_by", "colormap", "range", "view",
                 "style", "projection")  # fmt: skip
-OF_SCENE = ("elements", "values", "camera", "sky", "material", *OF_PARTICLES)
+OF_SCENE = ("elements", "camera", "sky", "material", *OF_PARTICLES)
 
 _DRAWN = ("outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size", "width_mm",
           "dpi")  # fmt: skip
-FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell")
+_FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell")
 _RENAMED = {"opaque": "transparent=False", "no_labels": "labels=False"}
 _OTHER_WORDS = {"cmap": "colormap", "c": "color_by", "color": "colors", "vmin": "range=(low, high)",
                 "vmax": "range=(low, high)"}  # fmt: skip
@@ -175,7 +175,7 @@ def as_arguments(options: Mapping[str, Any]) -> list[str]:
     arguments = []
     for name, value in options.items():
         option = "--" + name.replace("_", "-")
-        if name in FLAGS:
+        if name in _FLAGS:
             arguments += [option] if value else []
         elif isinstance(value, bool):
             arguments += [option, "on" if value else "off"]
@@ -184,3 +184,8 @@ def as_arguments(options: Mapping[str, Any]) -> list[str]:
         else:
             arguments += [option, (":" if name == "range" else ",").join(map(str, value))]
     return arguments
+
+
+def is_switch(word: str) -> bool:
+    """Returns whether a word of the command line is an option without a value, such as --scale-bar."""
+    return word.startswith("--") and word[2:].replace("-", "_") in _FLAGS

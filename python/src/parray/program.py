@@ -182,8 +182,7 @@ def render(
     colormap, range   of these colours; range: (low, high), or "1%:99%"
     view, style, projection   direction of view, surroundings of the particles, and projection
     views     several views, such as "front,iso": returns a list of pictures
-    legend, scale_bar, unit, time_stamp, cell, text   labels on the PNG picture, which is shown and saved as .png
-    legend_title   title of the legend
+    legend, legend_title, scale_bar, unit, time_stamp, cell, text   labels on the PNG picture, which is shown and saved as .png
     outline, depth_cue        postprocessing of the PNG picture: True, False, or a strength
     font_size, width_mm, dpi  size of the PNG picture in print
     labels    False: no labels, even if the scene has some
