@@ -84,6 +84,13 @@ class TitleOfTheLegend(Test):
         plain, titled = (parray.render(positions, radii, **options, **o) for o in ({}, {"legend_title": "Speed (m/s)"}))
         self.assertEqual(plain.pixels.tobytes(), titled.pixels.tobytes())
         self.assertNotEqual(plain._repr_png_(), titled._repr_png_())
+        phases = np.array([("a", *p) for p in positions], [("Phase", "U1"), ("x", float), ("y", float), ("z", float)])
+        titles = ({}, {"legend_title": "Phase"})
+        own, same = (parray.render(phases, radii, color_by="Phase", legend=True, **LARGE, **title) for title in titles)
+        self.assertEqual(own._repr_png_(), same._repr_png_())
+        options = {"color_by": "Phase", "legend": True}
+        (call,) = parray.several.calls_of([phases], radii, None, options, parray.program._TOOLS)
+        self.assertEqual(call.options["legend_title"], "Phase")
 
 
 class NamesOfColors(Test):
@@ -250,6 +257,13 @@ class Several(Test):
         expected = [parray.render(self.positions, 0.2, view=view, **SMALL) for view in ("front", "iso")]
         self.assertEqual([p.report["image_sha256"] for p in pictures], [p.report["image_sha256"] for p in expected])
         self.refused(parray.InputError, "views: give either", parray.render, HELIX, views=["top"], view="top")
+
+    def test_pictures_are_shown_and_saved_together(self):
+        pictures = parray.render(self.positions, 0.2, views="front,iso", **SMALL)
+        self.assertEqual(pictures._repr_html_().count("data:image/png;base64,"), 2)
+        pictures.save(self.folder / "view-##.png")
+        self.assertEqual((self.folder / "view-01.png").read_bytes(), pictures[1]._repr_png_())
+        self.refused(parray.InputError, "view-####.png", pictures.save, "view.png")
 
     def test_an_angle_of_view_or_a_height_fits_any_view(self):
         """With an angle of view alone, the camera moves so that the picture contains the same."""

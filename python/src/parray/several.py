@@ -274,8 +274,6 @@ def _outermost(particles: Particles, directions: int = 64) -> npt.NDArray[np.int
     turn = np.arange(directions) * np.pi * (3 - 5**0.5)
     height = 1 - (2 * np.arange(directions) + 1) / directions
     across = np.sqrt(1 - height**2)
-    towards = np.stack([across * np.cos(turn), across * np.sin(turn), height])
-    reach = particles.positions @ towards
-    if particles.radii is not None:
-        reach += particles.radii[:, np.newaxis]
-    return np.unique(reach.argmax(axis=0))
+    radii = 0 if particles.radii is None else particles.radii
+    towards = np.stack([across * np.cos(turn), across * np.sin(turn), height], axis=-1)
+    return np.unique([np.argmax(particles.positions @ direction + radii) for direction in towards])
