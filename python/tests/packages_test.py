@@ -1,6 +1,7 @@
 """With the real ASE, MDAnalysis, OVITO, pip, mypy and Jupyter, none of which Debian's Python has.
 
-    python3 -m venv DIR && DIR/bin/pip install ase MDAnalysis ovito mypy nbclient ipykernel flit_core
+    python3 -m venv DIR
+    DIR/bin/pip install ase MDAnalysis ovito mypy nbclient ipykernel flit_core pandas h5py astropy laspy lazrs pyarrow gsd pillow
     PARRAY_PACKAGES_PYTHON=DIR/bin/python ctest --preset release -R python.packages
 """
 
@@ -16,14 +17,9 @@ import subprocess
 import unittest.mock
 import warnings
 
-from support import BIN, PYTHON, SKIPPED, SMALL, SOURCE, Test, np, parray
+from support import BIN, PYTHON, SKIPPED, SMALL, SOURCE, Test, needs, np, parray
 
 HELIX = SOURCE / "scenes/particles/helix.pdb"
-
-
-def needs(*modules):
-    missing = [name for name in modules if importlib.util.find_spec(name) is None]
-    return unittest.skipIf(missing, f"needs {', '.join(missing)} from PyPI: see PARRAY_PACKAGES_PYTHON above")
 
 
 def same(test, first, second):
@@ -107,7 +103,8 @@ class Ovito(Test):
         first = self.kinds == 1
         encoded = np.where(first[:, None], (1, 0.5, 0.25), (0.25, 0.5, 1))
         radii = np.where(first, 0.8, self.data.particles.vis.radius)
-        expected = parray.render(self.positions, radii, parray.srgb_to_linear(encoded), **SMALL)
+        names = np.where(first, "Cu", "Zr")
+        expected = parray.render(self.positions, radii, parray.srgb_to_linear(encoded), elements=names, **SMALL)
         same(self, parray.render(self.pipeline, **SMALL), expected)
         same(self, parray.render(self.pipeline.compute(), **SMALL), expected)
 
@@ -118,13 +115,13 @@ class Ovito(Test):
         self.pipeline.modifiers.append(DeleteSelectedModifier())
         shown = self.pipeline.compute().particles
         expected = parray.render(np.asarray(shown.positions), shown.vis.radius,
-                                 parray.srgb_to_linear(np.asarray(shown.colors)), **SMALL)
+                                 parray.srgb_to_linear(np.asarray(shown.colors)), elements=["Zr"] * 12, **SMALL)
         same(self, parray.render(self.pipeline, **SMALL), expected)
         self.assertEqual(expected.report["spheres"], 12 + 2)
 
     def test_data_without_particles_is_refused(self):
         from ovito.data import DataCollection
-        self.refused(parray.InputError, "has no particles", parray.render, DataCollection())
+        self.refused(parray.InputError, "have no particles", parray.render, DataCollection())
 
 
 @needs("mypy")

@@ -50,7 +50,7 @@ class Arrays(Test):
                                   text=True, check=False)
             self.assertEqual(said.returncode, 0, said.stderr + said.stdout)
         self.assertTrue(np.array_equal(np.load(self.folder / "a.npy"), picture))
-        self.refused(parray.InputError, "unknown extension", picture.save, self.folder / "a.jpg")
+        self.refused(parray.InputError, "unknown extension", picture.save, self.folder / "a.svg")
 
     def test_a_notebook_shows_the_png(self):
         html = self.picture._repr_html_()

@@ -87,14 +87,13 @@ class Options(Test):
         self.assertEqual(again.report["image_sha256"], picture.report["image_sha256"])
 
     def test_every_option_of_render_has_a_keyword(self):
-        """But for those that say where files go, which the package does itself; --radius, which is `radii`; and --views,
-        which makes a sheet of several pictures, none of which has an error of its own."""
+        """But for those that say where files go, which the package does itself, and --radius, which is `radii`."""
         text = command_line("help", "render", "--all").stdout
         options = set(re.findall(r"(?m)^  (?:-\w, )?(--[a-z-]+)", text))
         own = {"--help", "--output", "--report", "--quiet", "--progress", "--preview", "--display", "--on-end", "--error-map",
-               "--radius", "--views"}
+               "--radius", "--legend-title"}
         names = {"--" + name.replace("_", "-") for name in parray.options.names_of(parray.options.RenderOptions)}
-        self.assertEqual(options - own, names - {"--elements", "--camera", "--sky"})
+        self.assertEqual(options - own, names - {"--elements", "--camera", "--sky", "--values", "--frames", "--legend-title"})
 
     def test_an_unknown_keyword_names_the_nearest(self):
         self.refused(TypeError, "unknown option 'widht': did you mean width?", parray.render, SCENE, widht=3)

@@ -1,7 +1,9 @@
 """What the tests share: the package from its sources, the programs, a scene. Skips, with a word, without numpy."""
 
+import importlib.util
 import os
 import pathlib
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -44,11 +46,23 @@ class Test(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
 
+    def run_module(self, *words):
+        """Runs python3 -m parray in the folder of the test."""
+        environment = {**os.environ, "PYTHONPATH": str(PYTHON / "src")}
+        return subprocess.run([sys.executable, "-m", "parray", *map(str, words)], capture_output=True, text=True, check=False,
+                              cwd=self.folder, env=environment)  # fmt: skip
+
     def refused(self, kind, mentions, call, *arguments, **options):
         with self.assertRaises(kind) as caught:
             call(*arguments, **options)
         self.assertIn(mentions, str(caught.exception))
         self.assertNotIn("\n", str(caught.exception))
+
+
+def needs(*modules):
+    """Skips a test or a class without these packages of PyPI."""
+    missing = [name for name in modules if importlib.util.find_spec(name) is None]
+    return unittest.skipIf(missing, f"needs {', '.join(missing)} from PyPI: see PARRAY_PACKAGES_PYTHON in packages_test.py")
 
 
 def main():

@@ -3,7 +3,7 @@
 from .errors import InputError, Interrupted, ParRayError, ParRayWarning, ProgramNotFound, RenderError
 from .farm import Farm, Job
 from .particles import Particles
-from .picture import Error, Picture
+from .picture import Error, Picture, Pictures
 from .program import find_program, render, render_async
 from .progress import Progress
 from .srgb import srgb_to_linear
@@ -19,6 +19,7 @@ __all__ = [
     "ParRayWarning",
     "Particles",
     "Picture",
+    "Pictures",
     "ProgramNotFound",
     "Progress",
     "RenderError",

@@ -17,13 +17,14 @@ from typing import TYPE_CHECKING, Any, Optional
 
 import numpy.typing as npt
 
-from .errors import ParRayError, RenderError
+from .errors import InputError, ParRayError, RenderError
 from .http import Form, Http
 from .options import SubmitOptions, shows_keywords, split
 from .picture import Picture
 from .program import convert
 from .progress import Progress, ProgressOption, Shower, shower_for
 from .scene import prepare, scene_bytes
+from .several import is_series
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -49,6 +50,8 @@ class Farm:
         parray.render(), except those for this machine. Also takes name, priority, max_failures, webhook and progressive
         of the farm's document. Particles with `camera`, `sky`, `material`, or options that select or colour them, need
         the program `parray` on this machine to make a scene."""
+        if is_series(source):
+            raise InputError("frames: a job of Python has one frame: call submit() for each")
         scene_options, settings = split(options, SubmitOptions)
         with tempfile.TemporaryDirectory(prefix="parray-") as folder:
             work = prepare(source, radii, colors, scene_options, settings, Path(folder), convert)

@@ -8,6 +8,8 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Callable, Literal, TypedDict, TypeVar, Union
 
+from .errors import InputError
+
 if TYPE_CHECKING:
     import numpy.typing as npt
 
@@ -52,9 +54,13 @@ class PictureOptions(TypedDict, total=False):
     select: str
     slice: Union[str, Sequence[str]]
     hide: Union[str, Sequence[str]]
-    color_by: str
+    color_by: Union[str, npt.ArrayLike]
+    values: npt.ArrayLike
     colormap: Literal["viridis", "magma", "inferno", "plasma", "cividis", "blue-red", "grey", "violet-yellow"]
     range: Union[str, tuple[float, float]]
+    color_scale: Literal["linear", "log", "categories"]
+    radius_by: str
+    show: Sequence[Union[str, Mapping[str, Any]]]
     view: Literal["auto", "front", "back", "left", "right", "top", "bottom", "iso", "+x", "-x", "+y", "-y", "+z", "-z"]
     style: Literal["studio", "publication", "flat", "night"]
     projection: Literal["perspective", "orthographic"]
@@ -85,6 +91,9 @@ class PictureOptions(TypedDict, total=False):
 class RenderOptions(PictureOptions, total=False):
     """Options of render() on this machine, and those of all pictures."""
 
+    # Several pictures.
+    frames: Union[Sequence[int], Literal["all"]]
+    views: Union[str, Sequence[str]]
     threads: int
     denoise: bool
     quality: Literal["draft", "good", "print"]
@@ -120,14 +129,16 @@ class SubmitOptions(PictureOptions, total=False):
 
 # Options that make the scene. All others are passed on by their names.
 OF_PARTICLES = ("frame", "topology", "alternatives", "crystal", "replicate", "wrap", "whole", "center", "select",
-                "slice", "hide", "color_by", "colormap", "range", "view", "style", "projection", "up", "azimuth",
-                "elevation", "zoom")  # fmt: skip
+                "slice", "hide", "color_by", "colormap", "range", "color_scale", "radius_by", "show",
+                "view", "style", "projection", "up", "azimuth", "elevation", "zoom")  # fmt: skip
 OF_SCENE = ("elements", "camera", "sky", "material", *OF_PARTICLES)
 
 _DRAWN = ("background", "outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size",
           "width_mm", "dpi")  # fmt: skip
 _FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell", "wrap", "whole")
 _RENAMED = {"opaque": "transparent=False", "no_labels": "labels=False"}
+_OTHER_WORDS = {"cmap": "colormap", "c": "color_by", "color": "colors", "vmin": "range=(low, high)",
+                "vmax": "range=(low, high)"}  # fmt: skip
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -156,11 +167,17 @@ def split(given: Mapping[str, Any], options: type) -> tuple[dict[str, Any], dict
     for name in given:
         if name in _RENAMED:
             raise TypeError(f"{name} is now {_RENAMED[name]}")
+        if name in _OTHER_WORDS:
+            raise TypeError(f"unknown option {name!r}: did you mean {_OTHER_WORDS[name]}?")
         if name not in known:
             near = difflib.get_close_matches(name, known, 1)
             hint = f"did you mean {near[0]}?" if near else f"the options are {', '.join(known)}"
             raise TypeError(f"unknown option {name!r}: {hint}")
     asked = {name: value for name, value in given.items() if value is not None}
+    if "values" in asked:
+        if "color_by" in asked:
+            raise TypeError("values, color_by: both say what the colours mean: give one of them")
+        asked["color_by"] = asked.pop("values")
     scene = {name: asked.pop(name) for name in OF_SCENE if name in asked}
     return scene, asked
 
@@ -172,10 +189,12 @@ def is_drawn_on(options: Mapping[str, Any]) -> bool:
 
 def as_arguments(options: Mapping[str, Any]) -> list[str]:
     """Returns the options as arguments of the command line."""
-    arguments = []
-    for name, value in options.items():
+    arguments: list[str] = []
+    for name, value in sorted(options.items(), key=lambda item: item[0] == "show"):
         option = "--" + name.replace("_", "-")
-        if name in _FLAGS:
+        if name == "show":
+            arguments += _of_representations(value)
+        elif name in _FLAGS:
             arguments += [option] if value else []
         elif isinstance(value, bool):
             arguments += [option, "on" if value else "off"]
@@ -184,3 +203,19 @@ def as_arguments(options: Mapping[str, Any]) -> list[str]:
         else:
             arguments += [option, (":" if name == "range" else ",").join(map(str, value))]
     return arguments
+
+
+def _of_representations(shows: Sequence[Union[str, Mapping[str, Any]]]) -> list[str]:
+    """Returns the representations as arguments. Each is a selection, or a mapping with `select` and the options of its look."""
+    arguments: list[str] = []
+    for show in shows:
+        look = {"select": show} if isinstance(show, str) else dict(show)
+        if not isinstance(look.get("select"), str):
+            raise InputError(f"show: {show!r} has no selection: write {{'select': 'protein', 'color_by': 'chain'}}")
+        arguments += ["--show", look.pop("select"), *as_arguments(look)]
+    return arguments
+
+
+def is_switch(word: str) -> bool:
+    """Returns whether a word of the command line is an option without a value, such as --scale-bar."""
+    return word.startswith("--") and word[2:].replace("-", "_") in _FLAGS

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import html
 import os
+import re
 from pathlib import Path
 from typing import Any, NamedTuple, Optional, Union
 
@@ -14,6 +15,7 @@ import numpy.typing as npt
 
 from .errors import InputError
 from .exr import Attribute, read_exr
+from .picture_files import save_png_as
 from .srgb import as_texts, png_bytes, srgb_bytes, transparent_bytes
 
 
@@ -84,7 +86,8 @@ class Picture:
 
     def save(self, file: Union[str, os.PathLike[str]]) -> None:
         """Writes the picture in the format of the extension: EXR (the exact floats, all channels), PNG (`srgb()` with
-        labels and postprocessing) or NPY (`pixels`). EXR and PNG contain the recipe."""
+        labels and postprocessing), NPY (`pixels`), or PDF, JPEG, TIFF, WebP and others with the pixels of the PNG. JPEG,
+        TIFF and others need Pillow. EXR and PNG contain the recipe."""
         path = Path(file)
         extension = path.suffix.lower()
         if extension == ".npy":
@@ -92,7 +95,7 @@ class Picture:
         elif extension in (".exr", ".png"):
             path.write_bytes(self._exr if extension == ".exr" else self._repr_png_())
         else:
-            raise InputError(f"{path}: unknown extension: use .exr, .png or .npy")
+            save_png_as(self._repr_png_(), path)
 
     def _repr_png_(self) -> bytes:
         if self._png is not None:
@@ -111,3 +114,18 @@ class Picture:
         height, width, _ = self.shape
         error = f"error {self.error}" if self.error else "error not known"
         return f"<Picture {width} x {height}, {error}>"
+
+
+class Pictures(list[Picture]):
+    """A list of pictures. A notebook shows them side by side."""
+
+    def save(self, files: Union[str, os.PathLike[str]]) -> None:
+        """Writes each picture as Picture.save() does. The name has a "#" for each digit of the picture's place: "a-####.png"."""
+        path = Path(files)
+        if "#" not in path.name:
+            raise InputError(f"{path}: the name has no place for numbers: write for example {path.stem}-####{path.suffix}")
+        for number, picture in enumerate(self):
+            picture.save(path.with_name(re.sub("#+", lambda place: str(number).zfill(len(place[0])), path.name)))
+
+    def _repr_html_(self) -> str:
+        return f'<div style="display: flex; flex-wrap: wrap">{"".join(picture._repr_html_() for picture in self)}</div>'
