@@ -129,6 +129,8 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
   take(from.radii, order, particles.radii);
   take(from.colors, order, particles.colors);
   take(from.residue_numbers, order, particles.residue_numbers);
+  if (!from.residue_numbers.empty()) particles.insertion_codes.clear();
+  take(from.insertion_codes, order, particles.insertion_codes);
   take(std::move(from.types), order, particles.types);
   take(std::move(from.atom_names), order, particles.atom_names);
   take(std::move(from.residue_names), order, particles.residue_names);
@@ -151,6 +153,7 @@ void keep(Particles& particles, const ParticleMask& mask) {
   keep_in(particles.residue_names.index, mask);
   keep_in(particles.chains.index, mask);
   keep_in(particles.residue_numbers, mask);
+  keep_in(particles.insertion_codes, mask);
   for (NumberColumn& column : particles.numbers) keep_in(column.values, mask);
   keep_in(particles.positions, mask);
 }
