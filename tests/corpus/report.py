@@ -20,7 +20,7 @@ RESULTS = """# The corpus: results
 `tests/corpus/run --results tests/corpus/RESULTS.md` writes this page; [tests/README.md](../README.md) explains how to run it.
 
 {date}; {parray}, against {programs}.
-{packages} packages, {files} files.
+{packages} packages, {files} files. The elements of {elements:,} atoms and the positions of {places:,} are compared.
 
 {table}
 
@@ -28,8 +28,8 @@ RESULTS = """# The corpus: results
 **Files that differ without a note: {differ}** (goal: 0). ParRay refuses files of {foreign} other formats; refusals that do not say
 what the file looks like: {unnamed} (goal: 0).
 
-- *same*: the number of particles, the box around them, the elements, the frames, the last frame's box and the cell each
-  agree with one of the programs.
+- *same*: the element and the position of each atom, the number of particles, the box around them, the frames, the last
+  frame's box and the cell each agree with one of the programs.
 - *told*: something differs, and a note of ParRay explains it: as many atoms are missing as the note says are left out, or
   as many elements differ as it says were guessed.
 - *differs*: something differs without such a note.
@@ -111,6 +111,7 @@ def results_of(records, parray, packages):
         goal=100 * ACCEPTED, differ=g["differ"], unnamed=g["refused without a name"],
         foreign=len({r["kind"] for r in records} - set(OURS)),
         notes=", ".join(f"`{key}` {count}" for key, count in notes.most_common()) or "none",
+        places=sum(r["atoms"] for r in records), elements=sum(r["elements"] for r in records),
         defects="\n## Remaining defects\n\n" + "\n".join(defects) + "\n" if defects else "")
 
 

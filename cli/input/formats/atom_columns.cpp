@@ -170,7 +170,7 @@ ParticleMask chosen_locations(const AlternativeColumns& alternatives, const Atom
 constexpr std::uint8_t to_be_guessed = 255;
 
 /// The element of a name. `certain`: the columns of PDB give it.
-struct Guess {
+struct ElementGuess {
   std::uint8_t element = 0;
   bool certain = false;
 };
@@ -287,12 +287,12 @@ void AtomColumns::note(std::string key, std::uint64_t count, std::string text) {
 }
 
 void AtomColumns::guess_elements() {
-  auto guesses =
-      per_name<Guess>(residue_names_.column(), atom_names_.column(),
-                      [](const std::string& residue, const std::string& name, bool two_letters) {
-                        const AtomName atom{residue, name, two_letters};
-                        return Guess{guess_element(atom), element_of_columns(atom) != 0};
-                      });
+  auto guesses = per_name<ElementGuess>(
+      residue_names_.column(), atom_names_.column(),
+      [](const std::string& residue, const std::string& name, bool two_letters) {
+        const AtomName atom{residue, name, two_letters};
+        return ElementGuess{guess_element(atom), element_of_columns(atom) != 0};
+      });
   auto sites = per_name<bool>(residue_names_.column(), atom_names_.column(),
                               [](const std::string& residue, const std::string& name, bool) {
                                 return is_virtual_site(residue, name, 0);
@@ -302,7 +302,7 @@ void AtomColumns::guess_elements() {
   for (std::size_t i = 0; i < count(); ++i) {
     if (elements_[i] == to_be_guessed) {
       const bool two = !flush_left_ && i < two_letters_.size() && two_letters_[i] != 0;
-      const Guess& guess = guesses.of(i, two);
+      const ElementGuess& guess = guesses.of(i, two);
       elements_[i] = guess.element;
       guessed += guess.element != 0 && !guess.certain ? 1 : 0;
     }

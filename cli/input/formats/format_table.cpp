@@ -35,7 +35,7 @@ Guess best_guess(const FileStart& start, const ParticleFormat* named) {
   return fits && best.confidence != Confidence::certain ? Guess{named, Confidence::likely} : best;
 }
 
-bool is_comment(std::string_view line) {
+bool is_comment_line(std::string_view line) {
   const std::string_view text = trimmed(line);
   return text.empty() || text.starts_with('#');
 }
@@ -46,7 +46,7 @@ bool is_only_header(const FileStart& start) {
   constexpr std::size_t first_lines = 4;
   if (start.whole() || !start.is_text()) return false;
   const auto& lines = start.lines();
-  if (lines.size() < first_lines || std::all_of(lines.begin() + 1, lines.end(), is_comment)) {
+  if (lines.size() < first_lines || std::all_of(lines.begin() + 1, lines.end(), is_comment_line)) {
     return true;
   }
   return std::ranges::any_of(formats, [&](const ParticleFormat* format) {

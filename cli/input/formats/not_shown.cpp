@@ -17,7 +17,7 @@ void note_if_any(std::string_view key, std::uint64_t count, std::string_view one
 
 /// Returns a number for a serial number, which may be hexadecimal or hybrid-36. Returns nothing for
 /// texts that no serial number has.
-std::optional<std::uint64_t> key_of(std::string_view serial) {
+std::optional<std::uint64_t> serial_key(std::string_view serial) {
   constexpr std::size_t longest = 8;
   if (serial.empty() || serial.size() > longest) return {};
   std::uint64_t key = 0;
@@ -61,10 +61,10 @@ void ConectBonds::read(std::string_view record) {
   constexpr std::size_t name_width = 6;
   if (record.size() <= name_width) return;
   const std::vector<std::string_view> serials = serials_in(record.substr(name_width));
-  const auto first = serials.empty() ? std::nullopt : key_of(serials[0]);
+  const auto first = serials.empty() ? std::nullopt : serial_key(serials[0]);
   if (!first) return;
   for (std::size_t i = 1; i < serials.size(); ++i) {
-    const auto other = key_of(serials[i]);
+    const auto other = serial_key(serials[i]);
     if (other) pairs_.emplace_back(std::min(*first, *other), std::max(*first, *other));
   }
 }

@@ -7,6 +7,7 @@
 #include "cli/input/formats/atom_columns.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/not_shown.h"
+#include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
@@ -16,16 +17,14 @@
 namespace parray::input {
 namespace {
 
-using Words = std::vector<std::string_view>;
-
 /// Returns whether a line is a box: three lengths and three angles.
-bool is_box_of_tinker(const Words& words) {
+bool is_box_of_tinker(const Fields& words) {
   return words.size() == 6 && std::ranges::all_of(words, is_number);
 }
 
 /// Returns whether a line is an atom: number, name, x, y, z, type, then the numbers of the bonded
 /// atoms.
-bool is_atom_of_tinker(const Words& words, std::string_view number) {
+bool is_atom_of_tinker(const Fields& words, std::string_view number) {
   return words.size() >= 6 && words[0] == number && !is_number(words[1]) &&
          std::all_of(words.begin() + 2, words.begin() + 5, is_number) && is_natural(words[5]);
 }
@@ -33,11 +32,11 @@ bool is_atom_of_tinker(const Words& words, std::string_view number) {
 /// Recognises Tinker (Tinker User's Guide, "File types"): a count and a title, a box or none, atoms
 /// numbered from 1.
 Confidence looks_like_tinker(const FileStart& start) {
-  const Words head = words_of(start.line(0));
+  const Fields head = words_of(start.line(0));
   if (head.empty() || !is_natural(head[0])) return Confidence::none;
   const std::size_t first = is_box_of_tinker(words_of(start.line(1))) ? 2 : 1;
   if (!is_atom_of_tinker(words_of(start.line(first)), "1")) return Confidence::none;
-  const Words second = words_of(start.line(first + 1));
+  const Fields second = words_of(start.line(first + 1));
   const bool one = second.empty() || natural_in(head[0]) == 1U;
   return certain_if(one || is_atom_of_tinker(second, "2"));
 }
@@ -117,7 +116,7 @@ class TinkerFrames final : public FramesOf<ParticleInput> {
   std::uint64_t count_ = 0;
   bool at_atom_ = false;  // true: the current line is the first atom
   std::optional<ParticleCell> cell_;
-  Words words_;
+  Fields words_;
 };
 
 /// Reads Tinker's coordinates and archives, with or without a box. The names give the elements, and

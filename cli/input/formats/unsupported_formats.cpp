@@ -23,7 +23,7 @@ constexpr std::string_view convert =
     "ParRay does not read this format: write XYZ, PDB or another supported format with the program "
     "that made it";
 constexpr std::string_view utf16 = "save the file as UTF-8";
-constexpr std::string_view unpack = "unpack it, and name a file in it";
+constexpr std::string_view unpack_it = "unpack it, and name a file in it";
 constexpr std::string_view to_csv =
     "save the sheet as CSV, with a header line that names x, y and z";
 constexpr std::string_view to_ply =
@@ -66,7 +66,7 @@ constexpr auto signatures = std::to_array<Signature>({
      {"an SQLite database",
       "'python3 -m parray render FILE' reads a database of ASE (.db) with ASE"}},
     {"\x93NUMPY", 0, {"a NumPy array", by_numpy}},
-    {"ustar", 257, {"a tar archive", unpack}},
+    {"ustar", 257, {"a tar archive", unpack_it}},
     {"\x1f\x8b", 0, {"data packed twice", packed}},
     {"\x28\xb5\x2f\xfd", 0, {"data packed twice", packed}},
     {"\xfd\x37zXZ", 0, {"data packed twice", packed}},
@@ -303,7 +303,7 @@ Unsupported format_of_zip(const FileStart& start, std::string_view extension) {
   const bool office = first.starts_with("[Content_Types].xml") || first.starts_with("_rels/") ||
                       first.starts_with("docProps/") || first.starts_with("xl/");
   if (office && extension != ".docx") return {"an Excel workbook", by_pandas};
-  return {"a zip archive", unpack};
+  return {"a zip archive", unpack_it};
 }
 
 /// Names HDF5. The file's name shows netCDF-4, which has the same signature.
