@@ -226,6 +226,12 @@ def mdanalysis_gro(path):
     return facts
 
 
+def mdanalysis_tinker(path):
+    facts = mdanalysis(path, "TXYZ")
+    facts.cell = None  # it ignores the box
+    return facts
+
+
 def mdanalysis_dump(path):
     facts = mdanalysis(path, "LAMMPSDUMP", elements=False)
     facts.span_only = True
@@ -278,6 +284,12 @@ def plyfile_ply(path):
     return Facts("plyfile", len(positions), box_of(positions), atoms=atoms_of(positions))
 
 
+def known(program, positions, names, cell):
+    """Returns facts that need no program."""
+    return Facts(program, len(names), box_of(positions), counted(names), 1, cell_of(cell), box_of(positions),
+                 atoms=atoms_of(positions, names))
+
+
 def head(path, size=4096):
     with open(path, "rb") as file:
         return file.read(size).decode("latin-1")
@@ -299,6 +311,7 @@ READERS = {
     "dump": (ase_dump, mdanalysis_dump),
     "data": (ase_data, mdanalysis_data),
     "ply": (plyfile_ply,),
+    "tinker": (mdanalysis_tinker,),
     "dcd": (lambda p: of_trajectory(DCD.DCDReader, p),),
     "xtc": (lambda p: of_trajectory(XTC.XTCReader, p),),
     "trr": (lambda p: of_trajectory(TRR.TRRReader, p),),

@@ -22,6 +22,7 @@ class Said:
     cell: list = None      # a, b, c, alpha, beta, gamma
     notes: dict = None     # count by key
     atoms: tuple = None    # positions and symbols, as from atoms.Converter
+    format: str = None
 
     def noted(self, keys):
         return sum(count for key, count in (self.notes or {}).items() if key.startswith(keys))
@@ -38,7 +39,7 @@ def said(facts):
     for note in file.get("notes", []):
         notes[note["key"]] = notes.get(note["key"], 0) + note["count"]
     return Said(file["particles"], [file["box"]["low"], file["box"]["high"]], elements, file.get("frames"),
-                cell and cell["lengths"] + cell["angles"], notes)
+                cell and cell["lengths"] + cell["angles"], notes, format=file["format"])
 
 
 def close(a, b):
@@ -120,12 +121,15 @@ def rounded(box):
     return [[round(x, 3) for x in side] for side in box]
 
 
-def verdict(said, last, facts):
-    """Returns the verdict, and by field the reason if it is not `same`. A field is right if one program agrees."""
+def verdict(said, last, facts, kind):
+    """Returns the verdict, and by field the reason if it is not `same`. A field is right if one program agrees. `kind`: the
+    format's name for ParRay; None: any."""
     if said is None:
         return {"verdict": "refused alone" if facts else "refused by both", "why": {}}
     if not facts:
         return {"verdict": "read alone", "why": {}}
+    if kind not in (None, said.format):
+        return {"verdict": "differs", "why": {"format": f"read as {said.format}, but is {kind}"}}
     found = [compared(said, last, f) for f in facts]
     why = {}
     for name in found[0]:

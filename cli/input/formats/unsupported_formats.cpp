@@ -171,13 +171,13 @@ bool is_charmm(const FileStart& start) {
   return line > 0 && !count.empty() && count.size() <= 2 && is_natural(count[0]);
 }
 
-/// Recognises CONFIG and HISTORY: a title; two to five whole numbers, which are the keys of the
-/// trajectory and of the box (0 to 7); a box or a time step.
+/// Recognises CONFIG and HISTORY: a title; two to six numbers, of which the first two are the keys
+/// of the trajectory and of the box (0 to 7); a box or a time step.
 bool is_dl_poly(const FileStart& start) {
   const auto keys = words_of(start.line(1));
   const auto next = words_of(start.line(2));
-  if (keys.size() < 2 || keys.size() > 6 || !std::ranges::all_of(keys, is_natural)) return false;
-  const bool small = natural_in(keys[0]) <= 2U && natural_in(keys[1]) <= 7U;
+  if (keys.size() < 2 || keys.size() > 6 || !std::ranges::all_of(keys, is_number)) return false;
+  const bool small = natural_in(keys[0]).value_or(9) <= 2U && natural_in(keys[1]).value_or(9) <= 7U;
   const bool box = next.size() == 3 && std::ranges::all_of(next, [](std::string_view word) {
                      return is_number(word) && word.find('.') != std::string_view::npos;
                    });

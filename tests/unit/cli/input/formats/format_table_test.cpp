@@ -323,6 +323,7 @@ TEST_CASE("unsupported files are refused with their kind") {
       {"* CRAMBIN\n*\n 327\n 1 1 THR N 17.0 14.1 3.6\n", "a CHARMM coordinate file"},
       {"TITLE\nwater\nEND\nPOSITION\n", "a GROMOS96 file"},
       {"title\n 2 3 27\n 7.3 0.0 0.0\n 0.0 7.3 0.0\n 0.0 0.0 7.3\n", "a file of DL_POLY"},
+      {"title\n 2 3 2000 0.5E-02\n 7.3 0.0 0.0\n 0.0 7.3 0.0\n 0.0 0.0 7.3\n", "a file of DL_POLY"},
       {"LAMMPS (23 Jun 2022)\n", "a log of LAMMPS"},
       {"# melt\nunits lj\natom_style atomic\nlattice fcc 1\npair_style lj/cut 2\n",
        "an input script of LAMMPS"},
