@@ -57,9 +57,11 @@ bool has_occupancy_and_factor(std::string_view atom) {
 }
 
 /// Returns whether an atom has a number below 0 in the columns of the occupancy. It is a charge.
-bool has_negative_occupancy(std::string_view line) {
-  const std::string_view occupancy = trimmed(columns(line, 55, 60));
-  return is_atom(line) && occupancy.starts_with('-') && is_number_field(occupancy);
+bool has_negative_occupancy(const FileStart& start) {
+  return std::ranges::any_of(start.lines(), [](std::string_view line) {
+    const std::string_view occupancy = trimmed(columns(line, 55, 60));
+    return is_atom(line) && occupancy.starts_with('-') && is_number_field(occupancy);
+  });
 }
 
 /// Returns whether the first line is a record of PDB and no atom follows.
@@ -102,8 +104,7 @@ Confidence looks_like_pdb(const FileStart& start) {
     return most ? Confidence::likely : Confidence::possible;
   }
   if (!has_position_of_pdb(atom) || looks_like_pdbqt(start) == Confidence::certain ||
-      !has_occupancy_and_factor(atom) ||
-      std::ranges::any_of(start.lines(), has_negative_occupancy)) {
+      !has_occupancy_and_factor(atom) || has_negative_occupancy(start)) {
     return Confidence::possible;
   }
   return Confidence::likely;
@@ -132,6 +133,7 @@ Confidence looks_like_pqr(const FileStart& start) {
   const std::vector<std::string_view> words = words_of(atom);
   if (!is_row_of_pqr(words) && !is_record_of_pqr(atom)) return Confidence::none;
   if (is_from_pdb2pqr(start)) return Confidence::certain;
+  if (has_negative_occupancy(start)) return Confidence::likely;
   const bool as_pdb = has_position_of_pdb(atom) && has_occupancy_and_factor(atom);
   const bool as_occupancy = has_two_decimals(words[words.size() - 2]);
   return as_pdb || as_occupancy ? Confidence::possible : Confidence::likely;

@@ -112,6 +112,7 @@ TEST_CASE("PQR: a number below 0 in the place of the occupancy is a charge") {
   CHECK(format_of(files, "a", first) == "PDB");
   CHECK(format_of(files, "a.pdb", first + second) == "PDB");
   CHECK(format_of(files, "a.pqr", first + second) == "PQR");
+  CHECK(format_of(files, "a", first + second) == "PQR");
   CHECK(test::xs_of(files.read("a", first + second)).size() == 2);
 }
 
