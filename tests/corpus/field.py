@@ -16,6 +16,8 @@ from MDAnalysis.coordinates import DCD, GSD, INPCRD, TRJ, TRR, XTC
 from MDAnalysis.guesser.default_guesser import DefaultGuesser
 from rdkit import Chem, RDLogger
 
+from atoms import atoms_of
+
 RDLogger.DisableLog("rdApp.*")
 warnings.simplefilter("ignore")
 SYMBOLS = {symbol.upper(): symbol for symbol in (gemmi.Element(z).name for z in range(1, 119))}
@@ -33,6 +35,7 @@ class Facts:
     last_box: list = None  # of the last frame
     last_particles: int = None
     span_only: bool = False  # the program moves the origin: compare only the size of the box
+    atoms: tuple = None      # positions and symbols, as from atoms_of()
 
 
 def box_of(positions):
@@ -67,7 +70,8 @@ def of_model(program, structure, **more):
         raise ValueError("no atoms")
     positions, names = zip(*models[0])
     return Facts(program, len(positions), box_of(positions), counted("" if n == "X" else n for n in names), len(models),
-                 cell_of(structure.cell.parameters), box_of([p for p, _ in models[-1]]), len(models[-1]), **more)
+                 cell_of(structure.cell.parameters), box_of([p for p, _ in models[-1]]), len(models[-1]),
+                 atoms=atoms_of(positions, names), **more)
 
 
 def gemmi_pdb(path):
@@ -135,7 +139,8 @@ def gemmi_small(path):
                                    ("gemmi (sites)", small.sites, lambda fract: fract)):
         positions = [small.cell.orthogonalize(placed(site.fract)).tolist() for site in sites]
         names = ["" if site.element.name == "X" else site.element.name for site in sites]
-        facts.append(Facts(program, len(sites), box_of(positions), counted(names), None, cell_of(small.cell.parameters)))
+        facts.append(Facts(program, len(sites), box_of(positions), counted(names), None, cell_of(small.cell.parameters),
+                           atoms=atoms_of(positions, names)))
     return facts
 
 
@@ -148,7 +153,7 @@ def of_atoms(program, frames, elements=True, **more):
     cell = cell_of(first.cell.cellpar()) if first.cell.rank == 3 else None
     names = ["" if s == "X" else s for s in first.get_chemical_symbols()] if elements else None
     return Facts(program, len(first), box_of(first.positions), counted(names) if names else None, len(frames), cell,
-                 box_of(frames[-1].positions), **more)
+                 box_of(frames[-1].positions), atoms=atoms_of(first.positions, names), **more)
 
 
 def ase_file(path, kind, **more):
@@ -199,8 +204,10 @@ def mdanalysis(path, kind, elements=True):
     cell = cell_of(frames.ts.dimensions)
     count = len(universe.atoms)
     symbols = symbols_of(universe) if elements else None
+    atoms = atoms_of(universe.atoms.positions, symbols)
     frames[-1]
-    return Facts("MDAnalysis", count, first, symbols, frames.n_frames, cell, box_of(universe.atoms.positions))
+    return Facts("MDAnalysis", count, first, symbols and counted(symbols), frames.n_frames, cell,
+                 box_of(universe.atoms.positions), atoms=atoms)
 
 
 def symbols_of(universe):
@@ -209,7 +216,7 @@ def symbols_of(universe):
     atoms = universe.atoms
     names = atoms.names if hasattr(atoms, "names") else atoms.types
     given = list(getattr(atoms, "elements", [""] * len(atoms)))
-    return counted(given[i] or guesser.guess_atom_element(names[i]) for i in range(len(atoms)))
+    return [given[i] or guesser.guess_atom_element(names[i]) for i in range(len(atoms))]
 
 
 def mdanalysis_xyz(path):
@@ -221,6 +228,12 @@ def mdanalysis_xyz(path):
 def mdanalysis_gro(path):
     facts = mdanalysis(path, "GRO")
     facts.frames = facts.last_box = None  # it reads only the first frame
+    return facts
+
+
+def mdanalysis_tinker(path):
+    facts = mdanalysis(path, "TXYZ")
+    facts.cell = None  # it ignores the box
     return facts
 
 
@@ -237,8 +250,9 @@ def mdanalysis_data(path):
 def of_trajectory(reader, path, **more):
     with reader(str(path), **more) as frames:
         first, cell, count = box_of(frames.ts.positions), cell_of(frames.ts.dimensions), frames.n_frames
+        atoms = atoms_of(frames.ts.positions)
         frames[count - 1]
-        return Facts("MDAnalysis", frames.n_atoms, first, None, count, cell, box_of(frames.ts.positions))
+        return Facts("MDAnalysis", frames.n_atoms, first, None, count, cell, box_of(frames.ts.positions), atoms=atoms)
 
 
 def rdkit_sdf(path):
@@ -263,14 +277,22 @@ def of_molecules(molecules):
         raise ValueError("no molecule")
     first, last = with_atoms[0], with_atoms[-1]
     names = [atom.GetSymbol() for atom in first.GetAtoms()]
-    return Facts("RDKit", first.GetNumAtoms(), box_of(first.GetConformer().GetPositions()), counted(names),
-                 len(molecules) if None not in molecules else None, None, box_of(last.GetConformer().GetPositions()))
+    positions = first.GetConformer().GetPositions()
+    return Facts("RDKit", first.GetNumAtoms(), box_of(positions), counted(names),
+                 len(molecules) if None not in molecules else None, None, box_of(last.GetConformer().GetPositions()),
+                 atoms=atoms_of(positions, names))
 
 
 def plyfile_ply(path):
     vertex = plyfile.PlyData.read(str(path))["vertex"]
     positions = numpy.stack([numpy.asarray(vertex[axis], dtype=float) for axis in "xyz"], axis=1)
-    return Facts("plyfile", len(positions), box_of(positions))
+    return Facts("plyfile", len(positions), box_of(positions), atoms=atoms_of(positions))
+
+
+def known(program, positions, names, cell):
+    """Returns facts that need no program."""
+    return Facts(program, len(names), box_of(positions), counted(names), 1, cell_of(cell), box_of(positions),
+                 atoms=atoms_of(positions, names))
 
 
 def head(path, size=4096):
@@ -294,6 +316,7 @@ READERS = {
     "dump": (ase_dump, mdanalysis_dump),
     "data": (ase_data, mdanalysis_data),
     "ply": (plyfile_ply,),
+    "tinker": (mdanalysis_tinker,),
     "dcd": (lambda p: of_trajectory(DCD.DCDReader, p),),
     "xtc": (lambda p: of_trajectory(XTC.XTCReader, p),),
     "trr": (lambda p: of_trajectory(TRR.TRRReader, p),),

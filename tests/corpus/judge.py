@@ -2,10 +2,13 @@
 
 import dataclasses
 
+import atoms
+
 # Keys of notes about atoms of the file that are not read as particles. Particles that are hidden later do count.
 LEFT_OUT = ("alternatives", "duplicates", "unplaced", "left_out", "sites_merged")
 KEPT = ("virtual", "hidden_virtual", "unknown_elements")
 GUESSED = ("guessed_elements", "unknown_elements", "mended_elements")
+UNKNOWN = "unknown"
 EMPTY_FRAMES = ("empty_frames", "unreadable_frames")
 
 
@@ -18,6 +21,8 @@ class Said:
     frames: int = None
     cell: list = None      # a, b, c, alpha, beta, gamma
     notes: dict = None     # count by key
+    atoms: tuple = None    # positions and symbols, as from atoms.Converter
+    format: str = None
 
     def noted(self, keys):
         return sum(count for key, count in (self.notes or {}).items() if key.startswith(keys))
@@ -34,7 +39,7 @@ def said(facts):
     for note in file.get("notes", []):
         notes[note["key"]] = notes.get(note["key"], 0) + note["count"]
     return Said(file["particles"], [file["box"]["low"], file["box"]["high"]], elements, file.get("frames"),
-                cell and cell["lengths"] + cell["angles"], notes)
+                cell and cell["lengths"] + cell["angles"], notes, format=file["format"])
 
 
 def close(a, b):
@@ -66,11 +71,12 @@ def otherwise_named(elements, other):
 
 
 def compared(said, last, facts):
-    """Returns by field: None (equal, or unknown to one of them), or (whether a note explains it, the difference as text)."""
+    """Returns by field: None (equal, or unknown to one of them), or (whether a note explains it, the difference as text).
+    The field "each element" is UNKNOWN if one of them does not know elements, which is no agreement."""
     left_out = facts.particles - said.particles
     # A program may leave out particles that ParRay keeps with a note: lone pairs and other virtual sites.
     all_told = said.noted(LEFT_OUT) == left_out if left_out > 0 else 0 < -left_out <= said.noted(KEPT)
-    found = dict.fromkeys(("particles", "box", "last box", "elements", "frames", "cell"))
+    found = dict.fromkeys(("particles", "box", "last box", "elements", "frames", "cell", "places", "each element"))
 
     def differ(name, told, ours, theirs):
         found[name] = (told, f"{ours}; {facts.program}: {theirs}")
@@ -93,21 +99,43 @@ def compared(said, last, facts):
         differ("frames", said.frames - said.noted(EMPTY_FRAMES) == facts.frames, said.frames, facts.frames)
     if facts.cell and (not said.cell or not same_cell(said.cell, facts.cell)):
         differ("cell", False, said.cell and [round(x, 3) for x in said.cell], [round(x, 3) for x in facts.cell])
+    if said.atoms is None or facts.atoms is None:
+        differ("places", False, "the atoms cannot be compared", "")
+        return found
+    theirs = facts.atoms if facts.elements is not None else (facts.atoms[0], None)
+    misplaced, misnamed = atoms.differences(said.atoms, theirs, facts.span_only)
+    if misplaced:
+        differ("places", all_told and misplaced <= abs(left_out), f"{misplaced} atoms at other places", "")
+    found["each element"] = UNKNOWN if misnamed is None else None
+    if misnamed:
+        differ("each element", misnamed <= said.noted(GUESSED), f"{misnamed} atoms of other elements", "")
     return found
+
+
+def knows_elements(said, facts):
+    """Returns whether ParRay and one of the programs know elements."""
+    return said.atoms[1] is not None and any(f.elements is not None for f in facts)
 
 
 def rounded(box):
     return [[round(x, 3) for x in side] for side in box]
 
 
-def verdict(said, last, facts):
-    """Returns the verdict, and by field the reason if it is not `same`. A field is right if one program agrees."""
+def verdict(said, last, facts, kind):
+    """Returns the verdict, and by field the reason if it is not `same`. A field is right if one program agrees. `kind`: the
+    format's name for ParRay; None: any."""
     if said is None:
         return {"verdict": "refused alone" if facts else "refused by both", "why": {}}
     if not facts:
         return {"verdict": "read alone", "why": {}}
+    if kind not in (None, said.format):
+        return {"verdict": "differs", "why": {"format": f"read as {said.format}, but is {kind}"}}
     found = [compared(said, last, f) for f in facts]
-    why = {name: [f[name] for f in found] for name in found[0] if all(f[name] for f in found)}
+    why = {}
+    for name in found[0]:
+        known = [f[name] for f in found if f[name] is not UNKNOWN]
+        if known and all(known):
+            why[name] = known
     untold = any(not any(told for told, _ in differences) for differences in why.values())
     return {"verdict": "differs" if untold else "told" if why else "same",
             "why": {name: " | ".join(words for _, words in differences) for name, differences in why.items()}}

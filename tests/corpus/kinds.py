@@ -9,7 +9,9 @@ BY_ENDING = {
     "pdb": "pdb", "pdb1": "pdb", "ent": "pdb", "gro": "gro", "pqr": "pqr", "pdbqt": "pdbqt", "mol2": "mol2",
     "sdf": "sdf", "sd": "sdf", "mol": "mol", "xyz": "xyz", "extxyz": "xyz", "lammpstrj": "dump", "dump": "dump",
     "data": "data", "data2": "data", "ply": "ply", "dcd": "dcd", "xtc": "xtc", "trr": "trr", "nc": "netcdf", "rst7": "rst7", "ncdf": "netcdf",
-    "cif": "cif", "pdbx": "cif", "vasp": "poscar", "poscar": "poscar"}
+    "cif": "cif", "pdbx": "cif", "txyz": "tinker", "arc": "tinker", "vasp": "poscar", "poscar": "poscar"}
+# Names that ParRay gives formats that could be taken for each other.
+FORMATS = {"pdb": "PDB", "pqr": "PQR", "pdbqt": "PDBQT", "mol2": "MOL2", "tinker": "Tinker", "gro": "GRO"}
 UNPACKERS = {b"\x1f\x8b": gzip.decompress, b"BZh": bz2.decompress}  # by the first bytes of a file
 ENDINGS = (".gz", ".bz2")
 
@@ -44,6 +46,8 @@ def kind_of(path, text):
     kind = BY_ENDING.get(ending, ending)
     if kind in ("data", "dump") and text.startswith("ITEM:"):
         return "local" if "\nITEM: ENTRIES" in text[:4096] else "dump"
+    if kind == "tinker" and text.startswith("!BIOSYM"):
+        return "arc"
     return kind_of_cif(text) if kind == "cif" else kind
 
 

@@ -35,7 +35,7 @@ PACKAGES = (
         (MDA + r"(?!dssp/|windows/).*\.(pdb|ent|pdbx|cif|gro|pqr|pdbqt|mol2|sdf)" + PACKED, 200),
         (MDA + r"(?!windows/).*\.(xyz|lammpstrj|dump|data|data2|dcd|xtc|nc|ncdf)" + PACKED, 100),
         (MDA + r"windows/.*\.(pdb|lammpstrj)", 9),
-        # Formats that ParRay does not read.
+        # Mostly formats that ParRay does not read.
         (MDA + r".*\.(trr|h5md|gsd|mmtf|txyz|arc|mdcrd|tng|dms|rst7|inpcrd|crd)$", 14),
         (MDA + r"dlpoly/(CONFIG|HISTORY)$", 2))),
     Package("pypi", "biopython", "1.88", "biopython-1.88.tar.gz", "9aaa31c0bda4d059f7b2ee00bfdb5cbb73ade3057aa4b737a7cc0187091d071a", (

@@ -8,9 +8,9 @@ import re
 VERDICTS = ("same", "told", "differs", "refused alone", "refused by both", "read alone")
 ACCEPTED = 0.98  # of the files that the programs read
 OURS = ("pdb", "mmcif", "chem_comp", "cif", "gro", "pqr", "pdbqt", "mol2", "sdf", "mol", "xyz", "dump", "data", "ply",
-        "dcd", "xtc", "trr", "netcdf", "rst7", "poscar", "gsd")
+        "dcd", "xtc", "trr", "netcdf", "rst7", "tinker", "poscar", "gsd")
 # Words that a refusal must contain, by the extension of formats that ParRay does not read.
-FOREIGN = {"arc": "Tinker|BIOSYM", "txyz": "Tinker", "crd": "CHARMM", "dms": "SQLite", "g96": "GROM",
+FOREIGN = {"arc": "BIOSYM", "crd": "CHARMM", "dms": "SQLite", "g96": "GROM",
            "h5md": "HDF5", "mmtf": "MMTF|MessagePack", "tng": "TNG", "bcif": "BinaryCIF|MessagePack",
            "mdcrd": "AMBER", "inpcrd": "AMBER", "": "of DL_POLY", "cfg": "AtomEye", "yaml": "YAML", "bin": "LAMMPS",
            "restart": "LAMMPS", "local": "LAMMPS"}
@@ -20,7 +20,7 @@ RESULTS = """# The corpus: results
 `tests/corpus/run --results tests/corpus/RESULTS.md` writes this page; [tests/README.md](../README.md) explains how to run it.
 
 {date}; {parray}, against {programs}.
-{packages} packages, {files} files.
+{packages} packages, {files} files. The elements of {elements:,} atoms and the positions of {places:,} are compared.
 
 {table}
 
@@ -28,8 +28,8 @@ RESULTS = """# The corpus: results
 **Files that differ without a note: {differ}** (goal: 0). ParRay refuses files of {foreign} other formats; refusals that do not say
 what the file looks like: {unnamed} (goal: 0).
 
-- *same*: the number of particles, the box around them, the elements, the frames, the last frame's box and the cell each
-  agree with one of the programs.
+- *same*: the element and the position of each atom, the number of particles, the box around them, the frames, the last
+  frame's box and the cell each agree with one of the programs.
 - *told*: something differs, and a note of ParRay explains it: as many atoms are missing as the note says are left out, or
   as many elements differ as it says were guessed.
 - *differs*: something differs without such a note.
@@ -111,6 +111,7 @@ def results_of(records, parray, packages):
         goal=100 * ACCEPTED, differ=g["differ"], unnamed=g["refused without a name"],
         foreign=len({r["kind"] for r in records} - set(OURS)),
         notes=", ".join(f"`{key}` {count}" for key, count in notes.most_common()) or "none",
+        places=sum(r["atoms"] for r in records), elements=sum(r["elements"] for r in records),
         defects="\n## Remaining defects\n\n" + "\n".join(defects) + "\n" if defects else "")
 
 

@@ -59,6 +59,9 @@ inline std::map<std::string, std::string> valid_particle_files() {
        "_atom_site.occupancy\n_atom_site.pdbx_PDB_model_num\nC A \"C'\" 1 2 3 0.4 1\n"
        "C B \"C'\" 4 5 6(2) 0.6 1\nFE . FE 7 8 9 . 1\nO . O 1 1 1 1 "
        "2\n#\nloop_\n_x.y\n;text\n;\n2\n"}};
+  files.insert({"a.txyz",
+                "2 water\n10.0 11.0 12.0 90 90 90\n1 O 0.0 0.0 0.0 1 2\n2 H 1.0 0.0 0.0 2 1\n"
+                "1 ion\n1 Na+ 5.0 0.0 0.0 7\n"});
   files.merge(valid_molecule_files());
   return files;
 }
@@ -100,7 +103,7 @@ inline std::string broken_promise(const Particles& particles) {
   };
   if (!named(particles.types)) return "a type";
   if (!named(particles.atom_names) || !named(particles.residue_names) || !named(particles.chains) ||
-      !fits(particles.residue_numbers)) {
+      !fits(particles.residue_numbers) || !fits(particles.insertion_codes)) {
     return "a name";
   }
   const bool numbered = std::ranges::all_of(

@@ -169,6 +169,12 @@ ParticleMask chosen_locations(const AlternativeColumns& alternatives, const Atom
 
 constexpr std::uint8_t to_be_guessed = 255;
 
+/// The element of a name. `certain`: the columns of PDB give it.
+struct ElementGuess {
+  std::uint8_t element = 0;
+  bool certain = false;
+};
+
 /// Caches the result of a function for each pair of residue name and atom name.
 template <typename Value, typename Ask>
 class PerName {
@@ -281,10 +287,11 @@ void AtomColumns::note(std::string key, std::uint64_t count, std::string text) {
 }
 
 void AtomColumns::guess_elements() {
-  auto guesses = per_name<std::uint8_t>(
+  auto guesses = per_name<ElementGuess>(
       residue_names_.column(), atom_names_.column(),
       [](const std::string& residue, const std::string& name, bool two_letters) {
-        return guess_element({residue, name, two_letters});
+        const AtomName atom{residue, name, two_letters};
+        return ElementGuess{guess_element(atom), element_of_columns(atom) != 0};
       });
   auto sites = per_name<bool>(residue_names_.column(), atom_names_.column(),
                               [](const std::string& residue, const std::string& name, bool) {
@@ -295,13 +302,14 @@ void AtomColumns::guess_elements() {
   for (std::size_t i = 0; i < count(); ++i) {
     if (elements_[i] == to_be_guessed) {
       const bool two = !flush_left_ && i < two_letters_.size() && two_letters_[i] != 0;
-      elements_[i] = guesses.of(i, two);
-      guessed += elements_[i] != 0 ? 1 : 0;
+      const ElementGuess& guess = guesses.of(i, two);
+      elements_[i] = guess.element;
+      guessed += guess.element != 0 && !guess.certain ? 1 : 0;
     }
     if (elements_[i] == 0 && !sites.of(i, false)) ++unknown;
   }
   note("guessed_elements", guessed, "elements guessed from names of atoms and residues");
-  note("unknown_elements", unknown, "particles of an unknown element");
+  if (unknown > 0) notes_.push_back(unknown_elements_note(unknown));
 }
 
 void AtomColumns::mend_elements() {
@@ -351,7 +359,10 @@ Particles AtomColumns::complete(Particles particles) {
                              residue_numbers_};
     mask = chosen_locations(alternatives_, atoms, choice_);
   }
-  if (!residue_names_.unnamed()) particles.residue_numbers = std::move(residue_numbers_);
+  if (!residue_names_.unnamed()) {
+    particles.residue_numbers = std::move(residue_numbers_);
+    particles.insertion_codes = alternatives_.insertions.values(particles.count());
+  }
   particles.atom_names = atom_names_.finish();
   particles.residue_names = residue_names_.finish();
   particles.chains = chains_.finish();

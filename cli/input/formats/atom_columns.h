@@ -49,6 +49,12 @@ class SparseColumn {
   }
   void reset(std::size_t particle) { values_[particle] = usual_; }
   [[nodiscard]] bool empty() const { return values_.empty(); }
+  /// Returns the values of `count` particles. Returns none if all have the usual value.
+  [[nodiscard]] std::vector<T> values(std::size_t count) const {
+    std::vector<T> all = values_;
+    if (!all.empty()) all.resize(count, usual_);
+    return all;
+  }
 
  private:
   T usual_;

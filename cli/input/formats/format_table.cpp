@@ -5,6 +5,7 @@
 #include <string>
 
 #include "cli/input/formats/unsupported_formats.h"
+#include "cli/input/formats/unsupported_json.h"
 #include "common/base/ascii.h"
 #include "common/base/text.h"
 
@@ -12,12 +13,12 @@ namespace parray::input {
 namespace {
 
 /// CSV is last, because every table could be CSV.
-constexpr std::array<const ParticleFormat*, 21> formats{
-    &ply_format,    &xyz_format,    &lammps_dump_format, &lammps_data_format, &dcd_format,
-    &xtc_format,    &trr_format,    &netcdf_format,      &gsd_format,         &inpcrd_format,
-    &psf_format,    &prmtop_format, &pdb_format,         &pdbqt_format,       &pqr_format,
-    &poscar_format, &gro_format,    &sdf_format,         &mol2_format,        &cif_format,
-    &csv_format};
+constexpr std::array<const ParticleFormat*, 22> formats{
+    &ply_format,    &tinker_format, &xyz_format,    &lammps_dump_format, &lammps_data_format,
+    &dcd_format,    &xtc_format,    &trr_format,    &netcdf_format,      &gsd_format,
+    &inpcrd_format, &psf_format,    &prmtop_format, &pdb_format,         &pdbqt_format,
+    &pqr_format,    &poscar_format, &gro_format,    &sdf_format,         &mol2_format,
+    &cif_format,    &csv_format};
 
 struct Guess {
   const ParticleFormat* format = nullptr;
@@ -34,6 +35,33 @@ Guess best_guess(const FileStart& start, const ParticleFormat* named) {
   }
   const bool fits = named != nullptr && named->confidence(start) != Confidence::none;
   return fits && best.confidence != Confidence::certain ? Guess{named, Confidence::likely} : best;
+}
+
+bool is_comment_line(std::string_view line) {
+  const std::string_view text = trimmed(line);
+  return text.empty() || text.starts_with('#');
+}
+
+/// Returns whether the start of a text ends before its data: in its first lines, which may be long;
+/// in comments, which may follow a title; or in the header of a format.
+bool is_only_header(const FileStart& start) {
+  constexpr std::size_t first_lines = 4;
+  if (start.whole() || !start.is_text()) return false;
+  const auto& lines = start.lines();
+  if (lines.size() < first_lines || std::all_of(lines.begin() + 1, lines.end(), is_comment_line)) {
+    return true;
+  }
+  return std::ranges::any_of(formats, [&](const ParticleFormat* format) {
+    return format->only_header != nullptr && format->only_header(start);
+  });
+}
+
+/// Returns enough of the file to recognise its format, if possible.
+const FileStart& start_with_data(PackedFile& file) {
+  constexpr std::size_t most = std::size_t{1} << 24;
+  std::size_t bytes = FileStart::usual_bytes;
+  while (bytes < most && is_only_header(file.start(bytes))) bytes *= 16;
+  return file.start(bytes);
 }
 
 /// Fails if `other_json` names another kind of JSON file.
@@ -73,11 +101,11 @@ const ParticleFormat* format_by_name(const std::filesystem::path& path) {
 }
 
 const ParticleFormat* particle_format_of(PackedFile& file) {
-  const FileStart& start = file.start();
   const FilePlace place{file.name()};
   const char first = first_character(file);
-  const std::string other_json = json_without_scene(start, first);
+  const std::string other_json = json_without_scene(file.start(), first);
   if (first == '{' && other_json.empty()) return nullptr;
+  const FileStart& start = start_with_data(file);
   const ParticleFormat* const named = format_by_name(file.path());
   const Guess guess = best_guess(start, named);
   const bool is_table = guess.format == &csv_format;  // a JSON list resembles a table

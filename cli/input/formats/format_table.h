@@ -35,6 +35,9 @@ struct ParticleFormat {
   /// Judges the first bytes of a file. At most one format is `likely` or better, unless the text
   /// fits several formats equally well.
   Confidence (*confidence)(const FileStart& start) = nullptr;
+  /// Returns whether the first bytes contain only a header of this format, so that later bytes must
+  /// decide. nullptr: the first bytes suffice.
+  bool (*only_header)(const FileStart& start) = nullptr;
   /// Reads the frame that the request chooses. Throws the errors of read_particles().
   Particles (*read)(PackedFile& file, const ParticleRequest& request) = nullptr;
   enum class Holds : std::uint8_t {
@@ -63,6 +66,7 @@ extern const ParticleFormat gro_format;
 extern const ParticleFormat poscar_format;
 extern const ParticleFormat gsd_format;
 extern const ParticleFormat sdf_format;
+extern const ParticleFormat tinker_format;
 extern const ParticleFormat mol2_format;
 extern const ParticleFormat cif_format;
 extern const ParticleFormat csv_format;
@@ -74,7 +78,8 @@ std::span<const ParticleFormat* const> particle_formats();
 /// nullptr. Ignores the extension of a compressed file: "a.pdb.gz" is PDB.
 const ParticleFormat* format_by_name(const std::filesystem::path& path);
 
-/// Returns the format of the file by its first bytes, or nullptr for a scene. A file is a scene if
+/// Returns the format of the file by its first bytes, or nullptr for a scene. If these contain only
+/// a header or comments, looks further, up to 16 MiB. A file is a scene if
 /// its first character after blanks and a byte order mark is a brace, unless it is recognised as
 /// other JSON, which is an error. For other files the first of these decides:
 /// 1. a certain format

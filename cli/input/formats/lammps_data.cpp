@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "cli/input/formats/format_table.h"
+#include "cli/input/formats/not_shown.h"
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/guess_element.h"
@@ -18,13 +19,16 @@
 namespace parray::input {
 namespace {
 
-/// Recognises data files (LAMMPS manual, "read_data").
+/// Recognises data files (LAMMPS manual, "read_data"). After a title, the lines of the header
+/// end with words. They may be in any order, with comments between them.
 Confidence looks_like_lammps_data(const FileStart& start) {
-  constexpr std::size_t header_lines = 40;
   bool atoms = false;
   bool box = false;
-  for (std::size_t i = 1; i < header_lines; ++i) {  // the first line is a title
-    const std::vector<std::string_view> words = words_of(start.line(i));
+  for (std::size_t i = 1; i < start.lines().size() && !(atoms && box); ++i) {
+    const std::string_view line = start.line(i);
+    const std::vector<std::string_view> words = words_of(line.substr(0, line.find('#')));
+    if (words.empty()) continue;
+    if (is_number(words.front()) && is_number(words.back())) break;  // a row of a section
     atoms = atoms || (words.size() >= 2 && is_natural(words[0]) && words[1] == "atoms");
     box = box || (words.size() >= 4 && (words[2] == "xlo" || words[3] == "avec"));
   }
@@ -114,6 +118,8 @@ class DataHeader {
  public:
   std::uint64_t atoms = 0;
   std::uint64_t types = 0;
+  std::uint64_t bonds = 0;
+  std::uint64_t bodies = 0;  ///< line segments, triangles and bodies
 
   void read(const Fields& words, const FilePlace& place) {
     std::string line;
@@ -122,6 +128,10 @@ class DataHeader {
       atoms = count_field(words[0], place);
     } else if (line.ends_with(" atom types")) {
       types = natural_in(words[0]).value_or(0);
+    } else if (words.size() == 2 && words[1] == "bonds") {
+      bonds = natural_in(words[0]).value_or(0);
+    } else if (words.size() == 2 && place_in(body_words, words[1])) {
+      bodies += natural_in(words[0]).value_or(0);
     } else if (line.ends_with(" xy xz yz")) {
       take(words, place, tilt_);
     } else if (line.ends_with(" abc origin")) {
@@ -143,6 +153,8 @@ class DataHeader {
 
  private:
   using Three = std::array<double, 3>;
+
+  static constexpr std::array<std::string_view, 3> body_words{"lines", "triangles", "bodies"};
 
   static Vec3d vector(const Three& three) { return {three[0], three[1], three[2]}; }
 
@@ -222,6 +234,8 @@ class DataFile {
                                              number_or_nan(words_[3])};
     } else if (section == "Atom Type Labels" && words_.size() >= 2) {
       labels_[std::string(words_[0])] = words_[1];
+    } else if (section == "Ellipsoids" && words_.size() >= 4) {
+      ellipsoids_ += is_ellipsoid(words_[1], words_[2], words_[3]) ? 1 : 0;
     }
   }
 
@@ -293,6 +307,9 @@ class DataFile {
       if (const auto label = labels_.find(name); label != labels_.end()) name = label->second;
     }
     take_elements_of_masses(masses, particles);
+    note_bonds(header_.bonds, particles.facts);
+    note_ellipsoids(ellipsoids_, particles.facts);
+    note_bodies(header_.bodies, particles.facts);
     return particles;
   }
 
@@ -322,6 +339,7 @@ class DataFile {
   Fields words_;              // words of text_
   DataHeader header_;
   bool have_atoms_ = false;
+  std::uint64_t ellipsoids_ = 0;
   std::string_view guessed_style_;
   std::map<std::string, double> masses_;                               // by type
   std::map<std::string, std::string> labels_;                          // by type
@@ -337,7 +355,8 @@ std::string_view style_of_units(std::string_view title) {
 }
 
 /// Reads the section Atoms of a style with fixed columns. The hint after "Atoms" names the style;
-/// without a hint, the number of columns decides. Elements come from the masses of the types.
+/// without a hint, the number of columns decides. Elements come from the masses of the types. Notes
+/// count bonds, ellipsoids and other bodies.
 Particles read_lammps_data(PackedFile& file, const ParticleRequest& request) {
   Particles particles = DataFile(file, request).read();
   particles.facts.length_unit = length_unit_of_lammps(style_of_units(file.start().line(0)));

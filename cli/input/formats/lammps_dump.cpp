@@ -2,6 +2,7 @@
 #include <array>
 
 #include "cli/input/formats/format_table.h"
+#include "cli/input/formats/not_shown.h"
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
@@ -205,9 +206,12 @@ class DumpFrames final : public FramesOf<ParticleInput> {
     const std::uint64_t least_row_bytes = 2 * names.size();
     columns.expect(std::min(*header_.count, input_.bytes_left().value_or(0) / least_row_bytes + 1));
     want_numbers(other_fields(lower_case(names), layout.row), request_, layout.row, columns);
-    read_rows(names.size(), layout, columns);
+    const std::vector<std::string> lower = lower_case(names);
+    EllipsoidRows ellipsoids({lower.begin(), lower.end()});
+    read_rows(names.size(), layout, columns, ellipsoids);
     go_to_frame();
     Particles particles = columns.finish_frame();
+    note_ellipsoids(ellipsoids.count(), particles.facts);
     particles.facts.time = header_.time;
     particles.facts.length_unit = length_unit_;
     if (header_.box) particles.cell = valid_cell(*header_.box);
@@ -215,7 +219,8 @@ class DumpFrames final : public FramesOf<ParticleInput> {
   }
 
  private:
-  void read_rows(std::size_t width, const DumpLayout& layout, ParticleColumns& columns) {
+  void read_rows(std::size_t width, const DumpLayout& layout, ParticleColumns& columns,
+                 EllipsoidRows& ellipsoids) {
     Fields row;
     for (std::uint64_t i = 0; i < *header_.count; ++i) {
       input_.next_row(i, *header_.count, "atoms");
@@ -227,6 +232,7 @@ class DumpFrames final : public FramesOf<ParticleInput> {
       const Vec3d position = position_of(row, layout.row, input_.place());
       columns.position(layout.scaled ? at(*header_.box, position) : position);
       add_attributes(row, layout.row, input_.place(), columns);
+      ellipsoids.add(row);
     }
   }
 
@@ -248,7 +254,7 @@ class DumpFrames final : public FramesOf<ParticleInput> {
 /// Reads LAMMPS dumps. Positions are the columns x y z, otherwise xu yu zu, otherwise xs ys zs,
 /// otherwise xsu ysu zsu. The last two are scaled by the box (orthogonal, triclinic or general).
 /// Also reads radius or diameter, type and element. Other columns are numbers on request. The time
-/// is that of TIME or, without it, of TIMESTEP.
+/// is that of TIME or, without it, of TIMESTEP. A note counts ellipsoids.
 Particles read_lammps_dump(PackedFile& file, const ParticleRequest& request) {
   return read_frame<DumpFrames>(file, request);
 }

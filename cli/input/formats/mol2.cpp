@@ -7,6 +7,7 @@
 
 #include "cli/input/formats/atom_columns.h"
 #include "cli/input/formats/format_table.h"
+#include "cli/input/formats/not_shown.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/frames.h"
@@ -23,20 +24,47 @@ Confidence looks_like_mol2(const FileStart& start) {
       start.lines(), [](std::string_view line) { return line.starts_with("@<TRIPOS>MOLECULE"); }));
 }
 
+/// Types of GAFF, separated and enclosed by blanks, and their element.
+struct GaffTypes {
+  std::string_view types;
+  std::uint8_t element;
+};
+constexpr std::array<GaffTypes, 10> gaff_types{
+    {{" h1 h2 h3 h4 h5 ha hc hn ho hp hs hw hx ", 1},
+     {" c c1 c2 c3 c5 c6 ca cc cd ce cf cg ch cp cq cs cu cv cx cy cz ", 6},
+     {" n n1 n2 n3 n4 n5 n6 n7 n8 n9 n+ na nb nc nd ne nf nh ni nj nk nl nm nn no np nq ns nt nu "
+      "nv "
+      "nx ny nz ",
+      7},
+     {" o oh op oq os ow ", 8},
+     {" f ", 9},
+     {" p2 p3 p4 p5 pb pc pd pe pf px py ", 15},
+     {" s s2 s4 s6 sh sp sq ss sx sy ", 16},
+     {" cl ", 17},
+     {" br ", 35},
+     {" i ", 53}}};
+
+/// Returns the element of a type of GAFF and GAFF2 (files gaff.dat and gaff2.dat of AmberTools).
+/// Returns nothing for other texts, such as "opls_135".
+std::optional<std::uint8_t> element_of_gaff_type(std::string_view type) {
+  const std::string word = " " + std::string(type) + " ";
+  const auto* const found = std::ranges::find_if(gaff_types, [&](const GaffTypes& known) {
+    return known.types.find(word) != std::string_view::npos;
+  });
+  return found == gaff_types.end() ? std::nullopt : std::optional(found->element);
+}
+
 /// Returns the element of an atom type. SYBYL's types are a symbol ("Cl", "Fe"), often with a
 /// suffix after a dot ("C.ar", "O.co2"); "Du", "LP", "Any", "Hal", "Het" and "Hev" are not
-/// elements. GAFF's types are in lower case and start with the symbol: "ca" is an aromatic carbon.
-/// Returns nothing for other types (AMBER's "CA"); the atom's name must decide.
+/// elements. GAFF's types are in lower case: "ca" is an aromatic carbon. Returns nothing for types
+/// of other force fields (AMBER's "CA", "opls_135"); the atom's name must decide.
 std::optional<std::uint8_t> element_of_type(std::string_view type) {
   const std::string_view symbol = type.substr(0, type.find('.'));
   for (const std::string_view none : {"Du", "LP", "Any", "Hal", "Het", "Hev"}) {
     if (symbol == none) return 0;
   }
   if (symbol.empty()) return {};
-  if (ascii::is_lower(symbol[0])) {
-    const bool two = symbol.starts_with("cl") || symbol.starts_with("br");
-    return atomic_number_of(symbol.substr(0, two ? 2 : 1));
-  }
+  if (ascii::is_lower(symbol[0])) return element_of_gaff_type(type);
   const bool sybyl = symbol.size() == 1 || ascii::is_lower(symbol[1]);
   const std::uint8_t element = sybyl ? atomic_number_of(symbol) : 0;
   return element != 0 ? std::optional(element) : std::nullopt;
@@ -73,14 +101,17 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
   Particles read() override {
     AtomColumns atoms(input_.place(), request_, {"charge"});
     std::optional<ParticleCell> cell;
+    std::uint64_t bonds = 0;
     while (go_to_section() && section_ != "MOLECULE") {
       while (next_row()) {
         if (section_ == "ATOM") add_atom(atoms);
         if (section_ == "CRYSIN") cell = cell_in_row();
+        if (section_ == "BOND") ++bonds;
       }
     }
     Particles particles = atoms.finish_frame();
     particles.cell = cell;
+    note_bonds(bonds, particles.facts);
     return particles;
   }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "cli/input/particles/guess_element.h"
+#include "cli/input/particles/residues.h"
 
 namespace parray::input {
 
@@ -13,28 +14,34 @@ void NameTable::add(const NamedAtom& atom) {
   residues_.add(atom.residue_name, place_);
   chains_.add(atom.chain, place_);
   residue_numbers_.push_back(atom.residue_number);
+  insertions_.push_back(atom.insertion);
   charges_.push_back(atom.charge);
   masses_.push_back(atom.mass);
 }
 
 /// Guesses elements. Particles lighter than any atom are virtual sites or the shells of polarizable
-/// atoms. The mass of a shell is missing in the mass of its atom.
+/// atoms. The mass of a shell is missing in the mass of its atom. Notes count guesses and unknown
+/// elements.
 std::vector<std::uint8_t> NameTable::guessed_elements(ParticleFacts& facts) const {
   constexpr double lightest = 1;
   std::vector<std::uint8_t> elements = elements_of_masses(masses_);
   std::uint64_t by_mass = 0;
   std::uint64_t by_name = 0;
+  std::uint64_t unknown = 0;
   for (std::size_t i = 0; i < elements.size(); ++i) {
     by_mass += elements[i] != 0 ? 1 : 0;
     if (elements[i] != 0 || masses_[i] < lightest) continue;
     elements[i] = guess_element({residues_.column().of(i), names_.column().of(i)});
     by_name += elements[i] != 0 ? 1 : 0;
+    const bool site = is_virtual_site(residues_.column().of(i), names_.column().of(i), 0);
+    unknown += elements[i] == 0 && !site ? 1 : 0;
   }
   if (by_mass > 0) facts.notes.push_back(masses_note(by_mass));
   if (by_name > 0) {
     facts.notes.push_back(
         {"guessed_elements", by_name, "elements guessed from names of atoms and residues"});
   }
+  if (unknown > 0) facts.notes.push_back(unknown_elements_note(unknown));
   return elements;
 }
 
@@ -50,6 +57,8 @@ Particles NameTable::finish(const ParticleRequest& request, std::vector<std::uin
   particles.residue_names = residues_.finish();
   particles.chains = chains_.finish();
   particles.residue_numbers = std::move(residue_numbers_);
+  const bool inserted = std::ranges::any_of(insertions_, [](char code) { return code != ' '; });
+  if (inserted) particles.insertion_codes = std::move(insertions_);
   if (request.wants("charge")) particles.numbers.push_back({"charge", std::move(charges_)});
   if (request.wants("mass")) particles.numbers.push_back({"mass", std::move(masses_)});
   return particles;

@@ -16,6 +16,7 @@ struct NamedAtom {
   std::string_view residue_name{};
   std::string_view chain{};
   std::int32_t residue_number = 0;
+  char insertion = ' ';
   double charge = 0;  ///< elementary charges; NaN: not known
   double mass = 0;    ///< atomic mass units; NaN: not known
 };
@@ -41,6 +42,7 @@ class NameTable {
   NameIndex residues_;
   NameIndex chains_;
   std::vector<std::int32_t> residue_numbers_;
+  std::vector<char> insertions_;
   std::vector<double> charges_;
   std::vector<double> masses_;
 };

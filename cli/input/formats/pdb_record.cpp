@@ -129,10 +129,27 @@ void read_number(std::string_view line, AtomRecord& record) {
   record.insertion = five ? ' ' : last;
 }
 
+/// Returns whether columns 13 and 14 indicate a two-letter symbol. Names of four characters begin
+/// in column 13, too. In these, only a small second letter indicates a symbol, except of hydrogen.
+bool has_two_letters(std::string_view line, std::string_view name) {
+  const char first = record_column(line, 13);
+  const bool small = ascii::is_lower(record_column(line, 14)) && first != 'H';
+  return ascii::is_letter(first) && (name.size() < 4 || small);
+}
+
+/// Returns the element of a name that is one letter in column 14, where symbols of one letter
+/// stand. Returns nothing for other names, and for a bead, which is named like its residue.
+std::optional<std::uint8_t> single_letter_element(std::string_view line, const AtomRecord& record) {
+  const char letter = record_column(line, 14);
+  if (record.name.size() != 1 || letter == ' ' || record.name == record.residue_name) return {};
+  const std::uint8_t element = atomic_number_of(record.name);
+  return element == 0 ? std::nullopt : std::optional(element);
+}
+
 void read_columns(std::string_view line, const Vec3d& position, AtomRecord& record) {
   record.position = position;
   record.name = record_field(line, 13, 16);
-  record.two_letters = ascii::is_letter(record_column(line, 13)) && record.name.size() < 4;
+  record.two_letters = has_two_letters(line, record.name);
   read_residue(line, record);
   read_number(line, record);
   record.occupancy = number_or_unknown(record_field(line, 55, 60));
@@ -311,7 +328,7 @@ void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& 
   std::string aligned;
   const auto fixed = read_shared(line, aligned, place, record);
   if (!fixed) return;
-  record.element.reset();
+  record.element = single_letter_element(*fixed, record);
   record.charge = not_known;
   if (has_entry_name(*fixed)) return;
   const std::uint8_t element = atomic_number_of(record_field(*fixed, 77, 78));

@@ -41,7 +41,8 @@ struct AtomRecord {
 bool is_atom_record(std::string_view line);
 
 /// Reads a PDB record by columns: "Atomic Coordinate Entry Format Description" 3.3
-/// (wwpdb.org/documentation/file-format), section 9. Also accepts these common deviations:
+/// (wwpdb.org/documentation/file-format), section 9. If columns 77 and 78 have no element, a single
+/// letter in column 14 is the element. Also accepts these common deviations:
 /// - residue names of four letters in columns 18 to 21 (CHARMM, VMD), or in 17 to 20 if the line
 ///   has no alternative location; chain names of two letters in columns 21 and 22;
 /// - columns 73 to 76 as the chain if column 22 is blank (CHARMM's segments);

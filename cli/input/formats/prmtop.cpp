@@ -5,6 +5,7 @@
 
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/name_table.h"
+#include "cli/input/formats/not_shown.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/printable.h"
@@ -135,8 +136,11 @@ std::vector<std::uint8_t> elements_in(const std::vector<std::string>& numbers) {
 /// Reads PRMTOP of AMBER: names, residues, charges, and elements by atomic number or mass. Format:
 /// "AMBER file formats", ambermd.org/FileFormats.php.
 Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
-  constexpr std::size_t residues_place = 11;  // place in POINTERS
-  constexpr double charge_unit = 18.2223;     // units of the file per elementary charge
+  // places in POINTERS
+  constexpr std::size_t bonds_with_hydrogen = 2;
+  constexpr std::size_t other_bonds = 3;
+  constexpr std::size_t residues_place = 11;
+  constexpr double charge_unit = 18.2223;  // units of the file per elementary charge
   ParticleInput input(file);
   const Sections sections(input);
   const std::uint64_t count = sections.pointer(0);
@@ -157,7 +161,10 @@ Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
     residues.enter(i, atom);
     atoms.add(atom);
   }
-  return atoms.finish(request, elements_in(sections.of("ATOMIC_NUMBER", count)));
+  Particles particles = atoms.finish(request, elements_in(sections.of("ATOMIC_NUMBER", count)));
+  note_bonds(sections.pointer(bonds_with_hydrogen) + sections.pointer(other_bonds),
+             particles.facts);
+  return particles;
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/name_table.h"
+#include "cli/input/formats/not_shown.h"
 #include "cli/input/particles/particle_input.h"
+#include "common/base/ascii.h"
 #include "common/base/text.h"
 
 namespace parray::input {
@@ -35,6 +37,7 @@ NamedAtom atom_in_row(const std::vector<std::string_view>& row, const FilePlace&
   NamedAtom atom;
   if (has_segment) atom.chain = row[1];
   atom.residue_number = leading_number(row[at]).value_or(0);
+  if (ascii::is_letter(row[at].back())) atom.insertion = row[at].back();
   atom.residue_name = row[at + 1];
   atom.name = row[at + 2];
   atom.type = row[at + 3];
@@ -58,8 +61,20 @@ std::uint64_t find_atoms(ParticleInput& input) {
   input.fail("the file has no section !NATOM: check that the file is complete");
 }
 
-/// Reads PSF of CHARMM, X-PLOR and NAMD: section NATOM. Elements come from the masses. Format: "PSF
-/// files", NAMD tutorial, appendix; CHARMM documentation, "struct".
+/// Returns the count of the section NBOND, which follows the atoms. Returns 0 without the section.
+std::uint64_t find_bonds(ParticleInput& input) {
+  constexpr int most_lines = 10;
+  std::vector<std::string_view> words;
+  for (int i = 0; i < most_lines && input.next_line(); ++i) {
+    split_at_blanks(input.line(), words);
+    const bool found = words.size() >= 2 && words[1].starts_with("!NBOND");
+    if (found) return natural_in(words[0]).value_or(0);
+  }
+  return 0;
+}
+
+/// Reads PSF of CHARMM, X-PLOR and NAMD: section NATOM. Elements come from the masses. A note
+/// counts the bonds. Format: "PSF files", NAMD tutorial, appendix; CHARMM documentation, "struct".
 Particles read_psf(PackedFile& file, const ParticleRequest& request) {
   ParticleInput input(file);
   const std::uint64_t count = find_atoms(input);
@@ -70,7 +85,9 @@ Particles read_psf(PackedFile& file, const ParticleRequest& request) {
     split_at_blanks(input.line(), row);
     atoms.add(atom_in_row(row, input.place()));
   }
-  return atoms.finish(request);
+  Particles particles = atoms.finish(request);
+  note_bonds(find_bonds(input), particles.facts);
+  return particles;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "cli/input/formats/atom_columns.h"
 #include "cli/input/formats/format_table.h"
+#include "cli/input/formats/not_shown.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
@@ -67,6 +68,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     const std::string_view counts = input_.line();
     extended_ = counts.find("V3000") != std::string_view::npos;
     atoms_ = extended_ ? 0 : count_field(field_at(counts, 0, 3), input_.place());
+    bonds_ = extended_ ? 0 : natural_in(field_at(counts, 3, 3)).value_or(0);
     if (extended_) find_extended_count();
     return true;
   }
@@ -92,7 +94,9 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     }
     go_to_end();
     for (const double charge : charges_) atoms.numbers({{charge}});
-    return atoms.finish_frame();
+    Particles particles = atoms.finish_frame();
+    note_bonds(bonds_, particles.facts);
+    return particles;
   }
 
  private:
@@ -141,6 +145,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
       next_extended();
     } while (words_.size() < 4 || words_[2] != "COUNTS");
     atoms_ = count_field(words_[3], input_.place());
+    bonds_ = words_.size() > 4 ? natural_in(words_[4]).value_or(0) : 0;
   }
 
   void read_extended(AtomColumns& atoms) {
@@ -198,6 +203,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
   bool extended_ = false;
   bool charges_listed_ = false;
   std::uint64_t atoms_ = 0;
+  std::uint64_t bonds_ = 0;
   std::vector<double> charges_;
   std::string text_;
   std::vector<std::string_view> words_;

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <string_view>
 #include <vector>
 
-#include "cli/input/scene_file/scene_keys.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
 
@@ -23,6 +23,24 @@ constexpr std::string_view convert =
     "ParRay does not read this format: write XYZ, PDB or another supported format with the program "
     "that made it";
 constexpr std::string_view utf16 = "save the file as UTF-8";
+constexpr std::string_view unpack_it = "unpack it, and name a file in it";
+constexpr std::string_view to_csv =
+    "save the sheet as CSV, with a header line that names x, y and z";
+constexpr std::string_view to_ply =
+    "save it as PLY (pcl_pcd2ply, CloudCompare or Open3D), which keeps colours";
+
+// Formats that Python's packages read.
+constexpr std::string_view by_ase = "'python3 -m parray render FILE' reads it with ASE";
+constexpr std::string_view by_astropy = "'python3 -m parray render FILE' reads it with astropy";
+constexpr std::string_view by_h5py =
+    "'python3 -m parray render FILE' reads snapshots (Gadget, Arepo, SWIFT, H5MD) with h5py";
+constexpr std::string_view by_laspy = "'python3 -m parray render FILE' reads it with laspy";
+constexpr std::string_view by_mdanalysis =
+    "'python3 -m parray render FILE' reads it with MDAnalysis";
+constexpr std::string_view by_numpy = "'python3 -m parray render FILE' reads it with NumPy";
+constexpr std::string_view by_ovito = "'python3 -m parray render FILE' reads it with OVITO";
+constexpr std::string_view by_pandas = "'python3 -m parray render FILE' reads it with pandas";
+constexpr std::string_view by_pyarrow = "'python3 -m parray render FILE' reads it with pyarrow";
 
 /// What a file is instead of a scene or particles. `what` is empty for unknown files.
 struct Unsupported {
@@ -37,16 +55,18 @@ struct Signature {
 };
 
 // Signatures from the public descriptions of the formats.
-constexpr std::array<Signature, 31> signatures{{
+constexpr auto signatures = std::to_array<Signature>({
     {"\x89PNG\r\n", 0, {"a PNG picture", picture}},
     {"\xff\xd8\xff", 0, {"a JPEG picture", picture}},
     {"\x76\x2f\x31\x01", 0, {"an EXR picture", picture}},
     {"%PDF-", 0, {"a PDF document", picture}},
     {"\x7f\x45LF", 0, {"a program", picture}},
-    {"SQLite format 3", 0, {"an SQLite database", picture}},
-    {"\x93NUMPY", 0, {"a NumPy array", "write a CSV file with the columns x, y and z"}},
-    {"PK\x03\x04", 0, {"a zip archive", "unpack it, and name a file in it"}},
-    {"ustar", 257, {"a tar archive", "unpack it, and name a file in it"}},
+    {"SQLite format 3",
+     0,
+     {"an SQLite database",
+      "'python3 -m parray render FILE' reads a database of ASE (.db) with ASE"}},
+    {"\x93NUMPY", 0, {"a NumPy array", by_numpy}},
+    {"ustar", 257, {"a tar archive", unpack_it}},
     {"\x1f\x8b", 0, {"data packed twice", packed}},
     {"\x28\xb5\x2f\xfd", 0, {"data packed twice", packed}},
     {"\xfd\x37zXZ", 0, {"data packed twice", packed}},
@@ -54,7 +74,14 @@ constexpr std::array<Signature, 31> signatures{{
     {"\x04\x22\x4d\x18", 0, {"data packed by lz4", packed}},
     {"glTF", 0, {"a glTF mesh", mesh}},
     {"OFF", 0, {"an OFF mesh", mesh}},
-    {"# vtk DataFile", 0, {"a VTK file", convert}},
+    {"LASF", 0, {"a LAS or LAZ point cloud", by_laspy}},
+    {"# .PCD", 0, {"a PCD point cloud", to_ply}},
+    {"SIMPLE  =", 0, {"a FITS file", by_astropy}},
+    {"PAR1", 0, {"a Parquet table", by_pyarrow}},
+    {"ARROW1", 0, {"a Feather table", by_pyarrow}},
+    {"FEA1", 0, {"a Feather table", by_pyarrow}},
+    {"- of Ulm", 0, {"an ASE trajectory", by_ase}},
+    {"# vtk DataFile", 0, {"a VTK file", by_ovito}},
     {"version https://git-lfs.github.com/spec",
      0,
      {"a Git LFS pointer", "fetch the file itself with git lfs pull"}},
@@ -67,130 +94,12 @@ constexpr std::array<Signature, 31> signatures{{
     {"DUMPCUSTOM", 8, {"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}},
     {"DUMPATOM", 8, {"a binary dump of LAMMPS", "convert it to text with binary2txt of LAMMPS"}},
     {"---\ncreator: LAMMPS", 0, {"a YAML dump of LAMMPS", "write text with dump custom"}},
-    {"Number of particles = ", 0, {"an AtomEye CFG file", convert}},
-    {"mmtfVersion", 4, {"an MMTF file", convert}},
-    {"encoder", 2, {"a BinaryCIF file", convert}},
+    {"Number of particles = ", 0, {"an AtomEye CFG file", by_ase}},
+    {"mmtfVersion", 4, {"an MMTF file", by_mdanalysis}},
     {"GENERAL INFO", 40, {"a TNG trajectory", convert}},
     {"\xff\xfe", 0, {"UTF-16 text", utf16}},
     {"\xfe\xff", 0, {"UTF-16 text", utf16}},
-    {"\x89HDF\r\n\x1a\n",
-     0,
-     {"an HDF5 file",
-      "convert netCDF-4 with nccopy -k 64-bit-offset, other files to XYZ or PDB with the program "
-      "that made it"}},
-}};
-
-constexpr std::string_view json_blanks = " \t\r\n";
-constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-
-/// A key at the top level of a JSON object. `inner` is the first key of its value, if the value is
-/// an object.
-struct TopLevelKey {
-  std::string_view name;
-  std::string_view inner;
-  char value = 0;  ///< first character of the value
-};
-
-/// Collects the keys at the top level of a JSON object. The text may end anywhere.
-class KeyScanner {
- public:
-  explicit KeyScanner(std::string_view text) : text_(text) {}
-
-  std::vector<TopLevelKey> scan() {
-    for (char c = next(); c != 0; c = next()) {
-      if (c == '"') {
-        take_string();
-      } else if (c == '{' || c == '[') {
-        ++depth_;
-      } else if ((c == '}' || c == ']') && --depth_ == 0) {
-        break;
-      }
-    }
-    return std::move(keys_);
-  }
-
- private:
-  char next() {
-    const std::size_t found = text_.find_first_not_of(json_blanks, at_);
-    at_ = found == std::string_view::npos ? text_.size() : found + 1;
-    return found == std::string_view::npos ? '\0' : text_[found];
-  }
-
-  [[nodiscard]] char peek(std::size_t from) const {
-    const std::size_t found = text_.find_first_not_of(json_blanks, from);
-    return found == std::string_view::npos ? '\0' : text_[found];
-  }
-
-  /// Takes a string after its opening quote. A string with a colon after it is a key.
-  void take_string() {
-    const std::size_t begin = at_;
-    while (at_ < text_.size() && text_[at_] != '"') at_ += text_[at_] == '\\' ? 2 : 1;
-    const std::string_view string = text_.substr(begin, std::min(at_, text_.size()) - begin);
-    at_ = std::min(at_ + 1, text_.size());
-    if (peek(at_) != ':') return;
-    next();
-    if (depth_ == 1) {
-      keys_.push_back({string, {}, peek(at_)});
-    } else if (depth_ == 2 && !keys_.empty() && keys_.back().inner.empty()) {
-      keys_.back().inner = string;
-    }
-  }
-
-  std::string_view text_;
-  std::size_t at_ = 0;
-  int depth_ = 0;
-  std::vector<TopLevelKey> keys_;
-};
-
-bool has_key(const std::vector<TopLevelKey>& keys, std::string_view name) {
-  return std::ranges::find(keys, name, &TopLevelKey::name) != keys.end();
-}
-
-bool is_scene_key(const TopLevelKey& key) {
-  return std::ranges::find(scene_keys, key.name) != scene_keys.end();
-}
-
-/// Returns whether the keys are those that DataFrame.to_json() of pandas writes for an object: by
-/// column, by row, split, or with a schema.
-bool is_table_of_pandas(const std::vector<TopLevelKey>& keys) {
-  if (has_key(keys, "schema") && has_key(keys, "data")) return true;
-  if (has_key(keys, "columns") && (has_key(keys, "data") || has_key(keys, "index"))) return true;
-  const bool columns = has_key(keys, "x") && has_key(keys, "y");
-  const bool rows = !keys.empty() && keys[0].name == "0" && keys[0].value == '{';
-  return columns || rows;
-}
-
-/// Returns whether the text is a database of ASE, or atoms in the form of ase.io.jsonio.
-bool is_atoms_of_ase(const FileStart& start, const std::vector<TopLevelKey>& keys) {
-  const auto contains = [&](std::string_view text) {
-    return start.bytes().find(text) != std::string_view::npos;
-  };
-  if (contains("\"__ase_objtype__\"")) return true;
-  const bool numbered = !keys.empty() && keys[0].name == "1" && keys[0].value == '{';
-  return contains("\"numbers\"") && contains("\"positions\"") &&
-         (numbered || has_key(keys, "positions"));
-}
-
-std::string object_without_scene(const FileStart& start, std::string_view text) {
-  const std::vector<TopLevelKey> keys = KeyScanner(text).scan();
-  const bool may_be_scene = std::ranges::any_of(keys, is_scene_key);
-  if (has_key(keys, "asset") && !has_key(keys, "spheres")) {
-    return "a glTF mesh: a mesh has no particles: save its vertices as PLY or CSV to see them as "
-           "spheres";
-  }
-  if (may_be_scene) return {};
-  if (is_atoms_of_ase(start, keys)) {
-    return "ASE atoms as JSON, not a scene: write extended XYZ with ASE (ase convert)";
-  }
-  if (is_table_of_pandas(keys)) {
-    return "a table as JSON (from pandas), not a scene: write a CSV file with the columns "
-           "x, y and z";
-  }
-  if (start.bytes().find("\"@module\"") != std::string_view::npos) {
-    return "a pymatgen object as JSON, not a scene: write CIF or XYZ with pymatgen";
-  }
-  return {};
-}
+});
 
 /// Returns whether a text with two or four bytes per character begins with a brace (UTF-16 or
 /// UTF-32 without a byte order mark).
@@ -207,10 +116,17 @@ bool is_html(const FileStart& start) {
          text.find("<!doctype html") != std::string::npos;
 }
 
-bool is_xml(const FileStart& start) {
-  const std::string_view first = trimmed(start.line(0));
-  return first.starts_with("<?xml") || first.starts_with("<VTKFile");
+/// Returns whether the first bytes contain `text`.
+bool begins_with_part(const FileStart& start, std::string_view text) {
+  constexpr std::size_t most = 4096;
+  return start.bytes().substr(0, most).find(text) != std::string_view::npos;
 }
+
+bool is_vtk_xml(const FileStart& start) { return begins_with_part(start, "<VTKFile"); }
+
+bool is_votable(const FileStart& start) { return begins_with_part(start, "<VOTABLE"); }
+
+bool is_xml(const FileStart& start) { return trimmed(start.line(0)).starts_with("<?xml"); }
 
 bool is_stl(const FileStart& start) {
   return trimmed(start.line(0)).starts_with("solid") &&
@@ -246,14 +162,6 @@ bool is_gromos96(const FileStart& start) {
   return trimmed(start.line(0)) == "TITLE" && has_keyword(start, "position");
 }
 
-/// Recognises Tinker: a count and a title; rows of number, name, position, type, bonds.
-bool is_tinker(const FileStart& start) {
-  const auto head = words_of(start.line(0));
-  const auto atom = words_of(start.line(1));
-  return !head.empty() && is_natural(head[0]) && atom.size() >= 6 && atom[0] == "1" &&
-         !is_number(atom[1]) && is_number(atom[2]) && is_number(atom[4]) && is_natural(atom[5]);
-}
-
 /// Recognises CHARMM coordinates: titles that begin with a star, and a count.
 bool is_charmm(const FileStart& start) {
   std::size_t line = 0;
@@ -262,17 +170,64 @@ bool is_charmm(const FileStart& start) {
   return line > 0 && !count.empty() && count.size() <= 2 && is_natural(count[0]);
 }
 
-/// Recognises CONFIG and HISTORY: a title; two to five whole numbers, which are the keys of the
-/// trajectory and of the box (0 to 7); a box or a time step.
+/// Recognises CONFIG and HISTORY: a title; two to six numbers, of which the first two are the keys
+/// of the trajectory and of the box (0 to 7); a box or a time step.
 bool is_dl_poly(const FileStart& start) {
   const auto keys = words_of(start.line(1));
   const auto next = words_of(start.line(2));
-  if (keys.size() < 2 || keys.size() > 6 || !std::ranges::all_of(keys, is_natural)) return false;
-  const bool small = natural_in(keys[0]) <= 2U && natural_in(keys[1]) <= 7U;
+  if (keys.size() < 2 || keys.size() > 6 || !std::ranges::all_of(keys, is_number)) return false;
+  const bool small = natural_in(keys[0]).value_or(9) <= 2U && natural_in(keys[1]).value_or(9) <= 7U;
   const bool box = next.size() == 3 && std::ranges::all_of(next, [](std::string_view word) {
                      return is_number(word) && word.find('.') != std::string_view::npos;
                    });
   return small && (box || (!next.empty() && next[0] == "timestep"));
+}
+
+/// Recognises molecule templates of LAMMPS (manual, "molecule"): a number of atoms, and a section
+/// of coordinates, but no box.
+bool is_molecule_template(const FileStart& start) {
+  const auto counts_atoms = [](std::string_view line) {
+    const auto words = words_of(line);
+    return words.size() >= 2 && is_natural(words[0]) && words[1] == "atoms";
+  };
+  return has_keyword(start, "coords") && std::ranges::any_of(start.lines(), counts_atoms);
+}
+
+/// Recognises XTL: a title, a cell, and atoms with fractional coordinates.
+bool is_xtl(const FileStart& start) {
+  return has_keyword(start, "title") && has_keyword(start, "cell") && has_keyword(start, "atoms");
+}
+
+/// Recognises XSF and AXSF (xcrysden.org/doc/XSF.html), in which comments begin with #.
+bool is_xsf(const FileStart& start) {
+  for (const std::string_view line : start.lines()) {
+    const auto words = words_of(line);
+    if (words.empty() || words[0].starts_with('#')) continue;
+    constexpr std::array<std::string_view, 8> keywords{
+        "CRYSTAL", "SLAB", "POLYMER", "MOLECULE", "ATOMS", "ANIMSTEPS", "PRIMVEC", "DIM-GROUP"};
+    return place_in(keywords, words[0]).has_value();
+  }
+  return false;
+}
+
+/// Recognises cubes of Gaussian: two titles; a whole number and three numbers on each of four
+/// lines: atoms and origin, then three axes; an atom with five numbers.
+bool is_cube(const FileStart& start) {
+  for (std::size_t i = 2; i <= 5; ++i) {
+    const auto words = words_of(start.line(i));
+    if (words.size() < 4 || words.size() > 5 || !std::ranges::all_of(words, is_number))
+      return false;
+    const std::string_view count = words[0].starts_with('-') ? words[0].substr(1) : words[0];
+    if (!is_natural(count)) return false;
+  }
+  const auto atom = words_of(start.line(6));
+  return atom.size() == 5 && std::ranges::all_of(atom, is_number);
+}
+
+/// Recognises PCD without its first comment.
+bool is_pcd(const FileStart& start) {
+  return has_keyword(start, "fields") && has_keyword(start, "points") &&
+         has_keyword(start, "data") && has_keyword(start, "version");
 }
 
 /// A text without a signature. The first matching shape counts.
@@ -281,32 +236,93 @@ struct Shape {
   Unsupported format;
 };
 
-constexpr std::array<Shape, 9> shapes{{
+constexpr auto shapes = std::to_array<Shape>({
     {is_html, {"an HTML page", "check that the download succeeded"}},
+    {is_vtk_xml, {"a VTK file", by_ovito}},
+    {is_votable, {"a VOTable", by_astropy}},
     {is_xml, {"XML text", convert}},
     {is_stl, {"an STL mesh", mesh}},
     {is_obj, {"an OBJ mesh", mesh}},
     {is_input_of_lammps,
      {"an input script of LAMMPS", "run it and name the dump file that it writes"}},
+    {is_molecule_template,
+     {"a molecule template of LAMMPS",
+      "name a data file or a dump of a simulation with these molecules"}},
+    {is_xtl, {"an XTL file", by_ase}},
+    {is_xsf, {"an XSF file", by_ase}},
+    {is_pcd, {"a PCD point cloud", to_ply}},
     {is_gromos96, {"a GROMOS96 file", convert}},
-    {is_tinker, {"a Tinker file", convert}},
     {is_charmm, {"a CHARMM coordinate file", convert}},
     {is_dl_poly, {"a file of DL_POLY", convert}},
-}};
+    {is_cube, {"a cube of Gaussian", by_ase}},
+});
+
+/// A format that only the file's name shows.
+struct NamedFormat {
+  std::string_view extension;
+  Unsupported format;
+};
+
+constexpr auto named_formats = std::to_array<NamedFormat>({
+    {".res", {"a SHELX file", by_ase}},
+    {".cell", {"a cell of CASTEP", by_ase}},
+    {".castep", {"an output of CASTEP", by_ase}},
+    {".cssr", {"a CSSR file", by_ase}},
+    {".gen", {"a GEN file of DFTB+", by_ase}},
+    {".imd", {"an IMD file", by_ovito}},
+});
+
+/// Recognises MessagePack with a key of BinaryCIF at the top level: a map of three, in either form.
+bool is_binary_cif(const FileStart& start) {
+  constexpr std::array<std::string_view, 3> keys{"encoder", "version", "dataBlocks"};
+  const std::size_t key = start.has("\x83") ? 2 : 4;  // after the length of the key
+  const bool map = start.has("\x83") || start.has("\xde\0\3"sv);
+  return map && std::ranges::any_of(keys, [&](auto text) { return start.has(text, key); });
+}
+
+/// Returns what a zip archive contains, by the names in it.
+Unsupported format_of_zip(const FileStart& start, std::string_view extension) {
+  constexpr std::size_t name_at = 30;  // name of the first file
+  const std::string_view bytes = start.bytes();
+  const std::string_view first = bytes.substr(std::min(name_at, bytes.size()), 60);
+  if (first.find(".npy") < first.size()) return {"a NumPy archive (npz)", by_numpy};
+  if (first.find("opendocument.spreadsheet") < first.size()) {
+    return {"an OpenDocument sheet", to_csv};
+  }
+  const bool office = first.starts_with("[Content_Types].xml") || first.starts_with("_rels/") ||
+                      first.starts_with("docProps/") || first.starts_with("xl/");
+  if (office && extension != ".docx") return {"an Excel workbook", by_pandas};
+  return {"a zip archive", unpack_it};
+}
+
+/// Names HDF5. The file's name shows netCDF-4, which has the same signature.
+Unsupported format_of_hdf5(std::string_view extension) {
+  constexpr std::array<std::string_view, 3> of_netcdf{".nc", ".nc4", ".ncdf"};
+  if (!place_in(of_netcdf, extension)) return {"an HDF5 file", by_h5py};
+  return {"a netCDF-4 file", "convert it to netCDF-3 with nccopy -k 64-bit-offset"};
+}
+
+Unsupported format_of_binary(const FileStart& start, std::string_view extension) {
+  if (is_wide_json(start)) return {"UTF-16 text", utf16};
+  if (is_binary_cif(start)) {
+    return {"a BinaryCIF file", "download the entry as mmCIF (.cif) instead"};
+  }
+  return extension == ".stl" ? Unsupported{"an STL mesh", mesh} : Unsupported{};
+}
 
 Unsupported format_of(const FileStart& start, const std::filesystem::path& name) {
+  const std::string extension = lower_case(name.extension().string());
+  if (start.has("PK\x03\x04")) return format_of_zip(start, extension);
+  if (start.has("\x89HDF\r\n\x1a\n")) return format_of_hdf5(extension);
   for (const Signature& known : signatures) {
     if (start.has(known.bytes, known.at)) return known.format;
   }
-  if (is_wide_json(start)) return {"UTF-16 text", utf16};
-  if (!start.is_text()) {
-    const bool stl = lower_case(name.extension().string()) == ".stl";
-    return stl ? Unsupported{"an STL mesh", mesh} : Unsupported{};
-  }
+  if (is_wide_json(start) || !start.is_text()) return format_of_binary(start, extension);
   for (const Shape& known : shapes) {
     if (known.fits(start)) return known.format;
   }
-  return {};
+  const auto* const named = std::ranges::find(named_formats, extension, &NamedFormat::extension);
+  return named == named_formats.end() ? Unsupported{} : named->format;
 }
 
 }  // namespace
@@ -326,47 +342,6 @@ std::string first_words(const FileStart& start) {
   const std::string_view rest = text.substr(begin);
   return "text that begins with '" + printable(rest.substr(0, rest.find_first_of("\r\n")), most) +
          "'";
-}
-
-char first_character(PackedFile& file) {
-  std::string_view text = file.start().bytes();
-  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
-  const std::size_t found = text.find_first_not_of(json_blanks);
-  if (found != std::string_view::npos) return text[found];
-  if (file.start().whole()) return 0;
-  file.rewind();
-  std::array<char, 65536> block{};
-  char first = 0;
-  for (bool head = true; first == 0; head = false) {
-    std::string_view read(block.data(), file.read(block.data(), block.size()));
-    if (read.empty()) break;
-    if (head && read.starts_with(byte_order_mark)) read.remove_prefix(byte_order_mark.size());
-    const std::size_t at = read.find_first_not_of(json_blanks);
-    if (at != std::string_view::npos) first = read[at];
-  }
-  file.rewind();
-  return first;
-}
-
-std::string json_without_scene(const FileStart& start, char first) {
-  if (first != '{' && first != '[') return {};
-  const std::string_view bytes = start.bytes();
-  const std::size_t begin = bytes.find(first);
-  if (begin == std::string_view::npos) return {};  // the first 64 KiB are blank
-  const std::string_view text = bytes.substr(begin);
-  if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) {
-    if (nul <= 3) return "UTF-16 text: save the file as UTF-8";
-    return "JSON with a NUL byte (byte " + std::to_string(begin + nul + 1) +
-           "): copy or write the file again";
-  }
-  if (first == '{') return object_without_scene(start, text);
-  const std::size_t next = text.find_first_not_of(" \t\r\n[", 1);
-  constexpr std::string_view begins_item = "{\"-0123456789]";
-  if (next == std::string_view::npos || begins_item.find(text[next]) == std::string_view::npos) {
-    return {};
-  }
-  return "a JSON list, not a scene: write a CSV file with the columns x, y and z, or a scene, "
-         "which is an object ({ ... })";
 }
 
 }  // namespace parray::input

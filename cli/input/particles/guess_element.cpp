@@ -105,7 +105,9 @@ std::uint8_t in_crystal(std::string_view name, const std::string& letters) {
   return atomic_number_of(std::string_view(letters).substr(0, 1));
 }
 
+/// Returns true for residues whose atoms have known names. UNK can be anything.
 bool is_polymer_or_water(std::string_view residue) {
+  if (residue == "UNK") return false;
   return is_water(residue) || is_amino_acid(residue) || is_nucleotide(residue);
 }
 
@@ -142,7 +144,14 @@ std::uint8_t element_of_mass(double mass) {
 
 }  // namespace
 
+std::uint8_t element_of_columns(const AtomName& atom) {
+  const bool symbol = atom.two_letters && atom.name.size() > 1 && ascii::is_upper(atom.name[0]) &&
+                      ascii::is_lower(atom.name[1]) && !is_polymer_or_water(atom.residue);
+  return symbol ? atomic_number_of(atom.name.substr(0, 2)) : 0;
+}
+
 std::uint8_t guess_element(const AtomName& atom) {
+  if (const std::uint8_t element = element_of_columns(atom)) return element;
   const std::string_view name = from_letter(atom.name);
   if (name.empty()) return 0;
   const std::string letters = letters_of(name);
@@ -188,6 +197,11 @@ ParticleNote masses_note(std::uint64_t count) {
   return {"guessed_elements", count, "elements guessed from masses"};
 }
 
+ParticleNote unknown_elements_note(std::uint64_t count) {
+  return {"unknown_elements", count,
+          count == 1 ? "particle of an unknown element" : "particles of an unknown element"};
+}
+
 void take_elements_of_masses(const std::vector<double>& masses, Particles& particles) {
   if (!particles.elements.empty() || particles.types.empty()) return;
   const std::vector<std::uint8_t> by_type = elements_of_masses(masses);
@@ -198,8 +212,10 @@ void take_elements_of_masses(const std::vector<double>& masses, Particles& parti
     guessed += elements[i] == 0 ? 0 : 1;
   }
   if (guessed == 0) return;
+  const std::uint64_t unknown = particles.count() - guessed;
   particles.elements = std::move(elements);
   particles.facts.notes.push_back(masses_note(guessed));
+  if (unknown > 0) particles.facts.notes.push_back(unknown_elements_note(unknown));
 }
 
 }  // namespace parray::input

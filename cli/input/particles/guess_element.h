@@ -23,6 +23,10 @@ struct AtomName {
 /// without an element (a virtual site, a bead of a coarse model).
 std::uint8_t guess_element(const AtomName& atom);
 
+/// Returns the element of a name whose columns in PDB indicate a two-letter symbol with a small
+/// second letter: "Pt", "Cl2". Returns 0 for other names.
+std::uint8_t element_of_columns(const AtomName& atom);
+
 /// Returns true if a name shows that its file does not reserve column 13 of PDB for two-letter
 /// symbols ("CA  ALA", "C1  LIG"). The name has fewer than four characters and starts in column 13.
 bool shows_flush_left(std::string_view residue, std::string_view name);
@@ -35,6 +39,9 @@ std::vector<std::uint8_t> elements_of_masses(const std::vector<double>& masses);
 
 /// Returns the note that masses gave the elements of `count` particles.
 ParticleNote masses_note(std::uint64_t count);
+
+/// Returns the note that the elements of `count` particles are unknown.
+ParticleNote unknown_elements_note(std::uint64_t count);
 
 /// Sets the elements of particles without elements from the masses of their types, and adds a note.
 /// `masses` has an entry for each of particles.types.names. NaN: unknown.

@@ -181,7 +181,7 @@ FileStart::FileStart(std::string_view bytes, bool whole)
 }
 
 void FileStart::split_lines(std::string_view text) {
-  while (!text.empty() && lines_.size() < max_lines) {
+  while (!text.empty()) {
     const std::size_t end = text.find_first_of("\r\n");
     if (end == std::string_view::npos) {
       if (whole_) lines_.push_back(text);
@@ -319,13 +319,13 @@ bool PackedFile::skip(std::uint64_t bytes) {
   return true;
 }
 
-const FileStart& PackedFile::start() {
-  if (!start_) {
+const FileStart& PackedFile::start(std::size_t bytes) {
+  if (!start_ || (!start_->whole() && start_->bytes().size() < bytes)) {
     rewind();
-    start_bytes_.resize(FileStart::max_bytes + 1);
+    start_bytes_.resize(bytes + 1);
     const std::size_t got = read(start_bytes_.data(), start_bytes_.size());
-    start_bytes_.resize(std::min(got, FileStart::max_bytes));
-    start_.emplace(start_bytes_, got <= FileStart::max_bytes);
+    start_bytes_.resize(std::min(got, bytes));
+    start_.emplace(start_bytes_, got <= bytes);
     rewind();
   }
   return *start_;

@@ -18,7 +18,7 @@ namespace parray::input {
 /// The first unpacked bytes of a file. They identify its format.
 class FileStart {
  public:
-  static constexpr std::size_t max_bytes = std::size_t{1} << 16;
+  static constexpr std::size_t usual_bytes = std::size_t{1} << 16;
 
   /// `whole`: the file has no more bytes. `bytes` must outlive this object.
   FileStart(std::string_view bytes, bool whole);
@@ -38,7 +38,7 @@ class FileStart {
   /// breaks.
   [[nodiscard]] bool is_text() const { return is_text_; }
   /// Returns the complete lines of a text without line ends ("\n", "\r\n" or "\r") and without a
-  /// byte order mark. Returns at most max_lines lines, and none for binary data.
+  /// byte order mark. Returns none for binary data.
   [[nodiscard]] const std::vector<std::string_view>& lines() const { return lines_; }
   /// Returns whether a line equals `text` after removal of blanks at its ends.
   [[nodiscard]] bool has_line(std::string_view text) const;
@@ -46,7 +46,6 @@ class FileStart {
   [[nodiscard]] std::string_view line(std::size_t i) const {
     return i < lines_.size() ? lines_[i] : std::string_view();
   }
-  static constexpr std::size_t max_lines = 200;
 
  private:
   void split_lines(std::string_view text);
@@ -96,8 +95,9 @@ class PackedFile {
   /// Returns to the front of the file.
   void rewind();
 
-  /// Returns the first bytes. The first call also returns to the front of the file.
-  const FileStart& start();
+  /// Returns the first `bytes` bytes or more; fewer only if the file is shorter. The reference is
+  /// valid until a call with more bytes. Such a call also returns to the front of the file.
+  const FileStart& start(std::size_t bytes = FileStart::usual_bytes);
   /// Returns the name of the compression: "gzip". Empty: not compressed.
   [[nodiscard]] std::string_view packing() const { return packing_; }
 

@@ -9,12 +9,14 @@
 namespace parray::input {
 
 ParticleInput::ParticleInput(PackedFile& file)
-    : file_(&file), block_(4 * max_line_bytes), place_{file.name()} {}
+    : file_(&file), block_(4 * max_bytes_at_once), place_{file.name()} {}
 
+/// Reads more bytes of the file. Enlarges a block that has no place for them.
 bool ParticleInput::refill() {
   std::memmove(block_.data(), block_.data() + next_, filled_ - next_);
   filled_ -= next_;
   next_ = 0;
+  if (filled_ == block_.size()) block_.resize(2 * block_.size());
   const std::size_t got = file_->read(block_.data() + filled_, block_.size() - filled_);
   filled_ += got;
   return got > 0;

@@ -15,9 +15,9 @@ namespace parray::input {
 /// the file in memory.
 class ParticleInput {
  public:
-  /// Longer lines are errors. No format has them; they show that a file is binary.
-  static constexpr std::size_t max_line_bytes = std::size_t{1} << 16;
-  static constexpr std::size_t max_bytes_at_once = max_line_bytes;
+  /// Longer lines are errors. They show that a file is binary.
+  static constexpr std::size_t max_line_bytes = std::size_t{1} << 20;
+  static constexpr std::size_t max_bytes_at_once = std::size_t{1} << 16;
 
   /// `file` must outlive this object.
   explicit ParticleInput(PackedFile& file);

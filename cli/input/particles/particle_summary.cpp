@@ -79,8 +79,8 @@ bool begins_residue(const Particles& particles, std::size_t i) {
   const auto changes = [i](const auto& values) {
     return !values.empty() && values[i] != values[i - 1];
   };
-  return i == 0 || changes(particles.residue_numbers) || changes(particles.residue_names.index) ||
-         changes(particles.chains.index);
+  return i == 0 || changes(particles.residue_numbers) || changes(particles.insertion_codes) ||
+         changes(particles.residue_names.index) || changes(particles.chains.index);
 }
 
 ParticleSummary summary_of(const Particles& particles) {

@@ -27,6 +27,7 @@ void for_each_column(Particles& particles, const Work& work) {
   work(particles.residue_names.index);
   work(particles.chains.index);
   work(particles.residue_numbers);
+  work(particles.insertion_codes);
   for (NumberColumn& column : particles.numbers) work(column.values);
   work(particles.positions);
 }
@@ -147,6 +148,8 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
   take(from.radii, order, particles.radii);
   take(from.colors, order, particles.colors);
   take(from.residue_numbers, order, particles.residue_numbers);
+  if (!from.residue_numbers.empty()) particles.insertion_codes.clear();
+  take(from.insertion_codes, order, particles.insertion_codes);
   take(std::move(from.types), order, particles.types);
   take(std::move(from.atom_names), order, particles.atom_names);
   take(std::move(from.residue_names), order, particles.residue_names);

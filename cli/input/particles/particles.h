@@ -71,6 +71,7 @@ struct Particles {
   NameColumn residue_names;
   NameColumn chains;
   std::vector<std::int32_t> residue_numbers;
+  std::vector<char> insertion_codes;  ///< of residues with the same number; blank: none
   std::vector<NumberColumn> numbers;  ///< the numeric columns that the request wants
   std::optional<ParticleCell> cell;
   ParticleFacts facts;

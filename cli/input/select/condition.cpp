@@ -120,8 +120,8 @@ bool continues_residue(const Particles& particles, std::size_t i) {
   const auto same = [i](const auto& column) {
     return column.empty() || column[i] == column[i - 1];
   };
-  return same(particles.residue_numbers) && same(particles.residue_names.index) &&
-         same(particles.chains.index);
+  return same(particles.residue_numbers) && same(particles.insertion_codes) &&
+         same(particles.residue_names.index) && same(particles.chains.index);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "cli/input/formats/crystal.h"
 #include "cli/input/particles/elements.h"
+#include "cli/input/particles/particle_summary.h"
 #include "tests/support/molecule_files.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
@@ -241,6 +242,17 @@ TEST_CASE("mmCIF: without symbols the elements are guessed from names") {
       "_atom_site.Cartn_y\n_atom_site.Cartn_z\nCA ALA 1 2 3\nCA CA 4 5 6\n");
   CHECK(particles.elements == Elements{6, 20});
   CHECK(test::note(particles, "guessed_elements") == 2);
+}
+
+TEST_CASE("mmCIF: residues that differ only by the insertion code are different residues") {
+  const ParticleFiles files;
+  const Particles particles = files.read(
+      "a.cif",
+      "data_a\nloop_\n_atom_site.type_symbol\n_atom_site.auth_comp_id\n_atom_site.auth_seq_id\n"
+      "_atom_site.pdbx_PDB_ins_code\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n_atom_site.Cartn_z\n"
+      "C PRO 60 ? 1 0 0\nC PRO 60 B 2 0 0\nC PRO 60 C 3 0 0\n");
+  CHECK(particles.insertion_codes == std::vector<char>{' ', 'B', 'C'});
+  CHECK(input::summary_of(particles).residues == 3);
 }
 
 }  // namespace parray

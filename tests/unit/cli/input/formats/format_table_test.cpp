@@ -54,6 +54,11 @@ std::string repeated(const std::string& text, int times) {
   return all;
 }
 
+/// The start of a zip archive with a file of this name.
+std::string zip_with(const std::string& name) {
+  return "PK\x03\x04" + std::string(26, '\0') + name;
+}
+
 std::string text_of(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
@@ -148,6 +153,11 @@ TEST_CASE("other JSON files are refused with their kind") {
       {R"({"0": {"x": 1.0, "y": 2.0, "z": 3.0}, "1": {"x": 1.0, "y": 2.0, "z": 3.0}})", pandas},
       {R"({"columns":["x","y","z"],"index":[0],"data":[[1.0,2.0,3.0]]})", pandas},
       {R"({"schema": {"fields": [{"name": "x"}]}, "data": [{"x": 1, "y": 2, "z": 3}]})", pandas},
+      {R"({"1": {"a": 1.0, "b": 2.0}, "2": {"a": 1.0, "b": 2.0}})", pandas},
+      {R"({"pos_x": {"1": 1.0, "2": 2.0}, "pos_y": {"1": 1.0, "2": 2.0}})", pandas},
+      {R"({"0": 1.0, "1": 2.0})", pandas},
+      {R"({"1": {"ctime": 26.9, "mtime": 26.9, "numbers": {"__ndarray__": [[9]]}}})", ase},
+      {R"({"numbers": [6], "cell": [], "positions": [[0, 0, 0]]})", ase},
       {"{\"x\": 1, \"y\": 2, \"z\": 3}\n{\"x\": 4, \"y\": 5, \"z\": 6}\n", pandas},
       {R"({"1": {"cell": [1], "numbers": [6], "positions": [[0, 0, 0]]}, "nextid": 2})", ase},
       {R"({"__ase_objtype__": "atoms", "x": 1, "y": 2, "z": 3})", ase},
@@ -257,6 +267,44 @@ TEST_CASE("unsupported files are refused with their kind") {
        "ELF\2",
        "a program"},
       {"PK\x03\x04", "a zip archive"},
+      {zip_with("x.npy"), "a NumPy archive (npz): 'python3 -m parray render FILE' reads it with"},
+      {zip_with("[Content_Types].xml"), "an Excel workbook: 'python3 -m parray render FILE' reads"},
+      {zip_with("mimetypeapplication/vnd.oasis.opendocument.spreadsheet"),
+       "an OpenDocument sheet: save the sheet as CSV"},
+      {"SQLite format 3",
+       "an SQLite database: 'python3 -m parray render FILE' reads a database of"},
+      {"LASF\0\0\0\0"s, "a LAS or LAZ point cloud: 'python3 -m parray render FILE' reads it with"},
+      {"# .PCD v.7\nVERSION .7\nFIELDS x y z\nDATA ascii\n1 2 3\n",
+       "a PCD point cloud: save it as PLY"},
+      {"# .PCD v.7\nVERSION .7\nFIELDS x y z\nDATA binary\n\0\1\2"s, "a PCD point cloud"},
+      {"VERSION 0.7\nFIELDS x y z\nPOINTS 1\nDATA ascii\n1 2 3\n", "a PCD point cloud"},
+      {"SIMPLE  =                    T", "a FITS file: 'python3 -m parray render FILE' reads it"},
+      {"PAR1\0"s, "a Parquet table: 'python3 -m parray render FILE' reads it with pyarrow"},
+      {"ARROW1\0\0"s, "a Feather table"},
+      {"FEA1\0\0"s, "a Feather table"},
+      {"- of UlmASE-Trajectory  \0"s, "an ASE trajectory: 'python3 -m parray render FILE' reads"},
+      {"# vtk DataFile Version 3.0\n", "a VTK file: 'python3 -m parray render FILE' reads it with"},
+      {"<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\">\n", "a VTK file"},
+      {"<?xml version=\"1.0\"?>\n<VOTABLE version=\"1.4\">\n", "a VOTable: 'python3 -m"},
+      {"<?xml version=\"1.0\"?>\n<a/>\n", "XML text"},
+      {"\x83\xa7version\xa5\x30.3.0\0"s, "a BinaryCIF file: download the entry as mmCIF"},
+      {"\x83\xaa"
+       "dataBlocks\x91\0"s,
+       "a BinaryCIF file"},
+      {"\xde\0\3\xa7"
+       "encoder\0"s,
+       "a BinaryCIF file"},
+      {"# comment\nCRYSTAL\nPRIMVEC\n1 0 0\n0 1 0\n0 0 1\nPRIMCOORD\n1 1\n6 0 0 0\n",
+       "an XSF file: 'python3 -m parray render FILE' reads it with ASE"},
+      {"ANIMSTEPS 2\nATOMS 1\n6 0 0 0\nATOMS 2\n6 0 0 0\n", "an XSF file"},
+      {"cube\nby Gaussian\n 1 0.0 0.0 0.0\n 2 0.1 0.0 0.0\n 2 0.0 0.1 0.0\n 2 0.0 0.0 0.1\n"
+       " 6 6.0 0.0 0.0 0.0\n 0.1 0.2 0.3\n",
+       "a cube of Gaussian: 'python3 -m parray render FILE' reads it with ASE"},
+      {"TITLE quartz\nDIMENSION 3\nCELL\n4.9 4.9 5.4 90 90 120\nSYMMETRY NUMBER 154\nATOMS\n"
+       "NAME X Y Z\nSi 0.47 0 0\nEOF\n",
+       "an XTL file: 'python3 -m parray render FILE' reads it with ASE"},
+      {"# B\n\n2 atoms\n1 bonds\n\nCoords\n\n1 0 0 0\n2 1 0 0\n\nTypes\n\n1 1\n2 1\n",
+       "a molecule template of LAMMPS: name a data file or a dump"},
       {std::string(257, 'x') + "ustar", "a tar archive"},
       {"\x89HDF\r\n\x1a\n", "an HDF5 file"},
       {"\xf6\xff\xff\xff\xff\xff\xff\xff"
@@ -271,10 +319,10 @@ TEST_CASE("unsupported files are refused with their kind") {
       {"---\ncreator: LAMMPS\n", "a YAML dump of LAMMPS"},
       {"Number of particles = 4\n", "an AtomEye CFG file"},
       {"!BIOSYM archive 3\n", "a BIOSYM archive"},
-      {"9  Ethanol\n 1  C  -6.5 -1.8 0.0  124 2 3\n", "a Tinker file"},
       {"* CRAMBIN\n*\n 327\n 1 1 THR N 17.0 14.1 3.6\n", "a CHARMM coordinate file"},
       {"TITLE\nwater\nEND\nPOSITION\n", "a GROMOS96 file"},
       {"title\n 2 3 27\n 7.3 0.0 0.0\n 0.0 7.3 0.0\n 0.0 0.0 7.3\n", "a file of DL_POLY"},
+      {"title\n 2 3 2000 0.5E-02\n 7.3 0.0 0.0\n 0.0 7.3 0.0\n 0.0 0.0 7.3\n", "a file of DL_POLY"},
       {"LAMMPS (23 Jun 2022)\n", "a log of LAMMPS"},
       {"# melt\nunits lj\natom_style atomic\nlattice fcc 1\npair_style lj/cut 2\n",
        "an input script of LAMMPS"},
@@ -300,6 +348,22 @@ TEST_CASE("unsupported files are refused with their kind") {
   }
   CHECK(kind_of(files.write("a", packed(packed("1\n\nC 0 0 0\n"))))
             .starts_with("looks like data packed twice"));
+}
+
+TEST_CASE("names show formats whose texts have no mark") {
+  const ParticleFiles files;
+  const std::string text = "some words\nand more words\n";
+  for (const auto& [name, what] :
+       std::map<std::string, std::string>{{"a.res", "a SHELX file"},
+                                          {"a.cell", "a cell of CASTEP"},
+                                          {"a.gen.gz", "a GEN file of DFTB+"}}) {
+    CHECK(kind_of(files.write(name, text)) ==
+          "looks like " + what + ": 'python3 -m parray render FILE' reads it with ASE");
+  }
+  const std::string hdf5 = "\x89HDF\r\n\x1a\n and so on";
+  CHECK(kind_of(files.write("a.hdf5", hdf5)).find("nccopy") == std::string::npos);
+  CHECK(kind_of(files.write("a.hdf5", hdf5)).find("h5py") != std::string::npos);
+  CHECK(kind_of(files.write("a.nc", hdf5)).starts_with("looks like a netCDF-4 file: convert it"));
 }
 
 TEST_CASE("unknown files are refused with their first words") {
@@ -354,13 +418,13 @@ TEST_CASE("data that expand a thousandfold are refused without allocating memory
   const ParticleFiles files;
   for (const std::string& packing : packings) {
     CAPTURE(packing);
-    // 64 parts of 16 MiB each; what is refused is a line without an end, after 64 KiB.
+    // 64 parts of 16 MiB each; what is refused is a line without an end, after 1 MiB.
     const std::string part = packed(std::string(std::size_t{1} << 24, '7'), packing);
     const auto path = files.write("a.xyz", repeated(part, 64));
     const std::uint64_t before = test::peak_address_space();
     CHECK(message_of<InputError>([&] {
             read_particles(path);
-          }).find("a line has more than 65536") != std::string::npos);
+          }).find("a line has more than 1048576") != std::string::npos);
     CHECK(test::peak_address_space() - before < 400'000'000);
   }
 }

@@ -52,4 +52,17 @@ TEST_CASE(
         "is complete");
 }
 
+TEST_CASE(
+    "MOL2: types of force fields that are not GAFF's do not give elements; names do, with a note") {
+  const ParticleFiles files;
+  const Particles particles = read_all(
+      files, "a.mol2",
+      "@<TRIPOS>MOLECULE\nNMA\n@<TRIPOS>ATOM\n1 C1 1 0 0 opls_135 1 UNK\n2 H1 2 0 0 opls_140 1 "
+      "UNK\n"
+      "3 O1 3 0 0 opls_236 1 UNK\n4 N1 4 0 0 opls_238 1 UNK\n5 CL1 5 0 0 x7 1 UNK\n"
+      "6 N2 6 0 0 nh 1 UNK\n7 S1 7 0 0 sy 1 UNK\n8 X 8 0 0 c2 1 UNK\n9 Fe 9 0 0 opls_1 1 UNK\n");
+  CHECK(particles.elements == Elements{6, 1, 8, 7, 17, 7, 16, 6, 26});
+  CHECK(test::note(particles, "guessed_elements") == 6);
+}
+
 }  // namespace parray

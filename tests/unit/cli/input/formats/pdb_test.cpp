@@ -8,6 +8,7 @@
 
 #include "cli/input/formats/pdb_record.h"
 #include "cli/input/particles/elements.h"
+#include "cli/input/particles/particle_summary.h"
 #include "tests/support/molecule_files.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
@@ -66,6 +67,45 @@ TEST_CASE("PDB: without an element, the columns of the name distinguish calcium 
                               record("ATOM", "1HB", ' ', "ALA", 3, 3, 1, "") +
                               record("ATOM", "HG11", ' ', "VAL", 4, 4, 1, ""));
   CHECK(particles.elements == Elements{6, 20, 1, 1});
+}
+
+TEST_CASE(
+    "PDB: without an element, a small second letter in column 14 makes a symbol of two letters") {
+  const ParticleFiles files;
+  const Particles particles =
+      files.read("a.pdb", record("ATOM", "Pt", ' ', "UNK", 1, 1, 1, "") +
+                              record("ATOM", "Cl2", ' ', "UNK", 1, 2, 1, "") +
+                              record("ATOM", "Co12", ' ', "LIG", 1, 3, 1, "") +
+                              record("ATOM", " C1", ' ', "UNK", 1, 4, 1, "") +
+                              record("ATOM", "Hg12", ' ', "LIG", 1, 5, 1, ""));
+  CHECK(particles.elements == Elements{78, 17, 27, 6, 1});
+  CHECK(test::note(particles, "guessed_elements") == 2);  // C1 and Hg12
+}
+
+TEST_CASE("PDB: without an element, one letter in column 14 is the symbol, except of a bead") {
+  const ParticleFiles files;
+  const Particles particles =
+      files.read("a.pdb", record("ATOM", " F", ' ', "UNK", 1, 1, 1, "") +
+                              record("ATOM", " K", ' ', "UNK", 1, 2, 1, "") +
+                              record("ATOM", " W", ' ', "LIG", 1, 3, 1, "") +
+                              record("ATOM", " W", ' ', "  W", 1, 4, 1, ""));
+  CHECK(particles.elements == Elements{9, 19, 74, 0});
+  CHECK(test::note(particles, "guessed_elements") == 0);
+  CHECK(test::note(particles, "unknown_elements") == 1);
+}
+
+TEST_CASE("PDB: residues that differ only by the insertion code are different residues") {
+  const ParticleFiles files;
+  const auto inserted = [](double x, char code) {
+    std::string line = record("ATOM", " CA", ' ', "PRO", 60, x, 1, " C");
+    line[26] = code;
+    return line;
+  };
+  const Particles particles = files.read(
+      "a.pdb", inserted(1, ' ') + inserted(2, 'B') + inserted(3, 'B') + inserted(4, 'C'));
+  CHECK(particles.insertion_codes == std::vector<char>{' ', 'B', 'B', 'C'});
+  CHECK(input::summary_of(particles).residues == 3);
+  CHECK(files.read("b.pdb", inserted(1, ' ')).insertion_codes.empty());
 }
 
 TEST_CASE("PDB: a record may end after its coordinates") {

@@ -175,6 +175,15 @@ TEST_CASE("a selection keeps the particles that it describes") {
   }
 }
 
+TEST_CASE("same residue: residues that differ only by the insertion code are different") {
+  Particles particles = particles_of({{"A", 60, "PRO", "N", 7, {0, 0, 0}, 0},
+                                      {"A", 60, "PRO", "CA", 6, {1, 0, 0}, 0},
+                                      {"A", 60, "PRO", "N", 7, {2, 0, 0}, 0}});
+  CHECK(selected("same residue as index 0", particles) == std::vector<std::size_t>{0, 1, 2});
+  particles.insertion_codes = {'B', 'B', 'C'};
+  CHECK(selected("same residue as index 0", particles) == std::vector<std::size_t>{0, 1});
+}
+
 TEST_CASE("fractions are of the cell, along its edges") {
   Particles particles;
   particles.positions = {{1, 1, 1}, {1.5, 1, 1}, {3, 2, 1}, {1, 1, 4}};

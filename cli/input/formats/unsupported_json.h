@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include "cli/input/particles/packed_file.h"
+
+/// Recognises JSON files that are not scenes, so that messages can name a remedy.
+namespace parray::input {
+
+/// Returns the first character of the file after blanks and a byte order mark. Returns 0 if there
+/// is none. Reads beyond the start of the file if that contains only blanks.
+char first_character(PackedFile& file);
+
+/// Returns what a file that begins with a brace or a bracket seems to be instead of a scene, and
+/// the remedy: "a table of pandas as JSON: ...". Returns "" if the file may be a scene. `first` is
+/// the file's first_character(). Reads only the first bytes.
+std::string json_without_scene(const FileStart& start, char first);
+
+}  // namespace parray::input

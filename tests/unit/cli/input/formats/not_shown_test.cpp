@@ -1,0 +1,109 @@
+#include "cli/input/formats/not_shown.h"
+
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/molecule_files.h"
+#include "tests/support/particle_files.h"
+#include "tests/support/rooms.h"
+
+namespace parray {
+namespace {
+
+using test::ParticleFiles;
+using test::pdb_line;
+
+/// The text of the note with this key, with its count; empty: none.
+std::string told(const Particles& particles, std::string_view key) {
+  for (const ParticleNote& note : particles.facts.notes) {
+    if (note.key == key) return std::to_string(note.count) + " " + note.text;
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("PDB: a note counts the bonds of CONECT, each once") {
+  const ParticleFiles files;
+  const std::string atoms =
+      pdb_line(" C1", ' ', "LIG", 1, 1, 1, " C") + pdb_line(" C2", ' ', "LIG", 1, 2, 1, " C");
+  const std::string bonds = "CONECT    1    2    3\nCONECT    2    1    1\nCONECT    3    1\n";
+  CHECK(told(files.read("a.pdb", atoms + bonds + "END\n"), "bonds") == "2 bonds not shown");
+  CHECK(told(files.read("a.pdb", atoms + "CONECT99999A0000\nEND\n"), "bonds") ==
+        "1 bond not shown");
+  CHECK(told(files.read("a.pdb", atoms + "CONECT 100001 100002 100003\n"), "bonds") ==
+        "2 bonds not shown");
+  const Particles none = files.read("a.pdb", atoms + "END\n" + atoms + bonds);
+  CHECK(told(none, "bonds").empty());  // they belong to the second frame
+  CHECK(told(files.read("a.pdb", "MODEL 1\n" + atoms + "ENDMDL\n" + bonds), "bonds") ==
+        "2 bonds not shown");
+}
+
+TEST_CASE("MOL2, SDF, PSF and LAMMPS data: a note counts bonds") {
+  const ParticleFiles files;
+  CHECK(told(files.read("a.mol2",
+                        "@<TRIPOS>MOLECULE\na\n@<TRIPOS>ATOM\n1 C 1 2 3 C.3\n2 O 2 2 3 O.2\n"
+                        "@<TRIPOS>BOND\n1 1 2 2\n@<TRIPOS>MOLECULE\nb\n@<TRIPOS>ATOM\n"
+                        "1 C 1 2 3 C.3\n@<TRIPOS>BOND\n1 1 2 2\n2 1 2 2\n"),
+             "bonds") == "1 bond not shown");
+  const std::string v2000 =
+      "a\n\n\n  2  1  0  0  0  0  0  0  0  0  1 V2000\n    1.0000    2.0000    3.0000 C   0  0\n"
+      "    2.0000    2.0000    3.0000 O   0  0\n  1  2  2  0\nM  END\n$$$$\n";
+  CHECK(told(files.read("a.sdf", v2000), "bonds") == "1 bond not shown");
+  const std::string v3000 =
+      "a\n\n\n  0  0  0     0  0            999 V3000\nM  V30 BEGIN CTAB\n"
+      "M  V30 COUNTS 1 3 0 0 0\nM  V30 BEGIN ATOM\nM  V30 1 C 1 2 3 0\nM  V30 END ATOM\n"
+      "M  V30 END CTAB\nM  END\n";
+  CHECK(told(files.read("a.sdf", v3000), "bonds") == "3 bonds not shown");
+  const std::string data =
+      "title\n\n2 atoms\n1 bonds\n1 bond types\n1 atom types\n0 9 xlo xhi\n0 9 ylo yhi\n"
+      "0 9 zlo zhi\n\nAtoms # bond\n\n1 1 1 0 0 0\n2 1 1 1 0 0\n\nBonds\n\n1 1 1 2\n";
+  CHECK(told(files.read("a.data", data), "bonds") == "1 bond not shown");
+  const std::string psf =
+      "PSF\n\n 1 !NTITLE\n x\n\n 1 !NATOM\n 1 A 1B ALA CA CT1 0.1 12.011 0\n\n"
+      " 4 !NBOND: bonds\n 1 2 2 3 3 4 4 5\n";
+  const Particles named = read_names(files.write("a.psf", psf));
+  CHECK(told(named, "bonds") == "4 bonds not shown");
+  CHECK(named.insertion_codes == std::vector<char>{'B'});
+}
+
+TEST_CASE("LAMMPS: a note counts ellipsoids and other bodies, which are shown as spheres") {
+  const ParticleFiles files;
+  const auto dump = [](const std::string& columns, const std::string& rows) {
+    return "ITEM: NUMBER OF ATOMS\n2\nITEM: ATOMS id x y z" + columns + "\n" + rows;
+  };
+  const std::string shapes =
+      dump(" shapex shapey shapez quatw", "1 0 0 0 1 1 3 0.7\n2 5 0 0 1 1 1 0.7\n");
+  CHECK(told(files.read("a.dump", shapes), "ellipsoids") == "1 ellipsoid shown as a sphere");
+  const std::string turned = dump(" quatw quati", "1 0 0 0 1 0\n2 5 0 0 1 0\n");
+  CHECK(told(files.read("a.dump", turned), "ellipsoids") == "2 ellipsoids shown as spheres");
+  CHECK(told(files.read("a.dump", dump("", "1 0 0 0\n2 5 0 0\n")), "ellipsoids").empty());
+  const std::string head = "title\n\n2 atoms\n1 atom types\n";
+  const std::string box = "0 9 xlo xhi\n0 9 ylo yhi\n0 9 zlo zhi\n\n";
+  const std::string ellipsoids =
+      head + "2 ellipsoids\n" + box +
+      "Atoms # ellipsoid\n\n1 1 1 1 0 0 0\n2 1 1 1 5 0 0\n\nEllipsoids\n\n1 1 2 2 1 0 0 0\n"
+      "2 2 2 2 1 0 0 0\n";
+  CHECK(told(files.read("a.data", ellipsoids), "ellipsoids") == "1 ellipsoid shown as a sphere");
+  const std::string lines = head + "2 lines\n" + box +
+                            "Atoms # line\n\n1 1 1 1 1 0 0 0\n2 1 1 1 1 5 0 0\n\nLines\n\n"
+                            "1 0 0 1 1\n2 4 0 6 1\n";
+  CHECK(told(files.read("a.data", lines), "bodies") ==
+        "2 line segments, triangles or bodies shown as spheres");
+}
+
+TEST_CASE("a note counts particles without a known element if masses give only some elements") {
+  const ParticleFiles files;
+  const std::string data =
+      "title\n\n2 atoms\n2 atom types\n0 9 xlo xhi\n0 9 ylo yhi\n0 9 zlo zhi\n\nMasses\n\n"
+      "1 12.011\n2 777\n\nAtoms # atomic\n\n1 1 0 0 0\n2 2 1 0 0\n";
+  CHECK(told(files.read("a.data", data), "unknown_elements") == "1 particle of an unknown element");
+  const std::string psf =
+      "PSF\n\n 1 !NTITLE\n x\n\n 2 !NATOM\n 1 A 1 ALA CA CT1 0.1 12.011 0\n"
+      " 2 A 2 XXX QQ QQ 0.1 72.5 0\n";
+  CHECK(test::note(read_names(files.write("a.psf", psf)), "unknown_elements") == 1);
+}
+
+}  // namespace parray
