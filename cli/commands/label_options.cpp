@@ -151,12 +151,19 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
 
 void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFile& file,
                 const RenderSettings& settings) {
-  const LabelSettings labels = options.over(file.labels, width_of(settings));
+  LabelSettings labels = options.over(file.labels, width_of(settings));
   if (!file.legends.empty()) outputs.legends = legends_text(file.legends);
   if (labels.dpi || labels.width_mm) outputs.dpi = dots_per_inch(labels, width_of(settings));
   if (!labels.any()) return;
   if (outputs.has_png()) {
-    outputs.finishing.push_back(label_step(labels, content_of(labels, file, settings)));
+    try {
+      outputs.finishing.push_back(label_step(labels, content_of(labels, file, settings)));
+    } catch (const InputError&) {
+      if (!labels.cell || !file.cell_if_it_fits || options.has_cell()) throw;
+      labels.cell = false;
+      if (!labels.any()) return;
+      outputs.finishing.push_back(label_step(labels, content_of(labels, file, settings)));
+    }
   } else if (!options.first_given().empty()) {
     throw InputError(options.first_given() +
                      ": labels need a PNG picture, because an EXR file stores the traced values: "

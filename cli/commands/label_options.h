@@ -29,6 +29,7 @@ class LabelOptions {
 
   /// Returns the first given option that asks for a label: "--legend". Empty: none.
   [[nodiscard]] std::string first_given() const;
+  [[nodiscard]] bool has_cell() const { return settings_.cell; }
   /// Lays the options over the scene's labels, for a picture of that width. The result has at most
   /// one of `dpi` and `width_mm`. Throws InputError if the size in print contradicts the width.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;

@@ -77,7 +77,7 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
       decided(source.look.radius, selected.particles).rule == ParticleRadius::Rule::automatic;
   if (selected.crystal) {
     source.cell.crystal = true;
-    out.file.labels.cell = true;
+    out.file.labels.cell = out.file.cell_if_it_fits = true;
   }
   const Subject subject = subject_of(selected, viewing);
   const DefaultLook look{std::string(plain_material_name), plain_material, 1};
