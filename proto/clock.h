@@ -6,7 +6,9 @@
 
 namespace parray::proto {
 
-/// Time since an arbitrary start. State machines take it as an argument and never read a clock.
+/// A moment, as the time since an arbitrary start, or a duration. `now`, deadlines and the results
+/// of tick() are moments. `timeout`, `limit` and `patience` are durations. State machines take the
+/// moment as an argument and never read a clock.
 using Time = std::chrono::nanoseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;

@@ -43,7 +43,9 @@ class Envelope {
 struct Delivery {
   PeerId peer;
   Envelope content;
-  Sender sender{};  ///< sender of a received message
+  /// Sender of a message that a server received: the coordinator, or a worker that shares scenes.
+  /// Otherwise a default Sender.
+  Sender sender{};
 };
 
 /// One end of a connection that carries messages: the interface of every transport, and of every
@@ -66,8 +68,8 @@ class Link {
   /// Returns the next message that has arrived, if any.
   virtual std::optional<Delivery> receive() = 0;
 
-  /// Waits for a message, for wake() or until `timeout`, whichever comes first. May return early
-  /// for no reason.
+  /// Waits for a message or for wake(), at most for the duration `timeout`. May return early for no
+  /// reason.
   virtual void wait(Time timeout) = 0;
 
   /// Ends the current or the next wait().

@@ -17,7 +17,7 @@ namespace parray::proto {
 /// A socket that carries messages: a ROUTER with peers that have ids, or a DEALER. Not thread-safe.
 class ZmqSocket {
  public:
-  /// Returns the sender that owns the public key `key`; `key` null: the connection has no key.
+  /// Returns the sender that owns the public key `key` (Z85 text). Null: the connection has no key.
   using Identify = std::function<Sender(const char* key)>;
 
   /// `linger` is the time that unsent messages outlive the socket.
@@ -25,6 +25,7 @@ class ZmqSocket {
             Time linger);
 
   zmq::socket_t& raw() { return socket_; }
+  /// Uses `identify` for messages that a ROUTER receives. Until then all senders are default ones.
   void identify_by(Identify identify) { identify_ = std::move(identify); }
   /// Serves peers that connect with the public key of `own`. Call it before the socket is bound.
   void serve_as(const KeyPair& own);
@@ -38,9 +39,10 @@ class ZmqSocket {
 
   /// Sends like Link::send(). Throws RunError if the socket is unusable.
   bool send(const PeerId& to, const Envelope& content);
-  /// Receives like Link::receive(). A message with more frames than the protocol has is dropped
-  /// during reading, some frames per call, so that other peers need not wait for its end. Each such
-  /// call delivers a message without frames, which is no valid message.
+  /// Receives like Link::receive(). Throws RunError if the socket is unusable. Reads at most 16
+  /// frames per call; the id of the peer counts as one. So other peers need not wait for the end of
+  /// an endless message. Drops a longer message in several calls. Each of them returns a message
+  /// without frames, which is no valid message.
   std::optional<Delivery> receive();
 
  private:
@@ -66,8 +68,11 @@ class WakeUp {
   WakeUp(const WakeUp&) = delete;
   WakeUp& operator=(const WakeUp&) = delete;
 
+  /// Ends the current or the next poll(). Any thread.
   void raise() const noexcept;
-  /// Waits until raise() is called or one of `items` is ready, and resets the state.
+  /// Waits until raise() is called or one of `items` is ready, at most for the duration `timeout`.
+  /// Returns at once if raise() was called since the last poll. A signal to the process also ends
+  /// the wait. Throws RunError if an item is unusable.
   void poll(std::vector<zmq::pollitem_t> items, Time timeout) const;
 
  private:

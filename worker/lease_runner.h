@@ -10,12 +10,14 @@ namespace parray::worker {
 
 /// Keeps a team at work: takes leases from a source and hands in their results.
 ///
-/// Takes `now` as an argument. The runner takes the next lease just before the team runs out of
-/// work. So the team never waits, and the runner holds little more than the team's current lease.
+/// The runner takes the next lease just before the team runs out of work, so that the team need not
+/// wait. For this it needs the samples of the current lease and the speed of the team. Without them
+/// it takes the next lease when the team is done. It holds at most one lease besides the current
+/// one.
 class LeaseRunner {
  public:
-  /// The references must outlive the object. `before` is the work that the team did for earlier
-  /// sources.
+  /// The references must outlive the object. `clock` measures the time within one tick(). `before`
+  /// is the work that the team did for earlier sources.
   LeaseRunner(LeaseSource& source, Team& team, const Clock& clock, WorkTally before = {});
 
   /// Does the work that is due. Returns the latest time of the next call. Call it sooner when the
@@ -26,8 +28,9 @@ class LeaseRunner {
   [[nodiscard]] bool idle() const { return !next_ && !tracing_; }
   /// Returns whether no more work will follow.
   [[nodiscard]] bool over() const { return over_; }
-  /// Gives up all leases and reports the team's work to the source.
+  /// Gives up all leases and reports tally() to the source.
   void stop();
+  /// Returns all work of the team, including `before`.
   [[nodiscard]] const WorkTally& tally() const { return tally_; }
 
  private:

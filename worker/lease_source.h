@@ -8,24 +8,24 @@
 
 namespace parray::worker {
 
-/// The work that a team has done for a source.
+/// The work that a team has done, for one source or for several in succession.
 struct WorkTally {
   std::uint64_t samples = 0;
   std::uint64_t leases = 0;  ///< leases taken
   Time taking{};             ///< time spent taking leases
   Time putting{};            ///< time spent handing in results
   double busy = 0;           ///< seconds of tracing
-  /// Building the accelerator, from the latest result; the fields below, too.
-  double build_seconds = 0;
-  std::uint64_t accelerator_bytes = 0;
-  std::string isa;
+  // The fields below are those of the latest LeaseResult with cells.
+  double build_seconds = 0;             ///< seconds of building the accelerator
+  std::uint64_t accelerator_bytes = 0;  ///< memory of the accelerator
+  std::string isa;                      ///< instruction set of its code
 };
 
 /// The progress of a team.
 struct TeamState {
-  std::uint64_t traced = 0;
-  bool tracing = false;    ///< has a lease
-  bool preparing = false;  ///< builds an accelerator
+  std::uint64_t traced = 0;  ///< see Team::traced()
+  bool tracing = false;      ///< has a lease
+  bool preparing = false;    ///< builds an accelerator
 };
 
 /// The source of leases and the receiver of results: messages or a window. Not thread-safe.

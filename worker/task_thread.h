@@ -70,7 +70,7 @@ class TaskThread {
     }
   }
 
-  /// Waits until the thread has no task, or until `timeout`.
+  /// Waits until the thread has no task, at most for the duration `timeout`.
   void wait_until_done(Time timeout) {
     std::unique_lock lock(mutex_);
     done_.wait_for(lock, timeout, [this] { return !busy_; });

@@ -94,7 +94,7 @@ class ThreadTeam final : public Team {
   [[nodiscard]] std::uint64_t traced() const override { return traced_; }
   [[nodiscard]] bool preparing() const override { return preparing_; }
 
-  /// Waits until the current lease is finished, or until `timeout`.
+  /// Waits until the current lease is finished, at most for the duration `timeout`.
   void wait(Time timeout) { thread_.wait_until_done(timeout); }
 
  private:

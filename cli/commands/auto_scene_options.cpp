@@ -1,19 +1,47 @@
 #include "cli/commands/auto_scene_options.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <system_error>
 #include <vector>
 
 #include "cli/commands/options.h"
 #include "cli/input/scene_file/scene_fields.h"
+#include "cli/output/picture/srgb.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/base/text.h"
 
 namespace parray::commands {
 namespace {
 
 Projection projection_in(const std::string& text) {
   return static_cast<Projection>(known_place("projection", text, scene_words::projections));
+}
+
+/// Parses a colour: a word, or the sRGB code of a web page. Returns linear RGB.
+Vec3d color_from(const std::string& text) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> words{
+      {{"white", "#ffffff"}, {"black", "#000000"}, {"grey", "#808080"}, {"gray", "#808080"}}};
+  std::string code = text;
+  for (const auto& [word, meaning] : words) {
+    if (text == word) code = meaning;
+  }
+  std::array<unsigned, 3> parts{};
+  bool valid = code.size() == 7 && code[0] == '#';
+  for (std::size_t i = 0; valid && i < parts.size(); ++i) {
+    const char* const from = code.data() + 1 + 2 * i;
+    const auto [end, error] = std::from_chars(from, from + 2, parts[i], 16);
+    valid = error == std::errc() && end == from + 2;
+  }
+  if (!valid) {
+    throw InputError("'" + printable(text) +
+                     "' is not a colour: write white, black, grey, or a code such as #1e90ff");
+  }
+  return linear_of_srgb8({static_cast<double>(parts[0]), static_cast<double>(parts[1]),
+                          static_cast<double>(parts[2])});
 }
 
 template <std::size_t Count>
@@ -37,7 +65,7 @@ void AutoSceneOptions::add_to(Command& command) {
   append(projections, scene_words::projections);
   command
       .option(
-          "--view", [this](const std::string& text) { view_ = view_from(text); },
+          "--view", [this](const std::string& text) { view_ = named_view(text); },
           "Side of the view, or the axis that points at the viewer. z points up; from top and "
           "bottom y does (default: auto: molecules along their principal axes, flat groups face "
           "on, others obliquely from above)")
@@ -62,6 +90,51 @@ void AutoSceneOptions::add_to(Command& command) {
       .type_name("NAME")
       .group(particles_group)
       .special();
+  add_camera_to(command);
+}
+
+void AutoSceneOptions::add_camera_to(Command& command) {
+  const auto number = [&](const char* name, NumberRange range, std::optional<double>& target,
+                          const char* type, const char* help) {
+    command
+        .option(
+            name, [range, &target](const std::string& text) { target = real_number(text, range); },
+            help)
+        .type_name(type)
+        .group(particles_group);
+  };
+  command
+      .option(
+          "--up", [this](const std::string& text) { turning_.up = up_from(text); },
+          "Direction that points up in all views: x, y, z, -x, -y, -z, or three numbers such as "
+          "0,1,1 (default: z)")
+      .type_name("DIR")
+      .group(particles_group);
+  number("--azimuth", azimuth_range, turning_.azimuth, "DEG",
+         "Turn the camera to the right around the upward direction, from the side of --view or, "
+         "without --view, from the front");
+  number("--elevation", elevation_range, turning_.elevation, "DEG",
+         "Raise the camera above the side of --view or, without --view, above the front");
+  number(
+      "--zoom", zoom_range, zoom_, "FACTOR",
+      "Show the particles that many times larger; above about 1.2 the picture cuts some off, and "
+      "labels may cover others");
+}
+
+void AutoSceneOptions::add_background_to(Command& command) {
+  command
+      .option(
+          "--background", [this](const std::string& text) { background_ = color_from(text); },
+          "Colour of the background, instead of floor or wall: white, black, grey or #RRGGBB "
+          "(sRGB). The light stays the same")
+      .type_name("COLOR")
+      .group(particles_group);
+}
+
+View AutoSceneOptions::named_view(std::string_view name) {
+  const View view = view_from(name);
+  names_axis_ = names_axis_ || place_in(view_axes, name).has_value();
+  return view;
 }
 
 void AutoSceneOptions::check_unused(const std::string& file) const {
@@ -69,6 +142,11 @@ void AutoSceneOptions::check_unused(const std::string& file) const {
   if (view_) given += " --view";
   if (style_) given += " --style";
   if (projection_) given += " --projection";
+  if (turning_.up) given += " --up";
+  if (turning_.azimuth) given += " --azimuth";
+  if (turning_.elevation) given += " --elevation";
+  if (zoom_) given += " --zoom";
+  if (background_) given += " --background";
   if (given.empty()) return;
   throw InputError(
       given.substr(1) + ": " + printable(file, 4096) +
@@ -77,10 +155,18 @@ void AutoSceneOptions::check_unused(const std::string& file) const {
 }
 
 Viewing AutoSceneOptions::viewing() const {
+  if (names_axis_ && turning_.up) {
+    throw InputError(
+        "--up turns the scene, so the name of an axis is no side of it: name a side with --view, "
+        "such as front, or leave out --up");
+  }
   Viewing viewing;
   viewing.view = view_.value_or(View::automatic);
   viewing.style = style_.value_or(Style::studio);
   viewing.projection = projection_;
+  viewing.turning = turning_;
+  viewing.zoom = zoom_.value_or(1);
+  viewing.labels = labels_;
   viewing.whole_cell = whole_cell_ != nullptr && *whole_cell_;
   return viewing;
 }

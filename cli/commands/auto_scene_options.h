@@ -1,9 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "cli/input/scene_file/scene_file.h"
 #include "cli/input/view/surroundings.h"
 #include "common/process/command_line.h"
 
@@ -12,25 +16,43 @@ namespace parray::commands {
 /// Returns the names of views and axes, as words of an option.
 std::vector<std::string> view_words();
 
-/// View, style and projection of an automatic scene. Part of RenderOptions.
+/// View, style, camera and background of an automatic scene. Part of RenderOptions.
 class AutoSceneOptions {
  public:
   /// Declares the options. The object must not move while the command line is parsed.
   void add_to(Command& command);
+  /// Declares --background, for commands that make pictures.
+  void add_background_to(Command& command);
   /// Throws InputError that names the options given: the scene `file` is not a particle file.
   void check_unused(const std::string& file) const;
+  /// Throws InputError if options exclude each other.
   [[nodiscard]] Viewing viewing() const;
+  /// Returns the colour of the background in linear RGB. Not given: that of the style.
+  [[nodiscard]] const std::optional<Vec3d>& background() const { return background_; }
 
   [[nodiscard]] bool has_view() const { return view_.has_value(); }
   void look_from(View view) { view_ = view; }
+  /// Parses the name of a view, and notes whether it is the name of an axis. Throws InputError.
+  View named_view(std::string_view name);
   /// Notes where to read, when the scene is made, whether the picture must contain the whole cell
   /// of the particles (the periodic box of a simulation). `wanted` must not move until then.
   void frame_cell(const bool& wanted) { whole_cell_ = &wanted; }
+  /// Sets the places of labels, which the particles of the scene will not meet.
+  void keep_free(std::function<LabelPlaces(const SceneFile&)> labels) {
+    labels_ = std::move(labels);
+  }
 
  private:
+  void add_camera_to(Command& command);
+
   std::optional<View> view_;
+  bool names_axis_ = false;  ///< a view is named by an axis
   std::optional<Style> style_;
   std::optional<Projection> projection_;
+  Turning turning_;
+  std::optional<double> zoom_;
+  std::optional<Vec3d> background_;
+  std::function<LabelPlaces(const SceneFile&)> labels_;
   const bool* whole_cell_ = nullptr;
 };
 

@@ -251,9 +251,10 @@ bool warn_of_excluded(const std::vector<Comparison>& comparisons) {
     if (one.errors.excluded == 0) continue;
     any = true;
     std::cerr << "parray: warning: " << printable(one.file, 4096) << ": "
-              << counted(one.errors.excluded, "pixel") << " left out: not finite in this picture ("
-              << one.errors.nonfinite_in_image << ") or in the reference ("
-              << one.errors.nonfinite_in_reference << ")\n";
+              << counted(one.errors.excluded, "pixel")
+              << " left out, because not finite: " << one.errors.nonfinite_in_image
+              << " in this picture, " << one.errors.nonfinite_in_reference << " in the reference, "
+              << one.errors.nonfinite_in_both() << " in both\n";
   }
   return any;
 }

@@ -61,7 +61,7 @@ SceneFile converted(const ConvertCommand& command) {
   if (particle_format_of(file) != nullptr) {
     const std::string reference = command.expand ? "" : reference_in(command, file);
     AutoScene scene =
-        auto_scene(file, command.particles.over({}), command.size.over(auto_scene_settings()),
+        auto_scene(file, command.particles.source(), command.size.over(auto_scene_settings()),
                    command.auto_scene.viewing(), usable_cpus());
     if (command.expand) {
       scene.file.labels.cell = false;  // spheres alone have no cell

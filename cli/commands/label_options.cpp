@@ -49,7 +49,9 @@ LabelContent content_of(const LabelSettings& labels, const SceneFile& file,
   content.cell = file.cell;
   content.time_stamp = time_stamp_of(file.particle_files);
   if (!file.particle_files.empty()) {
-    content.unit = length_unit_of(file.particle_files.front().facts.format);
+    const ParticleFacts& facts = file.particle_files.front().facts;
+    content.unit = facts.length_unit.empty() ? length_unit_of(facts.format)
+                                             : std::string_view(facts.length_unit);
   }
   content.camera = file.scene.camera;
   content.width = width_of(settings);
@@ -97,6 +99,7 @@ void LabelOptions::add_to(Command& command, const Option& image, RenderOptions& 
       },
       settings_);
   render.auto_scene().frame_cell(settings_.cell);
+  render.auto_scene().keep_free([this](const SceneFile& file) { return places(file); });
   command
       .on_off("--labels", of_scene_,
               "off: ignore the labels that the scene asks for, and draw only those of options "
@@ -129,6 +132,9 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
     labels.legend = labels.scale_bar = labels.time_stamp = labels.cell = false;
     labels.text.clear();
   }
+  if (!settings_.legend_title.empty() && !labels.legend && !settings_.legend) {
+    throw InputError("--legend-title has no effect without a legend: add --legend");
+  }
   const bool sized = settings_.dpi || settings_.width_mm;
   if (sized) labels.dpi = labels.width_mm = std::nullopt;
   label_fields(
@@ -149,21 +155,26 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
   return labels;
 }
 
+LabelPlaces LabelOptions::places(const SceneFile& file) const {
+  return fitting(file, over(file.labels, width_of(file.settings)), [&](const auto& labels) {
+    return labels.any() ? Labels::places(content_of(labels, file, file.settings)) : LabelPlaces{};
+  });
+}
+
 void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFile& file,
                 const RenderSettings& settings) {
-  LabelSettings labels = options.over(file.labels, width_of(settings));
-  if (!file.legends.empty()) outputs.legends = legends_text(file.legends);
+  const LabelSettings labels = options.over(file.labels, width_of(settings));
+  std::vector<Legend> legends = file.legends;
+  for (Legend& legend : legends) set_title(legend, labels);
+  if (!legends.empty()) outputs.legends = legends_text(legends);
   if (labels.dpi || labels.width_mm) outputs.dpi = dots_per_inch(labels, width_of(settings));
   if (!labels.any()) return;
   if (outputs.has_png()) {
-    try {
-      outputs.finishing.push_back(label_step(labels, content_of(labels, file, settings)));
-    } catch (const InputError&) {
-      if (!labels.cell || !file.cell_if_it_fits || options.has_cell()) throw;
-      labels.cell = false;
-      if (!labels.any()) return;
-      outputs.finishing.push_back(label_step(labels, content_of(labels, file, settings)));
-    }
+    options.fitting(file, labels, [&](const LabelSettings& fit) {
+      if (fit.any()) {
+        outputs.finishing.push_back(label_step(fit, content_of(fit, file, settings)));
+      }
+    });
   } else if (!options.first_given().empty()) {
     throw InputError(options.first_given() +
                      ": labels need a PNG picture, because an EXR file stores the traced values: "

@@ -7,7 +7,9 @@
 
 #include "cli/input/scene_file/label_settings.h"
 #include "cli/input/scene_file/scene_file.h"
+#include "cli/input/view/free_area.h"
 #include "cli/output/write_outputs.h"
+#include "common/base/error.h"
 #include "common/process/command_line.h"
 #include "common/scene/settings_fwd.h"
 
@@ -23,16 +25,31 @@ inline constexpr const char* labels_group = "Labels, drawn on a PNG picture (def
 class LabelOptions {
  public:
   /// Declares the options. They pass the width in pixels that follows from the size in print to
-  /// `render`.
+  /// `render`, and the places that automatic scenes keep free.
   /// Neither object may move while the command line is parsed.
   void add_to(Command& command, const Option& image, RenderOptions& render);
 
   /// Returns the first given option that asks for a label: "--legend". Empty: none.
   [[nodiscard]] std::string first_given() const;
-  [[nodiscard]] bool has_cell() const { return settings_.cell; }
+  /// Returns draw(labels). If that throws InputError and the cell is only a default of `file`,
+  /// returns draw() of the labels without the cell.
+  template <typename Draw>
+  auto fitting(const SceneFile& file, LabelSettings labels, const Draw& draw) const {
+    try {
+      return draw(labels);
+    } catch (const InputError&) {
+      if (!labels.cell || settings_.cell || !file.cell_if_it_fits) throw;
+    }
+    labels.cell = false;
+    return draw(labels);
+  }
   /// Lays the options over the scene's labels, for a picture of that width. The result has at most
   /// one of `dpi` and `width_mm`. Throws InputError if the size in print contradicts the width.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;
+
+  /// Returns the places of the labels in the picture of a scene, of which all but the places of
+  /// surroundings is decided. Throws the errors of over() and Labels.
+  [[nodiscard]] LabelPlaces places(const SceneFile& file) const;
 
  private:
   [[nodiscard]] std::optional<std::uint32_t> printed_width() const;

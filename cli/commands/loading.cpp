@@ -10,6 +10,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/scene/settings.h"
 
 namespace parray::commands {
 namespace {
@@ -64,10 +65,14 @@ SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameCh
   const std::string& name = file.name();
   if (particle_format_of(file) != nullptr) {
     Viewing viewing = options.auto_scene().viewing();
-    viewing.transparent = options.view().transparent(false);
-    SceneFile scene = auto_scene(file, options.particles().over({}),
-                                 options.over(auto_scene_settings()), viewing, threads)
-                          .file;
+    const bool transparent = options.view().transparent(false);
+    viewing.transparent = transparent || options.auto_scene().background();
+    RenderSettings settings = auto_scene_settings();
+    if (options.can_stop()) settings.target_error = auto_scene_error;
+    SceneFile scene =
+        auto_scene(file, options.particles().source(), options.over(settings), viewing, threads)
+            .file;
+    scene.background = options.auto_scene().background();
     remove_more_duplicates(scene, threads);
     return scene;
   }
@@ -89,7 +94,7 @@ SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameCh
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change,
                      NamedFiles named) {
   SceneFile scene = read_any(file, options, change, named, usable_cpus());
-  scene.transparent = options.view().transparent(scene.transparent);
+  scene.transparent = options.view().transparent(scene.transparent) || scene.background;
   if (change.camera) scene.scene.camera = *change.camera;
   print_notes(scene.particle_files);
   warn_of_duplicates(scene.duplicates, file.name());

@@ -11,22 +11,23 @@ namespace parray::commands {
 
 /// Changes of the scene for one frame of a series. Empty: no change.
 struct FrameChange {
-  /// The frame to read from particle files with several frames. It does not apply to files for
-  /// which the scene itself names a frame.
+  /// Number of the frame, from 0, to read from the particle files that a scene names. It applies to
+  /// files of formats with several frames, unless the scene itself chooses a frame. An error if it
+  /// applies to no file. Ignored if a particle file is loaded without a scene.
   std::optional<std::uint64_t> particles{};
   std::optional<Camera> camera{};
 };
 
-/// Which particle files a scene may name.
+/// Which particle files and topologies a scene may name.
 enum class NamedFiles : std::uint8_t {
   anywhere,
-  beside,  ///< only in the scene's own folder, for uploaded scenes
+  beside,  ///< only names without a folder: files beside the scene, for uploaded scenes
 };
 
 /// Reads a scene file with its particles, or makes an automatic scene from a file of particles. The
 /// contents decide which of the two a file is. Replaces settings by the options that are given.
 /// Prints the notes of readers and a warning of duplicates on stderr. Throws InputError. "-" is the
-/// standard input, except with NamedFiles::beside.
+/// standard input; with NamedFiles::beside it is a file of this name.
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change = {}, NamedFiles named = NamedFiles::anywhere);
 

@@ -10,6 +10,7 @@
 #include "common/adaptive/passes.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/suggest.h"
 #include "common/base/text.h"
 #include "common/scene/limits.h"
 #include "common/scene/settings_fields.h"
@@ -119,10 +120,11 @@ Option add_whole_number(Command& command, const std::string& names, std::uint64_
 
 void add_scene(Command& command, std::string& scene, const char* name) {
   command
-      .option(name, scene,
-              "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
-              "GRO, SDF, MOL2, CIF, DCD, XTC, TRR or AMBER NetCDF. It may be compressed by gzip, "
-              "bzip2, xz or zstd. - is the standard input")
+      .option(
+          name, scene,
+          "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
+          "GRO, SDF, MOL2, CIF, POSCAR, GSD, DCD, XTC, TRR or AMBER NetCDF. It may be compressed "
+          "by gzip, bzip2, xz or zstd. - is the standard input")
       .required()
       .completes(Completes::files)
       .forbid_empty();
@@ -157,6 +159,7 @@ void add_job(Command& command, std::uint64_t& job) {
 }
 
 void RenderOptions::add_to(Command& command) {
+  can_stop_ = true;
   settings_fields(SettingDeclarer(command, keys_), *given_);
   add_looks_to(command);
 }
@@ -170,7 +173,26 @@ void RenderOptions::add_without_samples_to(Command& command) {
 void RenderOptions::add_looks_to(Command& command) {
   particles_.add_to(command);
   auto_scene_.add_to(command);
+  auto_scene_.add_background_to(command);
   view_.add_to(command);
+}
+
+void RenderOptions::add_quality_to(Command& command) {
+  std::vector<std::string> names;
+  for (const Quality& quality : qualities) names.emplace_back(quality.name);
+  command
+      .option(
+          "--quality",
+          [this](const std::string& text) {
+            std::array<std::string_view, qualities.size()> known{};
+            std::ranges::transform(qualities, known.begin(), &Quality::name);
+            quality_ = &qualities.at(known_place("quality", text, known));
+          },
+          "Size and error for a purpose. draft: half as wide and high, error 0.05, denoised; good: "
+          "error 0.02; print: twice as wide and high, error 0.005. Other options win over it")
+      .words(names)
+      .type_name("NAME")
+      .group(settings_group);
 }
 
 void RenderOptions::add_size_to(Command& command, const std::string& group) {
@@ -242,8 +264,24 @@ std::optional<Sampler> RenderOptions::sampler() const {
   return keys_.contains("sampler") ? std::optional(given_->sampler) : std::nullopt;
 }
 
+bool RenderOptions::says_when_to_stop() const {
+  constexpr std::array<std::string_view, 5> stops{"samples_per_pixel", "target_error",
+                                                  "target_half_width", "time_limit", "passes"};
+  return std::ranges::any_of(stops, [this](std::string_view key) { return keys_.contains(key); });
+}
+
 Boxed<RenderSettings> RenderOptions::over(const RenderSettings& of_scene) const {
   RenderSettings settings = of_scene;
+  if (quality_ != nullptr) {
+    const auto sized = [this](std::uint32_t side) {
+      return static_cast<std::uint32_t>(
+          std::clamp<double>(std::round(side * quality_->size), 1, limits::max_image_side));
+    };
+    settings.width = sized(settings.width);
+    settings.height = sized(settings.height);
+    settings.target_error = quality_->error;
+  }
+  if (says_when_to_stop()) settings.target_error = 0;
   if (print_width_ && !has_size()) {
     const double share = static_cast<double>(*print_width_) / settings.width;
     settings.height = static_cast<std::uint32_t>(

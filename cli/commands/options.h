@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -58,6 +59,16 @@ inline constexpr const char* farm_group = "Farm";
 /// Heading for options that need a file of particles.
 inline constexpr const char* particles_group = "For files of particles";
 
+/// A size and an error for a purpose, of --quality.
+struct Quality {
+  std::string_view name;
+  double size;           ///< width and height relative to those of the scene
+  double error;          ///< target error; see RenderSettings
+  bool denoise = false;  ///< denoise the picture if the command can do that
+};
+inline constexpr std::array<Quality, 3> qualities{
+    {{"draft", 0.5, 0.05, true}, {"good", 1, 0.02}, {"print", 2, 0.005}}};
+
 /// How a scene is rendered. An option that is absent leaves the scene's value, except as over()
 /// says.
 class RenderOptions {
@@ -76,6 +87,14 @@ class RenderOptions {
   void print_width(std::optional<std::uint32_t> width) { print_width_ = width; }
   /// Declares all options except the number of samples, for commands that determine it.
   void add_without_samples_to(Command& command);
+  /// Declares --quality, for commands that render.
+  void add_quality_to(Command& command);
+  /// Returns the quality that is given. Null: none.
+  [[nodiscard]] const Quality* quality() const { return quality_; }
+  /// Returns whether the options can say when a render stops.
+  [[nodiscard]] bool can_stop() const { return can_stop_; }
+  /// Returns whether an option gives the target error.
+  [[nodiscard]] bool has_target_error() const { return keys_.contains("target_error"); }
   /// Declares --like, after add_to(), for commands that render.
   void add_like_to(Command& command);
   /// Returns the picture of --like. Empty: none.
@@ -98,12 +117,14 @@ class RenderOptions {
   [[nodiscard]] std::string as_given() const;
   /// Returns the scene's settings, replaced by the options that are given. With a target or a time
   /// limit and without --spp, the samples per pixel have no limit but the largest possible number.
+  /// An option that says when to stop replaces the target error of `of_scene` and --quality.
   /// Without --adaptive, the picture is adaptive if it has a limit or a list of passes. Throws
   /// InputError, which names the options, if the result is impossible.
   [[nodiscard]] Boxed<RenderSettings> over(const RenderSettings& of_scene) const;
 
  private:
   void add_looks_to(Command& command);
+  [[nodiscard]] bool says_when_to_stop() const;
 
   ViewOptions view_;
   std::string like_;
@@ -112,6 +133,8 @@ class RenderOptions {
   std::optional<std::uint32_t> print_width_;
   Boxed<RenderSettings> given_;
   std::set<std::string_view> keys_;  ///< keys of the given settings
+  const Quality* quality_ = nullptr;
+  bool can_stop_ = false;
   ParticleOptions particles_;
   AutoSceneOptions auto_scene_;
 };

@@ -35,27 +35,50 @@ bool is_set_flag(const T& /*value of an option*/) {
 
 void ParticleOptions::add_to(Command& command) {
   particle_fields(
-      [&](const Setting& setting, const auto& rule, auto& value) {
+      [&]<typename Rule>(const Setting& setting, const Rule& rule, auto& value) {
         if (setting.help == nullptr) return;
-        Option option = add_setting(command, setting, rule, value, [this, key = setting.key] {
-          if (!is_given(key)) keys_.emplace_back(key);
+        const auto note = [this, key = setting.key] {
+          if (std::ranges::find(keys_, key) == keys_.end()) keys_.emplace_back(key);
           check_material(given_.look.material);
-        });
-        option.group(particles_group);
+        };
+        const auto declare = [&] {
+          if constexpr (std::is_same_v<Rule, Representations>) {
+            return command
+                .option(
+                    option_of(setting),
+                    [this, note](const std::string& text) {
+                      begin_representation(text);
+                      note();
+                    },
+                    setting.help)
+                .type_name(setting.value);
+          } else {
+            return add_setting(command, setting, rule, value, note);
+          }
+        };
+        Option option = declare();
+        option.group(particles_group).in_order();
         if (setting.is(traits::special)) option.special();
       },
       given_);
 }
 
-bool ParticleOptions::is_given(std::string_view key) const {
-  return std::ranges::find(keys_, key) != keys_.end();
+void ParticleOptions::begin_representation(const std::string& select) {
+  if (given_.shows.size() == max_representations) {
+    throw InputError("more than " + std::to_string(max_representations) +
+                     " representations: use fewer");
+  }
+  Representation next{select_from(select)};
+  (given_.shows.empty() ? base_ : given_.shows.back().look) = std::exchange(given_.look, {});
+  given_.shows.push_back(std::move(next));
 }
 
 void ParticleOptions::check_unused(const std::string& file) const {
   std::string given;
   particle_fields(
       [&](const Setting& setting, const auto& /*rule*/, const auto& value) {
-        if (is_given(setting.key) || is_set_flag(value)) given += " " + option_of(setting);
+        const bool is_given = std::ranges::find(keys_, setting.key) != keys_.end();
+        if (is_given || is_set_flag(value)) given += " " + option_of(setting);
       },
       given_);
   if (given.empty()) return;
@@ -65,13 +88,13 @@ void ParticleOptions::check_unused(const std::string& file) const {
       "for particle files");
 }
 
-ParticleSource ParticleOptions::over(ParticleSource source) const {
-  particle_fields(
-      [&](const Setting& setting, const auto& /*rule*/, const auto& from, auto& to) {
-        if (is_given(setting.key) || is_set_flag(from)) to = from;
-      },
-      given_, source);
-  if (const auto problem = problem_with(source.look.coloring)) {
+ParticleSource ParticleOptions::source() const {
+  ParticleSource source = given_;
+  if (!source.shows.empty()) {
+    source.shows.back().look = source.look;
+    source.look = base_;
+  }
+  if (const auto problem = problem_with(source)) {
     throw InputError("--" + problem->key + " " + problem->text);
   }
   return source;

@@ -9,21 +9,22 @@
 
 namespace parray::commands {
 
-/// Options that select, colour and scale the particles of a file. An option that is absent leaves
-/// the source as it is.
+/// Options that select, colour and scale the particles of a file.
 class ParticleOptions {
  public:
   /// Declares the options. The object must not move while the command line is parsed.
   void add_to(Command& command);
   /// Throws InputError that names the options given: the scene `file` is not a particle file.
   void check_unused(const std::string& file) const;
-  /// Lays the options over `source`. Throws InputError if options exclude each other.
-  [[nodiscard]] ParticleSource over(ParticleSource source) const;
+  /// Returns the source that the options describe, without a file. Throws InputError if options
+  /// exclude each other.
+  [[nodiscard]] ParticleSource source() const;
 
  private:
-  [[nodiscard]] bool is_given(std::string_view key) const;
+  void begin_representation(const std::string& select);
 
-  ParticleSource given_;
+  ParticleSource given_;                ///< its look collects the options after the last --show
+  ParticleLook base_;                   ///< the options before the first --show
   std::vector<std::string_view> keys_;  ///< keys of the options given
 };
 

@@ -4,8 +4,11 @@
 #include <iostream>
 
 #include "cli/commands/setting_options.h"
+#include "cli/output/picture/image_file.h"
+#include "cli/output/picture/transparency.h"
 #include "cli/output/postprocess/depth_cue.h"
 #include "cli/output/postprocess/outline.h"
+#include "cli/output/recipe.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -110,6 +113,18 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
   if (postprocessing.depth_cue > 0) steps.push_back(depth_cue_step(seen));
   if (width > 0) steps.push_back(outline_step(seen, width));
   outputs.finishing.insert(outputs.finishing.begin(), steps.begin(), steps.end());
+}
+
+void add_background(OutputPaths& outputs, const Vec3d& color) {
+  if (can_hold_channels(outputs.image)) {
+    throw InputError(
+        "--background: an EXR file stores the traced values: write a .png, or use --transparent on "
+        "and choose the background later");
+  }
+  const PostprocessStep step{background_step, {}, [color](ShownPicture& picture) {
+                               put_on_background(picture.image, picture.alpha, color);
+                             }};
+  outputs.finishing.insert(outputs.finishing.begin(), step);
 }
 
 void warn_of_missing_postprocessing(const Postprocessing& postprocessing, const std::string& name,

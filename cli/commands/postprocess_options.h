@@ -38,6 +38,10 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
                         const SceneFile& file, const std::shared_ptr<const Scene>& scene,
                         const RenderSettings& settings);
 
+/// Adds the colour of the background, linear RGB, as the first step of `outputs.finishing`. The
+/// picture must be transparent. Throws InputError for an EXR picture.
+void add_background(OutputPaths& outputs, const Vec3d& color);
+
 /// Warns on stderr that the picture of the job `name` will have no outlines and no depth cue, if
 /// `postprocessing` asks for them, because they need the scene. `remedy`: how to get them.
 void warn_of_missing_postprocessing(const Postprocessing& postprocessing, const std::string& name,

@@ -93,10 +93,12 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options, const 
 }
 
 /// Requests the samples that the denoiser needs, and applies a target error to the denoised
-/// picture. Throws InputError if that is impossible.
-void ask_for_denoising(RenderSettings& settings, RenderMode mode) {
+/// picture. A target error that no option gives (`usual`) stays that of the picture before
+/// denoising if the mode can do no better. Throws InputError if that is impossible.
+void ask_for_denoising(RenderSettings& settings, RenderMode mode, bool usual) {
   settings.replicates = true;
-  settings.target_denoised = settings.target_error > 0 && settings.passes.empty();
+  settings.target_denoised = settings.target_error > 0 && settings.passes.empty() &&
+                             !(usual && !can_have(mode, Feature::denoised_target));
   if (!settings.target_denoised) return;
   require(mode, Feature::denoised_target, "--target-error with --denoise");
   if (settings.target_half_width > 0) {
@@ -112,14 +114,20 @@ OutputPaths outputs_of(const RenderRequest& request, const LoadedSubmission& loa
   OutputPaths outputs = request.output.paths(request.following);
   outputs.notes = notes_json(loaded.rest.particle_files);
   outputs.transparent = loaded.rest.transparent;
+  const Quality* const quality = request.render.quality();
+  const bool may_denoise = !outputs.image.empty() && submission.settings->samples_per_pixel >= 2 &&
+                           can_have(request.mode, Feature::denoising);
+  outputs.denoise = outputs.denoise || (quality != nullptr && quality->denoise && may_denoise);
   outputs.original = {printable(request.render.like(), 4096), loaded.original_sha256};
-  if (outputs.transparent && !outputs.image.empty() && !can_hold_alpha(outputs.image)) {
+  if (outputs.transparent && !loaded.rest.background && !outputs.image.empty() &&
+      !can_hold_alpha(outputs.image)) {
     throw InputError(outputs.image.string() +
                      ": JPEG has no transparency: write .png, .tif, .jp2 or .exr");
   }
   add_labels(outputs, request.output.labels(), loaded.rest, submission.settings);
   add_postprocessing(outputs, request.output.postprocessing(), loaded.rest, submission.scene,
                      submission.settings);
+  if (loaded.rest.background) add_background(outputs, *loaded.rest.background);
   return outputs;
 }
 
@@ -182,6 +190,14 @@ void check_request(const RenderRequest& request) {
   check(!outputs.error_map.empty(), Feature::error_map, "--error-map");
   check(outputs.denoise, Feature::denoising, "--denoise");
   check(request.render.view().transparent(false), Feature::transparency, "--transparent");
+  if (request.render.auto_scene().background()) {
+    check(true, Feature::transparency, "--background");
+    if (request.render.view().transparent(false)) {
+      throw InputError(
+          "--background and --transparent exclude each other: a transparent picture has no "
+          "background");
+    }
+  }
   check_given(request.output.labels().first_given(), Feature::labels);
   check_given(request.output.postprocessing().first_given(), Feature::postprocessing);
   check(!outputs.preview.empty(), Feature::preview, "--preview");
@@ -208,7 +224,9 @@ PreparedRender prepare(const RenderRequest& request) {
   }
   if (traces_here(request.mode)) check_isa(settings.isa);
   settings.progressive = request.following.shows_picture();
-  if (outputs.denoise) ask_for_denoising(settings, request.mode);
+  if (outputs.denoise) {
+    ask_for_denoising(settings, request.mode, !request.render.has_target_error());
+  }
   ExtraChannels extra =
       extra_channels(outputs, settings, submission.scene, static_cast<int>(request.threads));
   return {std::move(submission), std::move(outputs), std::move(extra)};

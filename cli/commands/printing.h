@@ -15,7 +15,8 @@ namespace parray::commands {
 /// Prints an indented JSON document. Bytes that are not UTF-8 become U+FFFD.
 void print_json(const nlohmann::json& document);
 
-/// Prints the facts of a job, one per line, or its map as JSON.
+/// Prints the job map of PROTOCOL.md: as JSON, or as one fact per line, followed by its frames and
+/// events.
 void print_job(const nlohmann::json& map, bool as_json);
 
 /// Prints one line on stderr if duplicate spheres were removed from a scene.
@@ -35,11 +36,12 @@ nlohmann::json notes_json(const std::vector<ParticleFile>& files);
 /// Returns the path of a file for messages, or "standard input".
 std::string name_of(const ParticleFile& file);
 
-/// Return the progress of a job, "43 %", and its remaining time, "12 s". Empty: unknown.
+/// Returns the progress of a job, rounded down: "43 %".
 std::string progress_cell(const JobStatus& job);
+/// Returns the remaining time of a job, "12 s". Returns "" if it is unknown or the job has ended.
 std::string left_cell(const JobStatus& job);
-/// Returns the RMSE of a job that has ended. For a running job, returns its present error and its
-/// target: "error 0.021 of 0.01". Empty: unknown.
+/// Returns the RMSE of a job that has ended, "0.0098", or "" if it is unknown. For another job,
+/// returns target_text(): "error 0.021 of 0.01", or "" without a target.
 std::string error_cell(const JobStatus& job);
 
 /// Joins words into a line that a POSIX shell splits into the same words.

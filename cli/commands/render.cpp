@@ -176,10 +176,10 @@ int write_sheet(const Views& views, const OutputPaths& outputs) {
   return 1;
 }
 
-std::vector<View> views_from(const std::string& text) {
+std::vector<View> views_from(const std::string& text, AutoSceneOptions& scene) {
   std::vector<View> views;
   for (const std::string_view part : split_at(',', text)) {
-    const View view = view_from(part);
+    const View view = scene.named_view(part);
     if (std::find(views.begin(), views.end(), view) != views.end()) {
       throw InputError("'" + std::string(name_of(view)) + "' occurs twice: leave one out");
     }
@@ -249,7 +249,8 @@ int render(const RenderCommand& command) {
     return denoised_judge(extra, scene_id);
   });
   extra.accelerators = farm.accelerators();
-  if (prepared.outputs.denoise && !command.following.quiet) warn_if_denoising_does_not_pay(extra);
+  if (command.output.paths().denoise && !command.following.quiet)
+    warn_if_denoising_does_not_pay(extra);
   reserve_time(prepared, [&] { return to_seconds(clock.now() - started); });
   const auto link = farm.connect();
   Client client(*link, clock, embedded_client(farm));
@@ -271,6 +272,7 @@ void add_render(CommandLine& line, Action& chosen) {
   const auto options = std::make_shared<RenderCommand>();
   add_scene(command, options->scene);
   options->render.add_to(command);
+  options->render.add_quality_to(command);
   options->render.add_like_to(command);
   constexpr std::uint32_t most_threads = 4096;  // the protocol's
   add_whole_number(
@@ -280,7 +282,10 @@ void add_render(CommandLine& line, Action& chosen) {
       .group(work_group);
   command
       .option(
-          "--views", [options](const std::string& text) { options->views = views_from(text); },
+          "--views",
+          [options](const std::string& text) {
+            options->views = views_from(text, options->render.auto_scene());
+          },
           "Draw several views, such as front,top,iso, in one PNG picture: up to three side by "
           "side, more in rows. --width and --height are the size of one view")
       .words(view_words(), true)
@@ -302,6 +307,8 @@ void add_render(CommandLine& line, Action& chosen) {
       "parray render scenes/particles/helix.pdb -o views.png --views front,top,iso "
       "--style publication",
       "shows three sides, for a paper: white background, outlines");
+  command.example("parray render scenes/particles/helix.pdb -o helix.png --quality draft",
+                  "a small, denoised picture in a moment; print is large and exact");
   command.example("parray render scenes/glass.json -o glass.exr --target-error 0.01",
                   "stops when the error is at most 0.01 (RMSE, linear radiance)");
   command.example("parray render scenes/glass.json -o glass.png --time-limit 10 --denoise",

@@ -19,18 +19,19 @@ namespace parray::commands {
 
 /// Returns whether the option of a setting is rarely needed: only `help COMMAND --all` shows it.
 inline bool rarely_needed(const Setting& setting) {
-  constexpr std::array<std::string_view, 13> keys = {
+  constexpr std::array<std::string_view, 14> keys = {
       "max_depth", "sampler",   "precision", "target_half_width", "adaptive",
       "outline",   "depth_cue", "unit",      "time_stamp",        "cell",
-      "text",      "font_size", "dpi"};
+      "text",      "font_size", "dpi",       "legend_title"};
   return setting.is(traits::special) || std::ranges::count(keys, setting.key) > 0;
 }
 
-/// Parses the text of a setting by its rule. Throws InputError if the rule does not allow it.
+/// Parses the text of a setting by its rule. Returns a value, or the index of a word in Words.
+/// Throws InputError if the rule does not allow the text.
 std::uint64_t value_of(IntegerRange range, const std::string& text);
 bool value_of(OnOff rule, const std::string& text);
 std::vector<std::uint64_t> value_of(Passes rule, const std::string& text);
-/// \n becomes a new line.
+/// Replaces each backslash with a following n by a line break.
 std::string value_of(LabelText rule, const std::string& text);
 inline double value_of(NumberRange range, const std::string& text) {
   return real_number(text, range);
@@ -69,7 +70,8 @@ void describe_values(const Rule& /*any other rule*/, Option& option) {
   option.type_name("X");
 }
 
-/// Declares the option of a setting. If the user gives it, it sets `value` and calls `note`.
+/// Declares the option of a setting. If the user gives it, it sets `value` and calls `note`. The
+/// option of a Flag sets `value` to true and does not call `note`.
 template <typename Rule, typename T>
 Option add_setting(
     Command& command, const Setting& setting, const Rule& rule, T& value,

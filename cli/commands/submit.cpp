@@ -89,6 +89,7 @@ void add_submit(CommandLine& line, Action& chosen) {
   const auto options = std::make_shared<SubmitCommand>();
   add_scene(command, options->scene);
   options->render.add_to(command);
+  options->render.add_quality_to(command);
   options->render.add_like_to(command);
   options->output.add_to(command, false);
   options->output.add_aov_to(command);

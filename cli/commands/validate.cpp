@@ -99,10 +99,16 @@ std::string composition_of(const json& report) {
   return "";
 }
 
-/// Returns the range of a property: "3.1 to 40, missing for 12".
+/// Returns the unit with a blank before it. Returns "" for an unknown unit.
+std::string unit_text(const json& report) {
+  const std::string unit = report.value("unit", "");
+  return unit.empty() ? "" : " " + printable(unit);
+}
+
+/// Returns the range of a property: "3.1 to 40 m/s, missing for 12".
 std::string range_text(const json& range) {
   const std::uint64_t missing = range["missing"];
-  return number(range["low"]) + " to " + number(range["high"]) +
+  return number(range["low"]) + " to " + number(range["high"]) + unit_text(range) +
          (missing > 0 ? ", missing for " + std::to_string(missing) : "");
 }
 
@@ -146,7 +152,7 @@ void add_space(const json& report, Lines& lines) {
     text += (i == 0 ? "" : ", ") + std::string(axes.at(i)) + number(box["low"][i]) + " to " +
             number(box["high"][i]);
   }
-  lines.emplace_back("positions", text);
+  lines.emplace_back("positions", text + unit_text(report));
 }
 
 /// Returns the report of a file of particles as JSON; cli/REFERENCE.md lists the keys. `particles`:
@@ -164,12 +170,14 @@ json particle_report(const ParticleFile& file, const Particles& particles) {
                  {"properties", json::object()},
                  {"notes", notes_json(file.facts.notes)}};
   if (facts.time) report["time"] = *facts.time;
+  if (!facts.length_unit.empty()) report["unit"] = facts.length_unit;
   add_names(summary, report);
   if (particles.cell) report["cell"] = cell_json(*particles.cell);
   for (const NumberRangeSeen& range : summary.numbers) {
     report["properties"][range.name] = {{"low", optional_json(range.low)},
                                         {"high", optional_json(range.high)},
                                         {"missing", range.missing}};
+    if (!range.unit.empty()) report["properties"][range.name]["unit"] = range.unit;
   }
   return report;
 }
@@ -261,6 +269,7 @@ json facts_of(const ValidateCommand& command) {
           {"width", settings.width},
           {"height", settings.height},
           {"samples_per_pixel", settings.samples_per_pixel},
+          {"target_error", settings.target_error},
           {"max_depth", settings.max_depth},
           {"seed", settings.seed},
           {"sampler", name_of(settings.sampler)},
@@ -322,13 +331,18 @@ std::string spheres_text(const json& f) {
          (f["format"] == "particles" ? "; two of them are surroundings" : "");
 }
 
+/// Returns the number of samples, or the error at which a render of the scene stops.
+std::string accuracy_text(const json& f) {
+  if (f["target_error"] > 0) return "up to an error of " + number(f["target_error"]);
+  return counted(f["samples_per_pixel"], "sample") + " each";
+}
+
 Lines lines_of_scene(const json& f) {
   const bool any = f["spheres"] > 0;
   return {
-      {"picture", count(f["width"]) + " x " + count(f["height"]) + " pixels, " +
-                      counted(f["samples_per_pixel"], "sample") + " each, depth " +
-                      count(f["max_depth"]) + ", seed " + count(f["seed"]) + ", sampler " +
-                      f["sampler"].get<std::string>()},
+      {"picture", count(f["width"]) + " x " + count(f["height"]) + " pixels, " + accuracy_text(f) +
+                      ", depth " + count(f["max_depth"]) + ", seed " + count(f["seed"]) +
+                      ", sampler " + f["sampler"].get<std::string>()},
       {"spheres", spheres_text(f)},
       {"left out", counted(f["duplicates_removed"], "duplicate")},
       {"materials", count(f["materials"])},

@@ -99,7 +99,7 @@ std::string CheckpointedJob::amount_text() const {
     return formatted("%.1f", 100 * share_done(s, state, 0)) + " %";
   }
   return formatted("%.1f", static_cast<double>(state.samples) / s.width / s.height) +
-         " samples a pixel";
+         " samples per pixel";
 }
 
 void CheckpointedJob::keep_picture(const Picture& picture) {

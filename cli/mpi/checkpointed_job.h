@@ -33,7 +33,7 @@ class CheckpointedJob {
   /// Returns a new copy of the scene, made from its bytes.
   [[nodiscard]] std::shared_ptr<const Scene> copy_scene() const;
   /// Returns the finished work as text: "43.1 %". For a picture in passes, whose number is unknown:
-  /// "57.3 samples a pixel". Call it only after the first pass has begun.
+  /// "57.3 samples per pixel". Call it only after the first pass has begun.
   [[nodiscard]] std::string amount_text() const;
 
   /// Marks the job as done. In a directory that the user has named, replaces its rows by picture

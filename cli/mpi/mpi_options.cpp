@@ -29,6 +29,7 @@ MpiMode mpi_mode_from(std::string_view name) {
 void MpiOptions::add_to(Command& command) {
   add_scene(command, scene);
   render.add_to(command);
+  render.add_quality_to(command);
   render.add_like_to(command);
   const auto number = [&](const char* name, std::uint64_t least, std::uint64_t most,
                           std::uint32_t& target, const char* description) {

@@ -39,6 +39,8 @@ bool samples_differ(const nlohmann::json& report);
 
 /// Key of the postprocessing steps in a PNG file.
 inline constexpr const char* finished_key = "parray:finished";
+/// Name of the step that puts a transparent picture on a background, before all others.
+inline constexpr const char* background_step = "background";
 
 /// Returns the metadata of a picture: its recipe, its hashes and its error, from the report.
 ImageMetadata recipe_metadata(const Picture& picture);

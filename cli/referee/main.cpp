@@ -7,12 +7,14 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <ctime>
 #include <memory>
 #include <new>
 #include <optional>
 #include <string>
+#include <system_error>
 
 #include "common/base/error.h"
 #include "common/math/float_mode.h"
@@ -34,9 +36,15 @@ constexpr Program program = {"parray-referee",
 
 constexpr int socket_of_the_coordinator = STDIN_FILENO;
 
-void limit(decltype(RLIMIT_AS) what, rlim_t value) {
+/// Sets a limit of this process. `name` is the name of the limit, for people.
+void limit(decltype(RLIMIT_AS) what, const char* name, rlim_t value) {
   const rlimit wanted{value, value};
-  if (setrlimit(what, &wanted) != 0) throw RunError("a limit of this process cannot be set");
+  if (setrlimit(what, &wanted) != 0) {
+    throw RunError("limiting the " + std::string(name) + " of this process to " +
+                   std::to_string(value) + " bytes failed (" +
+                   std::generic_category().message(errno) +
+                   "): raise the coordinator's hard limit (ulimit -H -v)");
+  }
 }
 
 /// Ends this process with the coordinator, sets the lowest priority, and limits the address space
@@ -46,9 +54,9 @@ void confine([[maybe_unused]] std::uint64_t memory) {
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   constexpr int lowest = 19;
   setpriority(PRIO_PROCESS, 0, lowest);
-  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_CORE, "core file", 0);
 #ifndef PARRAY_SANITIZED  // the shadow memory of sanitizers needs a huge address space
-  limit(RLIMIT_AS, memory);
+  limit(RLIMIT_AS, "address space", memory);
 #endif
 }
 

@@ -92,6 +92,11 @@ Option& Option::required(bool is_required) {
   return *this;
 }
 
+Option& Option::in_order() {
+  option_->trigger_on_parse();
+  return *this;
+}
+
 Option& Option::type_name(const std::string& name) {
   option_->type_name(name);
   text_->value = name;

@@ -42,6 +42,9 @@ class Option {
   Option& environment(const std::string& name);
   /// Makes a second use an error.
   Option& only_once();
+  /// Reads the value when the parser meets the option, so that it can depend on the options before
+  /// it. Other options are read when the whole command line is parsed.
+  Option& in_order();
   /// Allows several uses, with one value each.
   Option& one_value_each();
   /// Refuses an empty value, which would read as "not given".

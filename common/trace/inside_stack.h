@@ -18,19 +18,21 @@ namespace parray::trace {
 template <typename Real>
 class InsideStack {
  public:
-  /// Begins a path in free space, inside the given spheres.
+  /// Begins a path that stands on no surface. `inside` lists the spheres that contain its origin.
   void start(const std::vector<std::uint32_t>& inside) {
     inside_.assign(inside.begin(), inside.end());
     surface_ = no_sphere;
   }
 
-  /// Puts the path on a sphere's surface, at its outward unit normal.
+  /// Puts the path on a sphere's surface, at the point with this outward unit normal. Does not
+  /// change the spheres that the path is inside of.
   void stand_on(std::uint32_t sphere, const Vec3<Real>& normal) {
     surface_ = sphere;
     normal_ = normal;
   }
 
-  /// Moves the path through the surface of `sphere`: out of it if `leaving`, otherwise into it.
+  /// Moves the path through the surface of `sphere`: out of it if `leaving`, otherwise into it. A
+  /// path that leaves must be inside of the sphere.
   void cross(std::uint32_t sphere, bool leaving) {
     if (leaving) {
       inside_.erase(std::find(inside_.begin(), inside_.end(), sphere));
@@ -39,8 +41,10 @@ class InsideStack {
     }
   }
 
+  /// Returns the spheres that the path is inside of, in the order in which it entered them.
   [[nodiscard]] const std::vector<std::uint32_t>& inside() const { return inside_; }
   [[nodiscard]] bool stands_on(std::uint32_t sphere) const { return sphere == surface_; }
+  /// Returns the normal of the last stand_on(). Has no meaning before that.
   [[nodiscard]] const Vec3<Real>& normal() const { return normal_; }
 
   /// Returns whether the path cannot enter a sphere. That is so if the path is inside already, or

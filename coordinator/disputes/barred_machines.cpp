@@ -79,7 +79,7 @@ void DisputeDesk::restore_worker_notes() {
     quarantines_ = QuarantineLedger::from_json(notes.at("quarantines"));
     fault_findings_ = FaultFindings::from_json(notes.at("convictions"));
   } catch (const json::exception& error) {
-    throw RunError(std::string("the state's note of workers is damaged: ") + error.what());
+    throw damaged_worker_note(error.what());
   }
 }
 

@@ -42,4 +42,10 @@ FaultFindings FaultFindings::from_json(const json& list) {
   return fault_findings;
 }
 
+RunError damaged_worker_note(std::string_view why) {
+  return RunError(
+      "the state's note \"workers\" (drained workers and faulty machines) is damaged: " +
+      std::string(why) + ": put the state back from a backup");
+}
+
 }  // namespace parray::coordinator

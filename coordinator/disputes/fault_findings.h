@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "common/base/error.h"
 #include "common/rooms.h"
 
 namespace parray::coordinator {
@@ -38,5 +40,9 @@ class FaultFindings {
  private:
   std::vector<FaultFinding> list_;  ///< by number
 };
+
+/// Returns the error that the state's note "workers", which contains the findings, is not valid.
+/// `why` says what is wrong with it.
+RunError damaged_worker_note(std::string_view why);
 
 }  // namespace parray::coordinator

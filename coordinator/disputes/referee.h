@@ -16,20 +16,22 @@ class Referee {
  public:
   /// Cells to trace.
   struct Question {
-    std::uint64_t id = 0;
-    std::string scene;  ///< scene_identity()
+    std::uint64_t id = 0;  ///< from 1; the answer has the same
+    std::string scene;     ///< scene_identity()
     ScenePayload payload;
     Boxed<RenderSettings> settings;
     CellBatch cells;
-    std::uint64_t memory = 0;  ///< bytes that the referee may use
+    /// Bytes for scene and tree. RefereeProcess applies them when a question starts the process;
+    /// later questions to the same process do not change its limit.
+    std::uint64_t memory = 0;
   };
   /// The traced cells, or the reason why there are none.
   struct Answer {
-    std::uint64_t id = 0;
-    std::string failure;  ///< why the cells were not traced; empty: they were
+    std::uint64_t id = 0;  ///< id of the question; 0: see forget()
+    std::string failure;   ///< why the cells were not traced; empty: they were
     CellsPayload cells;
     double seconds = 0;        ///< processor time of building and tracing
-    std::uint64_t memory = 0;  ///< bytes that the referee uses now
+    std::uint64_t memory = 0;  ///< bytes that the referee uses now; 0: unknown, or it has ended
   };
 
   Referee() = default;
@@ -41,8 +43,9 @@ class Referee {
   virtual void ask(Question question) = 0;
   /// Returns the answers that have arrived since the last call.
   virtual std::vector<Answer> take_answers() = 0;
-  /// Cancels the current question and frees the referee's memory. Later, an answer with the id 0
-  /// may report the processor time that the cancelled question took.
+  /// Cancels the current question, discards answers that were not taken, and frees the referee's
+  /// memory. Later, an answer with the id 0 may report the processor time that the cancelled
+  /// question took.
   virtual void forget() = 0;
 };
 

@@ -163,8 +163,8 @@ void RefereeDesk::ask_next(Time now, std::uint64_t memory_left) {
   }
   if (entry->content.memory > memory_left) {
     fail(now, entry,
-         "it needs about " + mebibytes(entry->content.memory) + " of memory, and --memory leaves " +
-             mebibytes(memory_left));
+         "the scene needs about " + mebibytes(entry->content.memory) +
+             " of memory, and --memory leaves " + mebibytes(memory_left) + ": raise --memory");
     return;
   }
   entry->asked = first_run(entry->content.cells, entry->content.cells_at_once);

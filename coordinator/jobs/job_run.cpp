@@ -161,7 +161,7 @@ void JobRun::retract_faulty(double at) {
       retract(one, at);
     }
   } catch (const json::exception& error) {
-    throw RunError(std::string("the state's note of workers is damaged: ") + error.what());
+    throw damaged_worker_note(error.what());
   }
 }
 

@@ -39,7 +39,7 @@ void Coordinator::dispatch(Time now, const PeerId& peer, M& m) {
     clients_.on(now, peer, m);
   } else {
     ++farm_.tally.malformed;
-    farm_.warnings.warn(now, "dropped a message of a kind that coordinators do not handle");
+    farm_.warnings.warn(now, "dropped a message that is not meant for coordinators");
   }
 }
 

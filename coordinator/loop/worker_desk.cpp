@@ -29,8 +29,8 @@ std::string WorkerDesk::refusal_of(const msg::Hello& hello) const {
            std::to_string(trace_version) + ": install the same release on both";
   }
   if (hello.fingerprint != farm_.options.fingerprint) {
-    return "its built-in test picture differs from this coordinator's: build both from the same "
-           "sources, without fast-math, or test that machine's memory";
+    return "the worker's built-in test picture differs from the coordinator's: build both from the "
+           "same sources, without fast-math, or test the memory of the worker's machine";
   }
   return {};
 }

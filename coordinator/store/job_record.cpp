@@ -128,11 +128,13 @@ void check(const JobRecord& job) {
   const std::uint64_t most = pixel_count(job.settings) * limits::max_samples_per_pixel;
   for (const std::uint64_t samples : job.passes) {
     if (samples == 0 || samples > most) {
-      throw RunError("a pass cannot have " + std::to_string(samples) + " samples");
+      throw RunError("a pass has " + std::to_string(samples) + " samples, but must have 1 to " +
+                     std::to_string(most));
     }
   }
   if (!(job.share >= least_share && job.share <= largest_share)) {
-    throw RunError("a user cannot have a share of " + std::to_string(job.share));
+    throw RunError("the user's share is " + std::to_string(job.share) + ", but must be from " +
+                   std::to_string(least_share) + " to " + std::to_string(largest_share));
   }
 }
 

@@ -272,7 +272,7 @@ Json Match::result() const {
 void print_head() {
   std::printf(
       "%s, one core; compiler %s; Embree %s, ParRay %s\n"
-      "300 x 200 pixels, depth 10, %u samples a pixel in calls of a row x %u; medians of %zu "
+      "300 x 200 pixels, depth 10, %u samples per pixel in calls of a row x %u; medians of %zu "
       "rounds\n"
       "of turns of about %.1f s. Ratio: ParRay to the faster of two Embree variants, single rays\n"
       "(rtcIntersect1) and packets (rtcIntersect16; 8 under AVX2), and its range. Apart: how far "

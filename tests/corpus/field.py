@@ -12,7 +12,7 @@ import gemmi
 import MDAnalysis
 import numpy
 import plyfile
-from MDAnalysis.coordinates import DCD, INPCRD, TRJ, TRR, XTC
+from MDAnalysis.coordinates import DCD, GSD, INPCRD, TRJ, TRR, XTC
 from MDAnalysis.guesser.default_guesser import DefaultGuesser
 from rdkit import Chem, RDLogger
 
@@ -165,6 +165,11 @@ def ase_cif(path):
     return facts
 
 
+def ase_poscar(path):
+    kind = "vasp-xdatcar" if "configuration=" in head(path) else "vasp"
+    return of_atoms("ASE", ase.io.read(str(path), index=":", format=kind))
+
+
 def ase_dump(path):
     """Reads with ASE, which treats type numbers as elements if the file has no names."""
     text = head(path, 100_000)
@@ -294,6 +299,8 @@ READERS = {
     "trr": (lambda p: of_trajectory(TRR.TRRReader, p),),
     "rst7": (lambda p: of_trajectory(INPCRD.INPReader, p),),
     "netcdf": (lambda p: of_trajectory(TRJ.NCDFReader, p),),
+    "gsd": (lambda p: of_trajectory(GSD.GSDReader, p),),
+    "poscar": (ase_poscar,),
 }
 
 

@@ -9,7 +9,7 @@ BY_ENDING = {
     "pdb": "pdb", "pdb1": "pdb", "ent": "pdb", "gro": "gro", "pqr": "pqr", "pdbqt": "pdbqt", "mol2": "mol2",
     "sdf": "sdf", "sd": "sdf", "mol": "mol", "xyz": "xyz", "extxyz": "xyz", "lammpstrj": "dump", "dump": "dump",
     "data": "data", "data2": "data", "ply": "ply", "dcd": "dcd", "xtc": "xtc", "trr": "trr", "nc": "netcdf", "rst7": "rst7", "ncdf": "netcdf",
-    "cif": "cif", "pdbx": "cif"}
+    "cif": "cif", "pdbx": "cif", "vasp": "poscar", "poscar": "poscar"}
 UNPACKERS = {b"\x1f\x8b": gzip.decompress, b"BZh": bz2.decompress}  # by the first bytes of a file
 ENDINGS = (".gz", ".bz2")
 
@@ -39,6 +39,8 @@ def kind_of(path, text):
         ending = "dump"
     elif name.name.startswith("data."):
         ending = "data"
+    elif name.name.upper().startswith(("POSCAR", "CONTCAR", "XDATCAR")):
+        ending = "poscar"
     kind = BY_ENDING.get(ending, ending)
     if kind in ("data", "dump") and text.startswith("ITEM:"):
         return "local" if "\nITEM: ENTRIES" in text[:4096] else "dump"

@@ -8,11 +8,11 @@ import re
 VERDICTS = ("same", "told", "differs", "refused alone", "refused by both", "read alone")
 ACCEPTED = 0.98  # of the files that the programs read
 OURS = ("pdb", "mmcif", "chem_comp", "cif", "gro", "pqr", "pdbqt", "mol2", "sdf", "mol", "xyz", "dump", "data", "ply",
-        "dcd", "xtc", "trr", "netcdf", "rst7")
+        "dcd", "xtc", "trr", "netcdf", "rst7", "poscar", "gsd")
 # Words that a refusal must contain, by the extension of formats that ParRay does not read.
-FOREIGN = {"arc": "Tinker|BIOSYM", "txyz": "Tinker", "crd": "CHARMM", "dms": "SQLite", "g96": "GROM", "gsd": "GSD",
+FOREIGN = {"arc": "Tinker|BIOSYM", "txyz": "Tinker", "crd": "CHARMM", "dms": "SQLite", "g96": "GROM",
            "h5md": "HDF5", "mmtf": "MMTF|MessagePack", "tng": "TNG", "bcif": "BinaryCIF|MessagePack",
-           "mdcrd": "AMBER", "inpcrd": "AMBER", "": "of DL_POLY|VASP", "cfg": "AtomEye", "yaml": "YAML", "bin": "LAMMPS",
+           "mdcrd": "AMBER", "inpcrd": "AMBER", "": "of DL_POLY", "cfg": "AtomEye", "yaml": "YAML", "bin": "LAMMPS",
            "restart": "LAMMPS", "local": "LAMMPS"}
 PROGRAMS = ("gemmi", "ase", "MDAnalysis", "rdkit", "plyfile", "lammps")
 RESULTS = """# The corpus: results

@@ -139,7 +139,7 @@ int run(int argc, char** argv) {
     return 2;
   }
   samples -= samples % batches;
-  std::printf("%u pixels wide, %u samples a pixel; %u paths followed\n\n", width, samples, paths);
+  std::printf("%u pixels wide, %u samples per pixel; %u paths followed\n\n", width, samples, paths);
   std::puts(
       "| scene | auto | f32: paths alike | f32 - f64 | mixed: paths alike | mixed - f64 | noise |");
   std::puts("|---|---|---|---|---|---|---|");

@@ -15,14 +15,13 @@ struct Format {
   char letter;
   const char* file;
 };
-constexpr std::array<Format, 20> formats{
+constexpr std::array<Format, 22> formats{
     {{'n', "f"},  // the bytes say all
-     {'y', "f.ply"},  {'v', "f.csv"},    {'x', "f.xyz"},   {'l', "f.dump"},
-     {'p', "f.pdb"},  {'m', "f.cif"},    {'q', "f.pdbqt"}, {'r', "f.pqr"},
-     {'g', "f.gro"},  {'s', "f.sdf"},    {'2', "f.mol2"},
-
-     {'D', "f.dcd"},  {'T', "f.xtc"},    {'R', "f.trr"},   {'C', "f.nc"},
-     {'A', "f.data"}, {'I', "f.inpcrd"}, {'S', "f.psf"},   {'O', "f.prmtop"}}};
+     {'y', "f.ply"},   {'v', "f.csv"},   {'x', "f.xyz"},  {'l', "f.dump"},   {'p', "f.pdb"},
+     {'m', "f.cif"},   {'q', "f.pdbqt"}, {'r', "f.pqr"},  {'g', "f.gro"},    {'s', "f.sdf"},
+     {'2', "f.mol2"},  {'V', "f.vasp"},  {'G', "f.gsd"},  {'D', "f.dcd"},    {'T', "f.xtc"},
+     {'R', "f.trr"},   {'C', "f.nc"},    {'A', "f.data"}, {'I', "f.inpcrd"}, {'S', "f.psf"},
+     {'O', "f.prmtop"}}};
 
 /// Of any letter, so that none is in vain.
 const char* file_for(char letter) {
@@ -101,6 +100,11 @@ std::vector<std::string> seeds() {
   files.push_back("x2\n\nC 0 0 0\n8 1 2 3 4\n");
   files.push_back("v# c\nx y z r g b\n1 2 3 255 128 0\n\n4 5 6 0 0 0\n");
   files.push_back("v\"x\";y;z;type\n1;2;3;\"a;b\"\n");
+  files.push_back("v# x [m] y [m] z [m] r_mm\n1 2 3 50\n4 5 6 50\n");
+  files.push_back("vx y z v\nm m m m/s\n1,5 2 3 4\n");
+  files.push_back("n1,5;2;3;7\n4;5;6;8\n");
+  files.push_back("n2\n0 0 0 9 255 0 7\n1 1 1 8 0 255 6\n");
+  files.push_back("n,0,1,2\n0,1.5,2,3\n");
   files.push_back("lITEM: NUMBER OF ATOMS\n1\nITEM: ATOMS x y z radius type\n1 2 3 0.5 Fe\n");
   files.push_back(
       "yply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\n"

@@ -47,7 +47,8 @@ LABEL_OPTIONS = ["--legend", "--scale-bar", "--unit", "--time-stamp", "--cell", 
 FINISHING_OPTIONS = ["--outline", "--depth-cue"]
 PARTICLE_OPTIONS = ["--frame", "--topology", "--alternatives", "--crystal", "--replicate", "--wrap", "--whole", "--center",
                     "--material", "--radius", "--select", "--slice", "--hide",
-                    "--color-by", "--colormap", "--range", "--view", "--style", "--projection"]
+                    "--color-by", "--colormap", "--range", "--color-scale", "--radius-by", "--show",
+                    "--view", "--style", "--projection"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
     "render": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + [

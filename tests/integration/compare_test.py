@@ -72,9 +72,9 @@ class Compare(unittest.TestCase):
         self.assertEqual((result.returncode, result.stderr), (1 if warnings else 0, warnings))
         return result.stdout
 
-    def left_out(self, image, count, here, there):
-        return (f"parray: warning: {image}: {count} left out: not finite in this picture ({here}) or in the "
-                f"reference ({there})\n")
+    def left_out(self, image, count, here, there, both):
+        return (f"parray: warning: {image}: {count} left out, because not finite: {here} in this picture, "
+                f"{there} in the reference, {both} in both\n")
 
     def refused(self, *arguments, mentions):
         before = {path: path.read_bytes() for path in self.directory.iterdir() if path.is_file()}
@@ -130,7 +130,7 @@ class Compare(unittest.TestCase):
         self.exr("minus-zero.exr", [(-0.0, 0, 0)] * 12)
         self.exr("nan.exr", [(math.nan, 0, 0)] * 12)
         same = self.compared(self.path("nan.exr"), self.path("nan.exr"), warnings=self.left_out(
-            self.path("nan.exr"), "12 pixels", 12, 12))["images"][0]
+            self.path("nan.exr"), "12 pixels", 12, 12, 12))["images"][0]
         self.assertTrue(same["identical"])
         self.assertIsNone(same["mse"])
         zeros = self.compared(self.path("zero.exr"), self.path("zero.exr"), self.path("minus-zero.exr"))
@@ -146,7 +146,7 @@ class Compare(unittest.TestCase):
         reference = list(GREY)
         reference[5] = (-math.inf, 0, 0)
         image = self.exr("a.exr", pixels)
-        warning = self.left_out(image, "2 pixels", 2, 1)
+        warning = self.left_out(image, "2 pixels", 2, 1, 1)
         facts = self.compared(self.exr("r.exr", reference), image, warnings=warning)
         one = facts["images"][0]
         self.assertEqual(facts["reference"]["nonfinite_pixels"], 1)
@@ -157,7 +157,7 @@ class Compare(unittest.TestCase):
             self.assertTrue(0 < one[name] < 1)
         self.text(self.path("r.exr"), image, warnings=warning)
         nothing = self.exr("nothing.exr", [(math.inf, 0, 0)] * 12)
-        warning = self.left_out(nothing, "12 pixels", 12, 0)
+        warning = self.left_out(nothing, "12 pixels", 12, 0, 0)
         one = self.compared(self.reference, nothing, warnings=warning)["images"][0]
         for name in ("mse", "bias", "max", "x", "y", "flip", "hdr_flip"):
             self.assertIsNone(one[name], name)

@@ -174,7 +174,7 @@ TEST_CASE("workers of another protocol, trace version or arithmetic are refused 
   CHECK(refusal({protocol_version, "w", "w", 1, 1, trace_version + 1, "same"})
             .find("trace version") == 0);
   CHECK(refusal({protocol_version, "w", "w", 1, 1, trace_version, "other"})
-            .find("its built-in test picture differs") == 0);
+            .find("the worker's built-in test picture differs") == 0);
 }
 
 TEST_CASE("the coordinator asks an unknown worker to identify itself") {

@@ -99,7 +99,7 @@ class Denoise(CliTest):
         scenes = SOURCE / "scenes" / "regression"
         options = ["-o", self.path("a.png"), "--width", "300", "--height", "200", "--spp", "8", "--denoise"]
         result = run("render", scenes / "ball-lens.json", *options)
-        self.assertRegex(result.stderr, r"parray: --denoise is not expected to pay: 8 samples a pixel, denoised, have an "
+        self.assertRegex(result.stderr, r"parray: --denoise is not expected to pay: 8 samples per pixel, denoised, have an "
                                         r"error of about 0\.0\d+; in the same time \d+ samples without --denoise have 0\.0\d+\n")
         self.assertEqual(result.returncode, 0, result.stderr)
         for more in (scenes / "coated-ball.json",), (scenes / "ball-lens.json", "-q"):

@@ -121,6 +121,18 @@ class Particles(FileTest):
         self.assertEqual((file["types"], file["type_count"]), ({"a": 1, "b": 2}, 2))
         self.assertNotIn("elements", file)
 
+    def test_units_and_guessed_columns_of_a_table_are_told(self):
+        table = self.put("a.csv", "x [m],y [m],z [m],speed [m/s]\n0,0,0,1\n1,0,0,2\n")
+        file, = self.facts(table)["particle_files"]
+        self.assertEqual(file["unit"], "m")
+        self.assertEqual(file["properties"]["speed"], {"low": 1, "high": 2, "missing": 0, "unit": "m/s"})
+        text = run("validate", table).stdout
+        self.assertRegex(text, r"positions +x 0 to 1, y 0 to 0, z 0 to 0 m\n")
+        self.assertRegex(text, r"speed +1 to 2 m/s\n")
+        file, = self.facts(self.put("b.xyz", "0 0 0 0.5\n1 1 1 0.25\n"))["particle_files"]
+        self.assertEqual(file["notes"], [{"key": "guessed_columns", "count": 2, "text": "particles in a table "
+                                          "without names of columns, read as x, y, z, radius"}])
+
     def test_a_scene_tells_of_each_file_that_it_names(self):
         self.put("mesh.ply", MESH)
         scene = self.put("s.json", json.dumps({**SCENE, "particles": [{"file": "mesh.ply", "radius": 1, "material": "gold"},

@@ -39,8 +39,8 @@ class Labels(CliTest):
             self.assertEqual({**entry, **expected}, entry)
 
     def test_what_is_drawn_changes_the_png_alone_and_not_the_hash_of_what_was_traced(self):
-        plain = self.render(name="plain.png")
-        report = self.render("--legend", "--scale-bar", "--text", "water")
+        plain = self.render(name="plain.png", scene=self.scene)
+        report = self.render("--legend", "--scale-bar", "--text", "water", scene=self.scene)
         self.assertEqual(report["image_sha256"], plain["image_sha256"])
         self.assertNotEqual(self.pixels("a.png"), self.pixels("plain.png"))
         texts = read_text(self.path("a.png"))
@@ -55,6 +55,23 @@ class Labels(CliTest):
         self.check_legends(json.loads(read_attributes(self.path("a.exr"))["parray:legends"]))
         self.path("bare.json").write_text(json.dumps(SCENE))
         self.assertNotIn("legends", self.render(scene=self.path("bare.json")))
+
+    def test_the_camera_of_a_bare_file_makes_room_for_labels_and_that_of_a_scene_stays(self):
+        plain = self.render("--view", "front")
+        large = ["--legend", "--font-size", "20", "--view", "front"]
+        self.assertNotEqual(self.render(*large)["scene_sha256"], plain["scene_sha256"])
+        self.assertEqual(self.render(*large)["scene_sha256"], self.render(*large, name="b.png")["scene_sha256"])
+        self.assertEqual(self.render("--legend", scene=self.scene)["scene_sha256"],
+                         self.render(scene=self.scene)["scene_sha256"])
+
+    def test_a_title_of_the_user_names_the_legend_in_picture_and_files(self):
+        self.assertEqual(self.render("--legend", "--legend-title", "Atoms")["legends"][0]["title"], "Atoms")
+        titled = self.pixels("a.png")
+        self.render("--legend")
+        self.assertNotEqual(self.pixels("a.png"), titled)
+        self.before = self.files()
+        self.refused("render", self.atoms, "-o", self.path("c.png"), "--legend-title", "Atoms",
+                     mentions="--legend-title has no effect without a legend: add --legend")
 
     def test_a_width_in_print_decides_the_pixels_and_is_in_the_file(self):
         for options, width, dpi in ((["--width-mm", "42"], 496, 300),

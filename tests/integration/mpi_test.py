@@ -235,7 +235,7 @@ class Passes(MpiCase):
             time.sleep(0.7)  # long enough for the others to come to the end of a pass
             os.kill(stopped, signal.SIGCONT)
             self.check_passes(job.finish(), self.expected_passes)
-            self.assertRegex(job.text(), r"parray-mpi: continuing from [0-9.]+ samples a pixel in ")
+            self.assertRegex(job.text(), r"parray-mpi: continuing from [0-9.]+ samples per pixel in ")
         self.assertGreater(kept_passes(in_farm), 1)
         with Farm("--state", in_farm) as farm:
             farm.start_worker("w1", threads=2)
@@ -269,7 +269,7 @@ class Passes(MpiCase):
             os.kill(job.rank_pid(2), signal.SIGSTOP)
             self.assertNotEqual(job.wait(), 0)
             self.assertRegex(job.text(),
-                             r"parray-mpi: no rank has made progress for .*; [0-9.]+ samples a pixel are "
+                             r"parray-mpi: no rank has made progress for .*; [0-9.]+ samples per pixel are "
                              "kept in ")
         with MpiRun(2, SCENE, *self.one_pass, *SAFE, "--state", self.state) as job:
             job.finish()

@@ -307,8 +307,8 @@ class Pictures(ParticlesTest):
         tall = self.render(self.path("atoms.xyz"), "--width", "20", "--height", "60", "--spp", "1")
         self.assertNotEqual(tall["scene_sha256"], report["scene_sha256"])
         facts = self.facts(self.path("atoms.xyz"))
-        self.assertEqual((facts["width"], facts["height"], facts["samples_per_pixel"],
-                          facts["max_depth"]), (1200, 900, 256, 10))
+        self.assertEqual((facts["width"], facts["height"], facts["target_error"], facts["max_depth"]),
+                         (1200, 900, 0.02, 10))
 
     def test_a_farm_renders_the_same_bits_and_never_sees_the_file(self):
         expected = self.render(self.path("atoms.xyz"), *SMALL)

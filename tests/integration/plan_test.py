@@ -172,7 +172,7 @@ class Plan(unittest.TestCase):
         self.refused(["--error 1e-09", "32-bit numbers", "or more"], "--error", 1e-9)
 
     def test_an_error_that_takes_too_many_samples_is_refused(self):
-        self.refused(["--error 1e-06", "16777216 samples a pixel", "or more"], "--error", 1e-6)
+        self.refused(["--error 1e-06", "16777216 samples per pixel", "or more"], "--error", 1e-6)
 
     def test_a_time_too_short_for_anything_is_refused(self):
         # However fast the machine, so many pixels take longer.

@@ -45,6 +45,7 @@ template <typename T>
 json leaf(const TextRule<T>& /*rule*/) {
   return json::object();
 }
+json leaf(Representations /*rule*/) { return {{"type", "array"}}; }
 json leaf(HiddenClasses /*rule*/) { return {{"type", "array"}}; }
 
 template <typename Describe>

@@ -287,7 +287,7 @@ TEST_CASE("trade: the sentence says so where the scene's own settings are the an
   answer.own_seconds = 0.41;
   CHECK(sentence_of(answer) ==
         "For an RMSE of 0.005: --sampler independent --spp 78, the scene's own settings with 78 "
-        "samples a pixel (0.42 s at 100 x 50 on this machine; measured RMSE 0.0049 +- 0.0001); "
+        "samples per pixel (0.42 s at 100 x 50 on this machine; measured RMSE 0.0049 +- 0.0001); "
         "no other measured settings are faster.");
   answer.pick = row(sampled(Sampler::sobol, 38), 0.42, 0.0049);
   CHECK_FALSE(same_but_samples(answer.pick.settings, base_settings()));

@@ -223,6 +223,12 @@ class Forgeries(VerifyTest):
         document = self.verified(forged, self.scene, "--all", status=1)
         self.assertEqual([(p["x"], p["y"]) for p in document["wrong"]], [(25, 0)])
 
+    def test_an_8_bit_picture_without_its_hash_is_the_file_of_another_program(self):
+        self.rendered(name="a.png")
+        changed = self.path("changed.png")
+        forge_png(self.path("a.png"), changed, lambda pixels: None, lambda pixels: {"parray:pixels_sha256": ""})
+        self.refused_picture(changed, mentions="so another program wrote the file: verify the original file")
+
     def test_another_scene_is_refused_by_its_hash(self):
         other = self.path("other.json")
         other.write_text(json.dumps({**SCENE, "sky": {"horizon": [1, 1, 1], "zenith": [0.5, 0.7, 0.9]}}))

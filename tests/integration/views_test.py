@@ -96,6 +96,93 @@ class Refusals(ViewsTest):
                      mentions="set aperture to 0")
 
 
+class Camera(ViewsTest):
+    def test_impossible_cameras_and_colours_are_refused_with_a_remedy(self):
+        for options, mentions in (
+                (["--up", "w"], "--up: 'w' is not a direction: write x, y, z"),
+                (["--up", "0,0,0"], "is not a direction"),
+                (["--azimuth", "361"], "--azimuth: '361' is not a number from -360 to 360"),
+                (["--elevation", "-91"], "--elevation: '-91' is not a number from -90 to 90"),
+                (["--zoom", "0"], "--zoom: '0' is not a number from 0.1 to 100"),
+                (["--view", "iso", "--elevation", "80"], "view iso would turn over the top"),
+                (["--view", "+x", "--up", "y"], "name a side with --view"),
+                (["--views", "+x,top", "--up", "y"], "name a side with --view"),
+                (["--background", "blueish"], "'blueish' is not a colour: write white, black, grey, or a code"),
+                (["--background", "#12345g"], "is not a colour"),
+                (["--background", "white", "--transparent", "on"], "exclude each other")):
+            self.refused("render", self.atoms, "-o", self.path("a.png"), *options, mentions=mentions)
+        self.refused("render", self.atoms, "-o", self.path("a.exr"), "--background", "white",
+                     mentions="--background: an EXR file stores")
+        self.scene.write_text(json.dumps(SCENE))
+        self.before = self.files()
+        for option in (["--up", "y"], ["--azimuth", "3"], ["--elevation", "3"], ["--zoom", "2"],
+                       ["--background", "black"]):
+            self.refused("render", self.scene, "-o", self.path("a.png"), *option, mentions=option[0] + ": ")
+
+    def test_up_turns_the_scene_and_a_scene_file_keeps_the_camera(self):
+        camera = self.converted(self.atoms, "--view", "front", "--up", "y")["camera"]
+        self.assertEqual(camera["up"], [0, 1, 0])
+        self.assertGreater(camera["look_from"][2], camera["look_at"][2])
+        options = ["--up=-x", "--azimuth=-30", "--elevation", "25", "--zoom", "1.5", "--style", "flat"]
+        portrait = self.render("a.png", *options)
+        self.converted(self.atoms, *options, "--width", "40", "--height", "30")
+        self.assertEqual(self.render("b.png", scene=self.path("out.json"))["scene_sha256"], portrait["scene_sha256"])
+
+    def test_a_background_is_exact_and_the_picture_is_checked_against_its_own_hash(self):
+        for name in ("a.png", "a.tif"):
+            self.render(name, "--background", "#1e90ff", "--style", "night", "--legend", "--font-size", "3")
+        width, height, pixels = read_rgb(self.path("a.png"))
+        self.assertEqual(pixels[:3], b"\x1e\x90\xff")
+        self.assertEqual(read_text(self.path("a.png"))["parray:finished"], "background, depth-cue, legend")
+        result = run("verify", self.path("a.png"))
+        self.assertEqual(result.returncode, 0, result.stdout)
+        plain = self.render("b.png", "--transparent", "on", "--style", "night", "--legend", "--font-size", "3")
+        again = self.render("c.jpg", "--background", "black", "--style", "night", "--legend", "--font-size", "3")
+        self.assertEqual(again["image_sha256"], plain["image_sha256"])
+
+
+class Quality(ViewsTest):
+    def report(self, *options, scene=None):
+        result = run("render", scene or self.atoms, "-o", self.path("q.png"), "--report", self.path("q.json"), "-q",
+                     *options)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        return json.loads(self.path("q.json").read_text())
+
+    def test_a_bare_file_stops_at_an_error_unless_an_option_says_when(self):
+        size = ["--width", "40", "--height", "30"]
+        report = self.report(*size)
+        self.assertEqual((report["target_error"], report["stopped_by"]), (0.02, "error"))
+        self.assertEqual(self.report(*size, "--spp", "6")["samples_per_pixel"], 6)
+        self.assertEqual(self.report(*size, "--spp", "6")["target_error"], 0)
+        self.assertEqual(self.report(*size, "--target-error", "0.1")["target_error"], 0.1)
+        limited = self.report(*size, "--time-limit", "0.5")
+        self.assertEqual((limited["target_error"], limited["time_limit"]), (0, 0.5))
+
+    def test_a_scene_file_keeps_its_samples(self):
+        self.scene.write_text(json.dumps(SCENE))
+        report = self.report(scene=self.scene)
+        self.assertEqual(report["target_error"], 0)
+        self.assertEqual(report["stopped_by"], "samples")
+
+    def test_a_quality_sets_size_error_and_denoising_and_options_win(self):
+        self.scene.write_text(json.dumps(SCENE))
+        usual = self.report(scene=self.scene)
+        for name, size, error in (("draft", 0.5, 0.05), ("good", 1, 0.02), ("print", 2, 0.005)):
+            report = self.report("--quality", name, scene=self.scene)
+            self.assertEqual((report["width"], report["height"], report["target_error"]),
+                             (round(usual["width"] * size), round(usual["height"] * size), error))
+            self.assertEqual("denoised" in report, name == "draft")
+        report = self.report("--quality", "draft", "--spp", "5", "--width", "24")
+        self.assertEqual((report["width"], report["height"], report["samples_per_pixel"], report["target_error"]),
+                         (24, 450, 5, 0))
+        self.assertNotIn("denoised", self.report("--quality", "draft", "--spp", "1", "--width", "24"))
+        self.before = self.files()
+        self.refused("render", self.atoms, "-o", self.path("a.png"), "--quality", "best",
+                     mentions="--quality: unknown quality 'best': known: draft, good, print")
+        self.refused("render", self.atoms, "-o", self.path("a.png"), "--quality", "good", "--like", self.path("q.png"),
+                     mentions="--quality and --like exclude each other")
+
+
 class Portraits(ViewsTest):
     def test_scenes_of_all_styles_and_views_follow_the_schema(self):
         schema = json.loads((SCENES / "schema/scene.v1.schema.json").read_text())

@@ -43,6 +43,13 @@ inline std::map<std::string, std::string> valid_molecule_files() {
        "# c\n@<TRIPOS>MOLECULE\nfirst\n 2 0 1\nSMALL\nUSER_CHARGES\n\n@<TRIPOS>ATOM\n"
        "1 CA 1.0 0.0 0.0 C.ar 1 ALA12 -0.5\n2 X1 2.0 0.0 0.0 ca 2 LIG 0.25\n@<TRIPOS>CRYSIN\n"
        "10 20 30 90 90 90 1 1\n@<TRIPOS>MOLECULE\nsecond\n@<TRIPOS>ATOM\n1 BR 7 0 0 Br\n"},
+      {"a.vasp",
+       "salt\n1.5\n2 0 0\n0 4 0\n1 0 8\nNa_pv Cl Qq\n1 1 1\nSelective dynamics\nDirect\n"
+       "0 0 0 T T F\n0.5 0.25 0.5 F F F\n0.1 0.2 0.3 T T T\n\n0.5 0 0\n0 0.5 0\n0 0 -0.5\n"},
+      {"b.vasp", "NaCl\n-100\n2 0 0\n0 4 0\n1 0 8\n1 1 ! counts\nCartesian\n0 0 0 Na\n1 2 3 Cl\n"},
+      {"c.vasp",
+       "gas\n1 2 3\n2 0 0\n0 4 0\n1 0 8\nAr\n1\nDirect configuration=     1\n0 0 0\n"
+       "gas\n2\n2 0 0\n0 4 0\n1 0 8\nAr\n1\nDirect configuration=     2\n0.5 0.5 0.5\n"},
       {"b.cif",
        "data_a\n_cell_length_a 4.0(1)\n_cell_length_b 5\n_cell_length_c 6\n_cell_angle_alpha 90\n"
        "_cell_angle_beta 91\n_cell_angle_gamma 90\nloop_\n_symmetry_equiv_pos_as_xyz\n'x,y,z'\n"

@@ -11,6 +11,7 @@
 #include "common/math/vec.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
+#include "tests/support/sample_gsd.h"
 
 /// Small binary trajectory files, written according to the descriptions of their formats.
 namespace parray::test {
@@ -233,7 +234,9 @@ inline std::map<std::string, std::string> valid_simulation_files() {
           {"a.trr", trr_frame<float>(one, 0) + trr_frame<double>(two, 1)},
           {"a.nc", amber_netcdf({one, two})},
           {"a.data", lammps_data()},
-          {"a.inpcrd", inpcrd()}};
+          {"a.inpcrd", inpcrd()},
+          {"a.gsd", sample_gsd()},
+          {"b.gsd", sample_gsd(1)}};
 }
 
 }  // namespace parray::test

@@ -6,22 +6,24 @@
 
 namespace parray::compare {
 
-/// The verification picture of the seed program's report (its equation 1 and figure 11):
-/// V = sum of |R - F| over pictures F, for each channel of each pixel of linear RGB.
+/// The sum of the differences between pictures F and a reference picture R: V = sum of |R - F|, for
+/// each channel of each pixel in linear RGB. It is the verification picture (equation 1, figure 11)
+/// in the report of the seed program. ParRay started from that program.
 ///
-/// Equal non-finite values in both count as no difference; a NaN in one of them counts as 1.
+/// Equal infinities, and NaN in both R and F, count as 0. NaN in one of them counts as 1. Other
+/// infinite differences make V infinite.
 class DifferenceImage {
  public:
   /// `reference` is R; it must outlive this object.
   explicit DifferenceImage(const Image& reference);
 
-  /// Adds a picture F of the size of R.
+  /// Adds a picture F, which must have the size of R.
   void add(const Image& image);
 
-  /// Largest value of V: 0 if all pictures are equal.
+  /// Returns the largest value of V: 0 if all pictures equal R.
   [[nodiscard]] float largest() const;
 
-  /// Returns white minus V in linear RGB: 1 where all pictures are equal, darker for larger
+  /// Returns white minus V in linear RGB: 1 where all pictures equal R, darker for larger
   /// differences, black where V is 1 or more. V is not scaled, so two such pictures can be
   /// compared.
   [[nodiscard]] Image drawn() const;

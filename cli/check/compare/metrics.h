@@ -43,6 +43,10 @@ struct ErrorMetrics {
   std::size_t nonfinite_in_image = 0;      ///< pixels of F with one
   std::size_t excluded = 0;                ///< pixels with one in R or F
 
+  /// Returns the number of pixels with an infinity or a NaN in R and in F.
+  [[nodiscard]] std::size_t nonfinite_in_both() const {
+    return nonfinite_in_reference + nonfinite_in_image - excluded;
+  }
   /// False if every pixel was left out: then the errors are NaN and there is no worst pixel.
   [[nodiscard]] bool any() const { return compared > 0; }
   std::size_t compared = 0;  ///< pixels that were not left out

@@ -14,14 +14,15 @@ namespace parray::doctor {
 std::filesystem::path program_directory();
 
 struct MpiTrial {
-  std::optional<std::filesystem::path> mpirun;
+  std::optional<std::filesystem::path> mpirun;  ///< nothing: there is none in PATH
   std::filesystem::path parray_mpi;
   std::filesystem::path directory;  ///< for the scene, the picture and the output
   std::string image_sha256;         ///< of the correct picture
-  Time limit = seconds(30);
+  Time limit = seconds(30);         ///< longest duration of mpirun
 };
 
-/// Renders doctor_scene() with two ranks. Skipped without mpirun or parray-mpi.
+/// Renders doctor_scene() with two ranks. Skipped without mpirun or parray-mpi. Fails if mpirun
+/// fails or the picture differs. Warns if the ranks exchanged data without a window.
 CheckResult check_mpi_trial(const MpiTrial& trial);
 
 }  // namespace parray::doctor

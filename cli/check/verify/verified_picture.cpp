@@ -68,15 +68,17 @@ VerifiedPicture read_verified_picture(const std::string& file, bool traced) {
   picture.recipe = recipe_in(picture.file.metadata, picture.name);
   if (!picture.file.high_dynamic_range && picture.recipe.pixels_sha256.empty()) {
     throw InputError(picture.name +
-                     ": its recipe has no pixels_sha256, because it was converted from an EXR "
-                     "picture: verify the EXR picture");
+                     ": the recipe in the file has no pixels_sha256, so another program wrote the "
+                     "file: verify the original file");
   }
   if (!picture.recipe.finished.empty() && traced) {
     throw InputError(picture.name + ": " + printable(picture.recipe.finished) +
                      " was drawn on it after tracing: verify the EXR picture, or leave the scene "
                      "out");
   }
-  if (!picture.recipe.transparent_sha256.empty()) take_alpha(picture);
+  // Postprocessing may have put a transparent picture on a background.
+  const bool on_background = picture.recipe.finished.starts_with(background_step);
+  if (!picture.recipe.transparent_sha256.empty() && !on_background) take_alpha(picture);
   if (!picture.recipe.denoised_sha256.empty()) take_raw(picture);
   return picture;
 }

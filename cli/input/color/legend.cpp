@@ -18,6 +18,7 @@ ordered_json json_of(const Legend& legend) {
   if (!legend.stops.empty()) {
     out["low"] = legend.low;
     out["high"] = legend.high;
+    if (legend.log) out["log"] = true;
     for (const Vec3d& stop : legend.stops) out["stops"].push_back(json_of(stop));
   }
   const std::size_t listed = std::min(legend.entries.size(), most_listed_entries);
@@ -32,7 +33,7 @@ ordered_json json_of(const Legend& legend) {
 /// Returns whether two legends have the same title and the same scale.
 bool alike(const Legend& a, const Legend& b) {
   return a.title == b.title && a.unit == b.unit && a.low == b.low && a.high == b.high &&
-         a.stops == b.stops;
+         a.log == b.log && a.stops == b.stops;
 }
 
 void add_entry(std::vector<LegendEntry>& entries, LegendEntry more) {

@@ -30,6 +30,7 @@ struct Legend {
   double high = 0;
   std::vector<Vec3d> stops{};  ///< linear RGB in [0, 1]; empty: no scale
   std::vector<LegendEntry> entries{};
+  bool log = false;  ///< the scale has equal steps of the logarithm; low > 0
 
   [[nodiscard]] bool empty() const { return stops.empty() && entries.empty(); }
   friend bool operator==(const Legend&, const Legend&) = default;

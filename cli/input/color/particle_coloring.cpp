@@ -55,13 +55,32 @@ TextRange color_range_from(std::string_view text) {
   throw InputError("'" + printable(text) + "'" + range_remedy);
 }
 
+std::optional<NumberScale> number_scale_from(std::string_view text) {
+  if (const auto place = place_in(number_scale_words, text))
+    return static_cast<NumberScale>(*place);
+  throw InputError("unknown colour scale '" + printable(text) +
+                   "': " + remedy_for_name(text, number_scale_words));
+}
+
+std::string text_of(const std::optional<NumberScale>& scale) {
+  return scale ? std::string(number_scale_words[static_cast<std::size_t>(*scale)]) : std::string();
+}
+
 std::optional<ColoringProblem> problem_with(const ParticleColoring& coloring) {
-  const char* const key = coloring.map ? "colormap" : (coloring.range.open() ? nullptr : "range");
+  const char* const key = coloring.map             ? "colormap"
+                          : !coloring.range.open() ? "range"
+                          : coloring.scale         ? "color_scale"
+                                                   : nullptr;
   if (key == nullptr) return {};
   if (coloring.empty()) return ColoringProblem{key, "has no effect without color_by: add color_by"};
-  if (!is_category(coloring.by)) return {};
-  return ColoringProblem{key, "works only with numbers, and '" + printable(coloring.by) +
-                                  "' is not a number: leave it out"};
+  if (is_category(coloring.by)) {
+    return ColoringProblem{key, "works only with numbers, and '" + printable(coloring.by) +
+                                    "' is not a number: leave it out"};
+  }
+  if (coloring.scale == NumberScale::categories && (coloring.map || !coloring.range.open())) {
+    return ColoringProblem{key, "has no effect on categories: leave it out"};
+  }
+  return {};
 }
 
 std::set<std::string, std::less<>> numbers_of(const ParticleColoring& coloring) {

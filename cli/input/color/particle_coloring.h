@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,12 +12,22 @@
 
 namespace parray::input {
 
+/// How numbers get colours.
+enum class NumberScale : std::uint8_t {
+  linear,     ///< in equal steps of the number
+  log,        ///< in equal steps of its logarithm; numbers that are not above 0 count as unknown
+  categories  ///< each number has a colour of its own
+};
+/// Words for NumberScale, in the order of the enumeration.
+inline constexpr std::array<std::string_view, 3> number_scale_words{"linear", "log", "categories"};
+
 /// What the colours of particles mean. By default, they mean nothing.
 struct ParticleColoring {
   std::string by;                 ///< one of color_by_words, or the name of a number; empty: none
   std::optional<ColorMap> map{};  ///< colour map for numbers; not given: viridis
   TextRange
       range{};  ///< numbers at the ends of the map; percent: of the particles shown; open: all
+  std::optional<NumberScale> scale{};  ///< not given: linear
 
   [[nodiscard]] bool empty() const { return by.empty(); }
   friend bool operator==(const ParticleColoring&, const ParticleColoring&) = default;
@@ -30,8 +41,11 @@ inline constexpr std::array<std::string_view, 5> color_by_words{"element", "type
 std::string color_by_from(std::string_view text);
 std::optional<ColorMap> color_map_from(std::string_view text);
 TextRange color_range_from(std::string_view text);
+std::optional<NumberScale> number_scale_from(std::string_view text);
 /// Returns the text that color_map_from() parses to `map`. Returns "" if no map is chosen.
 std::string text_of(const std::optional<ColorMap>& map);
+/// Returns the text that number_scale_from() parses to `scale`. Returns "" if no scale is chosen.
+std::string text_of(const std::optional<NumberScale>& scale);
 
 /// A contradiction between the members, and the member that is wrong.
 struct ColoringProblem {

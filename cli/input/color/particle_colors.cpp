@@ -5,11 +5,13 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <numeric>
 
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/residues.h"
+#include "cli/input/scene_file/label_settings.h"
 #include "cli/input/select/columns.h"
 #include "cli/input/select/selection.h"
 #include "cli/output/picture/srgb.h"
@@ -79,8 +81,8 @@ ParticleColors by_element(const Particles& particles) {
                             {particles.elements.begin(), particles.elements.end()}, reading);
 }
 
-/// The order of names in a legend: numbers by value, then texts alphabetically, then the empty
-/// name.
+/// Returns whether a name comes before another in a legend: numbers by value, then texts
+/// alphabetically, then the empty name.
 bool reads_before(const std::string& a, const std::string& b) {
   if (a.empty() != b.empty()) return b.empty();
   const std::optional<double> number_a = number_in(a);
@@ -90,18 +92,14 @@ bool reads_before(const std::string& a, const std::string& b) {
   return a < b;
 }
 
-/// Assigns colours to names in the order of the legend. So a name keeps its colour in all frames of
-/// a trajectory, even if particles change their order.
+/// Colours particles by name.
 ParticleColors by_name(std::string title, const NameColumn& column) {
-  std::vector<std::size_t> reading = as_they_come(column.names.size());
-  std::ranges::sort(reading, [&](std::size_t a, std::size_t b) {
-    return reads_before(column.names[a], column.names[b]);
-  });
-  std::vector<Category> categories(column.names.size());
-  for (std::size_t i = 0; i < reading.size(); ++i) {
-    categories[reading[i]] = {column.names[reading[i]], category_color(i)};
-  }
-  return colors_by_category(std::move(title), categories, column.index, reading);
+  const std::vector<Vec3d> colors = colors_of_names(column.names);
+  std::vector<Category> categories;
+  for (std::size_t i = 0; i < colors.size(); ++i)
+    categories.push_back({column.names[i], colors[i]});
+  return colors_by_category(std::move(title), categories, column.index,
+                            reading_order(column.names));
 }
 
 /// Colours residues by group. Each residue name without a group is a category of its own.
@@ -164,20 +162,27 @@ struct NumberBounds {
   double high = -std::numeric_limits<double>::infinity();
 
   void add(double value) {
-    if (!std::isfinite(value)) return;
     low = std::min(low, value);
     high = std::max(high, value);
   }
   [[nodiscard]] bool empty() const { return low > high; }
 };
 
-NumberBounds extent_of(const NumberSource& source, std::size_t count, int threads) {
+/// Returns whether a number has a place on the scale.
+bool is_known(double value, NumberScale scale) {
+  return std::isfinite(value) && (scale != NumberScale::log || value > 0);
+}
+
+NumberBounds extent_of(const NumberSource& source, std::size_t count, NumberScale scale,
+                       int threads) {
   const Bands bands(count, threads);
   std::vector<NumberBounds> parts(bands.count());
   bands.run([&](std::size_t band, std::size_t begin, std::size_t end) {
     NumberBounds part;
     each_block(source, begin, end, [&](std::size_t /*first*/, std::span<const double> values) {
-      for (const double value : values) part.add(value);
+      for (const double value : values) {
+        if (is_known(value, scale)) part.add(value);
+      }
     });
     parts[band] = part;
   });
@@ -189,13 +194,14 @@ NumberBounds extent_of(const NumberSource& source, std::size_t count, int thread
   return whole;
 }
 
-/// Returns a percentile of the finite numbers by nearest rank. At least one number must be finite.
-double percentile(const NumberSource& source, std::size_t count, double percent) {
+/// Returns a percentile of the known numbers by nearest rank. At least one number must be known.
+double percentile(const NumberSource& source, std::size_t count, NumberScale scale,
+                  double percent) {
   std::vector<double> finite;
   finite.reserve(count);
   each_block(source, 0, count, [&](std::size_t /*first*/, std::span<const double> values) {
     for (const double value : values) {
-      if (std::isfinite(value)) finite.push_back(value);
+      if (is_known(value, scale)) finite.push_back(value);
     }
   });
   const double rank = std::ceil(percent / 100 * static_cast<double>(finite.size()));
@@ -208,29 +214,37 @@ double percentile(const NumberSource& source, std::size_t count, double percent)
 /// Returns the numbers at the ends of the map: low < high.
 NumberBounds scale_of(const ParticleColoring& coloring, ColorMap map, const NumberSource& source,
                       std::size_t count, int threads) {
-  NumberBounds scale = extent_of(source, count, threads);
+  const NumberScale kind = coloring.scale.value_or(NumberScale::linear);
+  const bool log = kind == NumberScale::log;
+  NumberBounds scale = extent_of(source, count, kind, threads);
   if (scale.empty()) {
-    throw SourceError("color_by", "no particle has a finite " + printable(coloring.by) +
+    throw SourceError("color_by", std::string("no particle has a ") +
+                                      (log ? "positive " : "finite ") + printable(coloring.by) +
                                       ": choose another column");
   }
   const TextRange& range = coloring.range;
-  if (is_diverging(map) && range.open() && scale.low < 0 && scale.high > 0) {
+  if (is_diverging(map) && range.open() && !log && scale.low < 0 && scale.high > 0) {
     scale.high = std::max(scale.high, -scale.low);
     scale.low = -scale.high;
   }
   const auto decide = [&](const std::optional<RangeEnd>& end, double& value) {
-    if (end) value = end->percent ? percentile(source, count, end->value) : end->value;
+    if (end) value = end->percent ? percentile(source, count, kind, end->value) : end->value;
   };
   decide(range.low, scale.low);
   decide(range.high, scale.high);
+  if (log && !(scale.low > 0)) {
+    throw SourceError(
+        "range", "a logarithmic scale has no " + number_text(scale.low) + ": write an end above 0");
+  }
   if (scale.low < scale.high) return scale;
   if (scale.low > scale.high) {
     throw SourceError("range", "low (" + number_text(scale.low) + ") is above high (" +
                                    number_text(scale.high) +
                                    ") for these particles: give both ends");
   }
-  const double room = std::max(std::abs(scale.low) / 2,
-                               0.5);  // all numbers are equal: they get the middle of the map
+  // All numbers are equal: they get the middle of the map.
+  if (log) return {scale.low / 2, scale.high * 2};
+  const double room = std::max(std::abs(scale.low) / 2, 0.5);
   constexpr double most = std::numeric_limits<double>::max();
   return {std::max(scale.low - room, -most), std::min(scale.high + room, most)};
 }
@@ -242,18 +256,22 @@ struct Misfits {
 };
 
 /// Writes the level of each number of a band to `index`.
-Misfits find_levels(const NumberSource& source, const NumberBounds& scale, std::size_t begin,
-                    std::size_t end, std::vector<std::uint32_t>& index) {
+Misfits find_levels(const NumberSource& source, const NumberBounds& scale, NumberScale kind,
+                    std::size_t begin, std::size_t end, std::vector<std::uint32_t>& index) {
   Misfits misfits;
-  const double half_width = scale.high / 2 - scale.low / 2;  // half, because the width may overflow
+  const auto on_scale = [kind](double value) {
+    return kind == NumberScale::log ? std::log(value) : value;
+  };
+  const double low = on_scale(scale.low);
+  const double half_width = on_scale(scale.high) / 2 - low / 2;  // half: the width may overflow
   const auto level_of = [&](double value) -> std::size_t {
-    if (std::isnan(value)) {
+    if (std::isnan(value) || (kind == NumberScale::log && value <= 0)) {
       ++misfits.unknown;
       return unknown_level;
     }
     if (value < scale.low || value > scale.high) ++misfits.clipped;
     const double share =
-        (std::clamp(value, scale.low, scale.high) / 2 - scale.low / 2) / half_width;
+        (on_scale(std::clamp(value, scale.low, scale.high)) / 2 - low / 2) / half_width;
     return static_cast<std::size_t>(std::lround(share * (color_levels - 1)));
   };
   each_block(source, begin, end, [&](std::size_t first, std::span<const double> values) {
@@ -279,16 +297,46 @@ std::vector<Vec3d> samples_of(ColorMap map, std::size_t count) {
   return colors;
 }
 
+NumberSource source_of(const std::string& by, const Particles& particles) {
+  const std::optional<NumberSource> source = NumberSource::of(by, particles);
+  if (source) return *source;
+  if (is_number_column(by)) throw UnknownNumber(by);
+  throw SourceError("color_by", "the file has no " + printable(by) + " column");
+}
+
+/// Colours each number by itself. Throws SourceError if there are more than most_categories.
+ParticleColors colored_by_each_number(const std::string& by, const Particles& particles) {
+  constexpr std::size_t most_categories = 1000;
+  const NumberSource source = source_of(by, particles);
+  NameColumn column;
+  std::map<double, std::uint32_t> known;
+  each_block(
+      source, 0, particles.count(), [&](std::size_t /*first*/, std::span<const double> values) {
+        for (const double value : values) {
+          // An unknown number has an empty name. -0 + 0 is +0.
+          const bool is_known = std::isfinite(value);
+          const double key = is_known ? value + 0.0 : std::numeric_limits<double>::infinity();
+          const auto [entry, is_new] =
+              known.try_emplace(key, static_cast<std::uint32_t>(column.names.size()));
+          if (is_new) column.names.push_back(is_known ? number_text(key) : "");
+          if (column.names.size() > most_categories) {
+            throw SourceError("color_scale", printable(by) + " has more than " +
+                                                 std::to_string(most_categories) +
+                                                 " different numbers: use linear or log");
+          }
+          column.index.push_back(entry->second);
+        }
+      });
+  return by_name(by, column);
+}
+
 ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& particles,
                                  int threads) {
-  const std::optional<NumberSource> source = NumberSource::of(coloring.by, particles);
-  if (!source && is_number_column(coloring.by)) throw UnknownNumber(coloring.by);
-  if (!source) {
-    throw SourceError("color_by", "the file has no " + printable(coloring.by) + " column");
-  }
+  const NumberSource source = source_of(coloring.by, particles);
+  const NumberScale kind = coloring.scale.value_or(NumberScale::linear);
   const ColorMap map = coloring.map.value_or(ColorMap::viridis);
   const std::size_t count = particles.count();
-  const NumberBounds scale = scale_of(coloring, map, *source, count, threads);
+  const NumberBounds scale = scale_of(coloring, map, source, count, threads);
 
   ParticleColors colors;
   colors.palette = samples_of(map, color_levels);
@@ -297,7 +345,7 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
   const Bands bands(count, threads);
   std::vector<Misfits> parts(bands.count());
   bands.run([&](std::size_t band, std::size_t begin, std::size_t end) {
-    parts[band] = find_levels(*source, scale, begin, end, colors.index);
+    parts[band] = find_levels(source, scale, kind, begin, end, colors.index);
   });
   Misfits misfits;
   for (const Misfits& part : parts) {
@@ -306,12 +354,20 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
   }
 
   constexpr std::size_t legend_stops = 65;
-  colors.legend = {coloring.by, {}, scale.low, scale.high, samples_of(map, legend_stops), {}};
+  const std::string unit = unit_of(coloring.by, particles);
+  colors.legend = {.title = coloring.by,
+                   .unit = std::string(unit_sign(unit)),
+                   .low = scale.low,
+                   .high = scale.high,
+                   .stops = samples_of(map, legend_stops),
+                   .log = kind == NumberScale::log};
   if (misfits.unknown > 0) {
     colors.legend.entries.push_back({"not known", color_of_unknown(map), misfits.unknown});
-    particles.facts.notes.push_back({"unknown_numbers", misfits.unknown,
-                                     particles_word(misfits.unknown) + " without a known " +
-                                         printable(coloring.by) + ", in a separate colour"});
+    particles.facts.notes.push_back(
+        {"unknown_numbers", misfits.unknown,
+         particles_word(misfits.unknown) +
+             (kind == NumberScale::log ? " without a positive " : " without a known ") +
+             printable(coloring.by) + ", in a separate colour"});
   }
   if (misfits.clipped > 0) {
     particles.facts.notes.push_back({"clipped", misfits.clipped,
@@ -335,8 +391,34 @@ Vec3d category_color(std::size_t number) {
   return linear_of_srgb8({component(16), component(8), component(0)});
 }
 
+std::vector<std::size_t> reading_order(const std::vector<std::string>& names) {
+  std::vector<std::size_t> order = as_they_come(names.size());
+  std::ranges::sort(order,
+                    [&](std::size_t a, std::size_t b) { return reads_before(names[a], names[b]); });
+  return order;
+}
+
+std::vector<Vec3d> colors_of_names(const std::vector<std::string>& names) {
+  const auto number_of = [](const std::string& name) {
+    const std::optional<std::uint64_t> number = natural_in(name);
+    return number && *number <= category_color_count ? *number : 0;
+  };
+  const bool numbered =
+      std::ranges::all_of(names, [&](const std::string& name) { return number_of(name) > 0; });
+  const std::vector<std::size_t> order = reading_order(names);
+  std::vector<Vec3d> colors(names.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::string& name = names[order[i]];
+    colors[order[i]] = category_color(numbered ? number_of(name) - 1 : i);
+  }
+  return colors;
+}
+
 ParticleColors colors_of(const ParticleColoring& coloring, Particles& particles, int threads) {
   const bool category = std::ranges::find(color_by_words, coloring.by) != color_by_words.end();
+  if (coloring.scale == NumberScale::categories) {
+    return colored_by_each_number(coloring.by, particles);
+  }
   return category ? colored_by_category(coloring.by, particles)
                   : colored_by_number(coloring, particles, threads);
 }

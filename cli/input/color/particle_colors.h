@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,6 +24,16 @@ inline constexpr std::size_t category_color_count = 24;
 /// Oliveira and Fernandes ("A physiologically-based model for simulation of color vision
 /// deficiency", IEEE TVCG 15(6), 2009).
 Vec3d category_color(std::size_t number);
+
+/// Returns the numbers of the names in the order of a legend: numbers by value, then texts
+/// alphabetically, then the empty name.
+std::vector<std::size_t> reading_order(const std::vector<std::string>& names);
+
+/// Returns a colour for each of the distinct names. If all are whole numbers from 1 to
+/// category_color_count, such as types of LAMMPS, the name n has category_color(n - 1). Otherwise
+/// the names have the colours 0, 1, 2 ... in reading_order(). So colours do not depend on the order
+/// of the particles.
+std::vector<Vec3d> colors_of_names(const std::vector<std::string>& names);
 
 /// The grey of particles without a category.
 inline constexpr Vec3d no_category_color{0.5, 0.5, 0.5};

@@ -1,27 +1,33 @@
 #include <algorithm>
-#include <array>
+#include <utility>
 
 #include "cli/input/formats/format_table.h"
+#include "cli/input/formats/plain_table.h"
 #include "cli/input/formats/row_layout.h"
+#include "cli/input/formats/table_names.h"
+#include "cli/input/formats/table_rows.h"
+#include "cli/input/formats/table_shape.h"
+#include "cli/input/particles/length_unit.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/text.h"
 
 namespace parray::input {
 namespace {
 
-/// Returns the first lines that are neither blank nor comments (#).
-Fields rows_of(const FileStart& start, std::size_t most) {
+/// Returns the first two lines that are neither blank nor comments.
+Fields first_rows(const FileStart& start) {
   Fields rows;
   for (const std::string_view line : start.lines()) {
-    if (trimmed(line).empty() || trimmed(line).starts_with('#')) continue;
+    if (trimmed(line).empty() || is_table_comment(line)) continue;
     rows.push_back(line);
-    if (rows.size() == most) break;
+    if (rows.size() == 2) break;
   }
   return rows;
 }
 
-Confidence looks_like_csv(const FileStart& start) {
-  const Fields rows = rows_of(start, 2);
+/// Judges a table whose first row has names, none of them positions.
+Confidence looks_like_other_names(const FileStart& start) {
+  const Fields rows = first_rows(start);
   if (rows.empty()) return Confidence::none;
   constexpr std::string_view separators = " \t,;\"";
   const std::string header = lower_case(rows[0]);
@@ -29,214 +35,119 @@ Confidence looks_like_csv(const FileStart& start) {
   const auto has_name = [&](std::string_view name) { return std::ranges::count(names, name) > 0; };
   if (has_name("x") && has_name("y") && has_name("z")) return Confidence::likely;
   if (rows.size() < 2 || names.size() < 3) return Confidence::none;
-  const Fields fields = words_of(rows[1], separators);  // a table whose columns have other names
+  const Fields fields = words_of(rows[1], separators);
   const auto numbers = std::ranges::count_if(fields, is_number);
   return fields.size() == names.size() && numbers >= 3 ? Confidence::possible : Confidence::none;
 }
 
-using AxisNames = std::array<std::string, 3>;
-
-constexpr std::array<std::string_view, 3> axis_letters{"x", "y", "z"};
-constexpr std::array<std::string_view, 3> axis_numbers{"0", "1", "2"};
-constexpr std::array<std::string_view, 13> words_for_positions{
-    "pos",        "position", "positions", "point",    "points",   "coord",      "coords",
-    "coordinate", "center",   "centre",    "centroid", "location", "coordinates"};
-
-std::string without_unit(std::string name) {
-  for (const std::string_view brackets : {"[]", "()"}) {
-    const std::size_t open = name.rfind(brackets[0]);
-    if (open == std::string::npos || open == 0 || !name.ends_with(brackets[1])) continue;
-    name.resize(open);
-  }
-  return std::string(trimmed(name));
+Confidence looks_like_csv(const FileStart& start) {
+  if (start.has("%%MatrixMarket")) return Confidence::none;
+  const TableShape shape = table_shape(start);
+  if (shape.certain) return Confidence::likely;
+  return shape.names == TableShape::Names::header ? looks_like_other_names(start)
+                                                  : Confidence::possible;
 }
 
-/// Keeps only letters and digits: "Points:0" and "points_0" become equal.
-std::string bare(std::string_view name) {
-  std::string letters;
-  for (const char c : name) {
-    if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9')) letters += c;
+/// Gives columns without a unit the units of ECSV. `header`: the names in the file.
+void take_ecsv_units(const std::vector<std::pair<std::string, std::string>>& units,
+                     const Fields& header, TableNames& table) {
+  for (const auto& [name, unit] : units) {
+    const auto column = place_in(header, name);
+    if (column && table.units[*column].empty()) table.units[*column] = readable_unit(unit);
   }
-  return letters;
 }
 
-/// Returns the known sets of names for three axes, by preference.
-std::vector<AxisNames> ways_to_write_axes() {
-  std::vector<AxisNames> ways;
-  const auto add = [&ways](const auto& name_of) {
-    ways.push_back({name_of(std::size_t{0}), name_of(std::size_t{1}), name_of(std::size_t{2})});
-  };
-  for (const std::string_view word : words_for_positions) {
-    const std::string text(word);
-    add([&](std::size_t i) { return text + std::string(axis_letters.at(i)); });
-    add([&](std::size_t i) { return text + std::string(axis_numbers.at(i)); });
-    add([&](std::size_t i) { return std::string(axis_letters.at(i)) + text; });
-  }
-  return ways;
+/// Converts radii to the unit of the positions, if both units are known. Returns a note about it,
+/// or an empty one.
+ParticleNote convert_radii(const TableNames& table, std::string_view length, RowLayout& layout) {
+  const std::string unit = layout.radius ? table.units[*layout.radius] : "";
+  const LengthUnit* const from = length_unit(unit);
+  const LengthUnit* const to = length_unit(length);
+  if (from == nullptr || to == nullptr || from == to) return {};
+  if (from->metres == 0 || to->metres == 0) return {};
+  layout.radius_factor *= from->metres / to->metres;
+  return {"converted_radii", 0,
+          "radii converted from " + std::string(from->name) + " to " + std::string(to->name)};
 }
 
-bool has(const std::vector<std::string>& names, std::string_view name) {
-  return std::ranges::find(names, name) != names.end();
+std::vector<NumberField> number_fields(const TableNames& table, const RowLayout& layout) {
+  std::vector<NumberField> fields = other_fields(table.names, layout);
+  for (NumberField& field : fields) field.unit = table.units[field.column];
+  return fields;
 }
 
-/// Returns the column names in the form that layout_of() knows: lower case, without a unit in
-/// brackets at the end ("x [nm]", "vx (m/s)"). Renames position columns to x, y and z. Programs
-/// call them pos_x, PositionX, x_coord, Points:0 (ParaView), Position.X (OVITO) and so on. If a
-/// column is called x, y or z, it is the position.
-std::vector<std::string> csv_names(const std::vector<std::string_view>& header) {
-  std::vector<std::string> names = lower_case(header);
-  for (std::string& name : names) name = without_unit(name);
-  const auto is_there = [&names](std::string_view axis) { return has(names, axis); };
-  if (std::ranges::any_of(axis_letters, is_there)) return names;
-  std::vector<std::string> bare_names;
-  std::ranges::transform(names, std::back_inserter(bare_names), bare);
-  for (const AxisNames& way : ways_to_write_axes()) {
-    if (!std::ranges::all_of(way, [&](const auto& name) { return has(bare_names, name); })) {
-      continue;
-    }
-    for (std::size_t i = 0; i < way.size(); ++i) {
-      const auto found = std::ranges::find(bare_names, way.at(i)) - bare_names.begin();
-      names[static_cast<std::size_t>(found)] = axis_letters.at(i);
-    }
-    break;
-  }
-  return names;
-}
-
-constexpr char blank_separator = ' ';
-constexpr char quote_mark = '"';
-
-/// Splits lines at a separator. Removes quotes and blanks around fields. Fields are valid until the
-/// next line.
-class Splitter {
- public:
-  explicit Splitter(char separator) : separator_(separator) {}
-
-  void split(std::string_view line, const FilePlace& place, Fields& fields) {
-    fields.clear();
-    if (line.find(quote_mark) != std::string_view::npos) {
-      split_quoted(line, place, fields);
-    } else if (separator_ == blank_separator) {
-      split_at_blanks(line, fields);
-    } else {
-      split_plain(line, fields);
-    }
-  }
-
- private:
-  void split_plain(std::string_view line, Fields& fields) const {
-    for (;;) {
-      const std::size_t end = line.find(separator_);
-      fields.push_back(trimmed(line.substr(0, end)));
-      if (end == std::string_view::npos) return;
-      line.remove_prefix(end + 1);
-    }
-  }
-
-  /// Unquotes into text_. The size of text_ stays constant for each line, because fields point into
-  /// it.
-  void split_quoted(std::string_view line, const FilePlace& place, Fields& fields) {
-    text_.assign(line.size(), '\0');
-    std::size_t filled = 0;
-    std::string_view rest = separator_ == blank_separator ? trimmed(line) : line;
-    for (;;) {
-      skip(rest, " ");  // not tabs, because tabs may separate empty fields
-      const std::size_t start = filled;
-      if (rest.starts_with(quote_mark)) {
-        take_quoted(rest, filled, place);
-      } else {
-        const std::size_t end = std::min(end_of_field(rest), rest.size());
-        filled += trimmed(rest.substr(0, end)).copy(text_.data() + filled, end);
-        rest.remove_prefix(end);
-      }
-      fields.emplace_back(text_.data() + start, filled - start);
-      if (rest.empty()) return;
-      separator_ == blank_separator ? skip(rest, " \t") : rest.remove_prefix(1);
-    }
-  }
-
-  static void skip(std::string_view& text, std::string_view characters) {
-    text.remove_prefix(std::min(text.find_first_not_of(characters), text.size()));
-  }
-
-  std::size_t end_of_field(std::string_view rest) const {
-    return separator_ == blank_separator ? rest.find_first_of(" \t") : rest.find(separator_);
-  }
-
-  void take_quoted(std::string_view& rest, std::size_t& filled, const FilePlace& place) {
-    rest.remove_prefix(1);
-    for (;;) {
-      const std::size_t end = rest.find(quote_mark);
-      if (end == std::string_view::npos) place.fail("the quote is not closed: add '\"'");
-      filled += rest.copy(text_.data() + filled, end);
-      rest.remove_prefix(end + 1);
-      if (!rest.starts_with(quote_mark)) break;
-      text_[filled++] = quote_mark;
-      rest.remove_prefix(1);
-    }
-    const std::size_t next = std::min(end_of_field(rest), rest.size());
-    if (!trimmed(rest.substr(0, next)).empty()) {
-      place.fail("text follows the closing quote: double each quote inside a quoted field");
-    }
-    rest.remove_prefix(next);
-  }
-
-  char separator_;
-  std::string text_;
-};
-
-/// Returns the first comma, semicolon or tab outside quotes. Returns a blank if there is none.
-char separator_of(std::string_view header) {
-  bool quoted = false;
-  for (const char c : header) {
-    if (c == quote_mark) quoted = !quoted;
-    if (!quoted && (c == ',' || c == ';' || c == '\t')) return c;
-  }
-  return blank_separator;
-}
-
-bool next_row(ParticleInput& input) {
-  while (input.next_filled_line()) {
-    if (!trimmed(input.line()).starts_with('#')) return true;
-  }
-  return false;
-}
-
-/// Reads a table with one header line. layout_of() interprets the names of the columns, in any
-/// letter case. The first comma, semicolon or tab of the header is the separator; without one,
-/// blanks separate fields. Fields may be in double quotes ("" is a quote). Ignores blank lines and
-/// comments, which start with #. If any colour component is above 1, all colours are whole numbers
-/// 0 to 255 (8-bit sRGB); otherwise they are linear.
-Particles read_csv(PackedFile& file, const ParticleRequest& request) {
-  ParticleInput input(file);
-  if (!next_row(input)) {
-    input.fail("the file has no header line: add one that names the columns x, y and z");
-  }
-  Splitter splitter(separator_of(input.line()));
-  Fields row;
-  splitter.split(input.line(), input.place(), row);
-  const std::vector<std::string> names = csv_names(row);
-  RowLayout layout = layout_of(names, input.place());
-  use_diameters(names, layout);
+/// Reads rows whose columns have names. `place`: the place of the names.
+Particles read_named_table(TableRows& rows, const ParticleInput& input, TableNames table,
+                           const FilePlace& place, const ParticleRequest& request) {
+  refuse_sky_coordinates(table, place);
+  RowLayout layout = layout_of(table.names, place);
+  use_diameters(table.names, layout);
   layout.color_scale = ColorScale::either;
   layout.strict_elements = true;
+  const Fields* row = rows.next();
+  if (row != nullptr && take_units(*row, table)) row = rows.next();
+  const std::string length = unit_of_positions(table, place);
+  ParticleNote radii = convert_radii(table, length, layout);
 
   ParticleColumns columns(input.place());
-  want_numbers(other_fields(names, layout), request, layout, columns);
-  while (next_row(input)) {
-    splitter.split(input.line(), input.place(), row);
-    if (row.size() != names.size()) {
-      input.fail(std::to_string(row.size()) + " fields, but the header has " +
-                 std::to_string(names.size()) + ": use the same number");
+  want_numbers(number_fields(table, layout), request, layout, columns);
+  for (; row != nullptr; row = rows.next()) {
+    if (row->size() != table.names.size()) {
+      input.fail(std::to_string(row->size()) + " fields, but the header has " +
+                 std::to_string(table.names.size()) + ": use the same number");
     }
-    add_row(row, layout, input.place(), columns);
+    add_row(*row, layout, input.place(), columns);
   }
-  return columns.finish();
+  Particles particles = columns.finish();
+  particles.facts.length_unit = length;
+  radii.count = particles.count();
+  if (!radii.key.empty()) particles.facts.notes.push_back(std::move(radii));
+  if (rows.has_decimal_commas()) {
+    particles.facts.notes.push_back(
+        {"decimal_commas", particles.count(), "particles in a table with decimal commas"});
+  }
+  return particles;
+}
+
+Particles read_with_header(ParticleInput& input, const TableShape& shape,
+                           const ParticleRequest& request) {
+  TableRows rows(input, shape.separator);
+  if (!rows.next_line()) {
+    input.fail("the file has no header line: add one that names the columns x, y and z");
+  }
+  FieldSplitter splitter(separator_of(input.line()));
+  Fields header;
+  splitter.split(input.line(), input.place(), header);
+  if (separator_of(input.line()) == blank_separator) join_units(header);
+  TableNames table = table_names(header);
+  take_ecsv_units(shape.units, header, table);
+  const FilePlace place = input.place();
+  return read_named_table(rows, input, std::move(table), place, request);
+}
+
+/// Reads a table of text. layout_of() interprets the names of the columns, in any letter case. They
+/// are in the first row, or in a comment before it; read_plain_table() reads a table without names.
+/// The first comma, semicolon or tab of the header is the separator; without one, blanks separate
+/// fields. Fields may be in double quotes ("" is a quote). Ignores blank lines and comments, which
+/// start with #, // or %. Units stand in brackets after names, or in a row below them. Numbers may
+/// have decimal commas if the separator is not a comma. If any colour component is above 1, all
+/// colours are whole numbers 0 to 255 (8-bit sRGB); otherwise they are linear.
+Particles read_csv(PackedFile& file, const ParticleRequest& request) {
+  const TableShape shape = table_shape(file.start());
+  ParticleInput input(file);
+  if (shape.names == TableShape::Names::header) return read_with_header(input, shape, request);
+  TableRows rows(input, shape.separator);
+  if (shape.names == TableShape::Names::none) return read_plain_table(rows, input, shape, request);
+  if (shape.counted) rows.next_line();
+  const FilePlace place{file.name(), FilePlace::Unit::line, shape.line};
+  return read_named_table(rows, input, shape.comment, place, request);
 }
 
 }  // namespace
 
-constinit const ParticleFormat csv_format{
-    .name = "CSV", .extensions = {".csv"}, .confidence = looks_like_csv, .read = read_csv};
+constinit const ParticleFormat csv_format{.name = "CSV",
+                                          .extensions = {".csv", ".tsv", ".pts"},
+                                          .confidence = looks_like_csv,
+                                          .read = read_csv};
 
 }  // namespace parray::input

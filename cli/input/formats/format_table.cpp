@@ -5,17 +5,19 @@
 #include <string>
 
 #include "cli/input/formats/unsupported_formats.h"
+#include "common/base/ascii.h"
 #include "common/base/text.h"
 
 namespace parray::input {
 namespace {
 
 /// CSV is last, because every table could be CSV.
-constexpr std::array<const ParticleFormat*, 19> formats{
-    &ply_format,    &xyz_format,  &lammps_dump_format, &lammps_data_format, &dcd_format,
-    &xtc_format,    &trr_format,  &netcdf_format,      &inpcrd_format,      &psf_format,
-    &prmtop_format, &pdb_format,  &pdbqt_format,       &pqr_format,         &gro_format,
-    &sdf_format,    &mol2_format, &cif_format,         &csv_format};
+constexpr std::array<const ParticleFormat*, 21> formats{
+    &ply_format,    &xyz_format,    &lammps_dump_format, &lammps_data_format, &dcd_format,
+    &xtc_format,    &trr_format,    &netcdf_format,      &gsd_format,         &inpcrd_format,
+    &psf_format,    &prmtop_format, &pdb_format,         &pdbqt_format,       &pqr_format,
+    &poscar_format, &gro_format,    &sdf_format,         &mol2_format,        &cif_format,
+    &csv_format};
 
 struct Guess {
   const ParticleFormat* format = nullptr;
@@ -39,6 +41,14 @@ void refuse_json(const FilePlace& place, const std::string& other_json) {
   if (!other_json.empty()) place.fail("looks like " + other_json);
 }
 
+/// Returns whether `name` begins with a word of the format: "poscar", "contcar.gz", "poscar_2".
+bool has_name(const ParticleFormat& format, std::string_view name) {
+  return std::ranges::any_of(format.names, [&](std::string_view word) {
+    const bool begins = !word.empty() && name.starts_with(word);
+    return begins && (name.size() == word.size() || !ascii::is_lower(name[word.size()]));
+  });
+}
+
 std::string known_formats() {
   std::string text;
   for (const ParticleFormat* const format : formats) text += ", " + std::string(format->name);
@@ -55,7 +65,11 @@ const ParticleFormat* format_by_name(const std::filesystem::path& path) {
     return std::ranges::find(format->extensions, extension) != format->extensions.end();
   };
   const auto* const found = std::ranges::find_if(formats, has_it);
-  return extension.empty() || found == formats.end() ? nullptr : *found;
+  if (!extension.empty() && found != formats.end()) return *found;
+  const std::string name = lower_case(path.filename().string());
+  const auto* const named = std::ranges::find_if(
+      formats, [&](const ParticleFormat* format) { return has_name(*format, name); });
+  return named == formats.end() ? nullptr : *named;
 }
 
 const ParticleFormat* particle_format_of(PackedFile& file) {

@@ -16,7 +16,7 @@ namespace parray::input {
 /// How certain a recogniser is that a file has its format.
 enum class Confidence : std::uint8_t {
   none,      ///< the file has another format, or nothing indicates this one
-  possible,  ///< nothing contradicts the format; the file's name must decide
+  possible,  ///< nothing contradicts the format; the file's name may confirm it
   likely,    ///< the first lines have the shape of the format
   certain    ///< a signature that no other format has
 };
@@ -29,9 +29,11 @@ inline Confidence certain_if(bool condition) {
 struct ParticleFormat {
   std::string_view name;                       ///< for people: "LAMMPS dump"
   std::array<std::string_view, 3> extensions;  ///< lower case, with the dot; unused ones are empty
-  bool frames = false;                         ///< true: a file may contain several frames
-  /// Judges the first bytes of a file. At most one format is `likely` or better, as far as texts
-  /// are distinguishable.
+  /// Lower case beginnings of names of files without a known extension: "poscar" for "POSCAR_1".
+  std::array<std::string_view, 3> names{};
+  bool frames = false;  ///< true: a file may contain several frames
+  /// Judges the first bytes of a file. At most one format is `likely` or better, unless the text
+  /// fits several formats equally well.
   Confidence (*confidence)(const FileStart& start) = nullptr;
   /// Reads the frame that the request chooses. Throws the errors of read_particles().
   Particles (*read)(PackedFile& file, const ParticleRequest& request) = nullptr;
@@ -58,6 +60,8 @@ extern const ParticleFormat pdb_format;
 extern const ParticleFormat pdbqt_format;
 extern const ParticleFormat pqr_format;
 extern const ParticleFormat gro_format;
+extern const ParticleFormat poscar_format;
+extern const ParticleFormat gsd_format;
 extern const ParticleFormat sdf_format;
 extern const ParticleFormat mol2_format;
 extern const ParticleFormat cif_format;
@@ -66,16 +70,22 @@ extern const ParticleFormat csv_format;
 /// Returns all formats.
 std::span<const ParticleFormat* const> particle_formats();
 
-/// Returns the format with the extension of the file's name, or nullptr. Ignores the extension of a
-/// compressed file: "a.pdb.gz" is PDB.
+/// Returns the format with the extension of the file's name, or with the beginning of the name, or
+/// nullptr. Ignores the extension of a compressed file: "a.pdb.gz" is PDB.
 const ParticleFormat* format_by_name(const std::filesystem::path& path);
 
 /// Returns the format of the file by its first bytes, or nullptr for a scene. A file is a scene if
 /// its first character after blanks and a byte order mark is a brace, unless it is recognised as
-/// other JSON. A file of an unsupported format is an error. Otherwise the first of these decides: a
-/// certain format, the format of the file's name if it is possible, a likely format, the format of
-/// the name, a possible format. Throws InputError "FILE: problem: remedy" for other files and says
-/// what the file seems to be.
+/// other JSON, which is an error. For other files the first of these decides:
+/// 1. a certain format
+/// 2. the format of the file's name, if it is at least possible
+/// 3. a likely format
+/// 4. a format that ParRay recognises but does not support, which is an error
+/// 5. the format of the file's name, although its recogniser refuses the contents
+/// 6. a possible format
+///
+/// Throws InputError "FILE: problem: remedy" for empty and all other files. The problem says what
+/// the file seems to be.
 const ParticleFormat* particle_format_of(PackedFile& file);
 
 }  // namespace parray::input

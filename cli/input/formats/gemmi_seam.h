@@ -15,11 +15,12 @@
 namespace parray::input {
 
 /// Returns the operations of a space group, each as a SymmetryOperation (crystal.h). `name` is the
-/// number or the symbol of the group: Hermann-Mauguin or Hall, short or long. Returns none for
-/// other texts.
+/// number of the group, its Hermann-Mauguin symbol (short or long) or its Hall symbol. Returns an
+/// empty list for other texts.
 std::vector<std::array<double, 12>> operations_of_space_group(const std::string& name);
 
-/// Receives the content of a CIF file in order. `text` includes its quotes.
+/// Receives the content of a CIF file in order. `text` includes its quotes. `line`: where it
+/// begins, from 1.
 class CifVisitor {
  public:
   virtual ~CifVisitor() = default;

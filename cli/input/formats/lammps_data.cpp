@@ -10,6 +10,7 @@
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/guess_element.h"
+#include "cli/input/particles/length_unit.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/ascii.h"
 #include "common/base/text.h"
@@ -328,10 +329,19 @@ class DataFile {
   std::unordered_map<std::string, std::array<double, 3>> velocities_;  // by id
 };
 
+/// Returns the style of units in the title that LAMMPS writes: "... units = metal".
+std::string_view style_of_units(std::string_view title) {
+  constexpr std::string_view key = "units = ";
+  const std::size_t at = title.find(key);
+  return at == std::string_view::npos ? std::string_view() : trimmed(title.substr(at + key.size()));
+}
+
 /// Reads the section Atoms of a style with fixed columns. The hint after "Atoms" names the style;
 /// without a hint, the number of columns decides. Elements come from the masses of the types.
 Particles read_lammps_data(PackedFile& file, const ParticleRequest& request) {
-  return DataFile(file, request).read();
+  Particles particles = DataFile(file, request).read();
+  particles.facts.length_unit = length_unit_of_lammps(style_of_units(file.start().line(0)));
+  return particles;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
+#include "cli/input/particles/length_unit.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
@@ -112,6 +113,7 @@ struct DumpHeader {
   std::optional<ParticleCell> box;
   std::optional<double> time;  ///< value of TIME or, without it, the time step
   std::string atoms;           ///< names of the columns
+  std::string length_unit;     ///< that of UNITS; empty: unknown
 };
 
 /// Reads the boundaries "pp pp fs" at the end of an item. Without them, the box stays periodic.
@@ -145,6 +147,7 @@ void read_item(ParticleInput& input, DumpHeader& header) {
     if (time && (item == "TIME" || !header.time)) header.time = time;
   } else if (item == "UNITS") {
     next_data_line(input);
+    header.length_unit = length_unit_of_lammps(trimmed(input.line()));
   } else {
     input.fail("unknown item '" + printable(item) +
                "': check that this is a LAMMPS text dump of atoms");
@@ -181,6 +184,7 @@ class DumpFrames final : public FramesOf<ParticleInput> {
 
   bool next() override {
     if (at_frame_) header_ = read_header(input_);
+    if (!header_.length_unit.empty()) length_unit_ = header_.length_unit;
     return at_frame_;
   }
 
@@ -205,6 +209,7 @@ class DumpFrames final : public FramesOf<ParticleInput> {
     go_to_frame();
     Particles particles = columns.finish_frame();
     particles.facts.time = header_.time;
+    particles.facts.length_unit = length_unit_;
     if (header_.box) particles.cell = valid_cell(*header_.box);
     return particles;
   }
@@ -237,6 +242,7 @@ class DumpFrames final : public FramesOf<ParticleInput> {
   const ParticleRequest& request_;
   bool at_frame_ = false;  // true: at the first line of the next frame
   DumpHeader header_;
+  std::string length_unit_;  // UNITS is in the first frame only
 };
 
 /// Reads LAMMPS dumps. Positions are the columns x y z, otherwise xu yu zu, otherwise xs ys zs,

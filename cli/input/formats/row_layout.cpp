@@ -133,7 +133,7 @@ void want_numbers(const std::vector<NumberField>& fields, const ParticleRequest&
   for (const NumberField& field : fields) {
     if (!request.wants(field.name)) continue;
     layout.numbers.push_back(field);
-    columns.add_numbers(field.name);
+    columns.add_numbers(field.name, field.unit);
   }
 }
 

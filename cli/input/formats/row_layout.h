@@ -16,6 +16,7 @@ struct NumberField {
   std::string name;
   std::size_t column = 0;  ///< the first column
   bool length = false;     ///< true: length of the vector in three columns
+  std::string unit{};      ///< empty: unknown
 };
 
 /// The meaning of the columns in a text table. Columns count from 0.

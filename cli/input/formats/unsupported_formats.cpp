@@ -37,7 +37,7 @@ struct Signature {
 };
 
 // Signatures from the public descriptions of the formats.
-constexpr std::array<Signature, 32> signatures{{
+constexpr std::array<Signature, 31> signatures{{
     {"\x89PNG\r\n", 0, {"a PNG picture", picture}},
     {"\xff\xd8\xff", 0, {"a JPEG picture", picture}},
     {"\x76\x2f\x31\x01", 0, {"an EXR picture", picture}},
@@ -78,7 +78,6 @@ constexpr std::array<Signature, 32> signatures{{
      {"an HDF5 file",
       "convert netCDF-4 with nccopy -k 64-bit-offset, other files to XYZ or PDB with the program "
       "that made it"}},
-    {"\xdf\x65\xdf\x65\xdf\x65\xdf\x65", 0, {"a GSD file", convert}},
 }};
 
 constexpr std::string_view json_blanks = " \t\r\n";
@@ -276,22 +275,13 @@ bool is_dl_poly(const FileStart& start) {
   return small && (box || (!next.empty() && next[0] == "timestep"));
 }
 
-/// Recognises VASP: a title, a scale, three edges.
-bool is_poscar(const FileStart& start) {
-  for (std::size_t i = 1; i <= 4; ++i) {
-    const auto words = words_of(start.line(i));
-    if (words.size() != (i == 1 ? 1 : 3) || !std::ranges::all_of(words, is_number)) return false;
-  }
-  return true;
-}
-
 /// A text without a signature. The first matching shape counts.
 struct Shape {
   bool (*fits)(const FileStart& start);
   Unsupported format;
 };
 
-constexpr std::array<Shape, 10> shapes{{
+constexpr std::array<Shape, 9> shapes{{
     {is_html, {"an HTML page", "check that the download succeeded"}},
     {is_xml, {"XML text", convert}},
     {is_stl, {"an STL mesh", mesh}},
@@ -302,7 +292,6 @@ constexpr std::array<Shape, 10> shapes{{
     {is_tinker, {"a Tinker file", convert}},
     {is_charmm, {"a CHARMM coordinate file", convert}},
     {is_dl_poly, {"a file of DL_POLY", convert}},
-    {is_poscar, {"a POSCAR file of VASP", convert}},
 }};
 
 Unsupported format_of(const FileStart& start, const std::filesystem::path& name) {

@@ -4,6 +4,7 @@
 
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/row_layout.h"
+#include "cli/input/formats/table_shape.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
@@ -19,6 +20,7 @@ Confidence looks_like_xyz(const FileStart& start) {
   if (lower_case(start.line(1)).find("properties=") != std::string::npos) {
     return Confidence::certain;
   }
+  if (is_counted_table(start)) return Confidence::none;
   const bool next_frame = is_natural(trimmed(start.line(2)));  // after a frame without particles
   const std::vector<std::string_view> words = words_of(start.line(2));
   const bool has_position =

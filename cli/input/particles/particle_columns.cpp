@@ -120,8 +120,8 @@ void ParticleColumns::type(std::string_view name) {
   append(particles_.types.index, known->second, expected_);
 }
 
-std::size_t ParticleColumns::add_numbers(std::string name) {
-  particles_.numbers.push_back({std::move(name), {}});
+std::size_t ParticleColumns::add_numbers(std::string name, std::string unit) {
+  particles_.numbers.push_back({std::move(name), {}, std::move(unit)});
   particles_.numbers.back().values.reserve(expected_);
   return particles_.numbers.size() - 1;
 }

@@ -88,8 +88,8 @@ class ParticleColumns {
   void unknown_element();
   void type(std::string_view name);
   /// Begins a numeric column, before the first particle. Returns its place among the numeric
-  /// columns.
-  std::size_t add_numbers(std::string name);
+  /// columns. An empty unit is unknown.
+  std::size_t add_numbers(std::string name, std::string unit = {});
   /// Adds a number. NaN: not known.
   void number(std::size_t column, double value) {
     particles_.numbers[column].values.push_back(value);

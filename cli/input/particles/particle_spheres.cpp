@@ -1,7 +1,9 @@
 #include "cli/input/particles/particle_spheres.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -36,15 +38,15 @@ void release(Column& column) {
 
 /// Returns the material of a kind of particles. A kind is an atomic number or the number of a type,
 /// depending on the rule, or all particles.
+/// `type_colors`: see colors_of_names().
 Material material_of(std::size_t kind, const Particles& particles, const ParticleMaterial& material,
-                     const MaterialNames& names) {
+                     const MaterialNames& names, const std::vector<Vec3d>& type_colors) {
   if (material.rule == MaterialRule::by_element) {
     return diffuse(element(static_cast<std::uint8_t>(kind)).color);
   }
-  const Material* named = names.find(
-      material.rule == MaterialRule::by_type ? particles.types.names[kind] : material.name);
-  constexpr std::size_t type_colors = 7;
-  return named != nullptr ? *named : diffuse(category_color(kind % type_colors));
+  if (material.rule != MaterialRule::by_type) return *names.find(material.name);
+  const Material* named = names.find(particles.types.names[kind]);
+  return named != nullptr ? *named : diffuse(type_colors[kind]);
 }
 
 /// Returns a material of the type that the rule names, in the given colour.
@@ -64,7 +66,12 @@ class MaterialLookup {
  public:
   MaterialLookup(const Particles& particles, const ParticleColors& colors,
                  const ParticleMaterial& material, const MaterialNames& names, MaterialTable& table)
-      : particles_(particles), colors_(colors), material_(material), names_(names), table_(table) {}
+      : particles_(particles),
+        colors_(colors),
+        material_(material),
+        names_(names),
+        table_(table),
+        type_colors_(colors_of_names(particles.types.names)) {}
 
   /// Returns false if there are too many materials.
   bool find_all() {
@@ -105,7 +112,7 @@ class MaterialLookup {
   [[nodiscard]] Material of_kind(std::size_t kind) const {
     return material_.rule == MaterialRule::color_by
                ? colored_material(colors_.palette[kind], material_, names_)
-               : material_of(kind, particles_, material_, names_);
+               : material_of(kind, particles_, material_, names_, type_colors_);
   }
 
   /// Returns the kind of a particle. All particles of a kind have the same material.
@@ -129,6 +136,7 @@ class MaterialLookup {
   const ParticleMaterial& material_;
   const MaterialNames& names_;
   MaterialTable& table_;
+  std::vector<Vec3d> type_colors_;
   std::vector<std::uint32_t> numbers_;  // by kind
 };
 
@@ -145,9 +153,9 @@ double radius_of(const Particles& particles, const ParticleRadius& radius, std::
   }
 }
 
-[[noreturn]] void fail_too_many(const ParticleSource& source, std::uint64_t most,
+[[noreturn]] void fail_too_many(const std::string& file, std::uint64_t most,
                                 const std::string& what) {
-  throw InputError(printable(source.file, 4096) + ": more than " + std::to_string(most) + what);
+  throw InputError(printable(file, 4096) + ": more than " + std::to_string(most) + what);
 }
 
 /// Returns "NAME has no COLUMN: use A, B or OTHERWISE", with the words whose first member is true.
@@ -251,36 +259,42 @@ Legend legend_of(const Particles& particles, const ParticleMaterial& material,
   }
   Legend legend;
   legend.title = by_element ? "element" : "type";
-  const std::size_t first = by_element ? 1 : 0;  // 0 means unknown
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    const std::size_t kind = (i + first) % counts.size();
+  std::vector<std::size_t> order = reading_order(particles.types.names);
+  if (by_element) {
+    order.resize(counts.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::rotate(order, order.begin() + 1);  // 0 means unknown
+  }
+  const std::vector<Vec3d> type_colors = colors_of_names(particles.types.names);
+  for (const std::size_t kind : order) {
     if (counts[kind] == 0) continue;
     const auto symbol = element(static_cast<std::uint8_t>(by_element ? kind : 0)).symbol;
     legend.entries.push_back({!by_element ? particles.types.names[kind]
                               : kind == 0 ? "unknown"
                                           : std::string(symbol),
-                              material_of(kind, particles, material, materials).albedo,
+                              material_of(kind, particles, material, materials, type_colors).albedo,
                               counts[kind]});
   }
   return legend;
 }
 
-void append_spheres(Particles particles, const ParticleColors& colors, const ParticleSource& source,
-                    const MaterialNames& materials, Scene& scene, int threads) {
+void append_spheres(Particles particles, const ParticleColors& colors, const ParticleLook& look,
+                    const std::string& file, const MaterialNames& materials, Scene& scene,
+                    int threads) {
   const std::size_t count = particles.count();
   if (count > limits::max_spheres - scene.spheres.size()) {
-    fail_too_many(source, limits::max_spheres, " spheres in all: split the scene");
+    fail_too_many(file, limits::max_spheres, " spheres in all: split the scene");
   }
   if (count == 0) return;
-  if (source.look.material.rule != MaterialRule::column) release(particles.colors);
-  if (source.look.material.rule != MaterialRule::by_type) particles.types = {};
-  if (source.look.radius.rule != RadiusRule::column) release(particles.radii);
+  if (look.material.rule != MaterialRule::column) release(particles.colors);
+  if (look.material.rule != MaterialRule::by_type) particles.types = {};
+  if (look.radius.rule != RadiusRule::column) release(particles.radii);
   MaterialTable table;
   for (const Material& material : scene.materials)
     table.intern(material);  // gives the same numbers as before
-  MaterialLookup surfaces(particles, colors, source.look.material, materials, table);
+  MaterialLookup surfaces(particles, colors, look.material, materials, table);
   if (!surfaces.find_all()) {
-    fail_too_many(source, limits::max_materials,
+    fail_too_many(file, limits::max_materials,
                   " distinct materials in the scene: round the file's colours");
   }
   const std::size_t first = scene.spheres.size();
@@ -288,7 +302,7 @@ void append_spheres(Particles particles, const ParticleColors& colors, const Par
   Bands(count, threads).run([&](std::size_t /*band*/, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       scene.spheres[first + i] = {without_negative_zero(particles.positions[i]),
-                                  radius_of(particles, source.look.radius, i), surfaces[i]};
+                                  radius_of(particles, look.radius, i), surfaces[i]};
     }
   });
   scene.materials = table.take();

@@ -28,18 +28,19 @@ std::string problem_with(const ParticleRadius& radius, const Particles& particle
                          const std::string& name);
 
 /// Returns the meaning of the particles' colours under a decided, supported rule other than
-/// `color_by`. Elements come in the order of their numbers with unknown ones last, types in the
-/// order of the file. Returns an empty legend for other rules.
+/// `color_by`. Elements come in the order of their numbers with unknown ones last, types in
+/// reading_order(). Returns an empty legend for other rules.
 Legend legend_of(const Particles& particles, const ParticleMaterial& material,
                  const MaterialNames& materials);
 
 /// Appends a sphere for each particle, in order, to `scene`. Materials of the scene stay distinct
-/// and in the order of their first use. The rules of `source` must be decided and supported.
+/// and in the order of their first use. The rules of `look` must be decided and supported.
 /// `colors` belong to the particles if the rule is `color_by`.
 ///
 /// Frees columns that the rules do not need before it allocates. Throws InputError "FILE: problem:
 /// remedy" if spheres or distinct materials exceed limits.h; `scene` is unusable then.
-void append_spheres(Particles particles, const ParticleColors& colors, const ParticleSource& source,
-                    const MaterialNames& materials, Scene& scene, int threads = 1);
+void append_spheres(Particles particles, const ParticleColors& colors, const ParticleLook& look,
+                    const std::string& file, const MaterialNames& materials, Scene& scene,
+                    int threads = 1);
 
 }  // namespace parray::input

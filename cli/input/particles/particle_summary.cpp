@@ -43,8 +43,9 @@ void count_residues(const Particles& particles, ParticleSummary& summary) {
   summary.residue_names = counts_of(of_residues);
 }
 
-NumberRangeSeen range_of(const std::string& name, const std::vector<double>& values) {
-  NumberRangeSeen range{name};
+NumberRangeSeen range_of(const std::string& name, const std::vector<double>& values,
+                         const std::string& unit) {
+  NumberRangeSeen range{.name = name, .unit = unit};
   for (const double value : values) {
     if (std::isnan(value)) {
       ++range.missing;
@@ -90,9 +91,11 @@ ParticleSummary summary_of(const Particles& particles) {
   summary.chains = counts_of(particles.chains);
   count_residues(particles, summary);
   find_bounds(particles.positions, summary);
-  if (!particles.radii.empty()) summary.numbers.push_back(range_of("radius", particles.radii));
+  if (!particles.radii.empty()) {
+    summary.numbers.push_back(range_of("radius", particles.radii, particles.facts.length_unit));
+  }
   for (const NumberColumn& column : particles.numbers) {
-    summary.numbers.push_back(range_of(column.name, column.values));
+    summary.numbers.push_back(range_of(column.name, column.values, column.unit));
   }
   return summary;
 }

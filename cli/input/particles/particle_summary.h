@@ -19,6 +19,7 @@ struct NumberRangeSeen {
   std::optional<double> low{};  ///< empty: no particle has a value
   std::optional<double> high{};
   std::uint64_t missing = 0;  ///< number of particles without a value
+  std::string unit{};         ///< empty: unknown
 };
 
 /// The content of a particle file, so that users can check that ParRay understood the file.

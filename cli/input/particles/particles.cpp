@@ -112,7 +112,7 @@ void take_numbers(const Particles& from, const Order& order, const ParticleReque
     const bool known =
         std::ranges::find(to.numbers, column.name, &NumberColumn::name) != to.numbers.end();
     if (known || !request.wants(column.name)) continue;
-    to.numbers.push_back({column.name, {}});
+    to.numbers.push_back({column.name, {}, column.unit});
     take(column.values, order, to.numbers.back().values);
   }
 }

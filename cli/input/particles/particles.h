@@ -28,6 +28,7 @@ struct NameColumn {
 struct NumberColumn {
   std::string name;            ///< lower case: "vx", "charge", "b_factor"
   std::vector<double> values;  ///< one per particle; NaN: not known
+  std::string unit{};          ///< as the file has it; empty: unknown
 };
 
 /// The box of a simulation or the cell of a crystal. The particles need not fill it.
@@ -52,6 +53,7 @@ struct ParticleFacts {
   std::uint64_t frame = 0;                ///< number of the frame that was read, from 0
   std::optional<std::uint64_t> frames{};  ///< number of frames in the file, if they were counted
   std::optional<double> time{};           ///< of the frame, in the file's unit
+  std::string length_unit{};              ///< of positions and radii, if the file says so
   std::vector<ParticleNote> notes{};
 };
 

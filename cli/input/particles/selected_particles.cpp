@@ -1,5 +1,7 @@
 #include "cli/input/particles/selected_particles.h"
 
+#include <algorithm>
+#include <iterator>
 #include <span>
 #include <string>
 #include <string_view>
@@ -9,15 +11,13 @@
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particle_spheres.h"
-#include "cli/input/scene_file/json_value.h"
+#include "cli/input/scene_file/scene_sections.h"
 #include "cli/input/select/columns.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
 
 namespace parray::input {
 namespace {
-
-using Rule = ParticleMaterial::Rule;
 
 /// Runs `work`. If it needs an unknown number, throws an error that lists the valid names: the
 /// `words` that `key` accepts and the numbers of the file.
@@ -35,41 +35,54 @@ void with_remedy(const char* key, std::span<const std::string_view> words, Packe
   }
 }
 
-/// Returns the decided rule of the material of `source`.
-ParticleMaterial decided_material(const ParticleSource& source, const Particles& particles) {
-  if (source.look.coloring.empty()) return decided(source.look.material, particles);
-  const Rule rule = source.look.material.rule;
-  if (rule != Rule::automatic && rule != Rule::named && rule != Rule::color_by) {
+/// Returns the decided rule of the material of `look`.
+ParticleMaterial decided_material(const ParticleLook& look, const Particles& particles) {
+  if (look.coloring.empty()) return decided(look.material, particles);
+  using Choice = ParticleMaterial::Rule;
+  const Choice rule = look.material.rule;
+  if (rule != Choice::automatic && rule != Choice::named && rule != Choice::color_by) {
     throw SourceError("color_by",
-                      "material is " + text_of(source.look.material) +
+                      "material is " + text_of(look.material) +
                           ", which also sets the colour: leave out material or color_by");
   }
-  return {Rule::color_by, source.look.material.name};
+  return {ParticleMaterial::Rule::color_by, look.material.name};
 }
 
-/// Decides the rules of `source`. Afterwards the particles support these rules.
-void decide(const Particles& particles, const DefaultLook* look, MaterialNames& materials,
-            ParticleSource& source) {
+/// Decides the rules of `look`. Afterwards the particles support these rules. `name`: of the file.
+void decide(const Particles& particles, const std::string& name, bool crystal,
+            const DefaultLook* otherwise, MaterialNames& materials, ParticleLook& look) {
   const auto check = [](const char* key, const std::string& problem) {
     if (!problem.empty()) throw SourceError(key, problem);
   };
-  source.look.material = decided_material(source, particles);
-  source.look.radius = decided(source.look.radius, particles, source.cell.crystal.value_or(false));
-  std::string_view otherwise = "the name of a material";
-  if (look != nullptr) {
-    otherwise = look->material_name;
-    if (source.look.material.rule == Rule::automatic)
-      source.look.material = {Rule::named, look->material_name};
-    if (text_of(source.look.material) == look->material_name) {
-      materials.define(look->material_name, look->material);
+  look.material = decided_material(look, particles);
+  look.radius = decided(look.radius, particles, crystal);
+  std::string_view known = "the name of a material";
+  if (otherwise != nullptr) {
+    known = otherwise->material_name;
+    if (look.material.rule == ParticleMaterial::Rule::automatic)
+      look.material = {ParticleMaterial::Rule::named, std::string(known)};
+    if (text_of(look.material) == known) {
+      materials.define(otherwise->material_name, otherwise->material);
     }
-    if (source.look.radius.rule == ParticleRadius::Rule::automatic) {
-      source.look.radius = {ParticleRadius::Rule::fixed, look->radius};
+    if (look.radius.rule == ParticleRadius::Rule::automatic) {
+      look.radius = {ParticleRadius::Rule::fixed, otherwise->radius};
     }
   }
-  check("material",
-        problem_with(source.look.material, particles, materials, source.file, otherwise));
-  check("radius", problem_with(source.look.radius, particles, source.file));
+  check("material", problem_with(look.material, particles, materials, name, known));
+  check("radius", problem_with(look.radius, particles, name));
+}
+
+/// Returns the look as a scene file states it.
+ParticleLook to_write(ParticleLook look) {
+  if (!look.radius_by.empty()) look.radius = {};  // the column that it filled
+  return look;
+}
+
+/// Returns the numeric columns of the file that the look needs.
+std::set<std::string, std::less<>> numbers_of(const ParticleLook& look) {
+  std::set<std::string, std::less<>> numbers = input::numbers_of(look.coloring);
+  numbers.merge(input::numbers_of(look.radius_by));
+  return numbers;
 }
 
 /// Expands one source. Errors name the place in the scene file that refers to the particle file,
@@ -79,10 +92,12 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
   source.cell.crystal = source.cell.crystal.value_or(false);
   try {
     PackedFile particles(folder / source.file);
-    append_selected(selected_particles(particles, source, folder, threads), particles.path(),
-                    source, file, threads);
+    Particles all = read_particles(particles, request_of(source, folder, threads));
+    Particles shown = selected(std::move(all), particles, source, folder, threads);
+    append_parts(parts_of(std::move(shown), particles, source, folder, threads), particles.path(),
+                 source, file, threads);
   } catch (const SourceError& error) {
-    place.at(error.key()).fail(source.line_of(error.key()), error.what());
+    fail_in(source, place, error.key(), error.representation(), error.what());
   } catch (const InputError& error) {
     place.at("file").fail(source.file_line, error.what());
   }
@@ -95,41 +110,69 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
   ParticleRequest request{
       .frame = source.frame, .alternatives = source.alternatives, .threads = threads};
   if (!source.topology.empty()) request.topology = folder / source.topology;
-  request.numbers = numbers_of(source.filter);
-  request.numbers.merge(numbers_of(source.look.coloring));
-  request.numbers.merge(numbers_of(source.cell));
+  request.numbers = input::numbers_of(source.filter);
+  request.numbers.merge(numbers_of(source.look));
+  for (const Representation& show : source.shows) {
+    request.numbers.merge(input::numbers_of(ParticleFilter{.select = show.select, .slice = {}}));
+    request.numbers.merge(numbers_of(show.look));
+  }
+  request.numbers.merge(input::numbers_of(source.cell));
   return request;
 }
 
-SelectedParticles selected_particles(PackedFile& file, const ParticleSource& source,
-                                     const std::filesystem::path& folder, int threads) {
+Particles selected(Particles particles, PackedFile& file, ParticleSource& source,
+                   const std::filesystem::path& folder, int threads) {
   const ParticleRequest request = request_of(source, folder, threads);
-  SelectedParticles selected{read_particles(file, request), {}};
-  CellOperations operations = source.cell;
-  operations.crystal = operations.crystal.value_or(is_crystal(selected.particles));
-  selected.crystal = *operations.crystal;
-  with_remedy("center", {}, file, request, [&] { apply(operations, selected.particles, threads); });
-  with_remedy("select", {}, file, request,
-              [&] { apply(source.filter, selected.particles, threads); });
-  if (source.look.coloring.empty()) return selected;
-  with_remedy("color_by", color_by_words, file, request, [&] {
-    selected.colors = colors_of(source.look.coloring, selected.particles, threads);
-  });
+  CellOperations& operations = source.cell;
+  if (!operations.crystal && is_crystal(particles)) operations.crystal = true;
+  with_remedy("center", {}, file, request, [&] { apply(operations, particles, threads); });
+  with_remedy("select", {}, file, request, [&] { apply(source.filter, particles, threads); });
+  return particles;
+}
+
+SelectedParticles parts_of(Particles particles, PackedFile& file, const ParticleSource& source,
+                           const std::filesystem::path& folder, int threads) {
+  const ParticleRequest request = request_of(source, folder, threads);
+  std::vector<ParticlePart> parts;
+  with_remedy("show", {}, file, request, [&] { parts = split(particles, source, threads); });
+  SelectedParticles selected{std::move(particles.facts), particles.cell, {}};
+  for (ParticlePart& part : parts) {
+    SelectedPart& added = selected.parts.emplace_back(SelectedPart{std::move(part), {}});
+    in_representation(added.representation, [&] {
+      if (!added.look.radius_by.empty()) {
+        with_remedy("radius_by", {}, file, request,
+                    [&] { apply(added.look.radius_by, added.particles); });
+      }
+      if (added.look.coloring.empty()) return;
+      with_remedy("color_by", color_by_words, file, request,
+                  [&] { added.colors = colors_of(added.look.coloring, added.particles, threads); });
+    });
+  }
   return selected;
 }
 
-ParticleSource append_selected(SelectedParticles selected, const std::filesystem::path& path,
-                               ParticleSource source, SceneFile& file, int threads,
-                               const DefaultLook* look) {
-  decide(selected.particles, look, file.materials, source);
-  file.particle_files.push_back(
-      {path, source, selected.particles.count(), selected.particles.facts});
-  if (!file.cell) file.cell = selected.particles.cell;
-  add_legend(file.legends, selected.colors.empty()
-                               ? legend_of(selected.particles, source.look.material, file.materials)
-                               : std::move(selected.colors.legend));
-  append_spheres(std::move(selected.particles), selected.colors, source, file.materials, file.scene,
-                 threads);
+ParticleSource append_parts(SelectedParticles selected, const std::filesystem::path& path,
+                            ParticleSource source, SceneFile& file, int threads,
+                            const DefaultLook* otherwise) {
+  ParticleFile shown{path, {}, 0, std::move(selected.facts)};
+  if (!file.cell) file.cell = selected.cell;
+  for (SelectedPart& part : selected.parts) {
+    in_representation(part.representation, [&] {
+      decide(part.particles, source.file, source.cell.crystal.value_or(false), otherwise,
+             file.materials, part.look);
+    });
+    shown.count += part.particles.count();
+    std::ranges::move(part.particles.facts.notes, std::back_inserter(shown.facts.notes));
+    (part.representation ? source.shows[*part.representation].look : source.look) =
+        to_write(part.look);
+    add_legend(file.legends, part.colors.empty()
+                                 ? legend_of(part.particles, part.look.material, file.materials)
+                                 : std::move(part.colors.legend));
+    append_spheres(std::move(part.particles), part.colors, part.look, source.file, file.materials,
+                   file.scene, threads);
+  }
+  shown.source = source;
+  file.particle_files.push_back(std::move(shown));
   return source;
 }
 

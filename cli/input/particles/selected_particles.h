@@ -1,21 +1,29 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/particles.h"
+#include "cli/input/particles/representations.h"
 #include "cli/input/scene_file/particle_source.h"
 #include "cli/input/scene_file/scene_file.h"
 
 /// Turns a particle file into spheres: selects particles and appends them to a scene.
 namespace parray::input {
 
-/// The particles that a source selects, and their colours if the source has `color_by`.
+/// A part of the particles that a source selects.
+struct SelectedPart : ParticlePart {
+  ParticleColors colors;  ///< empty if its look has no `color_by`
+};
+
+/// The particles that a source selects.
 struct SelectedParticles {
-  Particles particles;
-  ParticleColors colors;
-  bool crystal = false;  ///< draw them as a crystal
+  ParticleFacts facts;  ///< of the file; the notes of the parts are not in it
+  std::optional<ParticleCell> cell;
+  std::vector<SelectedPart> parts;
 };
 
 /// Returns what must be read from the file of `source`. A relative name of the topology is relative
@@ -23,14 +31,18 @@ struct SelectedParticles {
 ParticleRequest request_of(const ParticleSource& source, const std::filesystem::path& folder,
                            int threads = 1);
 
-/// Reads the open file of `source` and its topology, applies the operations of its cell, removes
-/// what the filter hides, and colours the rest. If `source` leaves `crystal` open, follows
-/// is_crystal(). Reads only the columns that the source needs.
+/// Applies the operations of the cell to the particles of the open file, read as request_of() says.
+/// Removes what the filter hides. If `source` leaves `crystal` open, decides it by is_crystal().
 ///
-/// Throws the errors of read_particles(). Throws SourceError if the file lacks what a member of the
-/// source needs.
-SelectedParticles selected_particles(PackedFile& file, const ParticleSource& source,
-                                     const std::filesystem::path& folder = {}, int threads = 1);
+/// Throws SourceError if a member of the source does not suit the file.
+Particles selected(Particles particles, PackedFile& file, ParticleSource& source,
+                   const std::filesystem::path& folder = {}, int threads = 1);
+
+/// Splits the result of selected() by the representations of `source`, and colours the parts.
+///
+/// Throws SourceError if a member of the source does not suit the particles.
+SelectedParticles parts_of(Particles particles, PackedFile& file, const ParticleSource& source,
+                           const std::filesystem::path& folder = {}, int threads = 1);
 
 /// The look of particles if the file supports no automatic rule.
 struct DefaultLook {
@@ -39,17 +51,17 @@ struct DefaultLook {
   double radius = 1;
 };
 
-/// Decides the rules of `source` for the particles, as a crystal if its `crystal` is true. Appends
-/// their spheres to the scene of `file`, the meaning of their colours to its legends, and facts
-/// about them to its other members. `path` is the path of the particle file; empty for the standard
-/// input. Without `look`, automatic rules that the file does not support are errors. Returns the
-/// source with the decided rules.
+/// Decides the rules of `source` for the particles. Appends their spheres to the scene of `file`,
+/// part by part, the meaning of their colours to its legends, and facts about them to its other
+/// members. `path` is the path of the particle file; empty for the standard input. Without
+/// `otherwise`, automatic rules that the file does not support are errors. Returns the source with
+/// the decided rules.
 ///
 /// Throws SourceError for "material", "radius" and "color_by". Throws the errors of
 /// append_spheres().
-ParticleSource append_selected(SelectedParticles selected, const std::filesystem::path& path,
-                               ParticleSource source, SceneFile& file, int threads,
-                               const DefaultLook* look = nullptr);
+ParticleSource append_parts(SelectedParticles selected, const std::filesystem::path& path,
+                            ParticleSource source, SceneFile& file, int threads,
+                            const DefaultLook* otherwise = nullptr);
 
 /// Reads the files of `file.particles` and appends their particles to the scene's spheres, in
 /// order. Clears `file.particles`. Names of particle files are relative to the folder of the scene

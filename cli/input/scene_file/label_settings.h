@@ -16,7 +16,10 @@ inline constexpr NumberRange print_width{1, 5000};  ///< millimetres
 
 /// The labels on a picture, and the size of the picture in print.
 struct LabelSettings {
-  bool legend = false;      ///< show the meaning of the particles' colours
+  bool legend = false;  ///< show the meaning of the particles' colours
+  /// UTF-8; replaces the title and the unit of legends; empty: the name of the numbers or
+  /// categories
+  std::string legend_title{};
   bool scale_bar = false;   ///< show a round length
   bool time_stamp = false;  ///< show frame and time of the particles
   bool cell = false;   ///< show the outline of the particles' box or crystal cell, and the axes
@@ -39,6 +42,7 @@ inline constexpr double usual_font_size = 8;  ///< points
 inline constexpr double usual_dpi = 300;
 inline constexpr std::size_t longest_label_text = 4000;  ///< bytes
 inline constexpr std::size_t longest_unit = 40;
+inline constexpr std::size_t longest_legend_title = 200;
 
 /// Returns why a text cannot be a label or a unit, with the remedy. Returns "" for valid texts.
 std::string problem_with_label_text(std::string_view text, std::size_t longest);

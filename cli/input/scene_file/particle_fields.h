@@ -31,8 +31,9 @@ struct TextRule {
   std::span<const std::string_view> words{};  ///< known texts, for help and shells
 };
 
-struct FileName {};       ///< the name of a file; not empty
-struct HiddenClasses {};  ///< words of selection_classes(): a list in JSON
+struct FileName {};         ///< the name of a file; not empty
+struct Representations {};  ///< a list of objects with `select` and the members of ParticleLook
+struct HiddenClasses {};    ///< words of selection_classes(): a list in JSON
 
 namespace particle_rules {
 
@@ -52,10 +53,13 @@ inline constexpr TextRule<ParticleMaterial> material{particle_material_from, tex
                                                      JsonForm::text, material_words};
 inline constexpr TextRule<ParticleRadius> radius{particle_radius_from, text_by_overload,
                                                  JsonForm::number, particle_radius_words};
+inline constexpr TextRule<RadiusScale> radius_by{radius_scale_from, text_by_overload};
 inline constexpr TextRule<std::string> color_by{color_by_from, same_text, JsonForm::text,
                                                 color_by_words};
 inline constexpr TextRule<std::optional<ColorMap>> color_map{
     color_map_from, text_by_overload, JsonForm::text, picture::color_map_words};
+inline constexpr TextRule<std::optional<NumberScale>> color_scale{
+    number_scale_from, text_by_overload, JsonForm::text, number_scale_words};
 inline constexpr TextRule<TextRange> range{color_range_from, text_by_overload, JsonForm::pair};
 inline constexpr TextRule<std::optional<FrameChoice>> frame{frame_from, text_by_overload,
                                                             JsonForm::number, frame_words};
@@ -81,6 +85,11 @@ void look_fields(F&& f, S&... s) {
      "spacing)",
      special, "R|by-element|covalent|column"},
     particle_rules::radius, s.radius...);
+  f({"radius_by",
+     "Use a number of the particles as radius, such as diameter; with LOW:HIGH the least number "
+     "gets the radius LOW and the largest HIGH",
+     special, "COLUMN[:LOW:HIGH]"},
+    particle_rules::radius_by, s.radius_by...);
   f({"color_by",
      "Colour the particles by a category, or by a number such as vx, charge, b_factor or z", 0,
      "WORD|NUMBER"},
@@ -92,6 +101,18 @@ void look_fields(F&& f, S&... s) {
      "the smallest and the largest value)",
      special, "LOW:HIGH"},
     particle_rules::range, s.coloring.range...);
+  f({"color_scale",
+     "How numbers get colours. log: in equal steps of the logarithm, for numbers above 0. "
+     "categories: each number has its own colour (default: linear)",
+     special},
+    particle_rules::color_scale, s.coloring.scale...);
+}
+
+/// Visits the members of Representation.
+template <typename F, typename... S>
+void representation_fields(F&& f, S&... s) {
+  f({"select", nullptr, traits::required}, particle_rules::select, s.select...);
+  look_fields(f, s.look...);
 }
 
 /// Visits the members of ParticleSource.
@@ -142,6 +163,11 @@ void particle_fields(F&& f, S&... s) {
   f({"hide",
      "Hide these classes. Virtual sites are always hidden, except with `none` (default: virtual)"},
     HiddenClasses{}, s.filter.hide...);
+  f({"show",
+     "Show these particles with a look of their own, which the options after this one describe, "
+     "such as --color-by and --radius. Several times: the last that selects a particle counts",
+     0, "TEXT"},
+    Representations{}, s.shows...);
   look_fields(f, s.look...);
 }
 

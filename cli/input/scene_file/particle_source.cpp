@@ -7,6 +7,49 @@
 #include "common/scene/scene_ranges.h"
 
 namespace parray::input {
+namespace {
+
+bool sets_colors(const ParticleMaterial& material) {
+  using Rule = ParticleMaterial::Rule;
+  return material.rule == Rule::by_element || material.rule == Rule::by_type ||
+         material.rule == Rule::column;
+}
+
+std::optional<ColoringProblem> problem_with(const ParticleLook& look) {
+  if (!look.radius_by.empty() && look.radius != ParticleRadius{}) {
+    return ColoringProblem{"radius_by", "excludes radius: leave out one of them"};
+  }
+  return input::problem_with(look.coloring);
+}
+
+}  // namespace
+
+ParticleLook completed(ParticleLook look, const ParticleLook& base) {
+  const bool has_colors = sets_colors(look.material) || !look.coloring.empty();
+  if (!has_colors) {
+    look.coloring.by = base.coloring.by;
+    if (!look.coloring.map) look.coloring.map = base.coloring.map;
+    if (look.coloring.range.open()) look.coloring.range = base.coloring.range;
+    if (!look.coloring.scale) look.coloring.scale = base.coloring.scale;
+  }
+  if (look.material == ParticleMaterial{} && !(has_colors && sets_colors(base.material))) {
+    look.material = base.material;
+  }
+  if (look.radius == ParticleRadius{} && look.radius_by.empty()) {
+    look.radius = base.radius;
+    look.radius_by = base.radius_by;
+  }
+  return look;
+}
+
+std::optional<SourceProblem> problem_with(const ParticleSource& source) {
+  if (const auto problem = problem_with(source.look)) return SourceProblem{*problem, {}};
+  for (std::size_t i = 0; i < source.shows.size(); ++i) {
+    const ParticleLook look = completed(source.shows[i].look, source.look);
+    if (const auto problem = problem_with(look)) return SourceProblem{*problem, i};
+  }
+  return {};
+}
 
 ParticleMaterial particle_material_from(std::string_view text) {
   using Rule = ParticleMaterial::Rule;

@@ -6,10 +6,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "cli/input/color/particle_coloring.h"
 #include "cli/input/particles/cell_operations.h"
 #include "cli/input/particles/particles.h"
+#include "cli/input/particles/radius_scale.h"
 #include "cli/input/select/particle_filter.h"
 
 namespace parray::input {
@@ -51,10 +53,23 @@ struct ParticleRadius {
 struct ParticleLook {
   ParticleMaterial material{};
   ParticleRadius radius{};
+  RadiusScale radius_by{};      ///< replaces `radius`
   ParticleColoring coloring{};  ///< what the colours mean
 
   friend bool operator==(const ParticleLook&, const ParticleLook&) = default;
 };
+
+/// A selection of the particles that has its own look.
+struct Representation {
+  std::string select;      ///< a selection (selection.h); not empty
+  ParticleLook look{};     ///< members that are not given have the values of the source's look
+  std::uint64_t line = 0;  ///< line of its item in the scene file
+
+  friend bool operator==(const Representation&, const Representation&) = default;
+};
+
+/// Largest number of representations of a file.
+inline constexpr std::size_t max_representations = 256;
 
 /// An item of the scene's section `particles`: a file whose particles become spheres.
 struct ParticleSource {
@@ -65,8 +80,10 @@ struct ParticleSource {
   std::optional<FrameChoice> frame{};  ///< not given: the first frame with particles
   CellOperations cell{};               ///< what the cell means for the particles
   ParticleFilter filter{};             ///< which particles are shown
-  std::uint64_t line = 0;              ///< line of the item in the scene file
-  std::uint64_t file_line = 0;         ///< line of its member `file`
+  /// Of these, only particles in one of the representations are shown. Empty: all, in `look`.
+  std::vector<Representation> shows{};
+  std::uint64_t line = 0;       ///< line of the item in the scene file
+  std::uint64_t file_line = 0;  ///< line of its member `file`
   std::map<std::string, std::uint64_t, std::less<>> lines{};  ///< lines of its members, by key
 
   /// Returns the line of the member `key`. Returns the line of the item if the member is not given.
@@ -80,6 +97,17 @@ inline constexpr std::array<std::string_view, 3> particle_material_words{"by-ele
                                                                          "column"};
 inline constexpr std::array<std::string_view, 3> particle_radius_words{"by-element", "covalent",
                                                                        "column"};
+
+/// Returns the look of a representation. Members that `look` does not give have the values of
+/// `base`. A material that sets the colours replaces the colouring of `base`.
+ParticleLook completed(ParticleLook look, const ParticleLook& base);
+
+/// Returns the contradiction between the members of `source`, with the number of the representation
+/// that has it; nothing if there is none.
+struct SourceProblem : ColoringProblem {
+  std::optional<std::size_t> representation{};
+};
+std::optional<SourceProblem> problem_with(const ParticleSource& source);
 
 /// Parses one of particle_material_words. Any other text is the name of a material.
 ParticleMaterial particle_material_from(std::string_view text);

@@ -81,12 +81,17 @@ template <typename F, typename... S>
 void label_fields(F&& f, S&... s) {
   f({"legend", "Show what the particles' colours mean: a colour bar with numbers, or names"},
     Flag{}, s.legend...);
+  f({"legend_title",
+     "Title of the legend, with the unit if it has one (default: the name of the numbers or "
+     "categories)",
+     0, "TEXT"},
+    LabelText{longest_legend_title}, s.legend_title...);
   f({"scale_bar",
      "Show a round length; for a perspective camera, it holds at the distance of look_at"},
     Flag{}, s.scale_bar...);
   f({"unit",
-     "Unit of lengths, any text; angstrom and um get their signs (default: the unit of the "
-     "file's format)",
+     "Unit of lengths, any text; angstrom and um get their signs (default: the unit in the file, "
+     "or of its format)",
      0, "UNIT"},
     LabelText{longest_unit}, s.unit...);
   f({"time_stamp", "Show the number of the frame, and its step or time"}, Flag{}, s.time_stamp...);

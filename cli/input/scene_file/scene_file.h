@@ -35,6 +35,9 @@ struct SceneFile {
   Scene scene;
   Boxed<RenderSettings> settings;
   bool transparent = false;  ///< pictures have no background
+  /// Colour of the background in 8-bit pictures, linear RGB; such a scene is transparent. Only for
+  /// automatic scenes. Not given: the picture keeps its background.
+  std::optional<Vec3d> background{};
   bool seed_format = false;  ///< true: the seed program's format, recognised by its shape
   MaterialNames materials;   ///< the section `materials`; empty for the seed format
   /// Particle files that are not in the scene yet: see expand_particles().

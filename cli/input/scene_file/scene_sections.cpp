@@ -111,7 +111,8 @@ class SectionReader {
   }
   template <typename T>
   T read(const char* key, const TextRule<T>& rule) const {
-    const std::string text = text_in(*fields_.find(key), fields_.place().at(key), rule.form);
+    const std::string text =
+        text_in(fields_.any(key, "a text in double quotes"), fields_.place().at(key), rule.form);
     try {
       return rule.parse(text);
     } catch (const InputError& error) {
@@ -135,9 +136,15 @@ class SectionReader {
     return words;
   }
 
+  std::vector<Representation> read(const char* key, Representations /*rule*/) const;
+
   /// Returns the text of a value, which may also have the other form.
   static std::string text_in(const JsonValue& value, const JsonPlace& place, JsonForm form) {
     if (form == JsonForm::number && value.kind == JsonKind::number) return text_of_number(value);
+    if (form == JsonForm::number && value.kind != JsonKind::string) {
+      place.fail(value.line,
+                 "expected a number or a text, found " + std::string(name_of(value.kind)));
+    }
     if (form != JsonForm::pair || value.kind != JsonKind::array) return read_string(value, place);
     if (value.items.size() != 2) {
       place.fail(value.line, "the array does not have two numbers: write [low, high]");
@@ -181,6 +188,28 @@ std::vector<std::string_view> keys_of(const Describe& describe, unsigned section
     if (is_in(section, setting)) keys.emplace_back(setting.key);
   });
   return keys;
+}
+
+std::vector<Representation> SectionReader::read(const char* key, Representations /*rule*/) const {
+  static const auto keys = keys_of([](const auto& f) { representation_fields(f); });
+  const JsonValue& list = *fields_.find(key);
+  if (list.kind != JsonKind::array) {
+    fail(key, "this is not a list: write [{\"select\": \"protein\", ...}, ...]");
+  }
+  if (list.items.size() > max_representations) {
+    fail(key, "the list has more than " + std::to_string(max_representations) +
+                  " items: use several items of particles");
+  }
+  const JsonPlace object = fields_.place().at(key);
+  std::vector<Representation> shows;
+  for (const JsonValue& item : list.items) {
+    const JsonPlace place = object.at(shows.size());
+    const JsonFields fields(item, place, keys);
+    Representation& show = shows.emplace_back();
+    show.line = fields.line();
+    representation_fields(SectionReader(fields), show);
+  }
+  return shows;
 }
 
 /// Throws InputError if the camera has a key that its projection does not use.
@@ -287,6 +316,14 @@ Material read_material(const JsonValue& value, const JsonPlace& place) {
   return material;
 }
 
+void fail_in(const ParticleSource& source, const JsonPlace& place, const std::string& key,
+             const std::optional<std::size_t>& representation, std::string_view problem) {
+  if (!representation) place.at(key).fail(source.line_of(key), problem);
+  const JsonPlace list = place.at("show");
+  const JsonPlace show = list.at(*representation);
+  show.at(key).fail(source.shows[*representation].line, problem);
+}
+
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place) {
   static const auto keys = keys_of([](const auto& f) { particle_fields(f); });
   const JsonFields fields(value, place, keys);
@@ -295,8 +332,8 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
   for (const JsonMember& member : value.members) out.lines.emplace(member.key, member.value.line);
   particle_fields(SectionReader(fields), out);
   out.file_line = out.line_of("file");
-  if (const auto problem = problem_with(out.look.coloring)) {
-    place.at(problem->key).fail(out.line_of(problem->key), problem->text);
+  if (const auto problem = problem_with(out)) {
+    fail_in(out, place, problem->key, problem->representation, problem->text);
   }
   return out;
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -35,6 +37,11 @@ Material read_material(const JsonValue& value, const JsonPlace& place);
 
 /// Reads an item of the section `particles`.
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place);
+/// Throws InputError with the place of a member of the item at `place`, or of a member of one of
+/// its representations.
+[[noreturn]] void fail_in(const ParticleSource& source, const JsonPlace& place,
+                          const std::string& key, const std::optional<std::size_t>& representation,
+                          std::string_view problem);
 
 /// A sphere whose material is a name.
 struct NamedSphere {

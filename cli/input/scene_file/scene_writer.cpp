@@ -82,6 +82,8 @@ std::string text_of(HiddenClasses /*rule*/, const std::optional<std::vector<std:
   return "[" + list + "]";
 }
 
+std::string text_of(Representations /*rule*/, const std::vector<Representation>& shows);
+
 /// Returns the JSON object, on one line, of the members that `describe(visitor)` visits for
 /// `section`. 0: all members.
 template <typename Describe>
@@ -103,6 +105,15 @@ std::string object_text(const Describe& describe, const char* separator = ", ",
 
 std::string material_text(const Material& material) {
   return object_text([&](const auto& f) { material_fields(f, material.type, material); }, ",");
+}
+
+std::string text_of(Representations /*rule*/, const std::vector<Representation>& shows) {
+  std::string list;
+  for (const Representation& show : shows) {
+    list += (list.empty() ? "" : ", ") +
+            object_text([&](const auto& f) { representation_fields(f, show); });
+  }
+  return list.empty() ? "" : "[" + list + "]";
 }
 
 std::string object_text(const ParticleSource& source) {

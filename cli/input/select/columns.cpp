@@ -101,6 +101,14 @@ void NumberSource::values(std::size_t begin, std::span<double> out) const {
   }
 }
 
+std::string unit_of(std::string_view name, const Particles& particles) {
+  for (const std::string_view length : {"x", "y", "z", "radius"}) {
+    if (name == length) return particles.facts.length_unit;
+  }
+  const auto column = std::ranges::find(particles.numbers, name, &NumberColumn::name);
+  return column == particles.numbers.end() ? "" : column->unit;
+}
+
 std::vector<std::string> number_names(const Particles& particles) {
   std::vector<std::string> names;
   for (const std::string_view name : own_numbers) {

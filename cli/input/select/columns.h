@@ -54,6 +54,10 @@ class NumberSource {
   const std::vector<double>* column_ = nullptr;
 };
 
+/// Returns the unit of a number; empty: unknown. Positions and radii have the file's unit of
+/// length.
+std::string unit_of(std::string_view name, const Particles& particles);
+
 /// Returns the names that NumberSource::of() accepts for these particles.
 std::vector<std::string> number_names(const Particles& particles);
 

@@ -2,17 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "cli/input/particles/beads.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particle_spheres.h"
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/view/principal_axes.h"
 #include "common/base/error.h"
+#include "common/base/printable.h"
 #include "common/scene/settings.h"
 
 namespace parray::input {
@@ -47,22 +50,63 @@ bool is_filled(const ParticleCell& cell, const std::vector<Vec3d>& positions) {
   return true;
 }
 
-Subject subject_of(const SelectedParticles& selected, const Viewing& viewing) {
-  const Particles& particles = selected.particles;
+Subject subject_of(const Particles& particles, bool crystal, const Viewing& viewing) {
   Subject subject;
   const auto& cell = particles.cell;
   subject.molecule =
       !particles.elements.empty() &&
       (!cell || (!particles.residue_names.empty() && !is_filled(*cell, particles.positions)));
-  if (cell && (viewing.whole_cell || selected.crystal)) subject.corners = corners_of(*cell);
+  if (cell && (viewing.whole_cell || crystal)) subject.corners = corners_of(*cell);
   return subject;
+}
+
+/// The spheres of a part whose radius the file does not determine.
+struct OpenRadius {
+  std::size_t begin;
+  std::size_t end;
+  std::optional<std::size_t> representation;
+};
+
+std::vector<OpenRadius> open_radii(const SelectedParticles& selected, bool crystal) {
+  std::vector<OpenRadius> open;
+  std::size_t begin = 0;
+  for (const SelectedPart& part : selected.parts) {
+    const std::size_t end = begin + part.particles.count();
+    if (decided(part.look.radius, part.particles, crystal).rule ==
+        ParticleRadius::Rule::automatic) {
+      open.push_back({begin, end, part.representation});
+    }
+    begin = end;
+  }
+  return open;
+}
+
+/// Gives the radius lattice_radius() of all spheres to the parts that have none.
+void set_open_radii(const std::vector<OpenRadius>& open, std::span<Sphere> spheres,
+                    ParticleSource& source) {
+  if (open.empty()) return;
+  const double radius = lattice_radius(spheres);
+  for (const OpenRadius& part : open) {
+    for (Sphere& sphere : spheres.subspan(part.begin, part.end - part.begin)) {
+      sphere.radius = radius;
+    }
+    ParticleLook& look =
+        part.representation ? source.shows[*part.representation].look : source.look;
+    look.radius.value = radius;
+  }
 }
 
 AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& settings,
                const Viewing& viewing, int threads) {
-  SelectedParticles selected = selected_particles(file, source, {}, threads);
+  Particles all = read_particles(file, request_of(source, {}, threads));
+  decide_for_beads(all, source);
+  Particles particles = selected(std::move(all), file, source, {}, threads);
+  const bool crystal = source.cell.crystal.value_or(false);
+  Subject subject = subject_of(particles, crystal, viewing);
+  SelectedParticles parts = parts_of(std::move(particles), file, source, {}, threads);
   AutoScene out;
   source.file = file.name();
+  out.file.labels.cell = out.file.cell_if_it_fits = crystal;
   out.file.settings = settings;
   out.file.postprocessing = postprocessing_of(viewing.style);
   Scene& scene = out.file.scene;
@@ -73,20 +117,17 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   const auto scenery = static_cast<std::uint32_t>(scene.materials.size());
   out.file.scenery = scenery;
   scene.spheres.resize(scenery);
-  const bool radius_is_open =
-      decided(source.look.radius, selected.particles).rule == ParticleRadius::Rule::automatic;
-  if (selected.crystal) {
-    source.cell.crystal = true;
-    out.file.labels.cell = out.file.cell_if_it_fits = true;
-  }
-  const Subject subject = subject_of(selected, viewing);
+  const std::vector<OpenRadius> open = open_radii(parts, crystal);
   const DefaultLook look{std::string(plain_material_name), plain_material, 1};
-  out.source = append_selected(std::move(selected), file.path(), std::move(source), out.file,
-                               threads, &look);
+  out.source =
+      append_parts(std::move(parts), file.path(), std::move(source), out.file, threads, &look);
   const auto spheres = std::span(scene.spheres).subspan(scenery);
-  if (radius_is_open) {
-    out.source.look.radius.value = lattice_radius(spheres);
-    for (Sphere& sphere : spheres) sphere.radius = out.source.look.radius.value;
+  set_open_radii(open, spheres, out.source);
+  if (viewing.labels) {
+    subject.labels = [&](const Camera& camera) {
+      scene.camera = camera;
+      return viewing.labels(out.file);
+    };
   }
   try {
     const double aspect = static_cast<double>(settings.width) / settings.height;
@@ -113,22 +154,31 @@ Boxed<RenderSettings> auto_scene_settings() {
   return settings;
 }
 
-AutoScene auto_scene(const std::filesystem::path& path, ParticleSource source,
+AutoScene auto_scene(const std::filesystem::path& path, const ParticleSource& source,
                      const RenderSettings& settings, const Viewing& viewing, int threads) {
   PackedFile file(path);
-  return auto_scene(file, std::move(source), settings, viewing, threads);
+  return auto_scene(file, source, settings, viewing, threads);
 }
 
-AutoScene auto_scene(PackedFile& file, ParticleSource source, const RenderSettings& settings,
+AutoScene auto_scene(PackedFile& file, const ParticleSource& source, const RenderSettings& settings,
                      const Viewing& viewing, int threads) {
   const FilePlace place{file.name()};
   try {
-    return made(file, std::move(source), settings, viewing, threads);
+    return made(file, source, settings, viewing, threads);
   } catch (const SourceError& error) {
-    if (error.key() == "material" || error.key() == "radius") throw InputError(error.what());
-    std::string option = error.key();
-    std::ranges::replace(option, '_', '-');
-    place.fail("--" + option + ": " + error.what());
+    const bool named = error.key() == "material" || error.key() == "radius";  // names the file
+    std::string text = error.what();
+    if (!named && !(error.representation() && error.key() == "select")) {
+      std::string option = error.key();
+      std::ranges::replace(option, '_', '-');
+      text = "--" + option + ": " + text;
+    }
+    if (error.representation()) {
+      text = "--show '" + printable(source.shows[*error.representation()].select) + "': " + text;
+    } else if (named) {
+      throw InputError(text);
+    }
+    place.fail(text);
   }
 }
 

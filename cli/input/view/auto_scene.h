@@ -12,6 +12,10 @@ namespace parray::input {
 /// Returns the default settings of an automatic scene: 1200 x 900, 256 samples, depth 10.
 Boxed<RenderSettings> auto_scene_settings();
 
+/// The error of a picture of an automatic scene, in linear radiance. It replaces the number of
+/// samples wherever a picture may stop at an error.
+inline constexpr double auto_scene_error = 0.02;
+
 /// Name of the only material of particles in an automatic scene.
 inline constexpr std::string_view plain_material_name = "plain";
 
@@ -29,11 +33,11 @@ struct AutoScene {
 /// crystals, which is_crystal() recognises if `source` does not tell, have the label `cell`.
 ///
 /// Throws InputError "FILE: problem: remedy".
-AutoScene auto_scene(const std::filesystem::path& path, ParticleSource source,
+AutoScene auto_scene(const std::filesystem::path& path, const ParticleSource& source,
                      const RenderSettings& settings, const Viewing& viewing = {}, int threads = 1);
 
 /// Does the same for an open file.
-AutoScene auto_scene(PackedFile& file, ParticleSource source, const RenderSettings& settings,
+AutoScene auto_scene(PackedFile& file, const ParticleSource& source, const RenderSettings& settings,
                      const Viewing& viewing = {}, int threads = 1);
 
 /// Returns a scene that refers to the particle file `file` instead of containing its spheres.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -22,27 +23,55 @@ inline constexpr double auto_scene_vfov =
 /// Extremes of the spheres along one axis of the picture, measured along lines through the eye.
 ///
 /// A sphere at (x, z), with z towards the eye, lies inside a half-plane through the eye at (ex, ez)
-/// with the slope t if x + t z + r sqrt(1 + t^2) <= ex + t ez. The other side uses -x and -ex. For
-/// t = 0 the lines are parallel: extents of an orthographic camera.
+/// with the slope t if x + t z + r sqrt(1 + t^2) <= ex + t ez. The other side uses -x, -ex and a
+/// slope of its own. For t = 0 the lines are parallel: extents of an orthographic camera.
 struct Wedge {
-  explicit Wedge(double tangent) : t(tangent), secant(square_root(1 + tangent * tangent)) {}
+  /// One side of the wedge.
+  struct Side {
+    explicit Side(double tangent) : t(tangent), secant(square_root(1 + tangent * tangent)) {}
 
-  void add(double x, double z, double radius);
-  void add(const Wedge& other);
-  /// The nearest z of an eye that sees the whole wedge (t > 0), and the x that centres the wedge.
-  [[nodiscard]] double distance() const { return (right + left) / (2 * t); }
-  [[nodiscard]] double middle() const { return (right - left) / 2; }
-  [[nodiscard]] double width() const { return right + left; }  ///< for t = 0
+    void add(double x, double z, double radius) {
+      const double depth = t * z + radius * secant;
+      reach = std::max(reach, depth + x);
+    }
 
-  double t;
-  double secant;
-  double right = -std::numeric_limits<double>::infinity();
-  double left = -std::numeric_limits<double>::infinity();
+    double t;
+    double secant;
+    double reach = -std::numeric_limits<double>::infinity();
+  };
+
+  /// The slopes of the sides towards smaller and towards larger x.
+  Wedge(double low_tangent, double high_tangent) : low(low_tangent), high(high_tangent) {}
+
+  void add(double x, double z, double radius) {
+    high.add(x, z, radius);
+    low.add(-x, z, radius);
+  }
+  void add(const Wedge& other) {
+    high.reach = std::max(high.reach, other.high.reach);
+    low.reach = std::max(low.reach, other.low.reach);
+  }
+  [[nodiscard]] double width() const { return high.reach + low.reach; }
+  /// The nearest z of an eye that sees the whole wedge (low.t + high.t > 0).
+  [[nodiscard]] double distance() const { return width() / (low.t + high.t); }
+  /// The x of an eye for which the wedge is in the middle of the picture.
+  [[nodiscard]] double middle() const { return (high.reach - low.reach) / 2; }
+  /// The x of an eye, as near to middle() as possible, that sees the wedge between `least` and
+  /// `most`: places in the picture relative to its middle, as lengths at z = 0.
+  [[nodiscard]] double middle_between(double least, double most) const {
+    if (least == -most) return middle();
+    return std::max(high.reach - most, std::min(middle(), -least - low.reach));
+  }
+
+  Side low;
+  Side high;
 };
 
 /// The extremes of all spheres. They do not depend on the order of the spheres.
 struct Extent {
-  Extent(Projection projection, double aspect);
+  /// Of a picture in which the spheres are in `area`. `aspect` is the width of the picture divided
+  /// by its height.
+  Extent(Projection projection, double aspect, const PictureArea& area);
 
   void add(const Sphere& sphere, const Viewpoint& view);
   /// Adds the extremes of spheres that come after the spheres of this object.
@@ -55,25 +84,16 @@ struct Extent {
   Sphere lowest{};  ///< the sphere that reaches farthest towards the ground; the first of several
 };
 
-constexpr double filled = 0.85;  ///< share of the picture's width or height that the spheres fill
-
-double tangent_of(Projection projection) {
-  return projection == Projection::orthographic ? 0 : filled * tan_half_of(auto_scene_vfov);
+/// Returns the slope of a line through the eye to a place of the picture, from 0 in the middle to 1
+/// at the edge of the picture's height.
+double slope_of(Projection projection, double place) {
+  return projection == Projection::orthographic ? 0 : place * tan_half_of(auto_scene_vfov);
 }
 
-void Wedge::add(double x, double z, double radius) {
-  const double depth = t * z + radius * secant;
-  right = std::max(right, x + depth);
-  left = std::max(left, depth - x);
-}
-
-void Wedge::add(const Wedge& other) {
-  right = std::max(right, other.right);
-  left = std::max(left, other.left);
-}
-
-Extent::Extent(Projection projection, double aspect)
-    : vertical(tangent_of(projection)), horizontal(tangent_of(projection) * aspect) {}
+Extent::Extent(Projection projection, double aspect, const PictureArea& area)
+    : vertical(slope_of(projection, -area.bottom), slope_of(projection, area.top)),
+      horizontal(slope_of(projection, -area.left) * aspect,
+                 slope_of(projection, area.right) * aspect) {}
 
 void Extent::add(const Sphere& sphere, const Viewpoint& view) {
   const Vec3d p = sphere.center - view.frame.center;
@@ -98,36 +118,61 @@ void Extent::add(const Extent& later) {
   }
 }
 
-/// Returns the extremes of spheres and points, such as the corners of a cell. `aspect` is the width
-/// of the picture divided by its height. The result is the same for any number of threads.
-Extent extent_of(std::span<const Sphere> spheres, std::span<const Vec3d> points,
-                 const Viewpoint& view, Projection projection, double aspect, int threads) {
-  const Extent none(projection, aspect);
-  const Bands bands(spheres.size(), threads);
+/// What the picture shows, and in which form.
+struct Shot {
+  std::span<const Sphere> spheres;
+  std::span<const Vec3d> points;  ///< such as the corners of a cell
+  Viewpoint view;
+  Projection projection;
+  double aspect;  ///< width of the picture divided by its height
+};
+
+/// Returns the extremes of spheres and points. The result is the same for any number of threads.
+Extent extent_of(const Shot& shot, const PictureArea& area, int threads) {
+  const Extent none(shot.projection, shot.aspect, area);
+  const Bands bands(shot.spheres.size(), threads);
   std::vector<Extent> parts(bands.count(), none);
   bands.run([&](std::size_t band, std::size_t begin, std::size_t end) {
     Extent part = none;
-    for (const Sphere& sphere : spheres.subspan(begin, end - begin)) part.add(sphere, view);
+    for (const Sphere& sphere : shot.spheres.subspan(begin, end - begin)) {
+      part.add(sphere, shot.view);
+    }
     parts[band] = part;
   });
   Extent whole = none;
   for (const Extent& part : parts) whole.add(part);
-  for (const Vec3d& point : points) whole.add({point, 0, 0}, view);
+  for (const Vec3d& point : shot.points) whole.add({point, 0, 0}, shot.view);
   return whole;
 }
 
-/// Returns a pinhole camera that shows `extent` in the middle 85 % of its picture. Along the
-/// tighter axis, the extent fills these 85 %.
-Camera camera_for(const Extent& extent, const Viewpoint& view, Projection projection,
-                  double aspect) {
+/// Zooms in: the picture becomes smaller than before. The middle of the extent stays where it is in
+/// the picture. `middle` is its place in the coordinates of `center`, the eye's place.
+void zoom_in(Camera& camera, double zoom, const Vec3d& middle, Vec3d& center) {
+  center = center + (1 - 1 / zoom) * (middle - center);
+  if (camera.projection == Projection::orthographic) {
+    camera.view_height /= zoom;
+    return;
+  }
+  constexpr double half_turn = 180;
+  camera.vfov = 2 * std::atan(camera.tan_half_vfov / zoom) / std::numbers::pi * half_turn;
+  camera.tan_half_vfov = tan_half_of(camera.vfov);
+}
+
+/// Returns a pinhole camera that shows `extent` in `area`, for which the extent was measured. Along
+/// the tighter axis, the extent fills the area. `zoom` above 1 shows a part of it.
+Camera camera_for(const Shot& shot, const Extent& extent, const PictureArea& area, double zoom) {
   const Wedge& horizontal = extent.horizontal;
   const Wedge& vertical = extent.vertical;
+  const double aspect = shot.aspect;
   Camera camera;
-  camera.projection = projection;
+  camera.projection = shot.projection;
   const double tangent = tan_half_of(auto_scene_vfov);
-  if (projection == Projection::orthographic) {
+  double half_height = 0;  // of the picture, at the frame's centre
+  if (shot.projection == Projection::orthographic) {
     camera.vfov = 0;
-    camera.view_height = std::max(vertical.width(), horizontal.width() / aspect) / filled;
+    camera.view_height = std::max(vertical.width() / (area.height() / 2),
+                                  horizontal.width() / aspect / (area.width() / 2));
+    half_height = camera.view_height / 2;
     // The distance of a perspective camera keeps the camera above the ground. The second term keeps
     // it in front of every sphere.
     camera.focus_distance = std::max(camera.view_height / (2 * tangent), 2 * extent.reach);
@@ -135,14 +180,48 @@ Camera camera_for(const Extent& extent, const Viewpoint& view, Projection projec
     camera.vfov = auto_scene_vfov;
     camera.tan_half_vfov = tangent;
     camera.focus_distance = std::max(horizontal.distance(), vertical.distance());
+    half_height = tangent * camera.focus_distance;
   }
-  const Axes& frame = view.frame;
-  camera.look_at = frame.center + horizontal.middle() * frame.right + vertical.middle() * frame.up;
+  const double half_width = half_height * aspect;
+  Vec3d center{horizontal.middle_between(half_width * area.left, half_width * area.right),
+               vertical.middle_between(half_height * area.bottom, half_height * area.top), 0};
+  if (zoom > 1) zoom_in(camera, zoom, {horizontal.middle(), vertical.middle(), 0}, center);
+  const Axes& frame = shot.view.frame;
+  camera.look_at = frame.center + center.x * frame.right + center.y * frame.up;
   camera.look_from = camera.look_at + camera.focus_distance * frame.back;
   camera.up =
       frame.up + Vec3d{};  // turns negative zeros into zeros, because files do not keep their sign
   camera.aperture = 0;
   return camera;
+}
+
+/// A camera, and what the places of the scenery depend on.
+struct Framing {
+  Camera camera;
+  Extent extent;
+  /// Distance of the camera relative to a picture without labels and zoom; at least 1. The scenery
+  /// grows with it, so that it fills the picture.
+  double distance = 1;
+};
+
+/// Frames the spheres: without labels first, because labels depend on the camera, then in the area
+/// that the labels leave free.
+Framing framing_of(const Shot& shot, double zoom, const Subject& subject, int threads) {
+  const double shrink = std::min(zoom, 1.0);
+  Extent extent = extent_of(shot, usual_area, threads);
+  Camera camera = camera_for(shot, extent, usual_area, zoom);
+  const double usual_distance = camera.focus_distance;
+  PictureArea area = usual_area;
+  if (subject.labels) {
+    area = free_area(subject.labels(camera), extent.horizontal.width() / shot.aspect,
+                     extent.vertical.width());
+  }
+  if (shrink < 1) area = scaled(area, shrink);
+  if (area != usual_area) {
+    extent = extent_of(shot, area, threads);
+    camera = camera_for(shot, extent, area, zoom);
+  }
+  return {camera, extent, std::max(camera.focus_distance / usual_distance, 1.0)};
 }
 
 constexpr std::string_view ground_name = "ground";
@@ -160,9 +239,9 @@ constexpr double free_blocker_radius = 345;    ///< covers 60 degrees: no floor 
 constexpr Vec3d studio_blocker{0.85, 0, 0.5};
 constexpr Vec3d free_blocker{0.62, -0.62, 0.48};
 
-Sphere ground_below(const Extent& extent, const Viewpoint& view) {
+Sphere ground_below(const Extent& extent, double reach, const Viewpoint& view) {
   // The ground touches the lowest sphere; all other spheres lie above its tangent plane.
-  const double radius = ground_radius * extent.reach;
+  const double radius = ground_radius * reach;
   const Sphere& lowest = extent.lowest;
   return {lowest.center - (lowest.radius + radius) * view.off_ground, radius, 0};
 }
@@ -230,21 +309,24 @@ std::vector<SceneryObject> scenery_of(const Viewing& viewing) {
 
 Surroundings surroundings_of(std::span<const Sphere> spheres, double aspect, const Viewing& viewing,
                              const Subject& subject, int threads) {
-  const Viewpoint view = viewpoint_of(spheres, viewing.view, subject.molecule);
   const Projection projection = viewing.projection.value_or(
       viewing.view == View::automatic ? Projection::perspective : Projection::orthographic);
-  const Extent extent = extent_of(spheres, subject.corners, view, projection, aspect, threads);
+  const Shot shot{spheres, subject.corners,
+                  viewpoint_of(spheres, viewing.view, subject.molecule, viewing.turning),
+                  projection, aspect};
+  const auto& [camera, extent, distance] = framing_of(shot, viewing.zoom, subject, threads);
+  const double reach = extent.reach * distance;
   Surroundings around;
-  around.camera = camera_for(extent, view, projection, aspect);
+  around.camera = camera;
   around.sky = sky_of(viewing.style);
   around.scenery = scenery_of(viewing);
   for (SceneryObject& object : around.scenery) {
     if (object.name == ground_name) {
-      object.sphere = ground_below(extent, view);
+      object.sphere = ground_below(extent, reach, shot.view);
     } else if (object.name == wall_name) {
-      object.sphere = wall_behind(view.frame, extent.reach, around.camera, aspect);
+      object.sphere = wall_behind(shot.view.frame, reach, around.camera, aspect);
     } else {
-      object.sphere = light_blocker(view.frame, extent.reach, !has_ground(viewing));
+      object.sphere = light_blocker(shot.view.frame, reach, !has_ground(viewing));
     }
   }
   check(around);

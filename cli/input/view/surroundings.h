@@ -1,15 +1,19 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "cli/input/view/free_area.h"
 #include "cli/input/view/style.h"
 #include "cli/input/view/view.h"
 #include "common/scene/scene.h"
 
 namespace parray::input {
+
+struct SceneFile;
 
 /// How an automatic scene shows its particles.
 struct Viewing {
@@ -19,12 +23,20 @@ struct Viewing {
   std::optional<Projection> projection{};
   bool transparent = false;  ///< no floor and no wall
   bool whole_cell = false;   ///< the picture includes the particles' cell
+  Turning turning{};
+  double zoom = 1;  ///< size of the particles relative to the usual size, in zoom_range
+  /// Returns the places of the labels in the picture of a scene that has a camera. Empty: no
+  /// labels.
+  std::function<LabelPlaces(const SceneFile&)> labels{};
 };
+inline constexpr NumberRange zoom_range{0.1, 100};
 
 /// What an automatic scene shows besides spheres.
 struct Subject {
   bool molecule = true;          ///< see viewpoint_of()
   std::vector<Vec3d> corners{};  ///< points that the picture must include
+  /// Returns the place of the labels in the picture of a camera without labels. Empty: no labels.
+  std::function<LabelPlaces(const Camera&)> labels{};
 };
 
 /// A sphere around the particles: a floor, a wall or a light blocker.
@@ -39,7 +51,8 @@ std::vector<SceneryObject> scenery_of(const Viewing& viewing);
 
 /// Camera, light and scenery for a picture of spheres in the style of a publication. The camera
 /// looks from the direction in which the spheres spread most, or from a direction that the user
-/// chose. It has a long lens. Every sphere is inside the picture.
+/// chose. It has a long lens. Every sphere is inside the picture and outside all labels, unless the
+/// user zooms in. A perspective camera moves sideways for this and keeps its direction.
 ///
 /// - ground: a pale floor under the lowest sphere. For a view that does not look down on the floor,
 ///   it is a pale wall behind the farthest sphere. It fills the background.
@@ -63,7 +76,7 @@ inline constexpr Material plain_material{MaterialType::diffuse, {0.35, 0.48, 0.6
 ///
 /// Throws InputError, which names no file, if camera or scenery would lie beyond
 /// limits::max_length. Throws it also if the group is too far from the origin for the precision of
-/// its coordinates.
+/// its coordinates, or if the labels leave too little room for the spheres.
 Surroundings surroundings_of(std::span<const Sphere> spheres, double aspect,
                              const Viewing& viewing = {}, const Subject& subject = {},
                              int threads = 1);

@@ -1,13 +1,18 @@
 #include "cli/input/view/view.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/base/error.h"
+#include "common/base/printable.h"
 #include "common/base/suggest.h"
 #include "common/base/text.h"
+#include "common/scene/scene_ranges.h"
 
 namespace parray::input {
 namespace {
@@ -21,24 +26,59 @@ constexpr double least_sine = 0.28;
 constexpr std::array<View, 6> views_of_axes{View::right, View::left, View::back,
                                             View::front, View::top,  View::bottom};
 
-/// Sines of the camera's elevation and azimuth (to the right).
-struct Turn {
-  double elevation;
-  double azimuth;
+/// Sine and cosine of an angle.
+struct Angle {
+  double sine;
+  double cosine;
+
+  static Angle of_sine(double sine) { return {sine, square_root(1 - sine * sine)}; }
+  /// Multiples of 90 degrees give exact numbers.
+  static Angle of_degrees(double degrees) {
+    const auto sine = [](double angle) {
+      if (std::fmod(angle, 180) == 0) return 0.0;
+      return std::sin(angle / 180 * std::numbers::pi);
+    };
+    return {sine(degrees), sine(90 - degrees)};
+  }
 };
-constexpr Turn molecule_turn{0.3, 0.2};  ///< 17 and 12 degrees
-constexpr Turn box_turn{0.35, 0.45};     ///< 20 and 27 degrees: a box shows three sides
+
+/// The camera's elevation and its azimuth (to the right).
+struct Turn {
+  Angle elevation;
+  Angle azimuth;
+
+  /// Returns the turn with the angles that the user gives.
+  [[nodiscard]] Turn replaced_by(const Turning& turning) const {
+    return {turning.elevation ? Angle::of_degrees(*turning.elevation) : elevation,
+            turning.azimuth ? Angle::of_degrees(*turning.azimuth) : azimuth};
+  }
+};
+constexpr Turn no_turn{{0, 1}, {0, 1}};
+
+/// 17 and 12 degrees.
+Turn molecule_turn() { return {Angle::of_sine(0.3), Angle::of_sine(0.2)}; }
+/// 20 and 27 degrees: a box shows three sides.
+Turn box_turn() { return {Angle::of_sine(0.35), Angle::of_sine(0.45)}; }
 
 /// Returns the frame after a rotation about `up` and a rotation about `right`.
 Axes turned(const Axes& frame, const Turn& turn) {
-  const auto cosine = [](double sine) { return square_root(1 - sine * sine); };
-  const Vec3d level = cosine(turn.azimuth) * frame.back + turn.azimuth * frame.right;
+  const auto& [elevation, azimuth] = turn;
+  const Vec3d level = azimuth.cosine * frame.back + azimuth.sine * frame.right;
   Axes view;
   view.center = frame.center;
-  view.right = cosine(turn.azimuth) * frame.right - turn.azimuth * frame.back;
-  view.back = cosine(turn.elevation) * level + turn.elevation * frame.up;
-  view.up = cosine(turn.elevation) * frame.up - turn.elevation * level;
+  view.right = azimuth.cosine * frame.right - azimuth.sine * frame.back;
+  view.back = elevation.cosine * level + elevation.sine * frame.up;
+  view.up = elevation.cosine * frame.up - elevation.sine * level;
   return view;
+}
+
+/// Returns the frame after a rotation about the unit vector `axis`. Source: Rodrigues' formula.
+Axes rotated(const Axes& frame, const Vec3d& axis, const Angle& angle) {
+  const auto rotate = [&](const Vec3d& v) {
+    return angle.cosine * v + angle.sine * cross(axis, v) +
+           ((1 - angle.cosine) * dot(axis, v)) * axis;
+  };
+  return {rotate(frame.right), rotate(frame.up), rotate(frame.back), frame.center};
 }
 
 /// Extents of centres along three axes.
@@ -88,12 +128,48 @@ Axes around(Axes frame, const Vec3d& center) {
 
 Viewpoint face_on(const Axes& frame) { return {frame, frame.back}; }
 
-Viewpoint automatic_view(std::span<const Sphere> spheres, bool molecule) {
+/// Returns the rotation that turns z to `up`, as the images of x, -y and z in `right`, `back` and
+/// `up`.
+Axes upright(const Vec3d& up) {
+  const Vec3d upwards = normalize(up);
+  const bool along_x = upwards.y == 0 && upwards.z == 0;
+  const Vec3d across = along_x ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0};
+  const Vec3d right = normalize(across - dot(across, upwards) * upwards);
+  return {right, upwards, cross(right, upwards), {}};
+}
+
+/// Returns the axes of a view of a scene whose upward direction is `up`.
+Axes axes_of(View view, const std::optional<Vec3d>& up) {
+  const Axes axes = axes_of(view);
+  if (!up) return axes;
+  const Axes turn = upright(*up);
+  const auto image = [&](const Vec3d& v) {
+    return v.x * turn.right + v.z * turn.up - v.y * turn.back;
+  };
+  return {image(axes.right), image(axes.up), image(axes.back), {}};
+}
+
+/// Returns a viewpoint with a floor if the camera looks down steeply enough, otherwise with a wall.
+Viewpoint above_ground(const Axes& frame, const Vec3d& up) {
+  return {frame, dot(frame.back, up) >= least_sine ? up : frame.back};
+}
+
+/// Returns the view of a flat group, which looks at it unless the user turns it.
+Viewpoint face_on(const Axes& frame, const Turning& turning) {
+  if (turning.empty()) return face_on(frame);
+  return above_ground(turned(frame, no_turn.replaced_by(turning)), frame.up);
+}
+
+Viewpoint automatic_view(std::span<const Sphere> spheres, bool molecule, const Turning& turning) {
   const Reach reach(spheres, coordinates);
+  if (turning.up) {
+    const Axes front = around(axes_of(View::front, turning.up), reach.middle());
+    return above_ground(turned(front, box_turn().replaced_by(turning)), front.up);
+  }
   if (!molecule) {
     constexpr std::array<View, 3> across{View::right, View::front, View::top};
     const auto flat = reach.flat_axis();
-    if (flat) return face_on(around(axes_of(across[*flat]), reach.middle()));
+    if (flat) return face_on(around(axes_of(across[*flat]), reach.middle()), turning);
   }
   const Axes principal = principal_axes(spheres);
   if (Reach(spheres, principal).flat_axis() == std::size_t{2}) {
@@ -101,11 +177,28 @@ Viewpoint automatic_view(std::span<const Sphere> spheres, bool molecule) {
     exact.back = principal_axes(spheres, false).back;
     exact.right = normalize(cross(principal.up, exact.back));
     exact.up = cross(exact.back, exact.right);
-    return face_on(exact);
+    return face_on(exact, turning);
   }
-  if (molecule) return {turned(principal, molecule_turn), principal.up};
-  const Axes front = around(axes_of(View::front), reach.middle());
-  return {turned(front, box_turn), front.up};
+  const Axes level = molecule ? principal : around(axes_of(View::front), reach.middle());
+  const Turn turn = molecule ? molecule_turn() : box_turn();
+  return above_ground(turned(level, turn.replaced_by(turning)), level.up);
+}
+
+/// Turns a named view by the user's angles. `up` is the scene's upward direction.
+Axes turned_by(const Turning& turning, View view, const Axes& frame, const Vec3d& up) {
+  const bool steep = view == View::top || view == View::bottom;
+  const Vec3d axis = steep ? frame.up : up;
+  Turn rise = no_turn;
+  if (turning.elevation) rise.elevation = Angle::of_degrees(*turning.elevation);
+  const Axes aside = rotated(frame, axis, Angle::of_degrees(turning.azimuth.value_or(0)));
+  const Axes risen = turned(aside, rise);
+  constexpr double rounding = 1e-9;
+  if (dot(risen.up, axis) < -rounding) {
+    throw InputError("--elevation " + number_text(*turning.elevation) + ": view " +
+                     std::string(name_of(view)) +
+                     " would turn over the top: use a smaller angle, or another view");
+  }
+  return risen;
 }
 
 }  // namespace
@@ -132,8 +225,8 @@ Axes axes_of(View view) {
     case View::bottom:
       return {{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {}};
     case View::iso: {
-      const Vec3d right = normalize(Vec3d{1, 1, 0});
-      const Vec3d back = normalize(Vec3d{1, -1, 1});
+      const Vec3d right = normalize(Vec3d{3, 2, 0});
+      const Vec3d back = normalize(Vec3d{4, -6, 3});
       return {right, cross(back, right), back, {}};
     }
     case View::top:
@@ -143,11 +236,37 @@ Axes axes_of(View view) {
   return coordinates;
 }
 
-Viewpoint viewpoint_of(std::span<const Sphere> spheres, View view, bool molecule) {
-  if (view == View::automatic) return automatic_view(spheres, molecule);
-  const Axes frame = around(axes_of(view), Reach(spheres, coordinates).middle());
-  const Vec3d up{0, 0, 1};
-  return {frame, dot(frame.back, up) >= least_sine ? up : frame.back};
+Vec3d up_from(std::string_view text) {
+  const std::string_view axis = text.starts_with('+') ? text.substr(1) : text;
+  if (axis == "x") return {1, 0, 0};
+  if (axis == "y") return {0, 1, 0};
+  if (axis == "z") return {0, 0, 1};
+  if (axis == "-x") return {-1, 0, 0};
+  if (axis == "-y") return {0, -1, 0};
+  if (axis == "-z") return {0, 0, -1};
+  std::vector<double> parts;
+  for (const std::string_view part : split_at(',', text)) {
+    const auto value = parsed_between(part, ranges::coordinate.least, ranges::coordinate.most);
+    if (value) parts.push_back(*value);
+  }
+  const bool three = parts.size() == 3 && std::ranges::count(text, ',') == 2;
+  const double largest =
+      three ? std::max({std::abs(parts[0]), std::abs(parts[1]), std::abs(parts[2])}) : 0;
+  if (largest == 0) {
+    throw InputError("'" + printable(text) +
+                     "' is not a direction: write x, y, z, -x, -y, -z, or three numbers such as "
+                     "0,1,1");
+  }
+  return {parts[0] / largest, parts[1] / largest, parts[2] / largest};
+}
+
+Viewpoint viewpoint_of(std::span<const Sphere> spheres, View view, bool molecule,
+                       const Turning& turning) {
+  if (view == View::automatic) return automatic_view(spheres, molecule, turning);
+  const Axes frame = around(axes_of(view, turning.up), Reach(spheres, coordinates).middle());
+  const Vec3d up = turning.up ? normalize(*turning.up) : Vec3d{0, 0, 1};
+  const bool turns = turning.azimuth || turning.elevation;
+  return above_ground(turns ? turned_by(turning, view, frame, up) : frame, up);
 }
 
 }  // namespace parray::input

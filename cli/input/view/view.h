@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
 #include "cli/input/view/principal_axes.h"
+#include "common/scene/number_range.h"
 #include "common/scene/scene.h"
 
 /// Directions of view of an automatic scene.
@@ -37,8 +39,26 @@ struct Viewpoint {
 ///
 /// - front, back: right +x, -x; up +z. left, right: right -y, +y; up +z.
 /// - top, bottom: right +x, -x; up +y.
-/// - iso: isometric, x to the right and y to the left of the middle, both away; up +z.
+/// - iso: x to the right and y to the left of the middle, both away; up +z. The direction (4, -6,
+/// 3)
+///   differs from the exact isometric one, so that the near corner of a cube does not hide the far
+///   corner, and no edge hides another.
 Axes axes_of(View view);
+
+/// How the user turns a view. Angles are in degrees.
+struct Turning {
+  std::optional<Vec3d> up{};  ///< direction of the scene that replaces z in all views; not zero
+  /// Angle by which the camera turns to the right around the upward direction, in azimuth_range.
+  std::optional<double> azimuth{};
+  std::optional<double> elevation{};  ///< angle by which the camera rises, in elevation_range
+
+  [[nodiscard]] bool empty() const { return !up && !azimuth && !elevation; }
+};
+inline constexpr NumberRange azimuth_range{-360, 360};
+inline constexpr NumberRange elevation_range{-90, 90};
+
+/// Parses "x", "-y", "+z" or three numbers "0,1,1". Throws InputError.
+Vec3d up_from(std::string_view text);
 
 /// Returns the viewpoint for `spheres`, which are not empty. `automatic` chooses as follows:
 /// - Flat groups face the camera, along a coordinate axis. Flat molecules and oblique groups face
@@ -47,6 +67,16 @@ Axes axes_of(View view);
 /// - Other molecules: along their principal axes (principal_axes.h), slightly from above and from
 ///   the side.
 /// - All others: z up and x to the right, from above and from the side.
-Viewpoint viewpoint_of(std::span<const Sphere> spheres, View view, bool molecule);
+///
+/// `turning` changes this view:
+/// - With `up`, every view is the view of a scene in which z was turned to `up`, with x as far to
+///   the right as possible. If `up` is x or -x, y takes its place. The automatic view then treats
+///   all particles as the last kind of the list.
+/// - `azimuth` and `elevation` replace the angles of the automatic view. Other views turn by these
+///   angles. For top and bottom, the picture's vertical direction is the axis of the azimuth.
+///
+/// Throws InputError if the elevation would turn the camera over the top.
+Viewpoint viewpoint_of(std::span<const Sphere> spheres, View view, bool molecule,
+                       const Turning& turning = {});
 
 }  // namespace parray::input

@@ -115,8 +115,9 @@ std::optional<DenoisingWorth> denoising_worth(const PathTracer& tracer, const Sc
 
 std::string denoising_does_not_pay(const DenoisingWorth& worth) {
   return "--denoise is not expected to pay: " + number_cell(std::round(worth.samples)) +
-         " samples a pixel, denoised, have an error of about " + formatted("%.2g", worth.denoised) +
-         "; in the same time " + number_cell(std::round(worth.samples + worth.more_samples)) +
+         " samples per pixel, denoised, have an error of about " +
+         formatted("%.2g", worth.denoised) + "; in the same time " +
+         number_cell(std::round(worth.samples + worth.more_samples)) +
          " samples without --denoise have " + formatted("%.2g", worth.undenoised);
 }
 

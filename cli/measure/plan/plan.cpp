@@ -233,7 +233,7 @@ void check_samples(const std::vector<SamplerProbe>& samplers, PlanGoal goal) {
   if (goal.error < best) {
     throw InputError(error_option(goal.error) + "needs more than " +
                      std::to_string(limits::max_samples_per_pixel) +
-                     " samples a pixel, the largest possible number: use " +
+                     " samples per pixel, the largest possible number: use " +
                      formatted("%.1e", 1.1 * best) + " or more");
   }
 }

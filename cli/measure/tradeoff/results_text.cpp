@@ -294,7 +294,7 @@ std::string text_of(const TradeoffResults& results) {
                      " x " + std::to_string(base.height) + " pixels, " +
                      counted(static_cast<std::uint64_t>(results.timing.threads), "thread") + ", " +
                      counted(results.rows.size(), "setting") + " measured against " +
-                     formatted("%.0f", results.reference_samples) + " samples a pixel (RMSE " +
+                     formatted("%.0f", results.reference_samples) + " samples per pixel (RMSE " +
                      rough(results.reference_rmse) + ", subtracted)\n\n";
   text += "Pareto-optimal settings (nothing measured was both faster and as accurate):\n\n" +
           front_text(results);

@@ -56,7 +56,9 @@ class LegendLayout {
       : legend_(legend), em_(style.font.size()), line_(style.line) {
     bar_.height = std::clamp(0.4 * style.room_y, 5 * em_, 12 * em_);
     if (has_scale()) {
-      ticks_ = ticks_between(legend.low, legend.high, static_cast<int>(bar_.height / (1.4 * em_)));
+      const int most = static_cast<int>(bar_.height / (1.4 * em_));
+      ticks_ = legend.log ? log_ticks_between(legend.low, legend.high, most)
+                          : ticks_between(legend.low, legend.high, most);
     }
     title_ = title_of(legend, ticks_.exponent);
     width_ = style.font.width(title_);
@@ -106,8 +108,12 @@ class LegendLayout {
   }
 
   [[nodiscard]] double y_of(double value) const {
-    const double share = value / 2 - legend_.low / 2;
-    return bar_.y + bar_.height * (1 - share / (legend_.high / 2 - legend_.low / 2));
+    const auto on_scale = [this](double number) {
+      return (legend_.log ? std::log(number) : number) / 2;  // half: the width may overflow
+    };
+    const double low = on_scale(legend_.low);
+    const double share = (on_scale(value) - low) / (on_scale(legend_.high) - low);
+    return bar_.y + bar_.height * (1 - share);
   }
 
   void draw_scale(Pen& pen, const Point& at) const {
@@ -177,10 +183,6 @@ void move_apart(std::array<Point, 3>& points, double distance) {
   }
 }
 
-bool overlap(const Box& a, const Box& b) {
-  return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
-}
-
 [[noreturn]] void fail_to_fit(const Block& block, double width, double height,
                               const std::string& other) {
   throw InputError(block.name + ": the label does not fit into " + number_text(width) + " x " +
@@ -227,7 +229,7 @@ Block scale_bar_block(const BlockStyle& style, double length, double pixels,
     pen.centered(middle, at.y + pen.font().cap_height(), text);
     pen.bar({middle - pixels / 2, at.y + above, pixels, thick});
   };
-  return {"--scale-bar", Corner::bottom_right, width, above + thick, draw};
+  return {scale_bar_name, Corner::bottom_right, width, above + thick, draw};
 }
 
 Block axes_block(const BlockStyle& style, const CameraFilm& film) {
@@ -249,6 +251,10 @@ Block axes_block(const BlockStyle& style, const CameraFilm& film) {
     }
   };
   return {"--cell", Corner::bottom_left, side, side, draw};
+}
+
+bool overlap(const Box& a, const Box& b) {
+  return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
 }
 
 std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, double height,

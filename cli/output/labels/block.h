@@ -39,7 +39,9 @@ Block text_block(const BlockStyle& style, const std::string& name, Corner corner
 /// columns as necessary. The block may be larger than the available space.
 Block legend_block(const BlockStyle& style, const Legend& legend);
 
-/// Returns a scale bar of `length` in the scene's unit, `pixels` wide, with its length above it.
+inline constexpr const char* scale_bar_name = "--scale-bar";  ///< name of its block
+
+/// Returns a scale bar of `length` in `unit`, `pixels` wide, with its length above it.
 /// `unit` may be empty.
 Block scale_bar_block(const BlockStyle& style, double length, double pixels,
                       const std::string& unit);
@@ -52,6 +54,9 @@ struct Placed {
   const Block* block;
   Box box;
 };
+
+/// Returns whether two boxes have a common area.
+bool overlap(const Box& a, const Box& b);
 
 /// Places every block in its corner of a picture of width x height pixels. Blocks are `margin` away
 /// from the edges and `gap` apart. Blocks in the upper corners follow downwards, those in the lower

@@ -8,11 +8,19 @@
 namespace parray::labels {
 namespace {
 
+/// Linear greys of lines: 8-bit 100 on light pictures, 170 on dark ones.
+constexpr Vec3d grey_on_light{0.127, 0.127, 0.127};
+constexpr Vec3d grey_on_dark{0.402, 0.402, 0.402};
+/// Width and strength of lines over nearer spheres, relative to visible lines.
+constexpr double hidden_share = 0.8;
+
 /// A pixel under a line, and the share of it that the line covers.
 struct LinePixel {
   int x, y;
   double share;
 };
+
+enum class Part : std::uint8_t { visible, hidden };
 
 bool hides(const DepthMap& map, std::size_t pixel, double z) {
   if (map.depth.empty() || !(static_cast<double>(map.depth[pixel]) < z)) return false;
@@ -56,23 +64,24 @@ double depth_at(const CellLine& line, double share, bool perspective) {
   return 1 / ((1 - share) / line.from_z + share / line.to_z);
 }
 
-/// Calls `visit` for every pixel of the picture that the line covers and that nothing hides.
+/// Calls `visit` for every pixel of the picture in which the line, `width` pixels wide, covers a
+/// share and is visible or hidden, as `wanted` says.
 template <typename Visit>
-void each_visible(const Canvas& canvas, const CellLine& line, bool perspective, const DepthMap& map,
-                  double width, const Visit& visit) {
+void each_pixel(const Canvas& canvas, const CellLine& line, bool perspective, const DepthMap& map,
+                double width, Part wanted, const Visit& visit) {
   const double reach = width / 2 + 1;
-  const auto part = part_inside(line, canvas, reach);
+  const auto inside = part_inside(line, canvas, reach);
   const double dx = line.to.x - line.from.x;
   const double dy = line.to.y - line.from.y;
   const double length = std::hypot(dx, dy);
-  if (!part || !(length > 0)) return;
+  if (!inside || !(length > 0)) return;
   const bool flat =
       std::abs(dx) >= std::abs(dy);  // true: one column per step; false: one row per step
   const double slope = flat ? dy / dx : dx / dy;
   const auto major = [&](double share) {
     return flat ? line.from.x + share * dx : line.from.y + share * dy;
   };
-  const auto [low, high] = std::minmax({major(part->first), major(part->second)});
+  const auto [low, high] = std::minmax({major(inside->first), major(inside->second)});
   const double across = reach * std::hypot(1, slope);
   const auto picture_width = static_cast<int>(canvas.width());
   const auto picture_height = static_cast<int>(canvas.height());
@@ -93,7 +102,8 @@ void each_visible(const Canvas& canvas, const CellLine& line, bool perspective, 
       const std::size_t pixel =
           static_cast<std::size_t>(y) * static_cast<std::size_t>(picture_width) +
           static_cast<std::size_t>(x);
-      if (share > 0 && !hides(map, pixel, z)) visit(LinePixel{x, y, share});
+      const Part part = hides(map, pixel, z) ? Part::hidden : Part::visible;
+      if (share > 0 && part == wanted) visit(LinePixel{x, y, share});
     }
   }
 }
@@ -121,7 +131,7 @@ bool is_light_below(const Canvas& canvas, const std::vector<CellLine>& lines, bo
   double sum = 0;
   double count = 0;
   for (const CellLine& line : lines) {
-    each_visible(canvas, line, perspective, map, width, [&](const LinePixel& pixel) {
+    each_pixel(canvas, line, perspective, map, width, Part::visible, [&](const LinePixel& pixel) {
       sum += std::cbrt(canvas.luminance(pixel.x, pixel.y));
       ++count;
     });
@@ -132,12 +142,19 @@ bool is_light_below(const Canvas& canvas, const std::vector<CellLine>& lines, bo
 }  // namespace
 
 std::vector<CellLine> cell_lines(const ParticleCell& cell, const CameraFilm& film) {
+  unsigned farthest = 0;
+  const auto depth = [&](unsigned bits) { return film.seen(corner(cell, bits)).z; };
+  for (unsigned bits = 1; bits < 8; ++bits) {
+    if (depth(bits) > depth(farthest)) farthest = bits;
+  }
   std::vector<CellLine> lines;
   for (unsigned from = 0; from < 8; ++from) {
     for (const unsigned edge : {1U, 2U, 4U}) {
       if ((from & edge) != 0) continue;
-      const auto line = line_between(corner(cell, from), corner(cell, from | edge), film);
-      if (line) lines.push_back(*line);
+      auto line = line_between(corner(cell, from), corner(cell, from | edge), film);
+      if (!line) continue;
+      line->behind = from == farthest || (from | edge) == farthest;
+      lines.push_back(*line);
     }
   }
   return lines;
@@ -149,7 +166,7 @@ std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& fil
   if (film.perspective() && middle.z <= 0) return names;
   const Point center = film.shown(middle);
   for (unsigned edge = 0; edge < 3; ++edge) {
-    std::optional<Point> best;
+    std::optional<EdgeName> best;
     double outermost = 0;
     for (unsigned from = 0; from < 8; ++from) {
       if ((from >> edge & 1U) != 0) continue;
@@ -163,10 +180,10 @@ std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& fil
       const double outwards = side.x * (half.x - center.x) + side.y * (half.y - center.y);
       if (std::abs(outwards) <= outermost) continue;
       outermost = std::abs(outwards);
-      const double by = outwards < 0 ? -gap : gap;
-      best = Point{half.x + by * side.x, half.y + by * side.y};
+      const Point away = (outwards < 0 ? -1.0 : 1.0) * side;
+      best = {static_cast<char>('a' + edge), half + gap * away, away};
     }
-    if (best) names.push_back({static_cast<char>('a' + edge), *best});
+    if (best) names.push_back(*best);
   }
   return names;
 }
@@ -174,17 +191,17 @@ std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& fil
 void draw_lines(Canvas& canvas, const std::vector<CellLine>& lines, const CameraFilm& film,
                 const DepthMap& map, double width) {
   const bool perspective = film.perspective();
-  const Ink ink = ink_for(is_light_below(canvas, lines, perspective, map, width));
-  const auto draw = [&](double wide, const Vec3d& color, double strength) {
-    for (const CellLine& line : lines) {
-      each_visible(canvas, line, perspective, map, wide, [&](const LinePixel& pixel) {
-        canvas.paint(pixel.x, pixel.y, color, strength * pixel.share);
-      });
-    }
+  const bool light = is_light_below(canvas, lines, perspective, map, width);
+  const Vec3d color = light ? grey_on_light : grey_on_dark;
+  const auto draw = [&](const CellLine& line, Part part, double share) {
+    each_pixel(canvas, line, perspective, map, share * width, part, [&](const LinePixel& pixel) {
+      canvas.paint(pixel.x, pixel.y, color, share * pixel.share);
+    });
   };
-  constexpr double faint = 0.5;
-  draw(2.5 * width, ink.halo, faint);
-  draw(width, ink.color, 1);
+  for (const CellLine& line : lines) {
+    draw(line, Part::visible, 1);
+    if (!line.behind) draw(line, Part::hidden, hidden_share);
+  }
 }
 
 }  // namespace parray::labels

@@ -8,7 +8,7 @@
 #include "cli/output/labels/camera_film.h"
 #include "cli/output/labels/canvas.h"
 
-/// The outline of a box or crystal cell. Nearer spheres hide it.
+/// The outline of a box or crystal cell: thin grey lines.
 namespace parray::labels {
 
 /// What hides parts of a line, one value per pixel. Empty: nothing hides it.
@@ -23,6 +23,7 @@ struct DepthMap {
 struct CellLine {
   Point from, to;       ///< in pixels
   double from_z, to_z;  ///< distances from the camera's plane
+  bool behind = false;  ///< the edge ends at the farthest corner: the cell itself is before it
 };
 
 /// Returns the twelve edges of a cell, without the parts behind the camera.
@@ -34,11 +35,14 @@ std::vector<CellLine> cell_lines(const ParticleCell& cell, const CameraFilm& fil
 struct EdgeName {
   char name;
   Point middle;
+  Point outwards;  ///< unit vector away from the cell
 };
 std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& film, double gap);
 
-/// Draws the lines, `width` pixels wide, in an ink that contrasts with the picture below. `film` is
-/// the one of the lines.
+/// Draws the lines, `width` pixels wide, in a grey that contrasts with the picture below. Nearer
+/// spheres hide the edges behind the cell. Over all other edges they are drawn, too, but thinner:
+/// the atoms on the faces of a cell would make dashes of its outline. `film` is the one of the
+/// lines.
 void draw_lines(Canvas& canvas, const std::vector<CellLine>& lines, const CameraFilm& film,
                 const DepthMap& map, double width);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cli/input/particles/length_unit.h"
 #include "cli/output/labels/block.h"
 #include "cli/output/labels/round_numbers.h"
 #include "common/base/error.h"
@@ -14,7 +15,9 @@ namespace {
 
 constexpr double points_an_inch = 72;
 constexpr double line_points = 0.6;
-constexpr double cell_line_points = 0.8;
+constexpr double cell_line_points = 0.5;
+constexpr double gap_in_ems = 0.8;        ///< between labels, and between labels and particles
+constexpr double edge_name_in_ems = 1.6;  ///< room for the name of an edge of the cell
 
 /// Returns the size of letters in pixels.
 double letter_size(const LabelSettings& settings, double dpi, double height) {
@@ -43,6 +46,12 @@ double dots_per_inch(const LabelSettings& settings, double width) {
   return std::max(width / usual_width_mm * millimetres_an_inch, screen);
 }
 
+void set_title(Legend& legend, const LabelSettings& settings) {
+  if (settings.legend_title.empty()) return;
+  legend.title = settings.legend_title;
+  legend.unit.clear();
+}
+
 double scale_bar_length(double pixels_per_unit, double most_pixels) {
   return round_below(most_pixels / pixels_per_unit);
 }
@@ -56,15 +65,20 @@ struct Labels::Parts {
         font(letter_size(content.settings, dpi, height)),
         line(std::max(line_points * dpi / points_an_inch, 1.0)),
         film(content.camera, width, height),
-        margin(0.8 * font.size()),
+        margin(gap_in_ems * font.size()),
         style{font, line, width - 2 * margin, height - 2 * margin} {
     make_blocks();
-    placed = lay_out(blocks, width, height, margin, 0.8 * font.size());
+    placed = lay_out(blocks, width, height, margin, gap_in_ems * font.size());
   }
 
   void make_blocks();
   void add_legends();
   void add_scale_bar();
+  [[nodiscard]] double longest_bar() const;
+  [[nodiscard]] Block scale_bar(double length, double pixels) const;
+  [[nodiscard]] double widest_bar() const;
+  [[nodiscard]] std::string unit() const;
+  [[nodiscard]] Point place_of(const EdgeName& edge, const DepthMap& map) const;
 
   LabelContent content;
   double width, height;
@@ -110,24 +124,110 @@ void Labels::Parts::add_legends() {
                  "the scene has no colours to explain: colour particles by element, type or "
                  "number");
   }
-  for (const Legend& legend : content.legends) {
+  for (Legend& legend : content.legends) {
+    set_title(legend, content.settings);
+    font.check(content.settings.legend_title, "--legend-title");
     blocks.push_back(legend_block(style, legend));
   }
 }
 
-void Labels::Parts::add_scale_bar() {
+std::string Labels::Parts::unit() const {
   const std::string& named = content.settings.unit;
-  const std::string unit(unit_sign(named.empty() ? content.unit : named));
-  font.check(unit, "--unit");
+  return named.empty() ? content.unit : named;
+}
+
+/// Returns the largest length of a scale bar, in pixels.
+double Labels::Parts::longest_bar() const {
+  return std::max(0.25 * width, std::min(4 * font.size(), 0.5 * width));
+}
+
+void Labels::Parts::add_scale_bar() {
+  font.check(unit(), "--unit");
   const double pixels_per_unit = film.pixels_per_unit(film.distance());
-  const double most = std::max(0.25 * width, std::min(4 * font.size(), 0.5 * width));
-  const double length = scale_bar_length(pixels_per_unit, most);
-  blocks.push_back(scale_bar_block(style, length, length * pixels_per_unit, unit));
+  const double length = scale_bar_length(pixels_per_unit, longest_bar());
+  blocks.push_back(scale_bar(length, length * pixels_per_unit));
+}
+
+/// Returns a scale bar in the unit that needs the fewest digits.
+Block Labels::Parts::scale_bar(double length, double pixels) const {
+  const ShownLength shown = shown_length(length, unit());
+  return scale_bar_block(style, shown.value, pixels, std::string(unit_sign(shown.unit)));
+}
+
+/// Returns the width of the widest scale bar of a camera that shows the scene at the same size or
+/// up to ten times smaller.
+double Labels::Parts::widest_bar() const {
+  const double pixels_per_unit = film.pixels_per_unit(film.distance());
+  double widest = 0;
+  for (const double smaller : {1.0, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0}) {
+    const double length = scale_bar_length(pixels_per_unit / smaller, longest_bar());
+    widest = std::max(widest, scale_bar(length, longest_bar()).width);
+  }
+  return widest;
+}
+
+/// Returns whether the map shows a particle in the box.
+static bool shows_particle(const DepthMap& map, const Box& box, double width) {
+  constexpr std::uint32_t sky = 0xffffffff;
+  if (map.sphere.empty()) return false;
+  for (auto y = static_cast<std::size_t>(box.y); static_cast<double>(y) < box.y + box.height; ++y) {
+    for (auto x = static_cast<std::size_t>(box.x); static_cast<double>(x) < box.x + box.width;
+         ++x) {
+      const std::uint32_t sphere = map.sphere[y * static_cast<std::size_t>(width) + x];
+      if (sphere != sky && sphere >= map.scenery) return true;
+    }
+  }
+  return false;
+}
+
+/// Returns the place of the name of an edge: beside the edge, or farther out if particles or labels
+/// are there.
+Point Labels::Parts::place_of(const EdgeName& edge, const DepthMap& map) const {
+  const double em = font.size();
+  for (double out = 0; out < std::max(width, height); out += em / 8) {
+    const Point at = edge.middle + out * edge.outwards;
+    const Box letter = Box{at.x, at.y, 0, 0}.grown(0.5 * em);
+    const bool inside = letter.x >= 0 && letter.y >= 0 && letter.x + letter.width <= width &&
+                        letter.y + letter.height <= height;
+    if (!inside) break;
+    const bool labelled = std::ranges::any_of(
+        placed, [&](const Placed& label) { return overlap(letter, label.box); });
+    if (!labelled && !shows_particle(map, letter, width)) return at;
+  }
+  return edge.middle;
+}
+
+LabelPlaces Labels::places(const LabelContent& content) {
+  const Parts parts(content);
+  const double em = parts.font.size();
+  const double names = content.settings.cell ? edge_name_in_ems * em : 0;
+  LabelPlaces places;
+  places.margin_x = 2 * names / parts.width;
+  places.margin_y = 2 * names / parts.height;
+  for (const Placed& label : parts.placed) {
+    Box box = label.box;
+    if (label.block->name == scale_bar_name) {
+      const double more = std::max(parts.widest_bar() - box.width, 0.0);
+      box.x -= more;
+      box.width += more;
+    }
+    box = box.grown(gap_in_ems * em + names);
+    places.boxes.push_back({2 * box.x / parts.width - 1, 2 * (box.x + box.width) / parts.width - 1,
+                            1 - 2 * (box.y + box.height) / parts.height,
+                            1 - 2 * box.y / parts.height});
+  }
+  return places;
 }
 
 Labels::Labels(LabelContent content) : parts_(std::make_unique<Parts>(std::move(content))) {}
 Labels::~Labels() = default;
 Labels::Labels(Labels&&) noexcept = default;
+
+std::vector<Box> Labels::boxes() const {
+  std::vector<Box> boxes;
+  for (const Placed& label : parts_->placed) boxes.push_back(label.box);
+  return boxes;
+}
 
 void Labels::draw(Image& image, std::vector<float>& alpha, const DepthMap& map) const {
   Canvas canvas(image, alpha);
@@ -137,8 +237,9 @@ void Labels::draw(Image& image, std::vector<float>& alpha, const DepthMap& map) 
     const double line = std::max(cell_line_points * parts.dpi / points_an_inch, 1.0);
     draw_lines(canvas, cell_lines(*parts.content.cell, parts.film), parts.film, map, line);
     for (const EdgeName& edge : edge_names(*parts.content.cell, parts.film, 0.7 * em)) {
-      Pen pen(parts.font, parts.line, {edge.middle.x - em / 2, edge.middle.y - em / 2, em, em});
-      pen.centered(edge.middle.x, edge.middle.y + 0.27 * em, std::string(1, edge.name));
+      const Point at = parts.place_of(edge, map);
+      Pen pen(parts.font, parts.line, {at.x - em / 2, at.y - em / 2, em, em});
+      pen.centered(at.x, at.y + 0.27 * em, std::string(1, edge.name));
       pen.draw_on(canvas);
     }
   }

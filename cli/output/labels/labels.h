@@ -8,6 +8,7 @@
 #include "cli/input/color/legend.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/label_settings.h"
+#include "cli/input/view/free_area.h"
 #include "cli/output/labels/cell_lines.h"
 #include "common/image/image.h"
 #include "common/scene/scene.h"
@@ -31,6 +32,9 @@ struct LabelContent {
 /// print 120 mm wide, but at least 96 as on a screen.
 double dots_per_inch(const LabelSettings& settings, double width);
 
+/// Gives a legend the title of the settings, if they have one. It contains the unit.
+void set_title(Legend& legend, const LabelSettings& settings);
+
 /// Returns the length of a scale bar: the largest round length of at most `most_pixels`.
 double scale_bar_length(double pixels_per_unit, double most_pixels);
 
@@ -44,6 +48,13 @@ class Labels {
   explicit Labels(LabelContent content);
   ~Labels();
   Labels(Labels&&) noexcept;
+
+  /// Returns the places that labels of `content` need, whatever the scale of its camera is. Throws
+  /// the errors of the constructor.
+  static LabelPlaces places(const LabelContent& content);
+
+  /// Returns the places of all labels except the names of the cell's edges, in pixels.
+  [[nodiscard]] std::vector<Box> boxes() const;
 
   /// Draws the labels on the picture, linear RGB, premultiplied by `alpha` (empty: opaque). Uses
   /// `map` only for `cell`.

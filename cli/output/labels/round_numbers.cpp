@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <initializer_list>
 #include <string_view>
 
 namespace parray::labels {
@@ -21,6 +22,13 @@ std::string fixed(double value, int decimals) {
   const std::string digits = text.data();
   const bool zero = digits.find_first_not_of("0.") == std::string::npos;
   return (value < 0 && !zero ? "\u2212" : "") + digits;
+}
+
+/// Returns the text of factor times 10^exponent. `factor`: 1, 2 or 5.
+std::string text_of_mark(double factor, int exponent) {
+  const bool is_short = exponent >= -3 && exponent <= 4;
+  if (is_short) return fixed(factor * std::pow(10, exponent), std::max(0, -exponent));
+  return (factor == 1 ? "" : fixed(factor, 0) + "\u00b7") + power_of_ten(exponent);
 }
 
 }  // namespace
@@ -67,6 +75,27 @@ Ticks ticks_between(double low, double high, int most) {
     ticks.texts = {fixed(low / unit, decimals)};
   }
   return ticks;
+}
+
+Ticks log_ticks_between(double low, double high, int most) {
+  const auto first = static_cast<int>(std::floor(std::log10(low) + slack));
+  const auto last = static_cast<int>(std::floor(std::log10(high) + slack));
+  const auto marks = [&](std::initializer_list<double> factors, int stride) {
+    Ticks ticks;
+    for (int exponent = first; exponent <= last; exponent += stride) {
+      for (const double factor : factors) {
+        const double value = factor * std::pow(10, exponent);
+        if (value < low * (1 - slack) || value > high * (1 + slack)) continue;
+        ticks.values.push_back(std::clamp(value, low, high));
+        ticks.texts.push_back(text_of_mark(factor, exponent));
+      }
+    }
+    return ticks;
+  };
+  const auto room = static_cast<std::size_t>(most);
+  Ticks ticks = marks({1, 2, 5}, 1);
+  if (ticks.values.size() > room) ticks = marks({1}, 1 + (last - first) / most);
+  return ticks.values.size() < 2 ? ticks_between(low, high, most) : ticks;
 }
 
 std::string power_of_ten(int exponent) {

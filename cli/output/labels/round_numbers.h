@@ -24,6 +24,12 @@ struct Ticks {
 /// < high. Extracts a power of ten if the numbers would be long: from 100,000 on, and below 0.01.
 Ticks ticks_between(double low, double high, int most);
 
+/// Returns at least one and at most `most` (>= 2) marks of a logarithmic scale from `low` to
+/// `high`, which are finite, 0 < low < high: powers of ten, and 2 and 5 times them if there is
+/// room. Texts are whole, so the exponent is 0. A scale without such numbers has the marks of
+/// ticks_between().
+Ticks log_ticks_between(double low, double high, int most);
+
 /// Returns "10" with a superscript.
 std::string power_of_ten(int exponent);
 

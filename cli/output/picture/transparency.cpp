@@ -56,6 +56,15 @@ std::vector<float> remove_sky(Image& image, std::span<const SkySamples> sky,
   return alpha;
 }
 
+void put_on_background(Image& image, std::vector<float>& alpha, const Vec3d& color) {
+  const std::array<double, 3> channels{color.x, color.y, color.z};
+  for (std::size_t i = 0; i < image.rgb.size() && !alpha.empty(); ++i) {
+    const auto free = 1 - static_cast<double>(alpha[i / 3]);
+    image.rgb[i] = static_cast<float>(static_cast<double>(image.rgb[i]) + free * channels[i % 3]);
+  }
+  alpha.clear();
+}
+
 std::string transparent_sha256(const Image& image, std::span<const float> alpha) {
   Sha256 hash;
   hash.add(std::as_bytes(std::span(image.rgb)));

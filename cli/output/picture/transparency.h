@@ -10,6 +10,7 @@
 #include "common/image/image.h"
 #include "common/image/pixel_sums.h"
 #include "common/image/radiance_scale.h"
+#include "common/math/vec.h"
 
 /// Pictures without their background. Alpha of a pixel is the share of its camera rays that hit a
 /// sphere. Its colour is premultiplied: the contribution of these rays to the mean (Porter and
@@ -38,6 +39,9 @@ TransparentPixel without_sky(const std::array<float, 3>& mean, const SkySamples&
 /// and uses the corner's background.
 std::vector<float> remove_sky(Image& image, std::span<const SkySamples> sky,
                               std::span<const std::uint32_t> samples, const RadianceScale& scale);
+
+/// Puts a transparent picture on a background of one colour, linear RGB. Clears `alpha`.
+void put_on_background(Image& image, std::vector<float>& alpha, const Vec3d& color);
 
 /// Returns the SHA-256 of a transparent picture: its premultiplied colours, top row first, then
 /// alpha, as little-endian float32.

@@ -5,19 +5,19 @@
 
 #include "common/math/lanes.h"
 
-/// Groups of rays that traverse a tree together, each taking its steps in turn, and their distances
-/// to the planes of its boxes.
+/// Groups of rays that traverse a tree together, and the distances of rays to the planes of its
+/// boxes. The rays of a group take turns: each makes one step, then each makes the next one.
 namespace parray::trace {
 
 /// Rays of a group that wait for the same kind of step, each with the child that it enters next.
 struct Waiting {
-  static constexpr std::uint32_t most = 64;
+  static constexpr std::uint32_t most = 64;  ///< most rays of a group
 
-  std::uint32_t ray[most];
-  std::uint32_t child[most];
+  std::uint32_t ray[most];    ///< places of the rays in their group
+  std::uint32_t child[most];  ///< numbers of nodes or blocks
   std::uint32_t count = 0;
 
-  /// Adds a ray if `waits` is 1; 0 leaves it out.
+  /// Adds a ray if `waits` is 1; 0 leaves it out. `count` must be below `most` in both cases.
   PARRAY_INLINE void add(std::uint32_t k, std::uint32_t next, std::uint32_t waits) {
     ray[count] = k;
     child[count] = next;
@@ -25,13 +25,14 @@ struct Waiting {
   }
 };
 
-/// Rays with directions of the same signs, and the places in a node that follow from the signs.
+/// Rays with directions of the same signs, and the places in a node that follow from the signs. A
+/// node has the low and the high planes along x, then those along y and z, `Width` planes each.
 template <std::uint32_t Width>
 struct RayGroup {
   const std::uint32_t* ray;  ///< numbers of the rays in the columns
   std::uint32_t count;
-  std::uint32_t octant;
-  std::uint32_t near_x, near_y, near_z;  ///< places of the planes on the near side
+  std::uint32_t octant;  ///< bits 0, 1 and 2: the directions are negative along x, y and z
+  std::uint32_t near_x, near_y, near_z;  ///< places of the first planes on the near side
 
   PARRAY_INLINE RayGroup(const std::uint32_t* rays, std::uint32_t size, std::uint32_t signs)
       : ray(rays),

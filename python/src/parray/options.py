@@ -58,6 +58,10 @@ class PictureOptions(TypedDict, total=False):
     view: Literal["auto", "front", "back", "left", "right", "top", "bottom", "iso", "+x", "-x", "+y", "-y", "+z", "-z"]
     style: Literal["studio", "publication", "flat", "night"]
     projection: Literal["perspective", "orthographic"]
+    up: Union[str, Sequence[float]]
+    azimuth: float
+    elevation: float
+    zoom: float
     # Settings, written by scenes/schema/renew.
     width: int
     height: int
@@ -83,13 +87,16 @@ class RenderOptions(PictureOptions, total=False):
 
     threads: int
     denoise: bool
+    quality: Literal["draft", "good", "print"]
     transparent: bool
+    background: str
     aov: Union[str, Sequence[str]]
     like: Union[str, os.PathLike[str]]
     # Labels and postprocessing of the PNG picture.
     outline: Union[bool, float, str]
     depth_cue: Union[bool, float, str]
     legend: bool
+    legend_title: str
     scale_bar: bool
     unit: str
     time_stamp: bool
@@ -113,11 +120,12 @@ class SubmitOptions(PictureOptions, total=False):
 
 # Options that make the scene. All others are passed on by their names.
 OF_PARTICLES = ("frame", "topology", "alternatives", "crystal", "replicate", "wrap", "whole", "center", "select",
-                "slice", "hide", "color_by", "colormap", "range", "view", "style", "projection")  # fmt: skip
+                "slice", "hide", "color_by", "colormap", "range", "view", "style", "projection", "up", "azimuth",
+                "elevation", "zoom")  # fmt: skip
 OF_SCENE = ("elements", "camera", "sky", "material", *OF_PARTICLES)
 
-_DRAWN = ("outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size", "width_mm",
-          "dpi")  # fmt: skip
+_DRAWN = ("background", "outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size",
+          "width_mm", "dpi")  # fmt: skip
 _FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell", "wrap", "whole")
 _RENAMED = {"opaque": "transparent=False", "no_labels": "labels=False"}
 

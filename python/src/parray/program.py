@@ -129,7 +129,11 @@ def render(
     topology  file with elements and names for a trajectory without them
     color_by, colormap, range   colours by a number or category of the particles; range: (low, high), or "1%:99%"
     view, style, projection   direction of view, surroundings of the particles, and projection
-    legend, scale_bar, unit, time_stamp, cell, text   labels on the PNG picture, which is shown and saved as .png
+    up, azimuth, elevation, zoom   change the camera: up="y", angles in degrees, zoom=1.5
+    background   colour of the PNG picture's background, such as "black" or "#1e90ff", for a particle file without options
+              that choose or colour particles or change the camera
+    quality   "draft", "good" or "print": size and error
+    legend, legend_title, scale_bar, unit, time_stamp, cell, text   labels on the PNG picture, which is shown and saved as .png
     outline, depth_cue        postprocessing of the PNG picture: True, False, or a strength
     font_size, width_mm, dpi  size of the PNG picture in print
     labels    False: no labels, even if the scene has some

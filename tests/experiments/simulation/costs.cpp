@@ -35,10 +35,10 @@ const std::vector<LinkCosts>& known_links() {
        .own_bytes_per_second = 5e9,
        .needs_target = true},
       {.name = "messages",
-       .origin = "leases by messages, measured likewise: rank 0 looks for them every 50 us",
-       .atomic = 80e-6,  // a take is three operations, 235 us together
+       .origin = "measured by tests/bench/window-latency: each operation is a request to rank 0",
+       .atomic = 57e-6,  // a lease is three operations, 169 us together
        .atomic_service = 1e-6,
-       .put = 1e-6,
+       .put = 57e-6,  // a result is two puts, 114 us together
        .bytes_per_second = 5e9,
        .own_atomic = 0.1e-6,
        .own_bytes_per_second = 5e9,

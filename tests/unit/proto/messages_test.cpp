@@ -299,7 +299,7 @@ TEST_CASE("a lease has cells of a valid grid of its own picture") {
     return problem("stages", list);
   };
   CHECK(stages({{2, 10}, {10, 40}}) == "");
-  CHECK(stages({{2, 10}, {11, 41}}) != "");  // the picture has 40 samples a pixel
+  CHECK(stages({{2, 10}, {11, 41}}) != "");  // the picture has 40 samples per pixel
   CHECK(stages({}) != "");
   CHECK(stages({{2, 2}}) != "");
   CHECK(stages({{10, 2}}) != "");

@@ -34,7 +34,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a legend by type has the order of the file and the colours of materials with the type's "
+    "a legend by type is in alphabetical order and has the colours of materials with the type's "
     "name") {
   Particles particles;
   particles.positions.resize(3);
@@ -44,9 +44,9 @@ TEST_CASE(
   const Legend legend = legend_of(particles, {ParticleMaterial::Rule::by_type, {}}, names);
   CHECK(legend.title == "type");
   REQUIRE(legend.entries.size() == 2);
-  CHECK(legend.entries[0].name == "b");
-  CHECK(legend.entries[0].count == 2);
-  CHECK(legend.entries[1] == LegendEntry{"a", {0.25, 0.5, 0.75}, 1});
+  CHECK(legend.entries[0] == LegendEntry{"a", {0.25, 0.5, 0.75}, 1});
+  CHECK(legend.entries[1].name == "b");
+  CHECK(legend.entries[1].count == 2);
   CHECK(legend_of(particles, {ParticleMaterial::Rule::named, "a"}, names).empty());
 }
 

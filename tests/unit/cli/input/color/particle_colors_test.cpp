@@ -3,8 +3,10 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <set>
 #include <sstream>
 #include <string>
@@ -114,6 +116,16 @@ TEST_CASE("numbers are coloured between the least and the largest") {
         std::vector<double>{0, 0, 1, 1, -1});
 }
 
+TEST_CASE("a legend of numbers has the unit of the file") {
+  Particles particles = with_numbers({1, 2});
+  CHECK(colors_of(by_number(), particles).legend.unit.empty());
+  particles.numbers[0].unit = "m/s";
+  particles.facts.length_unit = "um";
+  CHECK(colors_of(by_number(), particles).legend.unit == "m/s");
+  CHECK(colors_of({"z"}, particles).legend.unit == "\u00b5m");
+  CHECK(colors_of({"index"}, particles).legend.unit.empty());
+}
+
 TEST_CASE("a range clips numbers and a note counts them") {
   const std::vector<double> values{-3, -1, 0, 1, unknown, 2};
   CHECK(shares(values, by_number("-1:1")) == std::vector<double>{0, 0, 0.5, 1, -1, 1});
@@ -134,6 +146,62 @@ TEST_CASE("a range clips numbers and a note counts them") {
   REQUIRE(paint.legend.entries.size() == 1);
   CHECK(paint.legend.entries[0].name == "not known");
   CHECK(paint.legend.entries[0].count == 1);
+}
+
+TEST_CASE("a logarithmic scale has equal steps for equal factors, and none for numbers up to 0") {
+  ParticleColoring coloring = by_number();
+  coloring.scale = NumberScale::log;
+  CHECK(shares({1, 100, 10, 0, -5, unknown}, coloring) ==
+        std::vector<double>{0, 1, 0.5, -1, -1, -1});
+  CHECK(shares({1e-300, 1e300, 1}, coloring) == std::vector<double>{0, 1, 0.5});
+  CHECK(shares({7, 7}, coloring) == std::vector<double>{0.5, 0.5});
+  Particles particles = with_numbers({1, 100, -5});
+  const ParticleColors paint = colors_of(coloring, particles);
+  CHECK(paint.legend.log);
+  CHECK(paint.legend.low == 1);
+  CHECK(paint.legend.high == 100);
+  REQUIRE(particles.facts.notes.size() == 1);
+  CHECK(particles.facts.notes[0].text == "particle without a positive vx, in a separate colour");
+  coloring.range = color_range_from("0:");
+  CHECK_THROWS_WITH_AS(shares({1, 2}, coloring),
+                       "a logarithmic scale has no 0: write an end above 0", SourceError);
+  coloring.range = {};
+  CHECK_THROWS_WITH_AS(shares({0, -1}, coloring),
+                       "no particle has a positive vx: choose another column", SourceError);
+}
+
+TEST_CASE("each number is a category, in the order of the numbers and not of the particles") {
+  ParticleColoring coloring = by_number();
+  coloring.scale = NumberScale::categories;
+  coloring.map = {};
+  Particles particles = with_numbers({30, -1.5, 30, 2, unknown});
+  const ParticleColors paint = colors_of(coloring, particles);
+  REQUIRE(paint.legend.entries.size() == 4);
+  const std::array<std::string, 4> names{"-1.5", "2", "30", "no name"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    CHECK(paint.legend.entries[i].name == names.at(i));
+    CHECK(paint.legend.entries[i].color == category_color(i));
+  }
+  CHECK(paint.palette[paint.index[0]] == category_color(2));
+  std::vector<double> many(1001);
+  std::iota(many.begin(), many.end(), 0.0);
+  Particles numbers = with_numbers(many);
+  CHECK_THROWS_WITH_AS(colors_of(coloring, numbers),
+                       "vx has more than 1000 different numbers: use linear or log", SourceError);
+}
+
+TEST_CASE("numbered names have the colour of their number, others that of their place in order") {
+  const std::vector<Vec3d> numbered = colors_of_names({"3", "1", "24"});
+  CHECK(numbered[0] == category_color(2));
+  CHECK(numbered[1] == category_color(0));
+  CHECK(numbered[2] == category_color(23));
+  for (const std::vector<std::string>& names :
+       {std::vector<std::string>{"3", "1", "25"}, {"3", "1", "4x"}, {"3", "0", "7"}}) {
+    std::vector<Vec3d> expected(3);
+    const std::vector<std::size_t> order = reading_order(names);
+    for (std::size_t i = 0; i < order.size(); ++i) expected[order[i]] = category_color(i);
+    CHECK(colors_of_names(names) == expected);
+  }
 }
 
 TEST_CASE("percentiles are by nearest rank and ignore unknown numbers") {
@@ -353,8 +421,8 @@ TEST_CASE("selections and colours are written so that they read back equal") {
   for (const std::string members :
        {R"("select":"name \"A B\"", "slice":"z=1%:", "hide":[])",
         R"("color_by":"vx", "colormap":"blue-red", "range":[-0.5,1e+30])",
-        R"("hide":["water","virtual"], "color_by":"vx", "range":"1%:99.5%")",
-        R"("color_by":"type")"}) {
+        R"("hide":["water","virtual"])", R"("color_by":"vx", "range":"1%:99.5%")",
+        R"("color_by":"vx", "color_scale":"categories")", R"("color_by":"type")"}) {
     CAPTURE(members);
     const SceneFile file = files.read(members);
     std::ostringstream text;

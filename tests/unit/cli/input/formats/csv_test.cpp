@@ -109,4 +109,72 @@ TEST_CASE("CSV: columns of positions have the names of other programs, with unit
   CHECK(balls.radii == std::vector<double>{2});
 }
 
+TEST_CASE("CSV: a comment before the rows may have the names of the columns") {
+  const ParticleFiles files;
+  for (const char* table :
+       {"# x y z speed [m/s]\n1 2 3 4\n", "#x,y,z,speed [m/s]\n1,2,3,4\n",
+        "# x, y, z, speed [m/s]\n1 2 3 4\n", "// X Y Z Speed [m/s]\n1\n1 2 3 4\n",
+        "# made by hand in 2026\n# columns: x y z speed [m/s]\n# the end\n1 2 3 4\n",
+        "% x y z speed\n% m m m m/s\n1 2 3 4\n"}) {
+    for (const char* name : {"a.txt", "a.xyz", "a.csv"}) {
+      CAPTURE(table);
+      const Particles particles = read_particles(files.write(name, table), {.numbers = {"speed"}});
+      CHECK(particles.positions == std::vector<Vec3d>{{1, 2, 3}});
+      CHECK(particles.radii.empty());
+      REQUIRE(particles.numbers.size() == 1);
+      CHECK(particles.numbers[0].unit == "m/s");
+      CHECK(particles.facts.notes.empty());
+    }
+  }
+  CHECK(files.message("a.txt", "# id x y z x\n1 2 3 4 5\n") ==
+        "a.txt:1: two columns are named 'x': rename one");
+  const Particles guessed = files.read("a.txt", "# three other words\n1 2 3\n");
+  CHECK(guessed.facts.notes.size() == 1);
+}
+
+TEST_CASE("CSV: decimal commas are read unless the separator is a comma") {
+  const ParticleFiles files;
+  const auto table = files.write("a.csv", "x;y;z;type;v\n1,5;-2;0,25;a,b;3,5\n1;2;3;c;\n");
+  const Particles particles = read_particles(table, {.numbers = {"v"}});
+  CHECK(particles.positions == std::vector<Vec3d>{{1.5, -2, 0.25}, {1, 2, 3}});
+  CHECK(particles.types.names == Names{"a,b", "c"});
+  CHECK(particles.numbers[0].values[0] == 3.5);
+  CHECK(test::note(particles, "decimal_commas") == 2);
+  CHECK(files.message("a.csv", "x,y,z\n\"1,5\",2,3\n").starts_with("a.csv:2: x '1,5' is not"));
+  CHECK(files.message("a.csv", "x;y;z\n1.5;2;3\n1,5;2;3\n") ==
+        "a.csv:3: the table mixes decimal commas (line 3) and decimal points (line 2): write "
+        "points in all numbers");
+}
+
+TEST_CASE("CSV: units of columns are kept, and radii get the unit of the positions") {
+  const ParticleFiles files;
+  for (const char* table :
+       {"x [m],y [m],z [m],radius [mm],speed [m/s]\n0,0,0,50,1\n",
+        "x_m y_m z_m diameter_mm speed(m/s)\n0 0 0 100 1\n",
+        "x,y,z,radius,speed\nm,m,m,mm,m/s\n0,0,0,50,1\n",
+        "# %ECSV 1.0\n# datatype:\n# - {name: x, unit: m, datatype: float64}\n"
+        "# - {name: y, unit: m, datatype: float64}\n# - {name: z, unit: m, datatype: float64}\n"
+        "# - {name: radius, unit: mm, datatype: float64}\n"
+        "# - {name: speed, unit: m/s, datatype: float64}\nx y z radius speed\n0 0 0 50 1\n"}) {
+    CAPTURE(table);
+    const Particles particles = read_particles(files.write("a.csv", table), {.numbers = {"speed"}});
+    CHECK(particles.facts.length_unit == "m");
+    CHECK(particles.numbers.at(0).unit == "m/s");
+    CHECK(particles.radii[0] == doctest::Approx(0.05));
+    CHECK(test::note(particles, "converted_radii") == 1);
+  }
+  const Particles plain = files.read("a.csv", "x [m],y [m],z [m],radius\n0,0,0,50\n");
+  CHECK(plain.radii == std::vector<double>{50});
+  CHECK(plain.facts.notes.empty());
+  CHECK(files.message("a.csv", "x [m],y [m],z [mm]\n0,0,0\n") ==
+        "a.csv:1: x is in m, but z is in mm: use one unit for all coordinates");
+}
+
+TEST_CASE("CSV: a table of sky coordinates is refused with the formula for positions") {
+  const ParticleFiles files;
+  const std::string says = ": the table has ra and dec, but no x, y and z: add x = d cos(dec)";
+  CHECK(files.message("a.csv", "id,ra,dec,parallax\n1,2,3,4\n").starts_with("a.csv:1" + says));
+  CHECK(files.message("a.txt", "# ra dec plx\n2 3 4\n").starts_with("a.txt:1" + says));
+}
+
 }  // namespace parray

@@ -84,4 +84,18 @@ TEST_CASE("masses in reduced units and of beads give no elements") {
   CHECK(elements("1 55.85\n2 2.014\n") == std::vector<std::uint8_t>{26, 1});
 }
 
+TEST_CASE("LAMMPS data: the title of write_data has the style of units") {
+  const ParticleFiles files;
+  const auto unit = [&](const std::string& title) {
+    return files
+        .read("a.data", title +
+                            "\n\n1 atoms\n1 atom types\n0 9 xlo xhi\n\nAtoms # atomic\n\n"
+                            "1 1 0 0 0\n")
+        .facts.length_unit;
+  };
+  CHECK(unit("LAMMPS data file via write_data, version 2 Aug 2023, timestep = 0, units = micro") ==
+        "um");
+  CHECK(unit("LAMMPS data file via write_data, version 2 Aug 2023, timestep = 0").empty());
+}
+
 }  // namespace parray

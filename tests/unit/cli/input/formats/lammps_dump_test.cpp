@@ -121,4 +121,18 @@ TEST_CASE("LAMMPS dumps: empty frames at the beginning are skipped") {
   CHECK(has_note(particles, "empty_frames"));
 }
 
+TEST_CASE("LAMMPS dumps: UNITS in the first frame gives all frames their unit of length") {
+  const ParticleFiles files;
+  const std::string frame = dump("pp pp pp\n0 1\n0 1\n0 1\n", "x y z", "1 2 3");
+  for (const auto& [style, unit] : {std::pair("metal", "angstrom"), std::pair("nano", "nm"),
+                                    std::pair("si", "m"), std::pair("lj", "")}) {
+    CAPTURE(style);
+    const auto file =
+        files.write("a.dump", std::string("ITEM: UNITS\n") + style + "\n" + frame + frame);
+    CHECK(read_particles(file).facts.length_unit == unit);
+    CHECK(read_particles(file, {.frame = FrameChoice{1}}).facts.length_unit == unit);
+  }
+  CHECK(files.read("a.dump", frame).facts.length_unit.empty());
+}
+
 }  // namespace parray

@@ -196,14 +196,13 @@ TEST_CASE("names of particle files are relative to the scene's folder, or absolu
 TEST_CASE("memory for spheres is reserved exactly") {
   Particles particles;
   particles.positions.resize(1000);
-  const ParticleSource source{.file = "some.ply",
-                              .look = {.material = {ParticleMaterial::Rule::named, "stone"},
-                                       .radius = {ParticleRadius::Rule::fixed, 1}}};
+  const ParticleLook look{.material = {ParticleMaterial::Rule::named, "stone"},
+                          .radius = {ParticleRadius::Rule::fixed, 1}};
   MaterialNames names;
   names.define("stone", diffuse({1, 1, 1}));
   Scene scene;
   scene.spheres.resize(7);
-  append_spheres(std::move(particles), {}, source, names, scene);
+  append_spheres(std::move(particles), {}, look, "some.ply", names, scene);
   CHECK(scene.spheres.size() == 1007);
   CHECK(scene.spheres.capacity() == 1007);
 }

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,12 @@ std::vector<Sphere> sheet(int nx, int ny, const Vec3d& across, const Vec3d& alon
 
 bool near(const Vec3d& a, const Vec3d& b) { return length(a - b) < 1e-12; }
 
+Vec3d rotated_about_z(const Vec3d& v, double degrees) {
+  const double angle = degrees / 180 * std::numbers::pi;
+  return {std::cos(angle) * v.x - std::sin(angle) * v.y,
+          std::sin(angle) * v.x + std::cos(angle) * v.y, v.z};
+}
+
 }  // namespace
 
 TEST_CASE("the axes of every view are those that it promises") {
@@ -49,7 +56,7 @@ TEST_CASE("the axes of every view are those that it promises") {
   axes(View::top, {1, 0, 0}, {0, 1, 0}, {0, 0, 1});
   axes(View::bottom, {-1, 0, 0}, {0, 1, 0}, {0, 0, -1});
   const Axes iso = axes_of(View::iso);
-  CHECK(near(iso.back, normalize(Vec3d{1, -1, 1})));
+  CHECK(near(iso.back, normalize(Vec3d{4, -6, 3})));
   CHECK(iso.up.z > 0.8);
   CHECK(std::abs(iso.right.z) == 0);
   CHECK(iso.right.x > 0);
@@ -58,6 +65,81 @@ TEST_CASE("the axes of every view are those that it promises") {
     const Axes frame = axes_of(view);
     CHECK(near(cross(frame.right, frame.up), frame.back));
   }
+}
+
+TEST_CASE("view iso shows the far corner of a cube beside the near one, and all its edges apart") {
+  const Axes iso = axes_of(View::iso);
+  const auto shown = [&](const Vec3d& p) { return Vec3d{dot(p, iso.right), dot(p, iso.up), 0}; };
+  const Vec3d near_corner{1, 0, 1};
+  const Vec3d far_corner{0, 1, 0};
+  const Vec3d apart = shown(near_corner - far_corner);
+  CHECK(length(apart) > 0.3);
+  for (const Vec3d& edge : {Vec3d{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+    const Vec3d along = shown(edge);
+    CHECK(length(cross(along, apart)) / length(along) > 0.05);  // distance of the parallel edges
+  }
+}
+
+TEST_CASE("up, azimuth and elevation turn every view as they say") {
+  const std::vector<Sphere> spheres = cloud(50, {0, 0, 0}, {3, 2, 1}, 0.1, 4);
+  const auto frame = [&](View view, const Turning& turning) {
+    return viewpoint_of(spheres, view, false, turning).frame;
+  };
+  const Vec3d y{0, 1, 0};
+  CHECK(near(frame(View::front, {.up = y}).up, y));
+  CHECK(near(frame(View::front, {.up = y}).right, {1, 0, 0}));
+  CHECK(near(frame(View::front, {.up = y}).back, {0, 0, 1}));
+  CHECK(near(frame(View::top, {.up = y}).back, y));
+  CHECK(near(frame(View::front, {.up = Vec3d{-1, 0, 0}}).up, {-1, 0, 0}));
+  CHECK(near(frame(View::front, {.up = Vec3d{0, 0, 2}}).back, axes_of(View::front).back));
+  CHECK(near(frame(View::front, {.azimuth = 90}).back, axes_of(View::right).back));
+  CHECK(near(frame(View::front, {.azimuth = -90}).back, axes_of(View::left).back));
+  CHECK(near(frame(View::front, {.azimuth = 180}).back, axes_of(View::back).back));
+  CHECK(near(frame(View::front, {.elevation = 90}).back, axes_of(View::top).back));
+  CHECK(near(frame(View::top, {.elevation = -90}).back, axes_of(View::front).back));
+  CHECK(near(frame(View::iso, {.azimuth = 360}).back, axes_of(View::iso).back));
+  CHECK(near(frame(View::iso, {.azimuth = 40}).back, rotated_about_z(axes_of(View::iso).back, 40)));
+  // The angles of the automatic view are replaced.
+  const Axes automatic = frame(View::automatic, {});
+  const Axes front = frame(View::automatic, {.azimuth = 0, .elevation = 0});
+  CHECK(near(front.back, axes_of(View::front).back));
+  CHECK(frame(View::automatic, {.azimuth = 0}).back.z == doctest::Approx(automatic.back.z));
+  CHECK(near(frame(View::automatic, {.up = y, .azimuth = 0, .elevation = 0}).back, {0, 0, 1}));
+  for (const View view : {View::automatic, View::front, View::iso, View::bottom}) {
+    for (const Vec3d& up : {Vec3d{0, 1, 0}, Vec3d{1, 2, 3}, Vec3d{-5, 0, 0}}) {
+      const Axes turned = frame(view, {.up = up, .azimuth = 33, .elevation = 20});
+      CHECK(near(cross(turned.right, turned.up), turned.back));
+      CHECK(length(turned.up) == doctest::Approx(1));
+    }
+  }
+}
+
+TEST_CASE("a turned camera has a floor below it only if it looks down") {
+  const std::vector<Sphere> spheres = cloud(50, {0, 0, 0}, {1, 1, 1}, 0.1, 1);
+  const auto ground = [&](double elevation) {
+    return viewpoint_of(spheres, View::front, false, {.elevation = elevation}).off_ground;
+  };
+  CHECK(ground(30) == Vec3d{0, 0, 1});
+  CHECK(ground(5).z < 0.1);
+  CHECK(ground(-30).z < 0);
+}
+
+TEST_CASE("directions and turns that are impossible are refused with a remedy") {
+  CHECK(up_from("x") == Vec3d{1, 0, 0});
+  CHECK(up_from("+y") == Vec3d{0, 1, 0});
+  CHECK(up_from("-z") == Vec3d{0, 0, -1});
+  CHECK(up_from("0,2,-4") == Vec3d{0, 0.5, -1});
+  for (const char* text :
+       {"", "w", "0,0,0", "1,2", "1,2,3,4", "1,nan,0", "1,,2", "x,y,z", "1e999,0,0"}) {
+    CAPTURE(text);
+    CHECK(message_of<InputError>([&] {
+            (void)up_from(text);
+          }).find("is not a direction: write x") != std::string::npos);
+  }
+  const std::vector<Sphere> one{{{0, 0, 0}, 1, 0}};
+  CHECK(message_of<InputError>(
+            [&] { (void)viewpoint_of(one, View::iso, false, {.elevation = 80}); }) ==
+        "--elevation 80: view iso would turn over the top: use a smaller angle, or another view");
 }
 
 TEST_CASE("cameras of views look along their axes for any particles") {

@@ -15,7 +15,7 @@ RenderSettings asked(std::uint32_t samples, double target = 0) {
   return settings;
 }
 
-/// 8 samples a pixel of two scenes that ship, 300 x 200 pixels.
+/// 8 samples per pixel of two scenes that ship, 300 x 200 pixels.
 constexpr DenoisingProbe lens{8, 0.0259, 0.0181, 15};
 constexpr DenoisingProbe molecule{8, 0.0400, 0.0055, 15};
 

@@ -32,7 +32,7 @@ struct Holding {
   std::array<double, 5> pictures{};
 };
 
-/// Of `trials` pictures of 32 samples a pixel; radiance_of(dice, pixel), whose mean is
+/// Of `trials` pictures of 32 samples per pixel; radiance_of(dice, pixel), whose mean is
 /// truth_of(pixel).
 Holding holding(int trials, double largest, const auto& radiance_of, const auto& truth_of) {
   Holding hold;

@@ -207,6 +207,22 @@ TEST_CASE("long numbers have a common power of ten") {
   CHECK(power_of_ten(12) == "10\u00b9\u00b2");
 }
 
+TEST_CASE("a logarithmic scale has marks at powers of ten, and at 2 and 5 if there is room") {
+  const Ticks wide = log_ticks_between(0.02, 3e7, 6);
+  REQUIRE(wide.values.size() >= 3);
+  for (const double value : wide.values) {
+    CHECK(std::log10(value) == doctest::Approx(std::round(std::log10(value))));
+  }
+  CHECK(wide.exponent == 0);
+  CHECK(wide.values.size() <= 6);
+  CHECK(log_ticks_between(1, 12, 6).texts == std::vector<std::string>{"1", "2", "5", "10"});
+  CHECK(log_ticks_between(0.1, 1, 4).texts == std::vector<std::string>{"0.1", "0.2", "0.5", "1"});
+  CHECK(log_ticks_between(2.1, 2.2, 6).texts == ticks_between(2.1, 2.2, 6).texts);
+  const Ticks extreme = log_ticks_between(1e-300, 1e300, 6);
+  CHECK(extreme.values.size() <= 6);
+  CHECK(extreme.texts.front().starts_with("10\u207b"));
+}
+
 TEST_CASE("round numbers are 1, 2 or 5 times a power of ten, above or below the value") {
   for (const double value : {1e-300, 0.0031, 0.1, 0.99, 1.0, 3.0, 5.0, 7.2, 1e5, 6e300}) {
     CHECK(round_below(value) <= value * (1 + 1e-5));
@@ -341,6 +357,23 @@ TEST_CASE("a scale bar is as long as the camera shows that length at look_at, to
   CHECK(sum / 3 == doctest::Approx(pixels).epsilon(1e-4));  // halos are as white as the picture
 }
 
+TEST_CASE("a scale bar has a unit that needs few digits") {
+  const auto drawn = [](double scale, const std::string& unit) {
+    LabelContent content = content_of(800, 600);
+    content.camera.look_from.z *= scale;
+    content.settings.scale_bar = true;
+    content.unit = unit;
+    Image image = grey(800, 600, 1);
+    std::vector<float> opaque;
+    Labels{content}.draw(image, opaque, {});
+    return image.rgb;
+  };
+  CHECK(drawn(0.01, "m") == drawn(10, "mm"));
+  CHECK(drawn(0.01, "m") != drawn(0.01, ""));
+  CHECK(drawn(1e4, "pc") == drawn(10, "kpc"));
+  CHECK(drawn(1e4, "angstrom") != drawn(1e3, "nm"));
+}
+
 TEST_CASE("an orthographic camera shows a length with the same number of pixels anywhere") {
   Camera camera = camera_of(40);
   camera.projection = Projection::orthographic;
@@ -395,41 +428,72 @@ TEST_CASE("the height of text follows from its points and the resolution of prin
 
 // ---- The cell ----------------------------------------------------------------------------------
 
-TEST_CASE("lines of a cell are hidden only behind nearer spheres") {
+TEST_CASE("nearer spheres hide the edges behind a cell, and make all others thinner") {
   const ParticleCell cell{{-1, -1, -1}, {Vec3d{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}};
-  const CameraFilm film(camera_of(40), 300, 300);
+  Camera camera = camera_of(40);
+  camera.look_from = {3, 4, 9};  // no edge hides another
+  const CameraFilm film(camera, 300, 300);
   const std::vector<CellLine> lines = cell_lines(cell, film);
   REQUIRE(lines.size() == 12);
-  const auto drawn = [&](const DepthMap& map) {
+  CHECK(std::ranges::count(lines, true, &CellLine::behind) == 3);
+  const auto drawn = [&](const DepthMap& map, const std::vector<CellLine>& some) {
     Image image = grey(300, 300, 0.8F);
     std::vector<float> opaque;
     Canvas canvas(image, opaque);
-    draw_lines(canvas, lines, film, map, 2);
+    draw_lines(canvas, some, film, map, 2);
     return image;
   };
-  const Image all = drawn({});
+  std::vector<CellLine> behind = lines;
+  std::erase_if(behind, [](const CellLine& line) { return !line.behind; });
+  std::vector<CellLine> front = lines;
+  std::erase_if(front, [](const CellLine& line) { return line.behind; });
+  const Image all = drawn({}, lines);
   const std::vector<float> sky(300 * 300, std::numeric_limits<float>::infinity());
-  CHECK(drawn({sky, {}, 0}).rgb == all.rgb);
-  const std::vector<float> wall(300 * 300, 8.5F);
-  CHECK(changed(drawn({wall, {}, 0}), 0.8F) == 0);  // the front is 9 away
-  const std::vector<float> middle(300 * 300, 10.0F);
-  const std::size_t front = changed(drawn({middle, {}, 0}), 0.8F);
-  CHECK(front > 500);
-  CHECK(front < changed(all, 0.8F));
-  // Half of the picture hidden: the other half as before.
-  std::vector<float> half = sky;
-  for (std::size_t y = 0; y < 300; ++y) std::fill_n(half.begin() + std::ptrdiff_t(300 * y), 150, 1);
-  const Image right_half = drawn({half, {}, 0});
-  for (std::size_t y = 0; y < 300; ++y) {
-    for (std::size_t x = 0; x < 300; ++x) {
-      const std::size_t at = 3 * (300 * y + x);
-      if (right_half.rgb[at] != (x < 150 ? 0.8F : all.rgb[at])) FAIL_CHECK("at ", x, ", ", y);
+  CHECK(drawn({sky, {}, 0}, lines).rgb == all.rgb);
+  const std::vector<float> wall(300 * 300, 1.0F);
+  CHECK(changed(drawn({wall, {}, 0}, behind), 0.8F) == 0);
+  // Every part of the front lines is still there, but paler.
+  const Image open = drawn({}, front);
+  const Image hidden = drawn({wall, {}, 0}, front);
+  for (const CellLine& line : front) {
+    for (double share = 0.05; share < 1; share += 0.05) {
+      const auto x = static_cast<std::size_t>(line.from.x + share * (line.to.x - line.from.x));
+      const auto y = static_cast<std::size_t>(line.from.y + share * (line.to.y - line.from.y));
+      CHECK(hidden.rgb[3 * (300 * y + x)] < 0.75F);
+      CHECK(hidden.rgb[3 * (300 * y + x)] > open.rgb[3 * (300 * y + x)]);
     }
   }
   // Ground and lights of an automatic scene hide nothing.
   const std::vector<std::uint32_t> ground(300 * 300, 1);
-  CHECK(drawn({wall, ground, 2}).rgb == all.rgb);
-  CHECK(changed(drawn({wall, ground, 1}), 0.8F) == 0);
+  CHECK(drawn({wall, ground, 2}, lines).rgb == all.rgb);
+  CHECK(changed(drawn({wall, ground, 1}, behind), 0.8F) == 0);
+}
+
+TEST_CASE("lines of a cell are grey, without a halo") {
+  const ParticleCell cell{{-1, -1, -1}, {Vec3d{2, 0, 0}, {0, 2, 0}, {0, 0, 2}}};
+  const CameraFilm film(camera_of(40), 300, 300);
+  for (const auto& [background, line] : {std::pair(0.8F, 0.127F), std::pair(0.02F, 0.402F)}) {
+    Image image = grey(300, 300, background);
+    std::vector<float> opaque;
+    Canvas canvas(image, opaque);
+    draw_lines(canvas, cell_lines(cell, film), film, {}, 2);
+    const auto [least, most] = std::minmax_element(image.rgb.begin(), image.rgb.end());
+    CHECK(*least == doctest::Approx(std::min(background, line)).epsilon(0.01));
+    CHECK(*most == doctest::Approx(std::max(background, line)).epsilon(0.01));
+  }
+}
+
+TEST_CASE("a legend's title replaces the name and the unit of the numbers") {
+  Legend legend = velocity;
+  set_title(legend, {});
+  CHECK(legend == velocity);
+  set_title(legend, {.legend_title = "speed (m/s)"});
+  CHECK(legend.title == "speed (m/s)");
+  CHECK(legend.unit.empty());
+  LabelContent content = content_of(600, 400);
+  content.settings = {.legend = true, .legend_title = "\u4e2d"};
+  content.legends = {velocity};
+  CHECK(refusal(content).starts_with("--legend-title: the font DejaVu Sans has no character"));
 }
 
 TEST_CASE("a cell around the camera is drawn only in front of the camera") {

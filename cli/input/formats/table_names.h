@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/input/particles/file_place.h"
+
+/// Names and units of the columns of a text table.
+namespace parray::input {
+
+struct TableNames {
+  std::vector<std::string> names;  ///< lower case, without units; positions are x, y and z
+  std::vector<std::string> units;  ///< one per name; empty: unknown. Lengths: see LengthUnit
+  bool has_positions = false;
+};
+
+/// Returns the names of the columns in the form that layout_of() knows. A unit is in brackets at
+/// the end ("x [nm]", "vx (m/s)"). Positions and radii may have the name of a unit of length after
+/// a mark ("x_pc", "radius_mm"). Renames position columns to x, y and z. Programs call them pos_x,
+/// PositionX, x_coord, Points:0 (ParaView), Position.X (OVITO), Rx and so on. If a column is called
+/// x, y or z, it is the position.
+TableNames table_names(const std::vector<std::string_view>& header);
+
+/// Returns the words of a header line without quotes. A tab, comma or semicolon separates names, or
+/// else blanks do. Brackets after a blank belong to the name before: "x [m] y [m] z [m]".
+std::vector<std::string_view> words_of_header(std::string_view line);
+
+/// Joins words such as "[m]" to the word before them. The words must be parts of one line.
+void join_units(std::vector<std::string_view>& words);
+
+/// Takes units from a row of units, such as "m", "(m)", "[m/s]", one per name. Returns false, and
+/// takes none, if those of x, y and z are not the same known unit of length.
+bool take_units(const std::vector<std::string_view>& row, TableNames& table);
+
+/// Returns the unit of the positions. Empty: unknown. Fails at `place` if x, y and z have different
+/// units. The table must have positions.
+std::string unit_of_positions(const TableNames& table, const FilePlace& place);
+
+/// Returns the two angles of sky coordinates among the names: "ra" and "dec", or galactic
+/// "glon" and "glat", as in the table. Returns empty texts if there are none.
+std::array<std::string, 2> sky_angles(const TableNames& table);
+
+/// Fails at `place`, and says how to compute positions, if the table has sky coordinates instead of
+/// positions.
+void refuse_sky_coordinates(const TableNames& table, const FilePlace& place);
+
+}  // namespace parray::input

@@ -1,0 +1,121 @@
+#include "cli/input/particles/beads.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "cli/input/particles/elements.h"
+#include "common/scene/scene_ranges.h"
+
+namespace parray::input {
+namespace {
+
+/// Returns the column of the particles' names. Null: they have none.
+const NameColumn* names_of(const Particles& particles) {
+  if (!particles.atom_names.empty()) return &particles.atom_names;
+  return particles.facts.format == "XYZ" && !particles.types.empty() ? &particles.types : nullptr;
+}
+
+std::uint64_t noted(const Particles& particles, std::string_view key) {
+  std::uint64_t count = 0;
+  for (const ParticleNote& note : particles.facts.notes) count += note.key == key ? note.count : 0;
+  return count;
+}
+
+/// Returns the positions in the order of the coordinate in which they extend farthest.
+std::vector<Vec3d> sorted_along_widest(std::span<const Vec3d> positions) {
+  Vec3d low = positions.front();
+  Vec3d high = low;
+  for (const Vec3d& p : positions) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  const Vec3d extent = high - low;
+  std::vector<Vec3d> sorted(positions.begin(), positions.end());
+  // The widest coordinate comes first: the others only shift or swap.
+  if (extent.y >= extent.x && extent.y >= extent.z) {
+    for (Vec3d& p : sorted) p = {p.y, p.z, p.x};
+  } else if (extent.z >= extent.x) {
+    for (Vec3d& p : sorted) p = {p.z, p.x, p.y};
+  }
+  std::ranges::sort(sorted, {}, [](const Vec3d& p) { return std::array{p.x, p.y, p.z}; });
+  return sorted;
+}
+
+/// Returns the distance of the nearest neighbour of a position. `sorted` ascends in x.
+double nearest_to(std::size_t place, const std::vector<Vec3d>& sorted) {
+  const Vec3d& center = sorted[place];
+  double nearest = std::numeric_limits<double>::infinity();
+  const auto visit = [&](const Vec3d& other) {
+    if (std::abs(other.x - center.x) >= nearest) return false;
+    nearest = std::min(nearest, length(other - center));
+    return true;
+  };
+  for (std::size_t i = place + 1; i < sorted.size() && visit(sorted[i]); ++i) {
+  }
+  for (std::size_t i = place; i > 0 && visit(sorted[i - 1]); --i) {
+  }
+  return nearest;
+}
+
+}  // namespace
+
+double typical_distance(std::span<const Vec3d> positions) {
+  if (positions.size() < 2) return 0;
+  constexpr std::size_t most = 1000;
+  const std::vector<Vec3d> sorted = sorted_along_widest(positions);
+  const std::size_t step = (sorted.size() + most - 1) / most;
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < sorted.size(); i += step) distances.push_back(nearest_to(i, sorted));
+  const auto middle = distances.begin() + std::ssize(distances) / 2;
+  std::ranges::nth_element(distances, middle);
+  return *middle;
+}
+
+bool are_beads(const Particles& particles) {
+  constexpr double longest_bond = 2;  // angstrom; of light atoms
+  const NameColumn* const names = names_of(particles);
+  const std::size_t count = particles.count();
+  if (names == nullptr || particles.facts.format == "CIF") return false;
+  if (particles.elements.empty()) return true;
+  std::size_t unknown = 0;
+  std::size_t symbols = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint8_t number = particles.elements[i];
+    unknown += number == 0 ? 1 : 0;
+    symbols += number != 0 && atomic_number_of(names->of(i)) == number ? 1 : 0;
+  }
+  if (2 * unknown >= count) return true;
+  const std::uint64_t guessed = noted(particles, "guessed_elements");
+  return 2 * guessed >= count && 2 * symbols < count &&
+         typical_distance(particles.positions) > longest_bond;
+}
+
+void decide_for_beads(Particles& particles, ParticleSource& source) {
+  const bool open_colors = source.look.coloring.empty() && particles.colors.empty() &&
+                           source.look.material.rule == ParticleMaterial::Rule::automatic;
+  const bool open_radius = particles.radii.empty() && source.look.radius_by.empty() &&
+                           source.look.radius.rule == ParticleRadius::Rule::automatic;
+  if ((!open_colors && !open_radius) || !are_beads(particles)) return;
+  std::string text = "beads, whose names are no elements:";
+  if (open_colors) {
+    source.look.coloring.by = particles.atom_names.empty() ? "type" : "atom";
+    text += " coloured by name";
+  }
+  const double radius = open_radius ? typical_distance(particles.positions) / 2 : 0;
+  if (radius >= ranges::length.least) {
+    source.look.radius = {ParticleRadius::Rule::fixed, radius};
+    text += std::string(open_colors ? "," : "") + " with the radius at which neighbours touch";
+  }
+  std::vector<ParticleNote>& notes = particles.facts.notes;
+  std::erase_if(notes, [](const ParticleNote& note) {
+    return note.key == "guessed_elements" || note.key == "unknown_elements";
+  });
+  notes.push_back({"beads", particles.count(), text});
+}
+
+}  // namespace parray::input

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+
+#include "cli/input/particles/particles.h"
+#include "cli/input/scene_file/particle_source.h"
+
+/// The beads of coarse models, whose names are no elements.
+namespace parray::input {
+
+/// Returns whether the particles of a file are beads. They have names, and
+/// - at least half of the names belong to no element, or
+/// - elements were guessed for at least half of them, most names are not just the symbol of an
+///   element, and typical neighbours are more than 2 angstrom apart: too far for bonds of atoms.
+/// `particles` are all particles of the file.
+bool are_beads(const Particles& particles);
+
+/// Returns the median distance from a particle to its nearest neighbour. Uses at most 1000 of the
+/// particles. Returns 0 for fewer than two particles.
+double typical_distance(std::span<const Vec3d> positions);
+
+/// If the particles are beads, sets those rules of `source` that are open: colours by name, and the
+/// radius with which typical neighbours touch. Then one note replaces the notes about elements.
+void decide_for_beads(Particles& particles, ParticleSource& source);
+
+}  // namespace parray::input

@@ -1,0 +1,96 @@
+#include "cli/input/particles/radius_scale.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "cli/input/particles/file_place.h"
+#include "cli/input/select/columns.h"
+#include "cli/input/select/selection.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/base/text.h"
+#include "common/scene/scene_ranges.h"
+
+namespace parray::input {
+namespace {
+
+bool is_radius(double value) {
+  return value >= ranges::length.least && value <= ranges::length.most;  // false for NaN
+}
+
+/// Returns the number of each particle. All are finite.
+std::vector<double> numbers_in(const Particles& particles, const std::string& by) {
+  const std::optional<NumberSource> source = NumberSource::of(by, particles);
+  if (!source && is_number_column(by)) throw UnknownNumber(by);
+  if (!source) throw SourceError("radius_by", "the file has no " + printable(by) + " column");
+  std::vector<double> numbers(particles.count());
+  source->values(0, numbers);
+  const auto unknown = std::ranges::find_if_not(numbers, [](double v) { return std::isfinite(v); });
+  if (unknown != numbers.end()) {
+    throw SourceError("radius_by", printable(by) + " of particle " +
+                                       std::to_string(unknown - numbers.begin()) +
+                                       " is not known: select particles with a known number");
+  }
+  return numbers;
+}
+
+/// Replaces the numbers by radii from `low` to `high`.
+void scale_to(double low, double high, std::vector<double>& numbers) {
+  const auto [least, most] = std::ranges::minmax(numbers);
+  for (double& number : numbers) {
+    // Halves, because the difference may overflow.
+    const double share = least < most ? (number / 2 - least / 2) / (most / 2 - least / 2) : 0.5;
+    number = std::clamp(low + share * (high - low), low, high);
+  }
+}
+
+}  // namespace
+
+RadiusScale radius_scale_from(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  RadiusScale scale{lower_case(trimmed(text.substr(0, colon)))};
+  bool valid = !scale.by.empty();
+  if (colon != std::string_view::npos) {
+    const std::string_view rest = text.substr(colon + 1);
+    const std::size_t second = rest.find(':');
+    if (second != std::string_view::npos) {
+      scale.low = number_or_nan(trimmed(rest.substr(0, second)));
+      scale.high = number_or_nan(trimmed(rest.substr(second + 1)));
+    }
+    valid = valid && is_radius(scale.low) && is_radius(scale.high) && scale.low < scale.high;
+  }
+  if (valid) return scale;
+  throw InputError("'" + printable(text) +
+                   "' does not name radii: write a numeric column, or COLUMN:LOW:HIGH with radii "
+                   "such as mass:0.5:2");
+}
+
+std::string text_of(const RadiusScale& scale) {
+  if (scale.low == 0) return scale.by;
+  return scale.by + ":" + number_text(scale.low) + ":" + number_text(scale.high);
+}
+
+std::set<std::string, std::less<>> numbers_of(const RadiusScale& scale) {
+  if (scale.empty() || !is_number_column(scale.by)) return {};
+  return {scale.by};
+}
+
+void apply(const RadiusScale& scale, Particles& particles) {
+  if (particles.count() == 0) return;
+  std::vector<double> radii = numbers_in(particles, scale.by);
+  if (scale.low > 0) scale_to(scale.low, scale.high, radii);
+  const auto wrong = std::ranges::find_if_not(radii, is_radius);
+  if (wrong != radii.end()) {
+    throw SourceError("radius_by", printable(scale.by) + " of particle " +
+                                       std::to_string(wrong - radii.begin()) + " is " +
+                                       number_text(*wrong) + ", which is not a radius: write " +
+                                       printable(scale.by) + ":LOW:HIGH to scale the numbers");
+  }
+  particles.radii = std::move(radii);
+}
+
+}  // namespace parray::input

@@ -1,0 +1,103 @@
+#include "cli/input/particles/representations.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "cli/input/select/columns.h"
+#include "cli/input/select/selection.h"
+#include "common/base/error.h"
+
+namespace parray::input {
+namespace {
+
+constexpr auto no_owner = std::numeric_limits<std::uint16_t>::max();
+
+/// Which representation each particle belongs to.
+struct Owners {
+  std::vector<std::uint16_t> number;  ///< one per particle; no_owner: none
+  std::uint64_t shared = 0;           ///< number of particles in several selections
+};
+
+/// Returns the particles in a selection. Throws SourceError if there are none.
+ParticleMask selected(const std::string& text, const Particles& particles, int threads) {
+  try {
+    const Selection selection(text);
+    ParticleMask mask = selection.mask(particles, threads);
+    if (std::ranges::find(mask, 1) != mask.end()) return mask;
+    const std::string what_there_is = selection.what_there_is(particles);
+    throw InputError("the selection has none of " + std::to_string(particles.count()) +
+                     " particles: " + (what_there_is.empty() ? "select more" : what_there_is));
+  } catch (const UnknownNumber&) {
+    throw;
+  } catch (const InputError& error) {
+    throw SourceError("select", error.what());
+  }
+}
+
+Owners owners_of(const Particles& particles, const std::vector<Representation>& shows,
+                 int threads) {
+  Owners owners;
+  owners.number.assign(particles.count(), no_owner);
+  ParticleMask shared(particles.count(), 0);
+  for (std::size_t show = 0; show < shows.size(); ++show) {
+    in_representation(show, [&] {
+      const ParticleMask mask = selected(shows[show].select, particles, threads);
+      for (std::size_t i = 0; i < mask.size(); ++i) {
+        if (mask[i] == 0) continue;
+        if (owners.number[i] != no_owner) shared[i] = 1;
+        owners.number[i] = static_cast<std::uint16_t>(show);
+      }
+    });
+  }
+  owners.shared = static_cast<std::uint64_t>(std::ranges::count(shared, 1));
+  return owners;
+}
+
+void add_notes(const Owners& owners, std::vector<ParticleNote>& notes) {
+  if (owners.shared > 0) {
+    notes.push_back(
+        {"shown_twice", owners.shared,
+         particles_word(owners.shared) + " in several representations, drawn as the last of them"});
+  }
+  const auto left = static_cast<std::uint64_t>(std::ranges::count(owners.number, no_owner));
+  if (left > 0) {
+    notes.push_back({"not_shown", left, particles_word(left) + " in no representation, not shown"});
+  }
+}
+
+}  // namespace
+
+std::vector<ParticlePart> split(Particles& particles, const ParticleSource& source, int threads) {
+  std::vector<ParticlePart> parts;
+  const auto add = [&](Particles part, ParticleLook look, std::optional<std::size_t> number) {
+    part.facts = {};
+    parts.push_back({std::move(part), std::move(look), number});
+  };
+  ParticleFacts facts = std::move(particles.facts);
+  const std::optional<ParticleCell> cell = particles.cell;
+  if (source.shows.empty()) {
+    add(std::move(particles), source.look, {});
+  } else {
+    const Owners owners = owners_of(particles, source.shows, threads);
+    add_notes(owners, facts.notes);
+    for (std::size_t show = 0; show < source.shows.size(); ++show) {
+      ParticleMask mask(particles.count());
+      std::ranges::transform(owners.number, mask.begin(), [show](std::uint16_t owner) {
+        return static_cast<std::uint8_t>(owner == show ? 1 : 0);
+      });
+      if (std::ranges::find(mask, 1) == mask.end()) continue;
+      Particles part = particles;
+      keep(part, mask);
+      add(std::move(part), completed(source.shows[show].look, source.look), show);
+    }
+  }
+  particles = {};
+  particles.facts = std::move(facts);
+  particles.cell = cell;
+  return parts;
+}
+
+}  // namespace parray::input

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "cli/input/particles/file_place.h"
+#include "cli/input/particles/particles.h"
+#include "cli/input/scene_file/particle_source.h"
+
+namespace parray::input {
+
+/// Particles of a file that have one look.
+struct ParticlePart {
+  Particles particles;  ///< its notes are about this part only; it has no other facts
+  ParticleLook look;    ///< complete: see completed()
+  /// Number of the representation, from 0. Nothing: the source has no representations.
+  std::optional<std::size_t> representation{};
+};
+
+/// Splits `particles` by the representations of `source`, in their order. A particle in several
+/// selections belongs to the last one. Parts without particles are left out. Leaves the facts and
+/// the cell in `particles`, and adds notes there: "shown_twice" counts particles in several
+/// selections, "not_shown" those in none. The result is the same for any number of threads.
+///
+/// Throws UnknownNumber. Throws SourceError for a selection that needs a missing column or that
+/// selects no particle.
+std::vector<ParticlePart> split(Particles& particles, const ParticleSource& source,
+                                int threads = 1);
+
+/// Runs `work`. Adds the number of the representation to each SourceError.
+template <typename Work>
+void in_representation(const std::optional<std::size_t>& number, const Work& work) {
+  try {
+    work();
+  } catch (const SourceError& error) {
+    throw SourceError(error.key(), error.what(), number);
+  }
+}
+
+}  // namespace parray::input

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "common/rooms.h"
+
+/// The part of a picture that labels leave free for particles.
+namespace parray::input {
+
+/// A rectangle of a picture: x from -1 at the left edge to 1 at the right edge, y from -1 at the
+/// lower edge to 1 at the upper edge.
+struct PictureArea {
+  double left, right, bottom, top;
+
+  [[nodiscard]] double width() const { return right - left; }
+  [[nodiscard]] double height() const { return top - bottom; }
+  friend bool operator==(const PictureArea&, const PictureArea&) = default;
+};
+
+/// The places of the labels of a picture.
+struct LabelPlaces {
+  std::vector<PictureArea> boxes{};  ///< areas that particles must not meet; at most a few
+  /// Least distance of particles from the edges, in half widths and half heights of the picture.
+  double margin_x = 0;
+  double margin_y = 0;
+};
+
+/// Share of the picture's width or height that particles fill without labels.
+inline constexpr double filled_share = 0.85;
+inline constexpr PictureArea usual_area{-filled_share, filled_share, -filled_share, filled_share};
+
+/// Returns the part of usual_area, without labels, in which a group of the proportions `width` to
+/// `height` is largest. Both are in shares of the picture's width and height. Of several such parts
+/// the one that loses least area. Takes 4^n steps for n boxes.
+///
+/// Throws InputError, with a remedy, if no part is a tenth of the picture wide and high.
+PictureArea free_area(const LabelPlaces& labels, double width, double height);
+
+/// Returns the area after scaling around its centre.
+PictureArea scaled(const PictureArea& area, double factor);
+
+}  // namespace parray::input
