@@ -156,8 +156,9 @@ LabelSettings LabelOptions::over(const LabelSettings& of_scene, std::uint32_t wi
 }
 
 LabelPlaces LabelOptions::places(const SceneFile& file) const {
-  const LabelSettings labels = over(file.labels, width_of(file.settings));
-  return labels.any() ? Labels::places(content_of(labels, file, file.settings)) : LabelPlaces{};
+  return fitting(file, over(file.labels, width_of(file.settings)), [&](const auto& labels) {
+    return labels.any() ? Labels::places(content_of(labels, file, file.settings)) : LabelPlaces{};
+  });
 }
 
 void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFile& file,
@@ -169,7 +170,11 @@ void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFi
   if (labels.dpi || labels.width_mm) outputs.dpi = dots_per_inch(labels, width_of(settings));
   if (!labels.any()) return;
   if (outputs.has_png()) {
-    outputs.finishing.push_back(label_step(labels, content_of(labels, file, settings)));
+    options.fitting(file, labels, [&](const LabelSettings& fit) {
+      if (fit.any()) {
+        outputs.finishing.push_back(label_step(fit, content_of(fit, file, settings)));
+      }
+    });
   } else if (!options.first_given().empty()) {
     throw InputError(options.first_given() +
                      ": labels need a PNG picture, because an EXR file stores the traced values: "

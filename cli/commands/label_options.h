@@ -9,6 +9,7 @@
 #include "cli/input/scene_file/scene_file.h"
 #include "cli/input/view/free_area.h"
 #include "cli/output/write_outputs.h"
+#include "common/base/error.h"
 #include "common/process/command_line.h"
 #include "common/scene/settings_fwd.h"
 
@@ -30,6 +31,18 @@ class LabelOptions {
 
   /// Returns the first given option that asks for a label: "--legend". Empty: none.
   [[nodiscard]] std::string first_given() const;
+  /// Returns draw(labels). If that throws InputError and the cell is only a default of `file`,
+  /// returns draw() of the labels without the cell.
+  template <typename Draw>
+  auto fitting(const SceneFile& file, LabelSettings labels, const Draw& draw) const {
+    try {
+      return draw(labels);
+    } catch (const InputError&) {
+      if (!labels.cell || settings_.cell || !file.cell_if_it_fits) throw;
+    }
+    labels.cell = false;
+    return draw(labels);
+  }
   /// Lays the options over the scene's labels, for a picture of that width. The result has at most
   /// one of `dpi` and `width_mm`. Throws InputError if the size in print contradicts the width.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;

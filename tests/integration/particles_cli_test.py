@@ -12,6 +12,7 @@ import jsonschema
 
 from cli_usage_test import SCENE, CliTest
 from farm import BIN, SCENES, Farm, run
+from png import read_text
 
 MOLECULES = {"caffeine.xyz": 24, "helix.pdb": 68}
 SMALL = ["--width", "40", "--height", "30", "--spp", "4"]
@@ -233,6 +234,55 @@ class Conversions(ParticlesTest):
             for options in ([], ["--expand"]):
                 self.convert(SCENES / "particles" / name, out, *options)
                 jsonschema.validate(json.loads(out.read_text()), schema)
+
+
+class Crystals(ParticlesTest):
+    def setUp(self):
+        super().setUp()
+        self.write("po.xyz", "1\nLattice=\"3.35 0 0 0 3.35 0 0 0 3.35\" Properties=species:S:1:pos:R:3\nPo 0 0 0\n")
+        self.before = self.files()
+
+    def render(self, *options):
+        result = run("render", self.path("po.xyz"), "-o", self.path("a.png"), "--spp", "2", "-q", *options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return read_text(self.path("a.png")).get("parray:finished")
+
+    def test_the_cell_is_drawn_by_default_where_it_fits(self):
+        large = ["--width", "300", "--height", "240"]
+        self.assertEqual(self.render(*large), "cell")
+        self.assertEqual(self.render(*large, "--scale-bar"), "scale-bar, cell")
+        self.assertIsNone(self.render(*large, "--crystal", "off"))
+        self.assertIsNone(self.render(*large, "--labels", "off"))
+        self.assertIsNone(self.render("--width", "24", "--height", "16"))
+        self.refused("render", self.path("po.xyz"), "-o", self.path("b.png"), "--width", "24", "--height", "16", "--cell",
+                     mentions="--cell: the label does not fit")
+
+    def test_options_of_the_cell_reach_the_converted_scene_which_follows_the_schema(self):
+        out = self.path("a.json")
+        result = run("convert", self.path("po.xyz"), out, "--replicate", "2x1x1", "--wrap", "--whole", "--center", "all")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        scene = json.loads(out.read_text())
+        jsonschema.validate(scene, json.loads((SCENES / "schema/scene.v1.schema.json").read_text()))
+        self.assertEqual(scene["particles"], [{"file": "po.xyz", "crystal": True, "replicate": "2x1x1", "wrap": True,
+                                               "whole": True, "center": "all", "material": "by-element",
+                                               "radius": "covalent"}])
+        self.assertEqual(scene["labels"], {"cell": True})
+        expanded = self.path("b.json")
+        self.assertEqual(run("convert", self.path("po.xyz"), expanded, "--expand").returncode, 0)
+        self.assertEqual(self.facts(expanded)["spheres"], 2 + 8)
+        self.assertNotIn("labels", json.loads(expanded.read_text()))
+
+    def test_options_of_the_cell_are_refused_without_a_cell_and_for_scenes(self):
+        for options in (["--replicate", "2x2x2"], ["--wrap"], ["--whole"], ["--center", "all"], ["--crystal", "on"]):
+            self.refused("render", self.path("atoms.xyz"), "-o", self.path("a.png"), *options,
+                         mentions=f"{options[0]}: the file has no box and no cell")
+            self.refused("render", self.scene, "-o", self.path("a.png"), *options,
+                         mentions=f"{options[0]}: {self.scene} is not a particle file")
+        for text in ("3", "0x1x1", "1.5x1x1", "-1x2x2", "4294967297x1x1"):
+            self.refused("render", self.path("po.xyz"), "-o", self.path("a.png"), "--replicate", text,
+                         mentions=f"--replicate: '{text}' is not a number of copies")
+        self.refused("render", self.path("po.xyz"), "-o", self.path("a.png"), "--replicate", "99999999x99999999x9",
+                     mentions="are more than 100000000 spheres")
 
 
 class Pictures(ParticlesTest):

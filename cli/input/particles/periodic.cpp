@@ -67,20 +67,22 @@ std::int64_t step_to_copy(double fraction, double tolerance) {
 /// particle outside the cell.
 std::vector<CellImage> boundary_images(const Vec3d& fractions, const Vec3d& tolerance,
                                        const std::array<bool, 3>& periodic) {
-  std::vector<CellImage> images{CellImage{}};
+  std::vector<CellImage> images;
   for (std::size_t axis = 0; axis < periodic.size(); ++axis) {
     const double fraction = along(fractions, axis);
     const double slack = along(tolerance, axis);
     if (!periodic[axis]) continue;
     if (fraction < -slack || fraction > 1 + slack) return {};
     const std::int64_t step = step_to_copy(fraction, slack);
-    const std::size_t known = step == 0 ? 0 : images.size();
+    if (step == 0) continue;
+    const std::size_t known = images.size();
+    images.push_back({});
+    images.back()[axis] = step;
     for (std::size_t i = 0; i < known; ++i) {
       images.push_back(images[i]);
       images.back()[axis] = step;
     }
   }
-  images.erase(images.begin());  // the particle
   return images;
 }
 
@@ -193,24 +195,33 @@ void replicate(Particles& particles, const Replicas& replicas) {
 std::uint64_t add_boundary_copies(Particles& particles, const Vec3d& tolerance) {
   const ParticleCell& cell = *particles.cell;
   const CellFractions fractions(cell);
-  const Vec3d reach =
-      by_axis([&](std::size_t i) { return along(tolerance, i) * length(cell.edges[i]); });
-  const NeighbourGrid present(particles.positions, 2 * std::max({reach.x, reach.y, reach.z}));
+  std::vector<Vec3d> beside_faces;  // where a copy could meet a particle
   std::vector<std::size_t> sources;
-  std::vector<Vec3d> positions;
+  std::vector<Vec3d> copies;
   for (std::size_t i = 0; i < particles.count(); ++i) {
-    const Vec3d fraction = fractions.of(particles.positions[i]);
+    const Vec3d& position = particles.positions[i];
+    const Vec3d fraction = fractions.of(position);
+    if (boundary_images(fraction, 4 * tolerance, cell.periodic).empty()) continue;
+    beside_faces.push_back(position);
     for (const CellImage& image : boundary_images(fraction, tolerance, cell.periodic)) {
-      const Vec3d copy = particles.positions[i] + fractions.translation(image);
-      if (present.near(copy)) continue;
       sources.push_back(i);
-      positions.push_back(copy);
+      copies.push_back(position + fractions.translation(image));
     }
   }
-  const std::size_t before = particles.count();
+  const Vec3d reach =
+      by_axis([&](std::size_t i) { return along(tolerance, i) * length(cell.edges[i]); });
+  const NeighbourGrid present(beside_faces, 2 * std::max({reach.x, reach.y, reach.z}));
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < copies.size(); ++i) {
+    if (present.near(copies[i])) continue;
+    sources[kept] = sources[i];
+    copies[kept++] = copies[i];
+  }
+  sources.resize(kept);
+  copies.resize(kept);
   append_copies(particles, sources);
-  std::ranges::copy(positions, particles.positions.begin() + static_cast<std::ptrdiff_t>(before));
-  return sources.size();
+  std::ranges::copy(copies, particles.positions.end() - static_cast<std::ptrdiff_t>(kept));
+  return kept;
 }
 
 void wrap(Particles& particles, std::span<const std::uint32_t> molecule) {

@@ -124,7 +124,7 @@ Particles selected(Particles particles, PackedFile& file, ParticleSource& source
                    const std::filesystem::path& folder, int threads) {
   const ParticleRequest request = request_of(source, folder, threads);
   CellOperations& operations = source.cell;
-  if (!operations.crystal) operations.crystal = is_crystal(particles);
+  if (!operations.crystal && is_crystal(particles)) operations.crystal = true;
   with_remedy("center", {}, file, request, [&] { apply(operations, particles, threads); });
   with_remedy("select", {}, file, request, [&] { apply(source.filter, particles, threads); });
   return particles;

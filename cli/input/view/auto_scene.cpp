@@ -106,7 +106,7 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   SelectedParticles parts = parts_of(std::move(particles), file, source, {}, threads);
   AutoScene out;
   source.file = file.name();
-  out.file.labels.cell = crystal;
+  out.file.labels.cell = out.file.cell_if_it_fits = crystal;
   out.file.settings = settings;
   out.file.postprocessing = postprocessing_of(viewing.style);
   Scene& scene = out.file.scene;
