@@ -254,6 +254,7 @@ class Crystals(ParticlesTest):
         self.assertIsNone(self.render(*large, "--crystal", "off"))
         self.assertIsNone(self.render(*large, "--labels", "off"))
         self.assertIsNone(self.render("--width", "24", "--height", "16"))
+        self.before = self.files()
         self.refused("render", self.path("po.xyz"), "-o", self.path("b.png"), "--width", "24", "--height", "16", "--cell",
                      mentions="--cell: the label does not fit")
 
