@@ -42,19 +42,20 @@ RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--pr
                   "--accelerator", "--isa", "--schedule", "--row-order", "--sampler", "--adaptive",
                   "--target-error", "--target-half-width", "--time-limit", "--passes",
                   "--transparent"]
-LABEL_OPTIONS = ["--legend", "--scale-bar", "--unit", "--time-stamp", "--cell", "--text", "--font-size",
+LABEL_OPTIONS = ["--legend", "--legend-title", "--scale-bar", "--unit", "--time-stamp", "--cell", "--text", "--font-size",
                  "--width-mm", "--dpi", "--labels"]
 FINISHING_OPTIONS = ["--outline", "--depth-cue"]
 PARTICLE_OPTIONS = ["--frame", "--topology", "--alternatives", "--crystal", "--replicate", "--wrap", "--whole", "--center",
                     "--material", "--radius", "--select", "--slice", "--hide",
                     "--color-by", "--colormap", "--range", "--color-scale", "--radius-by", "--show",
-                    "--view", "--style", "--projection"]
+                    "--view", "--style", "--projection",
+                    "--up", "--azimuth", "--elevation", "--zoom"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
 OPTIONS = {
     "render": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + [
-                                "--views", "--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet", "--progress",
+                                "--background", "--quality", "--views", "--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet", "--progress",
                                 "--preview", "--display", "--on-end"],
-    "submit": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + COORDINATOR + ["--like", "--wait", "--output", "--aov", "--denoise", "--error-map", "--report",
+    "submit": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + COORDINATOR + ["--background", "--quality", "--like", "--wait", "--output", "--aov", "--denoise", "--error-map", "--report",
                                               "--priority", "--max-failures", "--quiet", "--progress",
                                               "--frames", "--camera-path",
                                               "--preview", "--display", "--on-end"],
@@ -69,7 +70,7 @@ OPTIONS = {
     "replay": COORDINATOR + ["--json"],
     "fetch": COORDINATOR + ["--output", "--report", "--aov", "--error-map"],
     "workers": COORDINATOR + ["--host", "--json"],
-    "validate": RENDER_OPTIONS + PARTICLE_OPTIONS + ["--json"],
+    "validate": RENDER_OPTIONS + PARTICLE_OPTIONS + ["--background", "--json"],
     "convert": PARTICLE_OPTIONS + ["--width", "--height", "--expand"],
     "compare": ["--output", "--json"],
     "verify": ["--pixels", "--all", "--seed", "--threads", "--json"],

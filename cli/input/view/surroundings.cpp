@@ -199,9 +199,9 @@ Camera camera_for(const Shot& shot, const Extent& extent, const PictureArea& are
 struct Framing {
   Camera camera;
   Extent extent;
-  /// Distance of the camera relative to a picture without labels and zoom; at least 1. The scenery
-  /// grows with it, so that it fills the picture.
-  double distance = 1;
+  /// Size of the scenery relative to that of a picture without labels and zoom. The scenery grows
+  /// with the distance of the camera, so that it fills the picture.
+  double growth = 1;
 };
 
 /// Frames the spheres: without labels first, because labels depend on the camera, then in the area
@@ -217,11 +217,11 @@ Framing framing_of(const Shot& shot, double zoom, const Subject& subject, int th
                      extent.vertical.width());
   }
   if (shrink < 1) area = scaled(area, shrink);
-  if (area != usual_area) {
-    extent = extent_of(shot, area, threads);
-    camera = camera_for(shot, extent, area, zoom);
-  }
-  return {camera, extent, std::max(camera.focus_distance / usual_distance, 1.0)};
+  if (area == usual_area) return {camera, extent};
+  extent = extent_of(shot, area, threads);
+  camera = camera_for(shot, extent, area, zoom);
+  constexpr double rise = 2;  // a camera that rises sees farther over the ground
+  return {camera, extent, rise * std::max(camera.focus_distance / usual_distance, 1.0)};
 }
 
 constexpr std::string_view ground_name = "ground";
@@ -314,8 +314,8 @@ Surroundings surroundings_of(std::span<const Sphere> spheres, double aspect, con
   const Shot shot{spheres, subject.corners,
                   viewpoint_of(spheres, viewing.view, subject.molecule, viewing.turning),
                   projection, aspect};
-  const auto& [camera, extent, distance] = framing_of(shot, viewing.zoom, subject, threads);
-  const double reach = extent.reach * distance;
+  const auto& [camera, extent, growth] = framing_of(shot, viewing.zoom, subject, threads);
+  const double reach = extent.reach * growth;
   Surroundings around;
   around.camera = camera;
   around.sky = sky_of(viewing.style);

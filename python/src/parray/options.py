@@ -133,7 +133,7 @@ OF_PARTICLES = ("frame", "topology", "alternatives", "crystal", "replicate", "wr
                 "view", "style", "projection", "up", "azimuth", "elevation", "zoom")  # fmt: skip
 OF_SCENE = ("elements", "camera", "sky", "material", *OF_PARTICLES)
 
-_DRAWN = ("background", "outline", "depth_cue", "legend", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size",
+_DRAWN = ("outline", "depth_cue", "legend", "legend_title", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size",
           "width_mm", "dpi")  # fmt: skip
 _FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell", "wrap", "whole")
 _RENAMED = {"opaque": "transparent=False", "no_labels": "labels=False"}
@@ -183,8 +183,8 @@ def split(given: Mapping[str, Any], options: type) -> tuple[dict[str, Any], dict
 
 
 def is_drawn_on(options: Mapping[str, Any]) -> bool:
-    """Returns whether the PNG picture has labels or postprocessing."""
-    return any(options.get(name, False) is not False for name in _DRAWN)
+    """Returns whether the PNG picture has labels, postprocessing or a background of its own."""
+    return any(options.get(name, False) is not False for name in (*_DRAWN, "background"))
 
 
 def as_arguments(options: Mapping[str, Any]) -> list[str]:
