@@ -82,8 +82,8 @@ TEST_CASE("sky coordinates are refused with the formula, unless there are positi
         "parsecs");
   CHECK(refusal("RAJ2000 DEJ2000").ends_with("where d is the distance"));
   CHECK(refusal("GLON,GLAT,dist").starts_with("a: the table has glon and glat, but"));
-  CHECK(refusal("ra,dec,x,y,z") == "");
-  CHECK(refusal("a,b,c") == "");
+  CHECK(refusal("ra,dec,x,y,z") == "no error");
+  CHECK(refusal("a,b,c") == "no error");
 }
 
 }  // namespace parray
