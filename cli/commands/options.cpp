@@ -123,8 +123,7 @@ void add_scene(Command& command, std::string& scene, const char* name) {
       .option(name, scene,
               "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
               "GRO, SDF, MOL2, CIF, Tinker, POSCAR, GSD, DCD, XTC, TRR or AMBER NetCDF. It may be "
-              "compressed "
-              "by gzip, bzip2, xz or zstd. - is the standard input")
+              "compressed by gzip, bzip2, xz or zstd. - is the standard input")
       .required()
       .completes(Completes::files)
       .forbid_empty();

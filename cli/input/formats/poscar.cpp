@@ -177,10 +177,11 @@ class PoscarHeaderReader {
     const double first = number_field(words[0], "scale factor", input_.place());
     const Vec3d scale =
         factors == 1 ? Vec3d{first, first, first} : position_field(words, 0, input_.place());
-    if (first == 0 || (factors == 3 && !(first > 0 && scale.y > 0 && scale.z > 0))) {
-      input_.fail(
-          "the scale factor must not be 0: write a factor, a volume with a minus sign, or three "
-          "positive factors");
+    if (factors == 3 && !(first > 0 && scale.y > 0 && scale.z > 0)) {
+      input_.fail("three scale factors must be positive: write positive numbers");
+    }
+    if (first == 0) {
+      input_.fail("the scale factor is 0: write a factor, or a volume with a minus sign");
     }
     for (Vec3d& edge : header_.edges) {
       next_line();
