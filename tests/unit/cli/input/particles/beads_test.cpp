@@ -44,9 +44,9 @@ const std::vector<std::string> lipid{"NC3", "PO4", "GL1", "GL2", "C1A", "C2A",
 
 TEST_CASE("beads of a coarse model are coloured by name and touch, and one note says so") {
   const AutoScene scene = scene_of("lipid.gro", gro(lipid, "DPPC", 0.47));
-  CHECK(scene.source.coloring.by == "atom");
-  CHECK(scene.source.radius.rule == ParticleRadius::Rule::fixed);
-  CHECK(scene.source.radius.value == doctest::Approx(4.7 / 2));
+  CHECK(scene.source.look.coloring.by == "atom");
+  CHECK(scene.source.look.radius.rule == ParticleRadius::Rule::fixed);
+  CHECK(scene.source.look.radius.value == doctest::Approx(4.7 / 2));
   REQUIRE(scene.file.legends.size() == 1);
   CHECK(scene.file.legends[0].entries.size() == 12);
   std::vector<std::string> keys;
@@ -62,8 +62,8 @@ TEST_CASE("atoms of molecules, and atoms that are far apart, are no beads") {
   const std::string argon = gro({"AR", "AR", "AR", "AR"}, "AR", 0.38);
   for (const std::string& text : {atoms, argon}) {
     const AutoScene scene = scene_of("a.gro", text);
-    CHECK(scene.source.coloring.by.empty());
-    CHECK(scene.source.radius.rule == ParticleRadius::Rule::by_element);
+    CHECK(scene.source.look.coloring.by.empty());
+    CHECK(scene.source.look.radius.rule == ParticleRadius::Rule::by_element);
   }
 }
 
@@ -72,22 +72,22 @@ TEST_CASE("a selection of atoms does not make beads of them") {
   ParticleSource source;
   source.filter.select = "name CA";
   const AutoScene scene = scene_of("a.gro", atoms, source);
-  CHECK(scene.source.radius.rule == ParticleRadius::Rule::by_element);
+  CHECK(scene.source.look.radius.rule == ParticleRadius::Rule::by_element);
 }
 
 TEST_CASE("names of XYZ that are no elements are beads, too") {
   const AutoScene scene = scene_of("ab.xyz", "4\n\nA 0 0 0\nA 1 0 0\nA 2 0 0\nB 3 0 0\n");
-  CHECK(scene.source.coloring.by == "type");
-  CHECK(scene.source.radius.value == doctest::Approx(0.5));
+  CHECK(scene.source.look.coloring.by == "type");
+  CHECK(scene.source.look.radius.value == doctest::Approx(0.5));
 }
 
 TEST_CASE("rules that the user gives win over those of beads") {
   ParticleSource source;
-  source.material = {ParticleMaterial::Rule::by_element, ""};
-  source.radius = {ParticleRadius::Rule::fixed, 1};
+  source.look.material = {ParticleMaterial::Rule::by_element, ""};
+  source.look.radius = {ParticleRadius::Rule::fixed, 1};
   const AutoScene scene = scene_of("lipid.gro", gro(lipid, "DPPC", 0.47), source);
-  CHECK(scene.source.coloring.by.empty());
-  CHECK(scene.source.radius.value == 1);
+  CHECK(scene.source.look.coloring.by.empty());
+  CHECK(scene.source.look.radius.value == 1);
 }
 
 TEST_CASE("the typical distance is that of nearest neighbours, whatever the direction") {
