@@ -14,10 +14,10 @@ namespace {
 
 /// CSV is last, because every table could be CSV.
 constexpr std::array<const ParticleFormat*, 22> formats{
-    &ply_format,    &tinker_format, &xyz_format,    &lammps_dump_format, &lammps_data_format,
-    &dcd_format,    &xtc_format,    &trr_format,    &netcdf_format,      &gsd_format,
-    &inpcrd_format, &psf_format,    &prmtop_format, &pdb_format,         &pdbqt_format,
-    &pqr_format,    &poscar_format, &gro_format,    &sdf_format,         &mol2_format,
+    &ply_format,    &xyz_format,    &lammps_dump_format, &lammps_data_format, &dcd_format,
+    &xtc_format,    &trr_format,    &netcdf_format,      &gsd_format,         &inpcrd_format,
+    &psf_format,    &prmtop_format, &pdb_format,         &pdbqt_format,       &pqr_format,
+    &poscar_format, &gro_format,    &sdf_format,         &mol2_format,        &tinker_format,
     &cif_format,    &csv_format};
 
 struct Guess {

@@ -215,8 +215,10 @@ bool is_xsf(const FileStart& start) {
 bool is_cube(const FileStart& start) {
   for (std::size_t i = 2; i <= 5; ++i) {
     const auto words = words_of(start.line(i));
-    if (words.size() < 4 || words.size() > 5 || !std::ranges::all_of(words, is_number))
+    const std::size_t most = i == 2 ? 5 : 4;  // a number of values may follow the origin
+    if (words.size() < 4 || words.size() > most || !std::ranges::all_of(words, is_number)) {
       return false;
+    }
     const std::string_view count = words[0].starts_with('-') ? words[0].substr(1) : words[0];
     if (!is_natural(count)) return false;
   }
@@ -304,14 +306,14 @@ Unsupported format_of_hdf5(std::string_view extension) {
 
 Unsupported format_of_binary(const FileStart& start, std::string_view extension) {
   if (is_wide_json(start)) return {"UTF-16 text", utf16};
-  if (is_binary_cif(start)) {
-    return {"a BinaryCIF file", "download the entry as mmCIF (.cif) instead"};
-  }
   return extension == ".stl" ? Unsupported{"an STL mesh", mesh} : Unsupported{};
 }
 
 Unsupported format_of(const FileStart& start, const std::filesystem::path& name) {
   const std::string extension = lower_case(name.extension().string());
+  if (is_binary_cif(start)) {
+    return {"a BinaryCIF file", "download the entry as mmCIF (.cif) instead"};
+  }
   if (start.has("PK\x03\x04")) return format_of_zip(start, extension);
   if (start.has("\x89HDF\r\n\x1a\n")) return format_of_hdf5(extension);
   for (const Signature& known : signatures) {

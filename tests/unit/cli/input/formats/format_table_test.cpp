@@ -300,9 +300,6 @@ TEST_CASE("unsupported files are refused with their kind") {
       {"cube\nby Gaussian\n 1 0.0 0.0 0.0\n 2 0.1 0.0 0.0\n 2 0.0 0.1 0.0\n 2 0.0 0.0 0.1\n"
        " 6 6.0 0.0 0.0 0.0\n 0.1 0.2 0.3\n",
        "a cube of Gaussian: 'python3 -m parray render FILE' reads it with ASE"},
-      {"TITLE quartz\nDIMENSION 3\nCELL\n4.9 4.9 5.4 90 90 120\nSYMMETRY NUMBER 154\nATOMS\n"
-       "NAME X Y Z\nSi 0.47 0 0\nEOF\n",
-       "an XTL file: 'python3 -m parray render FILE' reads it with ASE"},
       {"# B\n\n2 atoms\n1 bonds\n\nCoords\n\n1 0 0 0\n2 1 0 0\n\nTypes\n\n1 1\n2 1\n",
        "a molecule template of LAMMPS: name a data file or a dump"},
       {std::string(257, 'x') + "ustar", "a tar archive"},
@@ -356,9 +353,20 @@ TEST_CASE("names show formats whose texts have no mark") {
   for (const auto& [name, what] :
        std::map<std::string, std::string>{{"a.res", "a SHELX file"},
                                           {"a.cell", "a cell of CASTEP"},
-                                          {"a.gen.gz", "a GEN file of DFTB+"}}) {
+                                          {"a.castep.gz", "an output of CASTEP"}}) {
     CHECK(kind_of(files.write(name, text)) ==
           "looks like " + what + ": 'python3 -m parray render FILE' reads it with ASE");
+  }
+  CHECK(kind_of(files.write("a.gen",
+                            "2 C\nC H\n1 1 1.0 2.0 3.0\n2 2 2.0 2.0 3.0\n"
+                            "3 2 2.0 2.0 4.0\n4 2 2.0 2.0 5.0\n5 1 2.0 2.0 6.0\n"))
+            .starts_with("looks like a GEN file of DFTB+"));
+  const std::string xtl =
+      "TITLE quartz\nDIMENSION 3\nCELL\n4.9 4.9 5.4 90 90 120\nSYMMETRY NUMBER 154\nATOMS\n"
+      "NAME X Y Z\nSi 0.47 0 0\nEOF\n";
+  for (const char* name : {"a.xtl", "a"}) {
+    CHECK(kind_of(files.write(name, xtl)) ==
+          "looks like an XTL file: 'python3 -m parray render FILE' reads it with ASE");
   }
   const std::string hdf5 = "\x89HDF\r\n\x1a\n and so on";
   CHECK(kind_of(files.write("a.hdf5", hdf5)).find("nccopy") == std::string::npos);

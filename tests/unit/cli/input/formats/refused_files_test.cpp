@@ -396,8 +396,8 @@ TEST_CASE("a line of a megabyte and a file of noise give one short message in ev
       CHECK(message.find_first_of(std::string("\0\n\x1b", 3)) == std::string::npos);
     }
   }
-  CHECK(files.message("a.xyz", std::string(1'000'000, '7')) ==
-        "a.xyz:1: a line has more than 65536 bytes: check that this is a text file");
+  CHECK(files.message("a.xyz", std::string(2'000'000, '7')) ==
+        "a.xyz:1: a line has more than 1048576 bytes: check that this is a text file");
   CHECK(files.message("a.pdb", noise + pdb("   1.000")) != "no error");
 }
 
