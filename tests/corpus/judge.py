@@ -10,6 +10,7 @@ KEPT = ("virtual", "hidden_virtual", "unknown_elements")
 GUESSED = ("guessed_elements", "unknown_elements", "mended_elements")
 UNKNOWN = "unknown"
 EMPTY_FRAMES = ("empty_frames", "unreadable_frames")
+EXPLAINING = (*LEFT_OUT, *KEPT, *GUESSED, *EMPTY_FRAMES)
 
 
 @dataclasses.dataclass

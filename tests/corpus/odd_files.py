@@ -1,8 +1,6 @@
 """Makes files that hide what they are: files of the corpus behind a long header, and small molecules without elements, or with
 the types of a force field in their place."""
 
-import field
-
 HEADER_BYTES = 100_000
 MDA = "mdanalysistests-2.11.0/MDAnalysisTests/data/"
 # Path in the corpus, a line of the header, and the number of lines before it.
@@ -46,6 +44,8 @@ def facts_of(path):
     """Returns the facts about a molecule of this source. Returns none for other files."""
     if path.parent.name != "made" or path.name not in MOLECULES:
         return []
+    import field  # here, because making the files needs no other program
+
     _, atoms, cell = MOLECULES[path.name]
     return [field.known("odd_files.py", [atom[1:] for atom in atoms], [atom[0] for atom in atoms], cell)]
 

@@ -5,6 +5,8 @@ import datetime
 import importlib.metadata
 import re
 
+import judge
+
 VERDICTS = ("same", "told", "differs", "refused alone", "refused by both", "read alone")
 ACCEPTED = 0.98  # of the files that the programs read
 OURS = ("pdb", "mmcif", "chem_comp", "cif", "gro", "pqr", "pdbqt", "mol2", "sdf", "mol", "xyz", "dump", "data", "ply",
@@ -101,7 +103,8 @@ def results_of(records, parray, packages):
     """Returns the text of RESULTS.md."""
     g = goal(records)
     heading, *rows = table_of(records).splitlines()
-    notes = collections.Counter(key for r in records if r["verdict"] == "told" for key in r["said"]["notes"])
+    notes = collections.Counter(key for r in records if r["verdict"] == "told" for key in r["said"]["notes"]
+                                if key.startswith(judge.EXPLAINING))
     defects = [f"- {line_of(r)}" for r in records if is_defect(r)]
     return RESULTS.format(
         date=datetime.date.today().isoformat(), parray=parray, packages=packages, files=g["files"],
