@@ -101,7 +101,8 @@ void AutoSceneOptions::add_camera_to(Command& command) {
             name, [range, &target](const std::string& text) { target = real_number(text, range); },
             help)
         .type_name(type)
-        .group(particles_group);
+        .group(particles_group)
+        .special();
   };
   command
       .option(
@@ -109,7 +110,8 @@ void AutoSceneOptions::add_camera_to(Command& command) {
           "Direction that points up in all views: x, y, z, -x, -y, -z, or three numbers such as "
           "0,1,1 (default: z)")
       .type_name("DIR")
-      .group(particles_group);
+      .group(particles_group)
+      .special();
   number("--azimuth", azimuth_range, turning_.azimuth, "DEG",
          "Turn the camera to the right around the upward direction, from the side of --view or, "
          "without --view, from the front");
@@ -128,7 +130,8 @@ void AutoSceneOptions::add_background_to(Command& command) {
           "Colour of the background, instead of floor or wall: white, black, grey or #RRGGBB "
           "(sRGB). The light stays the same")
       .type_name("COLOR")
-      .group(particles_group);
+      .group(particles_group)
+      .special();
 }
 
 View AutoSceneOptions::named_view(std::string_view name) {
