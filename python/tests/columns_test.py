@@ -52,7 +52,7 @@ class ColorsByArrays(Test):
         shows = ["all", {"select": "z > 0", "color_by": "z", "radius_by": "z:0.5:1"}]
         picture = parray.render(self.positions, self.radii, show=shows, select="x < 100", **SMALL)
         self.assertEqual([legend["title"] for legend in picture.report["legends"]], ["z"])
-        self.refused(parray.InputError, "has no selection", parray.render, HELIX, show=[{"radius": 1}])
+        self.refused(TypeError, "has no selection", parray.render, HELIX, show=[{"radius": 1}])
         self.refused(parray.InputError, "radius_by excludes radius", parray.render, HELIX,
                      show=[{"select": "all", "radius": 1, "radius_by": "z"}])  # fmt: skip
 
@@ -89,8 +89,10 @@ class TitleOfTheLegend(Test):
             self.skipTest("needs a program with --legend-title")
         positions, radii, _ = cloud()
         options = {"color_by": radii, "legend": True, **LARGE}
-        plain, titled = (parray.render(positions, radii, **options, **o) for o in ({}, {"legend_title": "Speed (m/s)"}))
+        fixed = {**options, "camera": {"look_from": (0, 0, 9), "look_at": (0, 0, 0)}}
+        plain, titled = (parray.render(positions, radii, **fixed, **o) for o in ({}, {"legend_title": "Speed (m/s)"}))
         self.assertEqual(plain.pixels.tobytes(), titled.pixels.tobytes())
+        plain, titled = (parray.render(positions, radii, **options, **o) for o in ({}, {"legend_title": "Speed (m/s)"}))
         self.assertNotEqual(plain._repr_png_(), titled._repr_png_())
         phases = np.array([("a", *p) for p in positions], [("Phase", "U1"), ("x", float), ("y", float), ("z", float)])
         titles = ({}, {"legend_title": "Phase"})

@@ -161,7 +161,8 @@ void particle_fields(F&& f, S&... s) {
      special, "AXIS=LOW:HIGH"},
     particle_rules::slice, s.filter.slice...);
   f({"hide",
-     "Hide these classes. Virtual sites are always hidden, except with `none` (default: virtual)"},
+     "Hide these classes. Virtual sites are always hidden, except with `none` (default: virtual)",
+     traits::special},
     HiddenClasses{}, s.filter.hide...);
   f({"show",
      "Show these particles with a look of their own, which the options after this one describe, "

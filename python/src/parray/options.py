@@ -8,8 +8,6 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Callable, Literal, TypedDict, TypeVar, Union
 
-from .errors import InputError
-
 if TYPE_CHECKING:
     import numpy.typing as npt
 
@@ -211,7 +209,7 @@ def _of_representations(shows: Sequence[Union[str, Mapping[str, Any]]]) -> list[
     for show in shows:
         look = {"select": show} if isinstance(show, str) else dict(show)
         if not isinstance(look.get("select"), str):
-            raise InputError(f"show: {show!r} has no selection: write {{'select': 'protein', 'color_by': 'chain'}}")
+            raise TypeError(f"show: {show!r} has no selection: write {{'select': 'protein', 'color_by': 'chain'}}")
         arguments += ["--show", look.pop("select"), *as_arguments(look)]
     return arguments
 

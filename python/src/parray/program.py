@@ -120,12 +120,12 @@ class _Render:
         # A separate folder, because the names of input files are arbitrary.
         inputs = folder / "input"
         inputs.mkdir()
-        work = prepare(source, radii, colors, scene, options, inputs, convert)
+        work = prepare(source, radii, colors, scene, options, inputs, convert, as_file=True)
         options = with_labels_of(work, options, has_option)
         file = work.local_file(inputs)
         output, preview = (self._png, self._exr) if self._drawn else (self._exr, self._png)
         self.command = [program, "render", str(file), "-o", str(output),
-                        "--report", str(folder / "report.json"), "--progress", "json", *as_arguments(options)]  # fmt: skip
+                        "--report", str(folder / "report.json"), "--progress", "json", *work.options, *as_arguments(options)]  # fmt: skip
         if shower.wants_preview or self._drawn:
             self.command += ["--preview", str(preview)]
 
@@ -185,8 +185,7 @@ def render(
     show      parts with their own look: show=[{"select": "protein", "color_by": "chain"}, {"select": "ligand", "radius": 1}]
     view, style, projection   direction of view, surroundings of the particles, and projection
     up, azimuth, elevation, zoom   change the camera: up="y", angles in degrees, zoom=1.5
-    background   colour of the PNG picture's background, such as "black" or "#1e90ff", for a particle file without options
-              that choose or colour particles or change the camera
+    background   colour of the PNG picture's background, such as "black" or "#1e90ff", for particles with the program's camera
     quality   "draft", "good" or "print": size and error
     views     several views, such as "front,iso": returns a list of pictures
     legend, legend_title, scale_bar, unit, time_stamp, cell, text   labels on the PNG picture, which is shown and saved as .png

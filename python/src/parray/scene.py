@@ -35,6 +35,8 @@ class Work(NamedTuple):
     """The unit of lengths for a scale bar. None: that of the file's format."""
     title: Optional[str] = None
     """The title of the legend. None: that of the program."""
+    options: tuple[str, ...] = ()
+    """Options of `parray render` that belong to the file."""
 
     def local_file(self, folder: Path) -> Path:
         """Returns a file for the program."""
@@ -98,9 +100,11 @@ def prepare(
     convert: Convert,
     *,
     as_scene: bool = False,
+    as_file: bool = False,
 ) -> Work:
     """Returns the input of a render. `options` make the scene, `settings` are all other options. Writes to `folder`, which
-    must exist as long as the result is used. With `as_scene`, the result is always a scene. Raises InputError."""
+    must exist as long as the result is used. With `as_scene`, the result is always a scene. With `as_file`, it is a particle
+    file and its options if possible: the program then makes room for labels and chooses the error. Raises InputError."""
     columns = {"radii": radii, "colors": colors, "elements": options.get("elements")}
     columns = {name: value for name, value in columns.items() if value is not None}
     changes = {name: options[name] for name in ("camera", "sky") if name in options}
@@ -135,6 +139,8 @@ def prepare(
     rules += as_arguments(asked)
     if not (changes or rules or material is not None or as_scene):
         return Work(path, unit, title)
+    if as_file and not changes and material is None:
+        return Work(path, unit, title, tuple(rules))
     return Work(_automatic_scene(path, folder, rules, material, changes, settings, convert), unit, title)
 
 
