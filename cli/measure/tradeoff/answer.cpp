@@ -234,7 +234,7 @@ std::string sentence_of(const Answer& answer) {
       (answer.asked ? "" : ", that of the scene's own settings") + ": " +
       options_against(pick.settings, answer.scene) +
       (answer.own ? ", the scene's own settings with " +
-                        counted(pick.settings->samples_per_pixel, "sample") + " a pixel"
+                        counted(pick.settings->samples_per_pixel, "sample") + " per pixel"
                   : "") +
       " (" + formatted("%.3g s", pick.seconds.median) + " at " + size(pick.settings) +
       " on this machine";
