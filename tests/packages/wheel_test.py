@@ -14,12 +14,12 @@ from packs import BIN, SOURCE, need, output
 
 TAG = f"manylinux_2_36_{platform.machine()}"
 HELIX = SOURCE / "scenes/particles/helix.pdb"
-SIZE = ["--width", "60", "--height", "40", "--spp", "4", "-q"]
+SIZE = ["--width", "240", "--height", "160", "--spp", "4", "-q"]
 FIRST = """
 import parray, pathlib
 program = parray.find_program()
 assert pathlib.Path(parray.__file__).parent in pathlib.Path(program).parents, program
-picture = parray.render([[0, 0, 0], [1, 0, 0]], 0.6, width=60, height=40, spp=4, text="two spheres")
+picture = parray.render([[0, 0, 0], [1, 0, 0]], 0.6, width=240, height=160, spp=4, text="two spheres")
 picture.save("first.png")
 """
 # Libraries that the tag leaves to the machine.
