@@ -8,7 +8,6 @@
 #include "common/base/error.h"
 
 namespace parray::base {
-namespace {
 
 namespace fs = std::filesystem;
 
@@ -20,8 +19,6 @@ fs::path module_file(const std::string& name) {
   if (fs::exists(beside, error)) return beside;
   return program.parent_path().parent_path() / "lib" / "parray" / name;
 }
-
-}  // namespace
 
 void* module_entry(const std::string& file, const char* entry, const std::string& what,
                    const std::string& remedy) {

@@ -1,15 +1,19 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "common/rooms.h"
 
 namespace parray::base {
 
-/// Loads a module and returns the symbol `entry` that it exports. The module lies in
-/// bin/../lib/parray, both in the build and when installed, or beside a program in that folder. It
-/// stays loaded until the program ends. Throws RunError "loading WHAT: ...: REMEDY" if the module
-/// is missing.
+/// Returns where a module or another file of ParRay lies, whether it exists or not: in
+/// bin/../lib/parray, both in the build and when installed, or beside a program in that folder.
+/// Throws RunError if the system does not say where this program is.
+std::filesystem::path module_file(const std::string& name);
+
+/// Loads module_file(file) and returns the symbol `entry` that it exports. It stays loaded until
+/// the program ends. Throws RunError "loading WHAT: ...: REMEDY" if the module is missing.
 void* module_entry(const std::string& file, const char* entry, const std::string& what,
                    const std::string& remedy);
 

@@ -66,8 +66,8 @@ endfunction()
 function(bundle root)
   set(target ${root}/lib/parray)
   file(GLOB programs ${root}/bin/*)
-  file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${programs} MODULES ${target}/exr_codec.so
-      ${target}/image_codec.so ${target}/unpack.so
+  file(GLOB modules ${target}/*.so)
+  file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${programs} MODULES ${modules}
     RESOLVED_DEPENDENCIES_VAR libraries UNRESOLVED_DEPENDENCIES_VAR missing
     PRE_EXCLUDE_REGEXES "^(ld-linux.*|lib(c|m|dl|pthread|rt|resolv|mvec))\\.so\\." "^lib(mpi|open-rte|open-pal)\\.so\\.")
   if(missing)

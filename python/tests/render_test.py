@@ -266,6 +266,17 @@ class Errors(Test):
         os.environ["PATH"] = str(BIN)
         self.assertEqual(parray.find_program(), str(BIN / "parray"))
 
+    def test_the_program_inside_the_package_precedes_that_in_the_path_but_not_parray_bin(self):
+        inside = self.folder / "parray"
+        inside.write_text("#!/bin/sh\n")
+        inside.chmod(0o755)
+        with unittest.mock.patch("parray.program._BUNDLED", inside), unittest.mock.patch.dict(os.environ, PATH=str(BIN)):
+            self.assertEqual(parray.find_program(), str(BIN / "parray"))
+            del os.environ["PARRAY_BIN"]
+            self.assertEqual(parray.find_program(), str(inside))
+            inside.unlink()
+            self.assertEqual(parray.find_program(), str(BIN / "parray"))
+
     def test_a_program_that_somebody_kills_is_an_error_of_its_own(self):
         fake = self.folder / "parray"
         for status, kind in ((1, parray.RenderError), (130, parray.Interrupted), (3, parray.RenderError)):

@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "common/base/error.h"
+#include "common/base/module.h"
 
 namespace parray::labels {
 namespace {
@@ -40,6 +41,13 @@ std::optional<char32_t> take_character(std::string_view& text) {
 }
 
 }  // namespace
+
+std::filesystem::path label_font() {
+  std::filesystem::path own = base::module_file("DejaVuSans.ttf");
+  std::error_code error;
+  return std::filesystem::exists(own, error) ? own
+                                             : "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+}
 
 struct Font::Library {
   FT_Library library = nullptr;

@@ -9,8 +9,9 @@
 
 namespace parray::labels {
 
-/// DejaVu Sans, from Debian's package fonts-dejavu-core.
-inline constexpr const char* label_font = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+/// Returns the file of DejaVu Sans: the one beside ParRay's modules, which Python's wheel contains,
+/// otherwise that of Debian's package fonts-dejavu-core.
+std::filesystem::path label_font();
 
 /// Draws text in one font and size with FreeType, without hinting and placed to 1/64 of a pixel, so
 /// that widths scale with the size. Letters go from left to right with the font's kerning; scripts
@@ -19,7 +20,7 @@ class Font {
  public:
   /// `size` is in pixels per em, >= 1. Throws RunError, which names the package, if the file is
   /// missing or is not a font.
-  explicit Font(double size, const std::filesystem::path& file = label_font);
+  explicit Font(double size, const std::filesystem::path& file = label_font());
   ~Font();
   Font(const Font&) = delete;
   Font& operator=(const Font&) = delete;

@@ -123,9 +123,15 @@ const ExrCodec& exr_codec() {
                    "install ParRay and OpenEXR again"))();
   return loaded;
 }
+constexpr const char* image_codec_file = "image_codec.so";
+/// Returns whether this ParRay has the module. Python's wheel has none.
+bool has_image_codec() {
+  std::error_code error;
+  return fs::exists(module_file(image_codec_file), error);
+}
 const ImageCodec& codec() {
   static const ImageCodec& loaded = *reinterpret_cast<ImageCodecEntry>(module_entry(
-      "image_codec.so", image_codec_entry, "the module that reads and writes such pictures",
+      image_codec_file, image_codec_entry, "the module that reads and writes such pictures",
       "install ParRay and OpenImageIO again"))();
   return loaded;
 }
@@ -176,6 +182,13 @@ void check_image_path(const fs::path& path) {
                                         : "unknown kind of image '" + extension + "'") +
                      ": use .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bit, sRGB)");
   }
+  const bool other = format_of(path) != Format::exr && format_of(path) != Format::png;
+  if (other && !has_image_codec()) {
+    throw InputError(path.string() +
+                     ": this ParRay has no OpenImageIO, which writes such pictures: use .png or "
+                     ".exr, or Python and Pillow: picture.save(\"" +
+                     path.filename().string() + "\")");
+  }
 }
 
 bool can_hold_channels(const fs::path& path) { return format_of(path) == Format::exr; }
@@ -222,7 +235,7 @@ void write_preview(const fs::path& path, const Image& image,
   file.show();
 }
 
-std::string image_library_version() { return codec().version(); }
+std::string image_library_version() { return has_image_codec() ? codec().version() : "none"; }
 std::string exr_library_version() { return exr_codec().version(); }
 
 /// Throws InputError for a path that does not exist or is a directory.
@@ -246,6 +259,11 @@ ImageFile read_image(const fs::path& path) {
     if (format == Format::png) {
       check_png_chunks(path);
       return read_png(path.string());
+    }
+    if (!has_image_codec()) {
+      throw InputError(path.string() +
+                       ": is neither EXR nor PNG, and this ParRay has no OpenImageIO, which reads "
+                       "other pictures: convert it to .png, for example with Pillow");
     }
     ImageFile file = codec().read(path.string());
     file.metadata = described(std::move(file.metadata));

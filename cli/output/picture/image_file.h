@@ -11,7 +11,8 @@
 namespace parray::picture {
 
 /// Throws InputError unless write_image() can write to `path`: the extension is .exr, .png, .tif,
-/// .tiff, .jpg, .jpeg or .jp2, in either case, and the place is writable (check_output_path()).
+/// .tiff, .jpg, .jpeg or .jp2, in either case, the place is writable (check_output_path()), and
+/// this ParRay has OpenImageIO or does not need it.
 void check_image_path(const std::filesystem::path& path);
 
 /// Returns whether the file can contain more channels than RGB: .exr.
@@ -64,7 +65,8 @@ struct ImageFile {
 /// it has fewer than 3 channels, or if it exceeds common/scene/limits.h.
 ImageFile read_image(const std::filesystem::path& path);
 
-/// Return the versions of the loaded OpenImageIO and OpenEXR: "2.4.7".
+/// Return the versions of the loaded OpenImageIO ("none" if this ParRay lacks it) and OpenEXR:
+/// "2.4.7".
 std::string image_library_version();
 std::string exr_library_version();
 

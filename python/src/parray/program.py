@@ -31,14 +31,19 @@ if TYPE_CHECKING:
 
 _ERRORS = {1: RenderError, 2: InputError, 130: Interrupted}
 _TEMPORARY = "/parray-[a-z0-9_]{8}/"  # of tempfile
+_BUNDLED = Path(__file__).parent / "bundled" / "bin" / "parray"
 _PATIENCE = 10  # seconds until a program that must end is killed
 
 
 def find_program() -> str:
-    """Returns the program `parray`: that of PARRAY_BIN (a program or its folder), otherwise the one in PATH. Raises
-    ProgramNotFound."""
+    """Returns the program `parray`: that of PARRAY_BIN (a program or its folder), otherwise that inside this package, which
+    a wheel of deploy/wheel has, otherwise the one in PATH. Raises ProgramNotFound."""
     asked = os.environ.get("PARRAY_BIN")
-    found = shutil.which(os.path.join(asked, "parray") if asked and os.path.isdir(asked) else asked or "parray")
+    if asked:
+        places = [os.path.join(asked, "parray") if os.path.isdir(asked) else asked]
+    else:
+        places = [str(_BUNDLED), "parray"]
+    found = next(filter(None, map(shutil.which, places)), None)
     if found:
         return found
     if asked:

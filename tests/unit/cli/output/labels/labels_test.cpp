@@ -96,7 +96,7 @@ TEST_CASE("the width of a text follows from the font's advances at any size") {
   FT_Library library = nullptr;
   FT_Face face = nullptr;
   REQUIRE(FT_Init_FreeType(&library) == 0);
-  REQUIRE(FT_New_Face(library, label_font, 0, &face) == 0);
+  REQUIRE(FT_New_Face(library, label_font().c_str(), 0, &face) == 0);
   double units = 0;
   for (const char letter : std::string("H 0123")) {  // pairs without kerning
     REQUIRE(FT_Load_Char(face, static_cast<FT_ULong>(letter), FT_LOAD_NO_SCALE) == 0);
