@@ -178,6 +178,7 @@ void RenderOptions::add_looks_to(Command& command) {
 
 void RenderOptions::add_quality_to(Command& command) {
   std::vector<std::string> names;
+  names.reserve(qualities.size());
   for (const Quality& quality : qualities) names.emplace_back(quality.name);
   command
       .option(

@@ -249,8 +249,9 @@ int render(const RenderCommand& command) {
     return denoised_judge(extra, scene_id);
   });
   extra.accelerators = farm.accelerators();
-  if (command.output.paths().denoise && !command.following.quiet)
+  if (command.output.paths().denoise && !command.following.quiet) {
     warn_if_denoising_does_not_pay(extra);
+  }
   reserve_time(prepared, [&] { return to_seconds(clock.now() - started); });
   const auto link = farm.connect();
   Client client(*link, clock, embedded_client(farm));

@@ -56,8 +56,9 @@ TextRange color_range_from(std::string_view text) {
 }
 
 std::optional<NumberScale> number_scale_from(std::string_view text) {
-  if (const auto place = place_in(number_scale_words, text))
+  if (const auto place = place_in(number_scale_words, text)) {
     return static_cast<NumberScale>(*place);
+  }
   throw InputError("unknown colour scale '" + printable(text) +
                    "': " + remedy_for_name(text, number_scale_words));
 }

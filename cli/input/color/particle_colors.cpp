@@ -96,8 +96,9 @@ bool reads_before(const std::string& a, const std::string& b) {
 ParticleColors by_name(std::string title, const NameColumn& column) {
   const std::vector<Vec3d> colors = colors_of_names(column.names);
   std::vector<Category> categories;
-  for (std::size_t i = 0; i < colors.size(); ++i)
+  for (std::size_t i = 0; i < colors.size(); ++i) {
     categories.push_back({column.names[i], colors[i]});
+  }
   return colors_by_category(std::move(title), categories, column.index,
                             reading_order(column.names));
 }

@@ -95,7 +95,7 @@ class CifRow {
     return preferred.empty() ? text(other) : preferred;
   }
   /// Returns the name of a coordinate for messages: "cartn_x".
-  static std::string_view axis_name(CifItem axis);
+  static std::string_view axis_name(CifItem item);
   /// Returns a coordinate. The text may end with a standard uncertainty: 1.234(5). Fails at `place`
   /// if the text is not a number.
   [[nodiscard]] double number(CifItem item, const FilePlace& place) const;

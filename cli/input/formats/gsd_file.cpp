@@ -38,8 +38,9 @@ void GsdFile::fail_damaged(std::string_view problem) const {
 }
 
 void GsdFile::expect(std::uint64_t location, std::uint64_t bytes) const {
-  if (location > largest_file_bytes || bytes > largest_file_bytes)
+  if (location > largest_file_bytes || bytes > largest_file_bytes) {
     fail_damaged("the data are beyond any file");
+  }
   if (size().value_or(UINT64_MAX) >= location + bytes) return;
   fail("the file ends within its data: check that the file is complete");
 }

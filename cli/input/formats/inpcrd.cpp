@@ -19,8 +19,9 @@ Confidence looks_like_inpcrd(const FileStart& start) {
   const std::string_view row = start.line(2);
   if (row.size() < 3 * width || row.size() > 6 * width) return Confidence::none;
   for (std::size_t at = 0; at + width <= row.size(); at += width) {
-    if (row[at + whole] != '.' || !is_number(trimmed(row.substr(at, width))))
+    if (row[at + whole] != '.' || !is_number(trimmed(row.substr(at, width)))) {
       return Confidence::none;
+    }
   }
   return Confidence::likely;
 }
@@ -63,11 +64,13 @@ std::optional<ParticleCell> box_in(const std::vector<double>& rest, std::size_t 
 Particles read_inpcrd(PackedFile& file, const ParticleRequest& /*request*/) {
   ParticleInput input(file);
   std::vector<std::string_view> words;
-  if (!input.next_line() || !input.next_line())
+  if (!input.next_line() || !input.next_line()) {
     input.fail("the file has no number of atoms: check that the file is complete");
+  }
   split_at_blanks(input.line(), words);
-  if (words.empty())
+  if (words.empty()) {
     input.fail("line 2 has no number of atoms: check that this is a restart file of AMBER");
+  }
   const std::uint64_t count = count_field(words[0], input.place());
   const std::optional<double> time = words.size() > 1 ? number_in(words[1]) : std::nullopt;
   WideNumbers numbers(input);

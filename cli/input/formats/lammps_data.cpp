@@ -143,8 +143,9 @@ class DataHeader {
 
   /// Returns the box (LAMMPS manual, "Triclinic (non-orthogonal) simulation boxes").
   [[nodiscard]] std::optional<ParticleCell> cell() const {
-    if (general_)
+    if (general_) {
       return valid_cell({vector(origin_), {vector(rows_[0]), vector(rows_[1]), vector(rows_[2])}});
+    }
     const auto side = [&](std::size_t i) { return rows_.at(i)[1] - rows_.at(i)[0]; };
     const auto [xy, xz, yz] = tilt_;
     return valid_cell({{rows_[0][0], rows_[1][0], rows_[2][0]},
@@ -171,8 +172,9 @@ class DataHeader {
   }
 
   static void take(const Fields& words, const FilePlace& place, std::span<double> to) {
-    if (words.size() < to.size())
+    if (words.size() < to.size()) {
       place.fail("the header line has too few numbers: check that the file is complete");
+    }
     for (std::size_t i = 0; i < to.size(); ++i) {
       to[i] = number_field(words[i], "number", place);
     }
@@ -203,8 +205,9 @@ class DataFile {
         read_line_of(section);
       }
     }
-    if (!have_atoms_)
+    if (!have_atoms_) {
       input_.fail("the file has no section Atoms: check that this is a LAMMPS data file");
+    }
     return finish();
   }
 
@@ -223,10 +226,11 @@ class DataFile {
   }
 
   void read_line_of(std::string_view section) {
-    if (section == "Atoms")
+    if (section == "Atoms") {
       input_.fail(
           "text follows the last atom: correct the number of atoms in the header, or remove the "
           "text");
+    }
     if (section == "Masses" && words_.size() >= 2) {
       masses_[std::string(words_[0])] = number_or_nan(words_[1]);
     } else if (section == "Velocities" && wants_velocities() && words_.size() >= 4) {

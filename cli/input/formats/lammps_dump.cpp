@@ -30,8 +30,9 @@ struct DumpLayout {
 };
 
 void next_data_line(ParticleInput& input) {
-  if (!input.next_line())
+  if (!input.next_line()) {
     input.fail("the file ends within its header: check that the file is complete");
+  }
 }
 
 using BoxRows = std::array<std::array<double, 4>, 3>;
@@ -167,8 +168,9 @@ DumpHeader read_header(ParticleInput& input) {
                  "text dump");
     }
     if (line.starts_with(atoms)) {
-      if (!header.count)
+      if (!header.count) {
         input.fail("the frame has no ITEM: NUMBER OF ATOMS before its atoms: add it");
+      }
       header.atoms = line.substr(atoms.size());
       return header;
     }

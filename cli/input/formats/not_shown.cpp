@@ -71,8 +71,8 @@ void ConectBonds::read(std::string_view record) {
 
 std::uint64_t ConectBonds::take() {
   std::ranges::sort(pairs_);
-  const auto repeated = std::ranges::unique(pairs_);
-  const auto count = static_cast<std::uint64_t>(repeated.begin() - pairs_.begin());
+  const auto repeated = std::unique(pairs_.begin(), pairs_.end());
+  const auto count = static_cast<std::uint64_t>(repeated - pairs_.begin());
   pairs_.clear();
   return count;
 }

@@ -98,8 +98,9 @@ Confidence looks_like_pdb(const FileStart& start) {
   if (atom.empty()) {
     const auto records = std::ranges::count_if(start.lines(), is_record_of_pdb);
     if (!is_record_of_pdb(start.line(0))) return Confidence::none;
-    if (trimmed(start.line(0)) == "TITLE")
+    if (trimmed(start.line(0)) == "TITLE") {
       return Confidence::none;  // GROMOS96; the record TITLE of PDB has a text
+    }
     const bool most = records >= 3 && 2 * records > std::ssize(start.lines());
     return most ? Confidence::likely : Confidence::possible;
   }
@@ -180,7 +181,7 @@ std::optional<ParticleCell> cell_in(std::string_view line) {
 
 /// Reads frames. A frame begins with MODEL or its first atom. It ends with ENDMDL, END, the next
 /// MODEL or the end of the file.
-template <const Dialect& dialect>
+template <const Dialect& Rules>
 class PdbFrames final : public FramesOf<ParticleInput> {
  public:
   PdbFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
@@ -202,10 +203,10 @@ class PdbFrames final : public FramesOf<ParticleInput> {
     atoms.doubt_elements();
     AtomRecord record;
     while (go_to_atom()) {
-      dialect.read(input_.line(), input_.place(), record);
+      Rules.read(input_.line(), input_.place(), record);
       atoms.add(record.atom());
       atoms.numbers({{record.occupancy, record.b_factor, record.charge}});
-      if (dialect.radii) atoms.radius(record.radius);
+      if (Rules.radii) atoms.radius(record.radius);
     }
     Particles particles = atoms.finish_frame();
     particles.cell = cell_;

@@ -179,10 +179,11 @@ class RecordWords {
   explicit RecordWords(std::string_view line) {
     split_at_blanks(line, words_);
     constexpr std::size_t longest = 6;  // "HETATM12345": no blank before the serial number
-    if (!words_.empty() && words_[0].size() > longest)
+    if (!words_.empty() && words_[0].size() > longest) {
       words_[0].remove_prefix(longest);
-    else if (!words_.empty())
+    } else if (!words_.empty()) {
       words_.erase(words_.begin());
+    }
   }
 
   /// Returns the place of x: the first word with a decimal point after the serial number and the
@@ -368,8 +369,9 @@ void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& 
     const std::string_view fixed = read_shared(line, aligned, place, record).value_or(line);
     std::vector<std::string_view> rest;
     split_at_blanks(fixed.size() > coordinates_end ? fixed.substr(coordinates_end) : "", rest);
-    if (rest.size() < 2)
+    if (rest.size() < 2) {
       place.fail("charge and radius are missing after the coordinates: add them");
+    }
     charge = number_field(rest[0], "the charge", place);
     radius = number_field(rest[1], "the radius", place);
     record.occupancy = not_known;

@@ -375,9 +375,10 @@ const PlyElement& vertex_of(const PlyHeader& header, const FilePlace& place) {
     if (vertex != nullptr) place.fail("two elements are named 'vertex': rename one");
     vertex = &element;
   }
-  if (vertex == nullptr)
+  if (vertex == nullptr) {
     place.fail(
         "the file has no element 'vertex': add one, because its instances are the particles");
+  }
   return *vertex;
 }
 

@@ -17,8 +17,9 @@ constexpr std::size_t max_properties = 1024;  // of one element
 
 /// Goes to the next line of the header. Returns its words.
 Words next_words(ParticleInput& input) {
-  if (!input.next_line())
+  if (!input.next_line()) {
     input.fail("the file ends before end_header: check that the file is complete");
+  }
   Words words;
   split_at_blanks(input.line(), words);
   return words;
@@ -76,8 +77,9 @@ PlyProperty property_in(const Words& words, const ParticleInput& input) {
 }
 
 void add_property(const Words& words, PlyHeader& header, const ParticleInput& input) {
-  if (header.elements.empty())
+  if (header.elements.empty()) {
     input.fail("a property precedes the first element: move the property");
+  }
   std::vector<PlyProperty>& properties = header.elements.back().properties;
   if (properties.size() == max_properties) {
     input.fail("the element has more than " + std::to_string(max_properties) +

@@ -148,8 +148,9 @@ Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
   const auto& types = sections.of("AMBER_ATOM_TYPE", count);
   const auto& charges = sections.of("CHARGE", count);
   const auto& masses = sections.of("MASS", count);
-  if (names.empty())
+  if (names.empty()) {
     input.fail("the file has no section ATOM_NAME: check that the file is complete");
+  }
   Residues residues(sections, sections.pointer(residues_place), input.place());
   NameTable atoms(input.place());
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -97,8 +97,9 @@ bool is_atoms_of_ase(const FileStart& start, const std::vector<TopLevelKey>& key
   };
   if (contains("\"__ase_objtype__\"")) return true;
   const bool numbered = !keys.empty() && is_natural(keys[0].name) && keys[0].value == '{';
-  if (numbered)
+  if (numbered) {
     return contains("\"numbers\"") && (contains("\"positions\"") || contains("\"mtime\""));
+  }
   return has_key(keys, "numbers") && has_key(keys, "positions");
 }
 

@@ -89,10 +89,9 @@ void enter(const Property& property, std::size_t at, XyzLayout& layout, bool& ha
   const bool one = property.count == 1;
   const bool three = property.count == 3;
   const bool element = name == "species" || name == "element" || name == "symbols";
-  if (element && one && property.type == 'S') {
-    layout.row.element = at;
-  } else if ((name == "z" || name == "numbers") && one && property.type == 'I' &&
-             !layout.row.element) {
+  const bool number = name == "z" || name == "numbers";
+  if (one && ((element && property.type == 'S') ||
+              (number && property.type == 'I' && !layout.row.element))) {
     layout.row.element = at;
   } else if ((name == "type" || name == "species") && one) {
     layout.row.type = at;

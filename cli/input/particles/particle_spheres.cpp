@@ -263,7 +263,7 @@ Legend legend_of(const Particles& particles, const ParticleMaterial& material,
   if (by_element) {
     order.resize(counts.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::ranges::rotate(order, order.begin() + 1);  // 0 means unknown
+    std::rotate(order.begin(), order.begin() + 1, order.end());  // 0 means unknown
   }
   const std::vector<Vec3d> type_colors = colors_of_names(particles.types.names);
   for (const std::size_t kind : order) {
@@ -290,8 +290,9 @@ void append_spheres(Particles particles, const ParticleColors& colors, const Par
   if (look.material.rule != MaterialRule::by_type) particles.types = {};
   if (look.radius.rule != RadiusRule::column) release(particles.radii);
   MaterialTable table;
-  for (const Material& material : scene.materials)
+  for (const Material& material : scene.materials) {
     table.intern(material);  // gives the same numbers as before
+  }
   MaterialLookup surfaces(particles, colors, look.material, materials, table);
   if (!surfaces.find_all()) {
     fail_too_many(file, limits::max_materials,

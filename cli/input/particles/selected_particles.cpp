@@ -59,8 +59,9 @@ void decide(const Particles& particles, const std::string& name, bool crystal,
   std::string_view known = "the name of a material";
   if (otherwise != nullptr) {
     known = otherwise->material_name;
-    if (look.material.rule == ParticleMaterial::Rule::automatic)
+    if (look.material.rule == ParticleMaterial::Rule::automatic) {
       look.material = {ParticleMaterial::Rule::named, std::string(known)};
+    }
     if (text_of(look.material) == known) {
       materials.define(otherwise->material_name, otherwise->material);
     }

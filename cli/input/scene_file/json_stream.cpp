@@ -33,8 +33,9 @@ std::string_view remedy_for(std::string_view reason, std::string_view token) {
   if (bad_word && looks_like_infinity_or_nan(token)) {
     return "JSON has no NaN or Infinity; write a finite number";
   }
-  if (bad_word && (token.ends_with('/') || token.ends_with('#')))
+  if (bad_word && (token.ends_with('/') || token.ends_with('#'))) {
     return "JSON has no comments; remove them";
+  }
   if (bad_word && token.ends_with('\'')) return "write strings in double quotes";
   if (bad_word && (token.ends_with('\xff') || token.ends_with('\xfe'))) {
     return "the text looks like UTF-16; save the file as UTF-8";
@@ -214,8 +215,9 @@ bool SaxHandler::key(std::string& text) {
 bool SaxHandler::open(JsonKind kind) {
   JsonValue value = make(kind);
   if (frames_.empty()) {
-    if (kind != JsonKind::object)
+    if (kind != JsonKind::object) {
       fail("expected an object, found an array: check that this is a scene");
+    }
     start_line_ = value.line;
     started_ = true;
   } else if (is_section()) {

@@ -66,7 +66,7 @@ std::string text_of(FileName /*rule*/, const std::string& name) {
 }
 template <typename T>
 std::string text_of(const TextRule<T>& rule, const T& value) {
-  const std::string text = rule.text(value);
+  std::string text = rule.text(value);
   if (text.empty()) return {};
   if (rule.form == JsonForm::number && is_number(text)) return text;
   if (rule.form != JsonForm::pair) return json_text(text);
