@@ -61,10 +61,10 @@ class WheelTest(unittest.TestCase):
 
         shutil.copy(HELIX, here)
         output("xz", "-kf", here / HELIX.name)
-        options = [*SIZE, "--color-by", "element", "--legend", "--report", "report.json"]
-        output(*bare, programs / "parray", "render", HELIX.name + ".xz", *options, "-o", "helix.png")
+        options = [*SIZE, "--color-by", "element", "--legend"]
+        output(*bare, programs / "parray", "render", HELIX.name + ".xz", *options, "-o", "helix.png", "--report", "report.json")
         there = json.loads((here / "report.json").read_text())["image_sha256"]
-        output(BIN / "parray", "render", here / (HELIX.name + ".xz"), *SIZE, "-o", here / "here.exr", "--report", here / "here.json")
+        output(BIN / "parray", "render", HELIX, *options, "-o", here / "here.png", "--report", here / "here.json")
         self.assertEqual(there, json.loads((here / "here.json").read_text())["image_sha256"])
         output(*bare, programs / "parray", "render", HELIX.name, *SIZE, "-o", "helix.exr")
         output(*bare, programs / "parray", "verify", "helix.exr", HELIX.name)
@@ -114,7 +114,7 @@ class BareMachine(WheelTest):
         (root / "home/user").mkdir()
         for name in ("house", "dist"):
             shutil.copytree(self.directory / name, root / "home/user" / name)
-        self.renders(root, "unshare", "--mount", "--pid", "--fork", f"--mount-proc={root}/proc", f"--root={root}",
+        self.renders(root, "unshare", "--mount", "--pid", "--fork", "--mount-proc", f"--root={root}",
                      directory=pathlib.Path("/home/user"))
 
 
