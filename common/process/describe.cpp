@@ -91,7 +91,7 @@ std::vector<std::string> shell_words(const std::string& command) {
 }
 
 std::string describe(const std::function<void(CommandLine&)>& declare, const std::string& program,
-              const std::string& about) {
+                     const std::string& about) {
   const auto check = [&](const CommandText& command) {
     for (const Example& example : command.examples) {
       const std::vector<std::string> words = shell_words(example.command);

@@ -17,10 +17,10 @@ struct Format {
 };
 constexpr std::array<Format, 23> formats{
     {{'n', "f"},  // the bytes say all
-     {'y', "f.ply"},   {'v', "f.csv"},   {'x', "f.xyz"},  {'l', "f.dump"},   {'p', "f.pdb"},
-     {'m', "f.cif"},   {'q', "f.pdbqt"}, {'r', "f.pqr"},  {'g', "f.gro"},    {'s', "f.sdf"},
-     {'2', "f.mol2"},  {'V', "f.vasp"},  {'G', "f.gsd"},  {'D', "f.dcd"},    {'T', "f.xtc"},
-     {'R', "f.trr"},   {'C', "f.nc"},    {'A', "f.data"}, {'I', "f.inpcrd"}, {'S', "f.psf"},
+     {'y', "f.ply"},    {'v', "f.csv"},   {'x', "f.xyz"},  {'l', "f.dump"},   {'p', "f.pdb"},
+     {'m', "f.cif"},    {'q', "f.pdbqt"}, {'r', "f.pqr"},  {'g', "f.gro"},    {'s', "f.sdf"},
+     {'2', "f.mol2"},   {'V', "f.vasp"},  {'G', "f.gsd"},  {'D', "f.dcd"},    {'T', "f.xtc"},
+     {'R', "f.trr"},    {'C', "f.nc"},    {'A', "f.data"}, {'I', "f.inpcrd"}, {'S', "f.psf"},
      {'O', "f.prmtop"}, {'t', "f.txyz"}}};
 
 /// Of any letter, so that none is in vain.
