@@ -28,7 +28,8 @@ def job_of(number, newest):
     state = "running" if number > newest - 20 and number % 2 else STATES[number * 7919 % len(STATES)]
     progress = {"done": 1.0, "queued": 0.0}.get(state, (number * 37 % 97) / 100)
     submitted = time.time() - 47 * (newest - number + 1) - number % 40
-    taken = None if state == "queued" else 20.0 + number * 53 % 3000
+    age = time.time() - submitted
+    taken = None if state == "queued" else age * (0.05 + number * 37 % 90 / 100)
     job = {"id": number, "name": NAMES[number % len(NAMES)], "user": USERS[number % 5],
            "state": state, "priority": 50, "progress": progress,
            "samples_per_second": 3.1e7 if state == "running" else 0.0,
@@ -125,7 +126,10 @@ def handler_of(farm):
             for name, value in fields.items():
                 self.send_header(name.replace("_", "-"), str(value))
             self.end_headers()
-            self.wfile.write(body)
+            try:
+                self.wfile.write(body)
+            except OSError:  # the page no longer wants it
+                self.close_connection = True
 
         def problem(self, status, detail):
             self.reply({"type": "about:blank", "title": "", "status": status, "detail": detail}, "application/problem+json", status)
@@ -218,9 +222,11 @@ def handler_of(farm):
             try:
                 send("job", farm.busy())
                 send("worker", farm.workers.values())
-                turn = 0
+                known = {number: job["state"] for number, job in list(farm.jobs.items())}
                 while not farm.stopping.wait(0.1):
-                    turn += 1
+                    before, known = known, {number: job["state"] for number, job in list(farm.jobs.items())}
+                    send("job", [farm.jobs[number] for number, state in known.items() if before.get(number) != state])
+                    send("forgotten", [{"id": number} for number in before.keys() - known.keys()])
                     changed = farm.busy()[-farm.changes:] if farm.changes else []
                     for job in changed:
                         if job["state"] == "running":

@@ -29,7 +29,8 @@ async function send(word, ids, priority) {
 function groupsOf(refused) {
   const groups = new Map();
   for (const {id, problem} of refused) {
-    const text = (problem.detail ?? `status ${problem.status}`).replaceAll(new RegExp(`\\bjob ${id}\\b`, 'g'), 'the job');
+    const detail = (problem.detail ?? `status ${problem.status}`).replaceAll(new RegExp(`\\bjob ${id}\\b`, 'g'), 'the job');
+    const text = detail[0].toUpperCase() + detail.slice(1);
     groups.set(text, [...groups.get(text) ?? [], id]);
   }
   return [...groups].sort(([, a], [, b]) => b.length - a.length);
@@ -40,7 +41,7 @@ const some = ids => ids.slice(0, 12).join(', ') + (ids.length > 12 ? ` and ${who
 function showRefusals(done, refused) {
   const title = `${counted(refused.length, 'job')} refused`;
   return ask(title, close => [el('h2', {}, title), el('p', {}, done),
-    el('ul', {class: 'refusals'}, ...groupsOf(refused).map(([text, ids]) => el('li', {}, el('p', {}, text), el('p', {class: 'hint'}, `Job ${some(ids)}`)))),
+    el('ul', {class: 'refusals'}, ...groupsOf(refused).map(([text, ids]) => el('li', {}, el('p', {}, text), el('p', {class: 'hint'}, `${ids.length === 1 ? 'Job' : 'Jobs'} ${some(ids)}`)))),
     el('div', {class: 'answers'}, button('Close', () => close(), {autofocus: true}))]);
 }
 

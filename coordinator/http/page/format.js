@@ -79,7 +79,7 @@ const samples = value => value < 10 ? String(Math.round(value * 10) / 10) : whol
 /** Formats the samples per pixel of a job: those taken if it has ended or has no limit, otherwise the limit. */
 export function samplesOf(job) {
   const limit = sampleLimit(job);
-  if (!unknown(job.samples_taken) && (limit === null || !unfinished(job))) return samples(job.samples_taken);
+  if (job.samples_taken > 0 && (limit === null || !unfinished(job))) return samples(job.samples_taken);
   return limit > 0 ? whole(limit) : '';
 }
 

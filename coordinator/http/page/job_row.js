@@ -61,12 +61,19 @@ const waits = job => unfinished(job) && job.state !== 'paused' && Boolean(job.wa
 /** Returns the shown state: a job that needs a worker and has begun is "waiting". */
 const stateOf = job => job.state === 'running' && waits(job) ? 'waiting' : job.state;
 
+/** Formats an estimate with one number: "5 min". */
+function about(seconds) {
+  if (seconds < 59.5) return `${Math.max(1, Math.round(seconds))} s`;
+  if (seconds < 3570) return `${Math.round(seconds / 60)} min`;
+  return seconds < 48 * 3600 ? `${Math.round(seconds / 3600)} h` : `${Math.round(seconds / 86400)} days`;
+}
+
 const stateText = job => job.state === 'queued' && known(job.queue_place) ?
   job.queue_place === 1 ? 'queued, next' : `queued, ${nth(job.queue_place)}` : stateOf(job);
 
 function etaOf(job) {
   if (!unfinished(job)) return '';
-  if (job.state === 'queued') return known(job.starts_in) && job.starts_in >= 0 ? `in ${duration(job.starts_in)}` : '';
+  if (job.state === 'queued') return known(job.starts_in) && job.starts_in >= 0 ? `in ${about(job.starts_in)}` : '';
   return known(job.seconds_left) ? duration(job.seconds_left) : '';
 }
 
@@ -75,7 +82,8 @@ function noteOf(job) {
   if (job.state === 'failed') return job.reason || `failed at ${shareOf(job)}`;
   if (job.state === 'cancelled') return `at ${shareOf(job)}${tookOf(job) ? ', ' + tookOf(job) : ''}`;
   if (job.state === 'done') return tookOf(job);
-  return waits(job) ? `waits for ${job.waits_for}` : '';
+  if (!waits(job)) return '';
+  return known(job.waits_for_job) ? `waits for job ${job.waits_for_job}` : `waits for ${job.waits_for}`;
 }
 
 function showTime(node, at) {
@@ -86,13 +94,14 @@ function showTime(node, at) {
 
 function showProgress(parts, job) {
   const note = noteOf(job);
-  const bare = job.state === 'queued' && !(job.progress > 0) || job.state === 'done' || job.state === 'failed' || job.state === 'cancelled';
-  parts.bar.hidden = bare;
-  setText(parts.done, bare ? '' : shareOf(job));
+  const bare = !unfinished(job) || job.state === 'queued' && !(job.progress > 0);
+  parts.bar.hidden = bare || waits(job);
   parts.done.hidden = bare;
-  if (!bare) parts.bar.style.setProperty('--share', job.progress);
+  setText(parts.done, bare ? '' : shareOf(job));
+  parts.bar.style.setProperty('--share', job.progress);
   setText(parts.note, job.state === 'done' && job.frames ? `${shareOf(job)} frames${note ? ', ' + note : ''}` : note);
-  setAttribute(parts.progress, 'title', job.frames && !bare ? `${shareOf(job)} frames. ${note}`.trim() : note || undefined);
+  const hint = [job.frames && `${shareOf(job)} frames`, waits(job) ? `waits for ${job.waits_for}` : note].filter(Boolean).join(', ');
+  setAttribute(parts.progress, 'title', hint || undefined);
 }
 
 function showError(parts, job) {
@@ -116,8 +125,9 @@ function showSize(node, job) {
 export function fillRow(parts, job, {chosen, quick}) {
   parts.job = job;
   const state = stateOf(job);
-  const span = waits(job) ? ' waits' : '';
-  setAttribute(parts.row, 'data-state', state + span);
+  const eta = etaOf(job);
+  setAttribute(parts.row, 'data-state', job.state);
+  parts.row.classList.toggle('waits', waits(job) && !eta);
   parts.row.classList.toggle('chosen', chosen);
   parts.check.checked = chosen;
   setAttribute(parts.check, 'aria-label', `Choose job ${job.id}`);
@@ -133,8 +143,8 @@ export function fillRow(parts, job, {chosen, quick}) {
   setText(parts.state, stateText(job));
   setClass(parts.state, 'state ' + state);
   showProgress(parts, job);
-  setText(parts.left, etaOf(job));
-  setAttribute(parts.left, 'title', job.state === 'queued' && etaOf(job) ? 'estimated time until it begins' : undefined);
+  setText(parts.left, eta);
+  setAttribute(parts.left, 'title', job.state === 'queued' && eta ? 'estimated time until it begins' : undefined);
   showError(parts, job);
   setText(parts.speed, job.state === 'running' ? rate(job.samples_per_second) : '');
   showSize(parts.size, job);

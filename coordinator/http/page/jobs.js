@@ -53,7 +53,7 @@ export class JobsView {
     this.states = el('fieldset', {class: 'choice'}, el('legend', {class: 'unseen'}, 'Filter by state'),
       ...[...filters.keys()].map(name => el('label', {},
         el('input', {type: 'radio', name: 'filter', value: name, onchange: () => this.#change({state: name})}), el('span', {}, name))));
-    this.search = el('input', {type: 'search', placeholder: 'Search name or number', 'aria-label': 'Search name or number', 'aria-keyshortcuts': '/',
+    this.search = el('input', {type: 'search', placeholder: 'Name or number', title: 'Search ( / )', 'aria-label': 'Search name or number', 'aria-keyshortcuts': '/',
       oninput: () => this.#change({q: this.search.value.trim()}, typingPause)});
     this.user = el('select', {'aria-label': 'User', onchange: () => this.#change({user: this.user.value}), onfocus: () => this.#loadUsers()});
     this.onlyMine = el('input', {type: 'checkbox', onchange: () => this.#change({mine: this.onlyMine.checked})});
