@@ -42,7 +42,7 @@ def job_of(number, newest):
         job["reason"] = "three workers failed at the same rows"
     if state == "queued":
         place = 1 + number % 9
-        job.update(waits_for=f"job {newest - 1} of priority 50" if place > 1 else "a worker", queue_place=place,
+        job.update(waits_for_job=newest - 1 if place > 1 else None, waits_for=f"job {newest - 1} of priority 50" if place > 1 else "a worker", queue_place=place,
                    starts_in=35.0 * place if place > 2 else None)
     if number % 3 == 0:
         job["target_error"] = 0.01

@@ -35,7 +35,7 @@ class Rows(BrowserTest):
             expect(row_of(page, 20).locator(".bar")).to_be_hidden()
             expect(row_of(page, 19).locator(".progress")).to_have_text("not enough memory")
             expect(row_of(page, 18).locator(".state")).to_have_text("queued, 3rd")
-            expect(row_of(page, 18).locator(".progress")).to_have_text("waits for job 7")
+            expect(row_of(page, 18).locator(".progress")).to_have_text("after job 7")
             expect(row_of(page, 17).locator(".state")).to_have_text("waiting")
             expect(row_of(page, 17).locator(".progress")).to_contain_text("waits for a worker")
             expect(row_of(page, 16).locator(".size")).to_have_text("1200 × 800, 47 spp")
@@ -69,6 +69,8 @@ class Rows(BrowserTest):
             for job in farm.jobs.values():
                 job.update(samples_per_pixel=16384, target_error=0.0035)
             farm.jobs[60].update(frames=61, frames_done=12, state="running")
+            for place, number in enumerate((59, 58, 57)):
+                farm.jobs[number].update(state="queued", waits_for="job 60 of priority 50", waits_for_job=60, queue_place=10 + place, starts_in=500.0)
             page = self.open(farm.url, viewport={"width": 1280, "height": 800})
             expect(page.locator(".count")).to_have_text("60 jobs")
             cut = page.evaluate("""() => [...document.querySelectorAll('.jobs .row:not([hidden]) > *')]

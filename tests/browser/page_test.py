@@ -9,7 +9,7 @@ import sys
 import tempfile
 import unittest
 
-from browser import DESKTOP, PHONE, BrowserTest, axe, expect
+from browser import DESKTOP, PHONE, BrowserTest, axe, expect, violations
 from fake_farm import FakeFarm
 
 SCROLL = """async () => {
@@ -245,10 +245,7 @@ class Everybody(BrowserTest):
                         expect(page.locator("#connection")).to_have_text("live")
                         if view == "?":
                             page.keyboard.press("?")
-                        page.wait_for_timeout(300)
-                        page.evaluate(source)
-                        found = page.evaluate("axe.run().then(result => result.violations.map(v => [v.id, v.nodes.map(n => n.html + ' ' + n.failureSummary)]))")
-                        self.assertEqual(found, [], f"{theme}, {size['width']}, {view}")
+                        self.assertEqual(violations(page, source), [], f"{theme}, {size['width']}, {view}")
                         page.context.close()
 
     def test_at_360_pixels_nothing_is_wider_than_the_screen(self):

@@ -4,7 +4,7 @@
 import sys
 import unittest
 
-from browser import BrowserTest, expect
+from browser import DESKTOP, PHONE, BrowserTest, axe, expect, violations
 from fake_farm import FakeFarm
 
 TOKEN_PLACES = "[sessionStorage.getItem('parray-token'), localStorage.getItem('parray-token')]"
@@ -121,6 +121,32 @@ class Around(BrowserTest):
             end(9)
             page.wait_for_function("shown.length > 0")
             self.assertEqual(page.evaluate("shown"), ["scene 9: cancelled"])
+
+
+class Accessible(BrowserTest):
+    def test_axe_finds_no_violation_without_a_token_and_with_chosen_jobs(self):
+        source = axe()
+        with FakeFarm(jobs=40, workers=0, changes=0) as farm:
+            for theme in ("light", "dark"):
+                for size in (DESKTOP, PHONE):
+                    farm.token = "secret"
+                    page = self.open(farm.url, color_scheme=theme, viewport=size)
+                    where = f"{theme}, {size['width']}"
+                    expect(page.get_by_role("dialog")).to_be_visible()
+                    self.assertEqual(violations(page, source), [], where)
+                    page.keyboard.press("Escape")
+                    self.assertEqual(violations(page, source), [], where)
+                    farm.token = None
+                    page.reload()
+                    expect(page.locator("#banner")).to_be_visible()
+                    page.get_by_label("Choose all shown jobs").check(force=True) if size is DESKTOP else \
+                        page.locator(".rows input").first.check()
+                    expect(page.locator(".bulk")).to_be_visible()
+                    self.assertEqual(page.evaluate("document.documentElement.scrollWidth"), size["width"])
+                    self.assertEqual(violations(page, source), [], where)
+                    page.get_by_role("button", name="Delete").click()
+                    self.assertEqual(violations(page, source), [], where)
+                    page.context.close()
 
 
 if __name__ == "__main__":

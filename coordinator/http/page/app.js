@@ -73,7 +73,7 @@ function showBanner() {
       showBanner();
     }, noticeAfter);
   }
-  place('banner').hidden = withoutWorkers !== true || view === views.workers;
+  place('banner').hidden = withoutWorkers !== true || view === views.workers || view === views.farm;
 }
 
 const themes = ['system', 'light', 'dark'];

@@ -1,7 +1,10 @@
 // Formats numbers and texts.
 
-const significant = (value, digits) => Number(value.toPrecision(digits)).toLocaleString('en', {
-  maximumSignificantDigits: digits, useGrouping: false});
+// A list formats a hundred numbers in a frame, so the formats are made once.
+const rounded = Array.from({length: 4}, (_, digits) => new Intl.NumberFormat('en', {maximumSignificantDigits: Math.max(1, digits), useGrouping: false}));
+const significant = (value, digits) => rounded[digits].format(value);
+const momentFormat = new Intl.DateTimeFormat(undefined, {
+  month: 'short', day: 'numeric', hour: '2-digit', minute: '2-digit', second: '2-digit', hourCycle: 'h23'});
 
 /** Formats 12345678 as "12.3 M". */
 export function count(value) {
@@ -22,7 +25,8 @@ export function small(value, unit) {
   return `${(value / 1e-9).toPrecision(3)} n${unit}`;
 }
 
-export const whole = value => Math.round(value).toLocaleString('en').replaceAll(',', ' ');
+/** Formats 1234567 as "1 234 567". */
+export const whole = value => String(Math.round(value)).replace(/\B(?=(\d{3})+$)/g, ' ');
 
 export const rate = perSecond => perSecond > 0 ? count(perSecond) + '/s' : '';
 
@@ -55,8 +59,7 @@ export function estimate(value) {
 /** Formats a colour channel with the precision of a float. */
 export const channel = value => Number.isFinite(value) ? value.toPrecision(6) : String(value);
 
-export const moment = seconds => new Date(seconds * 1000).toLocaleString(undefined, {
-  month: 'short', day: 'numeric', hour: '2-digit', minute: '2-digit', second: '2-digit', hourCycle: 'h23'});
+export const moment = seconds => momentFormat.format(seconds * 1000);
 
 export const unfinished = job => ['queued', 'running', 'paused', 'finishing'].includes(job.state);
 

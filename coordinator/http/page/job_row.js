@@ -68,8 +68,7 @@ function about(seconds) {
   return seconds < 48 * 3600 ? `${Math.round(seconds / 3600)} h` : `${Math.round(seconds / 86400)} days`;
 }
 
-const stateText = job => job.state === 'queued' && known(job.queue_place) ?
-  job.queue_place === 1 ? 'queued, next' : `queued, ${nth(job.queue_place)}` : stateOf(job);
+const stateText = job => job.state === 'queued' && known(job.queue_place) ? `queued, ${nth(job.queue_place)}` : stateOf(job);
 
 function etaOf(job) {
   if (!unfinished(job)) return '';
@@ -83,7 +82,7 @@ function noteOf(job) {
   if (job.state === 'cancelled') return `at ${shareOf(job)}${tookOf(job) ? ', ' + tookOf(job) : ''}`;
   if (job.state === 'done') return tookOf(job);
   if (!waits(job)) return '';
-  return known(job.waits_for_job) ? `waits for job ${job.waits_for_job}` : `waits for ${job.waits_for}`;
+  return known(job.waits_for_job) ? `after job ${job.waits_for_job}` : `waits for ${job.waits_for}`;
 }
 
 function showTime(node, at) {

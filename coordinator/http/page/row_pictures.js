@@ -31,8 +31,10 @@ export class RowPictures {
     this.#put(image, known?.url);
     const age = performance.now() - (known?.at ?? 0);
     if (!known || known.state !== job.state || age > (!known.url ? againAfter : job.state === 'running' ? changeEvery : Infinity)) {
+      if (this.#wanted.get(image) === job) return;
       this.#wanted.set(image, job);
-      this.#timer ??= setTimeout(() => this.#next(), settle);
+      clearTimeout(this.#timer);
+      this.#timer = setTimeout(() => this.#next(), settle);
     } else {
       this.#wanted.delete(image);
     }
