@@ -5,9 +5,8 @@ import struct
 import zlib
 
 ENDED = ("done", "failed", "cancelled")
-ORDER = ["queued", "running", "paused", "finishing", "done", "failed", "cancelled"]
-KEYS = {"id": lambda job: job["id"], "name": lambda job: job["name"].lower(), "user": lambda job: job["user"].lower(),
-        "state": lambda job: ORDER.index(job["state"]), "priority": lambda job: job["priority"],
+KEYS = {"id": lambda job: job["id"], "name": lambda job: job["name"].lower(), "user": lambda job: job["user"],
+        "state": lambda job: job["state"], "priority": lambda job: job["priority"],
         "submitted": lambda job: job.get("submitted"), "finished": lambda job: job.get("finished"),
         "taken": lambda job: job.get("seconds_taken"), "progress": lambda job: job["progress"]}
 ALLOWED = {"pause": ("queued", "running"), "resume": ("paused",), "cancel": ("queued", "running", "paused", "finishing"),
@@ -23,16 +22,14 @@ def page_of_jobs(farm, options):
              name in job["name"].lower() and "frame" not in job]
     key = KEYS[options.get("sort", "id")]
     found.sort(key=lambda job: -job["id"])
-    with_value = [job for job in found if key(job) is not None]
-    with_value.sort(key=key, reverse=options.get("order", "desc") == "desc")
-    found = with_value + [job for job in found if key(job) is None]
+    found.sort(key=lambda job: -1 if key(job) is None else key(job), reverse=options.get("order", "desc") == "desc")
     total, limit, offset = len(found), int(options.get("limit", 100)), int(options.get("offset", 0))
     if "before" in options:
         found = [job for job in found if job["id"] < int(options["before"])]
     page = found[offset:offset + limit]
     more = len(found) > offset + limit
     by_id = options.get("sort", "id") == "id" and options.get("order", "desc") == "desc"
-    return {"jobs": page, "next": (page[-1]["id"] if by_id else offset + limit) if more else None, "total": total}
+    return {"jobs": page, "next": page[-1]["id"] if by_id and more else None, "total": total}
 
 
 def problem_of(farm, job, word):

@@ -6,12 +6,11 @@ export const filters = new Map([
   ['queued', ['queued']], ['paused', ['paused']], ['done', ['done']], ['failed', ['failed']],
   ['cancelled', ['cancelled']]]);
 
-const stateOrder = ['queued', 'running', 'paused', 'finishing', 'done', 'failed', 'cancelled'];
 const lower = text => (text ?? '').toLowerCase();
 
 export const sorts = {  // name of the server's order: {of: key of a job, down: sorts from high to low first}
-  id: {of: job => job.id, down: true}, name: {of: job => lower(job.name)}, user: {of: job => lower(job.user)},
-  state: {of: job => stateOrder.indexOf(job.state)}, priority: {of: job => job.priority, down: true},
+  id: {of: job => job.id, down: true}, name: {of: job => lower(job.name)}, user: {of: job => job.user ?? ''},
+  state: {of: job => job.state}, priority: {of: job => job.priority, down: true},
   submitted: {of: job => job.submitted, down: true}, finished: {of: job => job.finished, down: true},
   taken: {of: job => job.seconds_taken, down: true}, progress: {of: job => job.progress, down: true}};
 
@@ -62,15 +61,15 @@ export function matcherOf({q, user, state, mine}, me) {
     (!part || lower(job.name).includes(part) || String(job.id) === part);
 }
 
-/** Returns a comparison of two jobs. Jobs without a value come last; equal jobs are ordered from new to old. */
+/** Returns a comparison of two jobs, the same as the server's. An unknown value is less than all others; equal jobs are
+ *  ordered from new to old. */
 export function comparisonOf({sort, order}) {
   const {of} = sorts[sort];
   const sign = order === 'asc' ? 1 : -1;
   if (sort === 'id') return (a, b) => sign * (a.id - b.id);
   return (a, b) => {
-    const [x, y] = [of(a) ?? undefined, of(b) ?? undefined];
+    const [x, y] = [of(a) ?? -1, of(b) ?? -1];
     if (x === y) return b.id - a.id;
-    if (x === undefined || y === undefined) return x === undefined ? 1 : -1;
     return x < y ? -sign : sign;
   };
 }

@@ -82,7 +82,7 @@ function noteOf(job) {
   if (job.state === 'cancelled') return `at ${shareOf(job)}${tookOf(job) ? ', ' + tookOf(job) : ''}`;
   if (job.state === 'done') return tookOf(job);
   if (!waits(job)) return '';
-  return known(job.waits_for_job) ? `after job ${job.waits_for_job}` : `waits for ${job.waits_for}`;
+  return known(job.waits_for_job) ? `after job ${job.waits_for_job}` : `waits for ${job.waits_for.replace(/ \(.*\)$/, '')}`;
 }
 
 function showTime(node, at) {
@@ -143,7 +143,8 @@ export function fillRow(parts, job, {chosen, quick}) {
   setClass(parts.state, 'state ' + state);
   showProgress(parts, job);
   setText(parts.left, eta);
-  setAttribute(parts.left, 'title', job.state === 'queued' && eta ? 'estimated time until it begins' : undefined);
+  setClass(parts.left, job.warning ? 'left warned' : 'left');
+  setAttribute(parts.left, 'title', job.warning || (job.state === 'queued' && eta ? 'estimated time until it begins' : undefined));
   showError(parts, job);
   setText(parts.speed, job.state === 'running' ? rate(job.samples_per_second) : '');
   showSize(parts.size, job);

@@ -198,8 +198,8 @@ export class JobsView {
     for (const {id} of jobs) this.#loaded.add(id);
     if (jobs.length) this.#last = {...jobs.at(-1)};
     this.#total = total;
-    const end = (next ?? null) === null || !jobs.length;
-    this.#next = end ? null : byId ? next : (this.#next ?? 0) + jobs.length;
+    const reached = (this.#next ?? 0) + jobs.length;
+    this.#next = byId ? next ?? null : jobs.length && reached < total ? reached : null;
   }
 
   #rebuild() {
