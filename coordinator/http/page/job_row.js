@@ -25,7 +25,7 @@ export function showOrder(head, {sort, order}) {
   }
 }
 
-/** Creates the cells of a row. `chosen(event)`: called for a click on its checkbox. */
+/** Creates the cells of a row. `chosen(event, job)`: called for a click on its checkbox. */
 export function makeRow(row, chosen) {
   const parts = {row};
   for (const {name} of columns) {

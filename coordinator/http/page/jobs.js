@@ -22,7 +22,8 @@ export class JobsView {
   #loaded = new Set();  // numbers of the jobs that the server has sent for this query
   #last;  // the last of them, as the server sent it
   #next;  // where the next page begins: `before` or `offset`; null: there is none; undefined: nothing is loaded
-  #total;
+  #total;  // jobs of the query, as the server counts them
+  #shownTotal;  // without quick looks that are folded into their jobs; undefined: unknown
   #loading = false;
   #problem = '';
   #place;  // where the list was when another view came
@@ -234,17 +235,16 @@ export class JobsView {
 
   #showCount(shown, folded) {
     const all = this.#whole ? shown : this.#total === undefined ? undefined : Math.max(shown, this.#total - folded);
-    this.all.total = all;
+    this.#shownTotal = all;
     setText(this.count, all !== undefined ? counted(all, 'job') : shown ? `${whole(shown)}+ jobs` : '');
   }
 
   #showChoice(draw = true) {
-    if (!this.bulk) return;
     const {jobs} = this.choice;
     const shown = this.table.items.length;
     this.all.checked = shown > 0 && jobs.length === shown;
     this.all.indeterminate = jobs.length > 0 && jobs.length < shown;
-    this.bulk.show(jobs, jobs.length === shown && !this.#whole ? this.all.total : undefined);
+    this.bulk.show(jobs, jobs.length === shown && !this.#whole ? this.#shownTotal : undefined);
     if (draw) this.table.draw(true);
   }
 
