@@ -21,6 +21,14 @@ def requests(farm, start="/api/v1/jobs?"):
     return [path for method, path in farm.asked if method == "GET" and path.startswith(start)]
 
 
+def scroll_to(page, top):
+    """Scrolls the list and waits until its rows are drawn there."""
+    page.evaluate("""async top => {
+      document.querySelector('.scroller').scrollTop = top;
+      for (let i = 0; i < 3; ++i) await new Promise(requestAnimationFrame);
+    }""", top)
+
+
 class Rows(BrowserTest):
     def test_each_state_says_what_matters_about_it(self):
         with FakeFarm(jobs=20, changes=0) as farm:
@@ -159,7 +167,7 @@ class Query(BrowserTest):
         with FakeFarm(jobs=400, changes=0) as farm:
             page = self.open(farm.url, "#/jobs?state=done")
             expect(page.locator(".count")).to_contain_text("jobs")
-            page.evaluate("document.querySelector('.scroller').scrollTop = 3000")
+            scroll_to(page, 3000)
             link = page.locator(".rows .row:not([hidden]) .name a:first-child").nth(12)
             href = link.get_attribute("href")
             top = page.evaluate("document.querySelector('.scroller').scrollTop")
@@ -174,7 +182,7 @@ class Query(BrowserTest):
         with FakeFarm(jobs=200, changes=0) as farm:
             page = self.open(farm.url)
             expect(page.locator(".count")).to_have_text("200 jobs")
-            page.evaluate("document.querySelector('.scroller').scrollTop = 2000")
+            scroll_to(page, 2000)
             link = page.locator(".rows .row:not([hidden]) .name a:first-child").nth(8)
             href = link.get_attribute("href")
             link.focus()
