@@ -64,3 +64,10 @@ def axe():
     if not place:
         raise unittest.SkipTest("PARRAY_AXE names no axe.min.js")
     return pathlib.Path(place).read_text()
+
+
+def violations(page, source):
+    """What axe-core (`source`) finds on the page: [(rule, elements)]."""
+    page.wait_for_timeout(300)
+    page.evaluate(source)
+    return page.evaluate("axe.run().then(result => result.violations.map(v => [v.id, v.nodes.map(n => n.html + ' ' + n.failureSummary)]))")

@@ -11,12 +11,15 @@ import threading
 import time
 import urllib.parse
 
+from fake_job_lists import ENDED, change_jobs, page_of_jobs, thumbnail
+
 PAGE = pathlib.Path(__file__).resolve().parents[2] / "coordinator/http/page"
 TYPES = {".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 POLICY = ("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; font-src 'self'; "
           "connect-src 'self'; worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
           "frame-ancestors 'none'")
 NAMES = ["one-weekend-484", "capsid", "copper-dislocation", "granular-packing", "plummer-1M", "glass", "helix"]
+USERS = ["ann", "ben", "chi", "dora", "eve"]
 STATES = ["done"] * 12 + ["failed", "cancelled", "paused", "queued"]
 UNFINISHED = {"queued", "running", "paused", "finishing"}
 
@@ -24,15 +27,23 @@ UNFINISHED = {"queued", "running", "paused", "finishing"}
 def job_of(number, newest):
     state = "running" if number > newest - 20 and number % 2 else STATES[number * 7919 % len(STATES)]
     progress = {"done": 1.0, "queued": 0.0}.get(state, (number * 37 % 97) / 100)
-    job = {"id": number, "name": NAMES[number % len(NAMES)], "user": ["ann", "ben", "chi"][number % 3],
+    submitted = time.time() - 47 * (newest - number + 1) - number % 40
+    age = time.time() - submitted
+    taken = None if state == "queued" else age * (0.05 + number * 37 % 90 / 100)
+    job = {"id": number, "name": NAMES[number % len(NAMES)], "user": USERS[number % 5],
            "state": state, "priority": 50, "progress": progress,
            "samples_per_second": 3.1e7 if state == "running" else 0.0,
            "seconds_left": 40.0 + number % 500 if state == "running" else -1, "reason": "", "waits_for": "",
-           "flag": "", "width": 1200, "height": 800, "samples_per_pixel": 500, "sampler": "sobol", "whole": True}
+           "flag": "", "width": 1200, "height": 800, "samples_per_pixel": None if number % 6 == 3 else 500, "sampler": "sobol", "whole": True,
+           "submitted": submitted, "started": None if taken is None else submitted + 5, "seconds_taken": taken,
+           "finished": submitted + 5 + taken if state in ENDED else None, "samples_taken": 500 * progress, "has_picture": progress > 0,
+           "waits_for_job": None, "queue_place": None, "starts_in": None, "denoise": False}
     if state == "failed":
         job["reason"] = "three workers failed at the same rows"
     if state == "queued":
-        job["waits_for"] = "workers"
+        place = 1 + number % 9
+        job.update(waits_for_job=newest - 1 if place > 1 else None, waits_for=f"job {newest - 1} of priority 50" if place > 1 else "a worker", queue_place=place,
+                   starts_in=35.0 * place if place > 2 else None)
     if number % 3 == 0:
         job["target_error"] = 0.01
     if progress > 0.1:
@@ -52,10 +63,12 @@ class FakeFarm:
     """with FakeFarm(jobs=10000, workers=2000) as farm: ...farm.url. `token`: what it asks for;
     `streams`: whether it has event streams; `changes`: jobs that change each tenth of a second."""
 
-    def __init__(self, jobs=100, workers=10, token=None, streams=True, changes=20):
+    def __init__(self, jobs=100, workers=10, token=None, streams=True, changes=20, user="", role="any"):
         self.jobs = {number: job_of(number, jobs) for number in range(1, jobs + 1)}
         self.workers = {worker["name"]: worker for worker in map(worker_of, range(workers))}
         self.token, self.streams, self.changes = token, streams, changes
+        self.user, self.role = user, role  # what /server says of who asks
+        self.locked = set()  # numbers of jobs that this user may not change, whatever the role
         self.width, self.height = 240, 160
         self.samples = 1000
         self.asked = []  # (method, path with query)
@@ -113,7 +126,10 @@ def handler_of(farm):
             for name, value in fields.items():
                 self.send_header(name.replace("_", "-"), str(value))
             self.end_headers()
-            self.wfile.write(body)
+            try:
+                self.wfile.write(body)
+            except OSError:  # the page no longer wants it
+                self.close_connection = True
 
         def problem(self, status, detail):
             self.reply({"type": "about:blank", "title": "", "status": status, "detail": detail}, "application/problem+json", status)
@@ -154,7 +170,7 @@ def handler_of(farm):
             if parts[0] == "workers":
                 return self.reply({"workers": list(farm.workers.values())[:1000], "total": len(farm.workers)})
             if parts[0] == "server":
-                return self.reply({"version": "0.0", "user": "ann" if farm.token else "", "role": "any", "limits": {}})
+                return self.reply({"version": "0.0", "user": farm.user or ("ann" if farm.token else ""), "role": farm.role, "limits": {}})
             if parts[0] == "events" and farm.streams:
                 return self.events()
             return self.problem(503, "no more event streams")
@@ -165,10 +181,12 @@ def handler_of(farm):
                 farm.jobs[number] = {**job_of(number, number), "state": "running"}
                 return self.reply({"id": number}, status=201)
             if not parts:
-                return self.page_of_jobs(options)
+                return self.reply(page_of_jobs(farm, options))
+            if method == "POST" and len(parts) == 1:
+                return self.reply(change_jobs(farm, parts[0], farm.bodies[self.path]))
             job = farm.jobs.get(int(parts[0]))
             if not job:
-                return self.problem(409, f"no job {parts[0]}")
+                return self.problem(404, f"no job {parts[0]}: parray jobs lists all jobs")
             if method == "DELETE":
                 del farm.jobs[job["id"]]
                 self.send_response(204)
@@ -179,6 +197,8 @@ def handler_of(farm):
             if parts[1] == "pixels.f32":
                 return self.reply(farm.pixels(), "application/octet-stream", ETag=f'"{farm.samples}"',
                                   Parray_Partial=int(job["state"] != "done"), Parray_Samples=farm.samples, **size)
+            if parts[1] == "image.png":
+                return self.reply(thumbnail(job, int(options.get("width", 64))), "image/png")
             if parts[1] == "error.f32":
                 values = array.array("f", (0.001 * (1 + i % farm.width) for i in range(farm.width * farm.height)))
                 return self.reply(values.tobytes(), "application/octet-stream", **size)
@@ -189,14 +209,6 @@ def handler_of(farm):
             else:
                 job["state"] = {"pause": "paused", "resume": "running", "cancel": "cancelled", "requeue": "queued"}[parts[1]]
             return self.reply(job)
-
-        def page_of_jobs(self, options):
-            states = set(options.get("state", "").split(",")) - {""}
-            before = int(options.get("before", 2**53))
-            limit = int(options.get("limit", 100))
-            found = [job for number, job in sorted(farm.jobs.items(), reverse=True)
-                     if number < before and (not states or job["state"] in states)]
-            self.reply({"jobs": found[:limit], "next": found[limit - 1]["id"] if len(found) > limit else None})
 
         def events(self):
             self.send_response(200)
@@ -210,9 +222,11 @@ def handler_of(farm):
             try:
                 send("job", farm.busy())
                 send("worker", farm.workers.values())
-                turn = 0
+                known = {number: job["state"] for number, job in list(farm.jobs.items())}
                 while not farm.stopping.wait(0.1):
-                    turn += 1
+                    before, known = known, {number: job["state"] for number, job in list(farm.jobs.items())}
+                    send("job", [farm.jobs[number] for number, state in known.items() if before.get(number) != state])
+                    send("forgotten", [{"id": number} for number in before.keys() - known.keys()])
                     changed = farm.busy()[-farm.changes:] if farm.changes else []
                     for job in changed:
                         if job["state"] == "running":

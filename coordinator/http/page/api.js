@@ -9,10 +9,18 @@ export class Problem extends Error {
 }
 
 const tokenPlace = 'parray-token';
+/** The token of this user. This tab keeps it, or this browser until the user signs out. */
 export const token = {
-  get: () => sessionStorage.getItem(tokenPlace) ?? '',
-  set: value => sessionStorage.setItem(tokenPlace, value),
-  forget: () => sessionStorage.removeItem(tokenPlace),
+  place: tokenPlace,
+  get: () => sessionStorage.getItem(tokenPlace) ?? localStorage.getItem(tokenPlace) ?? '',
+  set: (value, keep) => {
+    token.forget();
+    (keep ? localStorage : sessionStorage).setItem(tokenPlace, value);
+  },
+  forget: () => {
+    sessionStorage.removeItem(tokenPlace);
+    localStorage.removeItem(tokenPlace);
+  },
 };
 
 // Relative to the page, so that a proxy may serve the page under another path.

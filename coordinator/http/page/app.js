@@ -1,34 +1,43 @@
 // The page: selects the view, and handles header, keys, themes and tokens.
 
 import {token} from './api.js';
-import {ask, button, el, setClass, setText} from './dom.js';
+import {setAttribute, setClass, setText} from './dom.js';
 import {Farm} from './farm.js';
-import {count} from './format.js';
+import {FarmView} from './farm_view.js';
+import {count, counted} from './format.js';
+import {lettersOff, showHelp} from './help.js';
 import {JobView} from './job.js';
 import {JobsView} from './jobs.js';
+import {noticeEnded} from './notices.js';
+import {followOtherTabs, SignInView, signOut} from './sign_in.js';
 import {SubmitView} from './submit.js';
+import {WorkerView} from './worker.js';
 import {WorkersView} from './workers.js';
 
 const place = id => document.getElementById(id);
 const farm = new Farm();
-const views = {jobs: new JobsView(farm), job: new JobView(farm), workers: new WorkersView(farm), submit: new SubmitView(farm)};
+const views = {jobs: new JobsView(farm), job: new JobView(farm), farm: new FarmView(farm),
+  workers: new WorkersView(farm), worker: new WorkerView(farm), submit: new SubmitView(farm)};
+const signIn = new SignInView(farm);
+const signedOut = () => farm.connection.state === 'token';
 let view;
 
-/** Shows the view that the URL selects: "#/jobs/12". */
+/** Shows the view that the URL selects: "#/jobs/12", "#/workers/NAME", "#/jobs?state=failed". */
 function showView() {
-  const [, name, id] = location.hash.match(/^#\/([a-z]+)(?:\/(\d+))?$/) ?? [undefined, 'jobs'];
-  const next = name === 'jobs' && id ? views.job : views[name] ?? views.jobs;
+  const [, name, id, query] = location.hash.match(/^#\/([a-z]+)(?:\/([^?]+))?(?:\?(.*))?$/) ?? [undefined, 'jobs'];
+  const single = {jobs: views.job, workers: views.worker}[name];
+  const next = signedOut() ? signIn : id && single ? single : views[name] ?? views.jobs;
   const first = !view;
+  const again = view === next;
   view?.hide?.();
   view = next;
-  place('main').replaceChildren(view.element);
-  view.show(Number(id));
-  for (const link of document.querySelectorAll('nav a')) {
-    if (link.dataset.view === name) link.setAttribute('aria-current', 'page');
-    else link.removeAttribute('aria-current');
-  }
+  if (!again) place('main').replaceChildren(view.element);
+  const focused = view.show(Number(id), query, again);
+  for (const link of document.querySelectorAll('nav a')) setAttribute(link, 'aria-current', link.dataset.view === name ? 'page' : undefined);
+  document.body.classList.toggle('signed-out', signedOut());
   showTitle();
-  if (!first) view.element.querySelector('h1').focus({preventScroll: true});
+  showBanner();
+  if (!first && focused !== true) view.element.querySelector('h1').focus({preventScroll: true});
 }
 
 function showTitle() {
@@ -40,7 +49,7 @@ function showHeader() {
   const {running, waiting, speed, workers} = farm.summary();
   const {state, text} = farm.connection;
   setText(place('summary'), farm.generation ?
-    [`${running} running`, `${waiting} queued`, `${workers} ${workers === 1 ? 'worker' : 'workers'}`, running && speed > 0 && count(speed) + ' samples/s']
+    [`${running} running`, `${waiting} queued`, counted(workers, 'worker'), running && speed > 0 && count(speed) + ' samples/s']
       .filter(Boolean).join('  ·  ') : '');
   setText(place('connection'), state === 'token' ? 'sign-in required' : text || state);
   setClass(place('connection'), 'connection ' + state);
@@ -49,22 +58,22 @@ function showHeader() {
   setText(account, state === 'token' ? 'Sign in' : farm.server?.user ? `Sign out ${farm.server.user}` : 'Sign out');
 }
 
-let asking = false;
-async function askForToken(why) {
-  if (asking) return;
-  asking = true;
-  const field = el('input', {type: 'password', name: 'token', required: true, autocomplete: 'off', spellcheck: 'false', 'aria-label': 'Token', autofocus: true});
-  const given = await ask('Token', close => [
-    el('form', {method: 'dialog', onsubmit: event => {
-      event.preventDefault();
-      close(field.value.trim());
-    }}, el('h2', {}, 'This farm requires a token'),
-    el('p', {class: token.get() ? 'trouble' : ''}, token.get() ? why : 'The administrator makes tokens with parray keygen DIR --token NAME. This tab keeps the token until you close it.'),
-    field, el('div', {class: 'answers'}, el('button', {type: 'submit', class: 'primary'}, 'Sign in')))]);
-  asking = false;
-  if (!given) return;
-  token.set(given);
-  farm.wake();
+const noticeAfter = 2000;  // ms; workers come after the connection
+let withoutWorkers;  // timer, or true when the banner is due
+
+/** Shows across the page that no workers are connected. */
+function showBanner() {
+  const none = farm.generation > 0 && farm.workers.size === 0 && ['live', 'polling'].includes(farm.connection.state);
+  if (!none) {
+    clearTimeout(withoutWorkers);
+    withoutWorkers = undefined;
+  } else {
+    withoutWorkers ??= setTimeout(() => {
+      withoutWorkers = true;
+      showBanner();
+    }, noticeAfter);
+  }
+  place('banner').hidden = withoutWorkers !== true || view === views.workers || view === views.farm;
 }
 
 const themes = ['system', 'light', 'dark'];
@@ -88,36 +97,22 @@ function nextTheme() {
 
 const to = hash => () => { location.hash = hash; };
 const keys = {  // [description, action]
-  j: ['show jobs', to('#/jobs')], w: ['show workers', to('#/workers')], n: ['submit a new scene', to('#/submit')],
+  j: ['show jobs', to('#/jobs')], f: ['show the farm', to('#/farm')], w: ['show workers', to('#/workers')], n: ['submit a new scene', to('#/submit')],
   p: ['pause or resume this job', () => view === views.job && view.pauseOrResume()],
-  t: ['change the theme: system, light, dark', nextTheme], '?': ['show this help', () => showHelp()]};
-const otherKeys = [['↑ ↓ Page Home End', 'in a list: move between rows; Enter opens a row'], ['+ −', 'in a picture: zoom'],
-  ['0', 'in a picture: fit to the window'], ['1', 'in a picture: show pixels at their real size'],
-  ['← → ↑ ↓', 'in a picture: move to another pixel; with Shift by ten pixels'], ['[ ]', 'in a picture: change the exposure'],
-  ['m', 'in a picture: show the next map (error, cost, workers)']];
-const lettersOff = () => localStorage.getItem('parray-keys') === 'off';
-
-function showHelp() {
-  const row = (key, text) => [el('dt', {}, el('kbd', {}, key)), el('dd', {}, text)];
-  const letters = el('input', {type: 'checkbox', checked: !lettersOff(), onchange: event =>
-    event.target.checked ? localStorage.removeItem('parray-keys') : localStorage.setItem('parray-keys', 'off')});
-  return ask('Help', close => [
-    el('h2', {}, 'Keyboard shortcuts'),
-    el('dl', {class: 'keys'}, ...Object.entries(keys).flatMap(([key, [text]]) => row(key, text)),
-      ...otherKeys.flatMap(([key, text]) => row(key, text))),
-    el('label', {class: 'check'}, letters, 'Enable keyboard shortcuts'),
-    el('p', {}, 'In a picture, zoom with the wheel or two fingers, drag to move, and double-click to zoom in and out. ',
-      el('a', {href: 'api/v1/openapi.json'}, 'API'), ` of this server${farm.server ? ', ParRay ' + farm.server.version : ''}.`),
-    el('div', {class: 'answers'}, button('Close', () => close(), {autofocus: true}))]);
-}
+  t: ['change the theme: system, light, dark', nextTheme], '?': ['show this help', () => help()]};
+const help = () => showHelp(Object.entries(keys).map(([key, [text]]) => [key, text]), farm.server);
 
 document.addEventListener('keydown', event => {
   const typing = event.target.closest('input:not([type=radio], [type=checkbox], [type=range]), select, textarea, dialog');
   if (typing || event.ctrlKey || event.altKey || event.metaKey || lettersOff()) return;
-  const key = keys[event.key];
-  if (!key) return;
-  event.preventDefault();
-  key[1]();
+  const search = event.key === '/' && view.search;
+  const key = search ? undefined : keys[event.key];
+  if (search || key || view.key?.(event)) event.preventDefault();
+  if (search) {
+    search.focus();
+    search.select();
+  }
+  key?.[1]();
 });
 
 function acceptDrops() {
@@ -140,23 +135,20 @@ function acceptDrops() {
 }
 
 place('theme').addEventListener('click', nextTheme);
-place('help').addEventListener('click', showHelp);
-place('account').addEventListener('click', () => {
-  if (farm.connection.state === 'token') {
-    askForToken(farm.connection.text);
-    return;
-  }
-  token.forget();
-  farm.wake();
-});
+place('help').addEventListener('click', help);
+place('account').addEventListener('click', () => signedOut() ? signIn.ask() : signOut());
 addEventListener('hashchange', showView);
 addEventListener('online', () => farm.wake());
 farm.onChange(changes => {
-  if (changes.connection && farm.connection.state === 'token') askForToken(farm.connection.text);
+  if (changes.connection && signedOut() !== (view === signIn)) showView();
+  else if (changes.connection && signedOut()) signIn.ask();
   view.update(changes);
+  noticeEnded(changes.ended, farm.server?.user);
   showHeader();
   showTitle();
+  showBanner();
 });
+followOtherTabs();
 acceptDrops();
 showTheme();
 showView();

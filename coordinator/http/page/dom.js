@@ -46,11 +46,11 @@ export function notify(text, kind = 'note') {
 }
 
 /** Shows a dialog. `build(close)` returns its children. Resolves to the argument of `close`, or to undefined
- *  after Escape. */
-export function ask(label, build) {
+ *  after Escape. `kind`: a class of the style sheet. */
+export function ask(label, build, kind) {
   return new Promise(resolve => {
     let answer;
-    const dialog = el('dialog', {'aria-label': label});
+    const dialog = el('dialog', {'aria-label': label, class: kind});
     dialog.addEventListener('close', () => {
       dialog.remove();
       resolve(answer);
@@ -71,4 +71,10 @@ export function confirm(question, detail, no, yes, ...more) {
     el('div', {class: 'answers'},
       button(no, () => close(false), {autofocus: true}),
       button(yes, () => close(true), {class: 'danger'}))]);
+}
+
+/** Sets an attribute. Does nothing if it has this value. undefined removes it. */
+export function setAttribute(node, name, value) {
+  if (value === undefined) node.removeAttribute(name);
+  else if (node.getAttribute(name) !== String(value)) node.setAttribute(name, value);
 }

@@ -38,8 +38,8 @@ export class Farm {
   #changes = undefined;
   #wake = new AbortController();
 
-  /** Calls `listener({jobs: Set of ids, shape, workers, connection, generation})` after changes, at most once
-   *  per frame. `shape`: jobs were added, removed or changed their state. */
+  /** Calls `listener({jobs: Set of ids, shape, ended, workers, connection, generation})` after changes, at most once
+   *  per frame. `shape`: jobs were added, removed or changed their state. `ended`: jobs that ended meanwhile. */
   onChange(listener) {
     this.#listeners.add(listener);
     return () => this.#listeners.delete(listener);
@@ -47,7 +47,7 @@ export class Farm {
 
   #schedule(change) {
     if (!this.#changes) {
-      this.#changes = {jobs: new Set(), shape: false, workers: false, connection: false, generation: false};
+      this.#changes = {jobs: new Set(), shape: false, ended: [], workers: false, connection: false, generation: false};
       requestAnimationFrame(() => {
         const changes = this.#changes;
         this.#changes = undefined;
@@ -60,12 +60,14 @@ export class Farm {
   updateJob(job) {
     const known = this.jobs.get(job.id);
     const shape = known?.state !== job.state;
+    const ended = known && unfinished(known) && !unfinished(job);
     // Updates the object in place, because lists refer to it.
-    if (known) Object.assign(known, {error: undefined}, job);
+    if (known) Object.assign(known, {error: undefined, warning: undefined}, job);
     else this.jobs.set(job.id, job);
     this.#schedule(changes => {
       changes.jobs.add(job.id);
       changes.shape ||= shape;
+      if (ended) changes.ended.push(job);
     });
   }
 
@@ -109,17 +111,13 @@ export class Farm {
     this.#schedule(changes => { changes.shape = changes.workers = changes.generation = true; });
   }
 
-  /** Loads a page of jobs older than `before` (undefined: the newest) in `states` (empty: all). Returns
-   *  `before` of the next page, null after the last page. Throws Problem. */
-  async loadJobs(states, before) {
-    const query = new URLSearchParams({limit: pageOfJobs});
-    if (before !== undefined) query.set('before', before);
-    if (states.length) query.set('state', states.join(','));
+  /** Loads a page of jobs. `parameters`: of GET /jobs. Returns the answer: {jobs, next, total}. Throws Problem. */
+  async loadJobs(parameters) {
     const generation = this.generation;
-    const {jobs, next} = await getJson('jobs?' + query);
+    const answer = await getJson('jobs?' + new URLSearchParams({limit: pageOfJobs, ...parameters}));
     // Jobs that an event has updated since the request are newer than this answer.
-    if (generation === this.generation) for (const job of jobs) if (!this.jobs.has(job.id)) this.updateJob(job);
-    return next;
+    if (generation === this.generation) for (const job of answer.jobs) if (!this.jobs.has(job.id)) this.updateJob(job);
+    return answer;
   }
 
   /** Loads and returns one job with its history. Throws Problem. */
@@ -145,6 +143,9 @@ export class Farm {
         await this.#stream();
       } catch (problem) {
         if (problem.status === 401) {
+          this.server = undefined;
+          this.#clear();
+          this.generation = 0;  // nothing is loaded
           this.#setConnection('token', problem.message);
           await sleep(2 ** 31 - 1, this.#wake.signal);
         } else if (problem.status > 0 && this.server) {
@@ -200,16 +201,22 @@ export class Farm {
     }
   }
 
+  /** Returns the numbers of the header. `speed`: what all workers have contributed in the last minute or, from
+   *  an older server, the speed of the jobs, in samples per second. */
   summary() {
     let running = 0;
     let waiting = 0;
     let speed = 0;
+    let contribution;
+    for (const worker of this.workers.values()) {
+      if (worker.contribution >= 0) contribution = (contribution ?? 0) + worker.contribution;
+    }
     for (const job of this.jobs.values()) {
       if (job.state === 'queued') ++waiting;
       if (job.state !== 'running' && job.state !== 'finishing') continue;
       ++running;
       speed += job.samples_per_second;
     }
-    return {running, waiting, speed, workers: this.workers.size};
+    return {running, waiting, speed: contribution ?? speed, workers: this.workers.size};
   }
 }

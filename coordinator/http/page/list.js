@@ -11,14 +11,20 @@ export class VirtualTable {
   #rows = [];  // elements; row i of the table is in #rows[i % #rows.length]
   #current = 0;  // the row that gets the focus with Tab
   #rowHeight = 0;
+  #keyOf;
 
   /** `columns`: [{name, title, sort}]; `title` may be an element. `make(row)` adds a cell for each column and
-   *  returns `parts` for fill(parts, item). The first link or button of a row gets the row's focus.
-   *  `nearEnd()` is called when the last rows are visible. */
-  constructor({label, kind, columns, make, fill, nearEnd}) {
+   *  returns `parts` for fill(parts, item). The first link of a row, or else its first control, gets the
+   *  row's focus. `keyOf(item)` identifies an item when the items change. `nearEnd()` is called when the last rows
+   *  are visible, `pressed(event, index)` for keys in a row that the table does not use itself, and
+   *  `moved(from, to)` when Shift and an arrow key move the focus. */
+  constructor({label, kind, columns, make, fill, keyOf = item => item, nearEnd, pressed, moved}) {
     this.#make = make;
     this.#fill = fill;
+    this.#keyOf = keyOf;
     this.nearEnd = nearEnd;
+    this.pressed = pressed;
+    this.moved = moved;
     this.head = el('div', {class: 'row head', role: 'row', 'aria-rowindex': 1}, ...columns.map(({name, title}) =>
       el('div', {class: name, role: 'columnheader'}, title)));
     this.body = el('div', {class: 'rows', role: 'rowgroup'});
@@ -34,11 +40,57 @@ export class VirtualTable {
     return this.#items;
   }
 
+  /** Replaces the items. The focus, and the first visible item unless it is the first of all, stay in place. */
   set(items) {
+    const place = this.#rowHeight ? this.place : {};
     this.#items = items;
     this.scroller.setAttribute('aria-rowcount', items.length + 1);
     this.body.style.height = items.length * this.#rowHeight + 'px';
+    this.#follow(place);
     this.draw(true);
+    if (place.focused) this.#focusAgain(place.focus);
+  }
+
+  /** Where the list is: {top: key of the first visible item, or undefined at the top, offset: pixels of it that are
+   *  above the view, focus: key of the current item, focused: the focus is in a row}. */
+  get place() {
+    const {scrollTop} = this.scroller;
+    const first = Math.floor(scrollTop / this.#rowHeight);
+    const key = index => index in this.#items ? this.#keyOf(this.#items[index]) : undefined;
+    return {top: scrollTop > 0 ? key(first) : undefined, offset: scrollTop - first * this.#rowHeight,
+      focus: key(this.#current), focused: this.body.contains(document.activeElement)};
+  }
+
+  /** Scrolls to a place and, if it had the focus, focuses its row again. Returns whether a row has the focus. */
+  restore(place) {
+    this.#follow(place);
+    this.draw(true);
+    return Boolean(place.focused) && this.#focusAgain(place.focus);
+  }
+
+  #indexOf(key, near) {
+    if (near in this.#items && this.#keyOf(this.#items[near]) === key) return near;
+    return this.#items.findIndex(item => this.#keyOf(item) === key);
+  }
+
+  #follow({top, offset, focus}) {
+    if (top !== undefined) {
+      const first = this.#indexOf(top, Math.floor(this.scroller.scrollTop / this.#rowHeight));
+      const wanted = first * this.#rowHeight + offset;
+      if (first >= 0 && Math.abs(wanted - this.scroller.scrollTop) > 0.5) this.scroller.scrollTop = wanted;
+    }
+    if (focus !== undefined) {
+      const index = this.#indexOf(focus, this.#current);
+      if (index >= 0 && index !== this.#current) this.#setCurrent(index);
+    }
+  }
+
+  /** Focuses the current row if it is the row of `key`. A row that moved to another element has lost the focus. */
+  #focusAgain(key) {
+    const row = this.#rows.find(({index}) => index === this.#current);
+    if (!row || this.#keyOf(this.#items[row.index]) !== key) return false;
+    if (!row.element.contains(document.activeElement)) row.main?.focus({preventScroll: true});
+    return true;
   }
 
   /** Draws the visible rows. `again`: also draws rows whose position has not changed. */
@@ -83,7 +135,8 @@ export class VirtualTable {
     while (this.#rows.length < count) {
       const element = el('div', {class: 'row', role: 'row', hidden: true});
       const parts = this.#make(element);
-      const row = {element, parts, index: -1, targets: [...element.querySelectorAll('a, button')]};
+      const row = {element, parts, index: -1, targets: [...element.querySelectorAll('a, button, input')]};
+      row.main = row.targets.find(target => target.tagName === 'A') ?? row.targets[0];
       element.addEventListener('focusin', () => this.#setCurrent(row.index));
       this.#rows.push(row);
       this.body.append(element);
@@ -99,14 +152,19 @@ export class VirtualTable {
   #key(event) {
     const page = Math.max(1, Math.floor(this.scroller.clientHeight / this.#rowHeight) - 1);
     const step = {ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -Infinity, End: Infinity}[event.key];
-    if (step === undefined || !this.#items.length || event.ctrlKey || event.altKey || event.metaKey) return;
-    event.preventDefault();
+    if (!this.#items.length || event.ctrlKey || event.altKey || event.metaKey) return;
     const inside = this.body.contains(document.activeElement);
+    if (step === undefined) {
+      if (inside) this.pressed?.(event, this.#current);
+      return;
+    }
+    event.preventDefault();
     const from = inside ? this.#current : Math.round(this.scroller.scrollTop / this.#rowHeight) - Math.sign(step);
     const to = Math.min(this.#items.length - 1, Math.max(0, from + step));
     this.#reveal(to);
     this.#setCurrent(to);
-    this.#rows.find(row => row.index === to)?.targets[0]?.focus({preventScroll: true});
+    this.#rows.find(row => row.index === to)?.main?.focus({preventScroll: true});
+    if (inside && event.shiftKey) this.moved?.(from, to);
   }
 
   #reveal(index) {
