@@ -3,21 +3,25 @@
 import {token} from './api.js';
 import {ask, button, el, setClass, setText} from './dom.js';
 import {Farm} from './farm.js';
+import {FarmView} from './farm_view.js';
 import {count} from './format.js';
 import {JobView} from './job.js';
 import {JobsView} from './jobs.js';
 import {SubmitView} from './submit.js';
+import {WorkerView} from './worker.js';
 import {WorkersView} from './workers.js';
 
 const place = id => document.getElementById(id);
 const farm = new Farm();
-const views = {jobs: new JobsView(farm), job: new JobView(farm), workers: new WorkersView(farm), submit: new SubmitView(farm)};
+const views = {jobs: new JobsView(farm), job: new JobView(farm), farm: new FarmView(farm),
+  workers: new WorkersView(farm), worker: new WorkerView(farm), submit: new SubmitView(farm)};
 let view;
 
-/** Shows the view that the URL selects: "#/jobs/12". */
+/** Shows the view that the URL selects: "#/jobs/12", "#/workers/NAME". */
 function showView() {
-  const [, name, id] = location.hash.match(/^#\/([a-z]+)(?:\/(\d+))?$/) ?? [undefined, 'jobs'];
-  const next = name === 'jobs' && id ? views.job : views[name] ?? views.jobs;
+  const [, name, id] = location.hash.match(/^#\/([a-z]+)(?:\/([^?]+))?(?:\?.*)?$/) ?? [undefined, 'jobs'];
+  const single = {jobs: views.job, workers: views.worker}[name];
+  const next = id && single ? single : views[name] ?? views.jobs;
   const first = !view;
   view?.hide?.();
   view = next;
