@@ -18,6 +18,7 @@ const held = ['left', 'drained', 'backoff', 'job_cancelled'];
 const groups = new Map([['all', () => true], ['problems', ({kind}) => bad.includes(kind) || kind === 'backoff'],
   ['workers', ({worker}) => worker !== undefined], ['jobs', ({job}) => job !== undefined]]);
 
+const number = value => value % 1 && value < 100 ? value.toFixed(1) : whole(value);
 const section = (title, ...children) => el('section', {class: 'part', 'aria-label': title}, el('h2', {}, title), ...children);
 /** Returns [state, number] of the states that matter now, in a fixed order. */
 const states = counts => ['running', 'finishing', 'queued', 'paused', 'failed', 'ready', 'backoff', 'draining', 'drained', 'quarantined']
@@ -63,7 +64,7 @@ class Users {
     const heads = [['User', 'name'], ['Processor time', 'used', 'Time of all threads that traced for this user'], ['Share', '', 'Part of the farm that this user gets, compared with others'],
       ['Open', '', 'Jobs that have not ended'], ['Done'], ['Failed'], ['Cancelled'], ['Mean wait', '', 'Mean time from submit to start']];
     this.table = el('table', {}, el('thead', {}, el('tr', {}, ...heads.map(([text, kind, title]) => el('th', {scope: 'col', class: kind || undefined, title}, text)))), this.body);
-    this.element = section('Users', this.empty, el('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Users'}, this.table));
+    this.element = section('Users', this.empty, el('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Table of users'}, this.table));
   }
   set(users = []) {
     const sum = users.reduce((total, user) => total + (user.thread_seconds ?? 0), 0);
@@ -76,11 +77,11 @@ class Users {
     const bar = el('span', {class: 'bar', 'aria-hidden': 'true'});
     const part = sum > 0 ? user.thread_seconds / sum : 0;
     bar.style.setProperty('--share', part);
-    const number = value => el('td', {}, value > 0 ? whole(value) : value === 0 ? '0' : '');
+    const cell = value => el('td', {}, typeof value === 'number' ? number(value) : '');
     const name = user.user ? el('a', {href: '#/jobs?user=' + encodeURIComponent(user.user)}, user.user) : 'without a key';
     return el('tr', {}, el('th', {scope: 'row', class: 'name'}, name),
       el('td', {class: 'used'}, el('span', {class: 'used-bar'}, bar, el('span', {}, percent(part)), el('span', {class: 'time'}, duration(user.thread_seconds ?? 0)))),
-      number(user.share), number(user.open_jobs), number(user.done_jobs), number(user.failed_jobs), number(user.cancelled_jobs),
+      cell(user.share), cell(user.open_jobs), cell(user.done_jobs), cell(user.failed_jobs), cell(user.cancelled_jobs),
       el('td', {}, typeof user.queue_seconds_mean === 'number' ? duration(user.queue_seconds_mean) : ''));
   }
 }
@@ -130,8 +131,8 @@ export class FarmView {
     this.warning = el('div', {class: 'warning', role: 'status', hidden: true});
     this.problem = el('p', {class: 'trouble', hidden: true});
     this.speed = new TimeChart({title: 'Samples per second', series: [{name: 'Samples per second', kind: 'area'}], format: count});
-    this.busy = new TimeChart({title: 'Busy threads', series: [{name: 'Busy', kind: 'area'}, {name: 'of', kind: 'limit'}], format: value => whole(value)});
-    this.queued = new TimeChart({title: 'Queued jobs', series: [{name: 'Queued', kind: 'area'}], format: value => value % 1 ? value.toFixed(1) : whole(value)});
+    this.busy = new TimeChart({title: 'Busy threads', series: [{name: 'Busy', kind: 'area'}, {name: 'of', kind: 'ceiling'}], format: number, least: 2});
+    this.queued = new TimeChart({title: 'Queued jobs', series: [{name: 'Queued', kind: 'area'}], format: number, least: 2});
     this.memory = new Limit('Memory', 'New jobs wait when the memory is full. Cancel jobs, or raise --memory of the coordinator.');
     this.disk = new Limit('Disk', 'When the disk is full, the coordinator deletes the oldest ended jobs. Delete jobs, or raise --max-disk of the coordinator.');
     this.users = new Users();

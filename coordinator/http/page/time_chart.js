@@ -32,9 +32,12 @@ export class TimeChart {
   #title;
   #data = {interval: 10, end: 0, lines: []};
   #width = 0;
+  #least;
 
-  /** `series`: [{name, kind}]; `kind` area, line or limit is the look. `format(value)` returns a text. */
-  constructor({title, series, format}) {
+  /** `series`: [{name, kind}]; `kind` area or ceiling is the look. `format(value)` returns a text. `least`: smallest
+   *  value at the top. */
+  constructor({title, series, format, least = 0}) {
+    this.#least = least;
     this.#series = series;
     this.#format = format;
     this.#title = title;
@@ -69,7 +72,7 @@ export class TimeChart {
     if (this.#width < 40) return;
     const {lines} = this.#data;
     const values = lines.flat().filter(known);
-    const most = roundUp(values.reduce((a, b) => Math.max(a, b), 0));
+    const most = roundUp(values.reduce((a, b) => Math.max(a, b), this.#least));
     const y = value => height - bottom - value / most * (height - top - bottom);
     this.plot.setAttribute('width', this.#width);
     this.plot.setAttribute('viewBox', `0 0 ${this.#width} ${height}`);
@@ -87,7 +90,7 @@ export class TimeChart {
   #labels(y, most) {
     const marks = [most / 2, most].map(value => svg('text', {x: 2, y: y(value) - 3}, this.#format(value)));
     const times = [60, 45, 30, 15, 0].map((minutes, i) => svg('text', {x: this.#width * i / 4, y: height - 5,
-      'text-anchor': i === 0 ? 'start' : i === 4 ? 'end' : 'middle'}, minutes ? `${minutes} min${i ? '' : ' ago'}` : 'now'));
+      'text-anchor': i === 0 ? 'start' : i === 4 ? 'end' : 'middle'}, minutes ? `${minutes} min${i || this.#width < 340 ? '' : ' ago'}` : 'now'));
     return [...marks, ...times];
   }
 

@@ -63,7 +63,7 @@ export class WorkersView {
     this.empty = el('div', {class: 'empty', hidden: true});
     this.list = el('ol', {class: 'events scroll', tabindex: 0, 'aria-label': 'Workers that left'});
     this.leftPart = el('section', {class: 'part left-part', 'aria-label': 'Left in the last hour', hidden: true}, el('h2', {}, 'Left in the last hour'), this.list);
-    this.element = el('section', {class: 'view list', 'aria-labelledby': 'workers-title'},
+    this.element = el('section', {class: 'view list workers-list', 'aria-labelledby': 'workers-title'},
       el('div', {class: 'bar-of-view'}, el('h1', {id: 'workers-title', tabindex: -1}, 'Workers'), this.search, this.count, el('div', {class: 'actions'}, this.add)),
       this.table.element, this.empty, this.leftPart);
     this.#showSort();
@@ -126,7 +126,7 @@ export class WorkersView {
     const threads = all.reduce((sum, worker) => sum + worker.threads, 0);
     const others = new Map();
     for (const {state} of all) if (state !== 'ready') others.set(state, (others.get(state) ?? 0) + 1);
-    setText(this.count, found !== undefined ? `${found} of ${all.length}` : [`${all.length} ${all.length === 1 ? 'worker' : 'workers'}, ${threads} threads`,
+    setText(this.count, found !== undefined ? `${found} of ${all.length}` : [`${all.length} ${all.length === 1 ? 'worker' : 'workers'}, ${whole(threads)} threads`,
       ...[...others].map(([state, number]) => `${number} ${state}`)].join(', '));
   }
 
