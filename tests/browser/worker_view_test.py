@@ -25,7 +25,7 @@ class Workers(BrowserTest):
             expect(row(page, "node0001").locator(".tracing-speed")).to_have_text("48.0 M/s")
             expect(row(page, "node0001").get_by_role("link", name="job 2")).to_have_attribute("href", "#/jobs/2")
 
-    def test_contributions_add_up_to_the_speed_of_the_farm_and_heads_explain_the_numbers(self):
+    def test_heads_and_buttons_explain_contribution_leases_results_and_resume(self):
         with FakeFarm(workers=10, changes=0) as farm:
             page = self.open(farm.url, "#/workers")
             for name in ("Contribution", "While tracing", "Leases", "Results"):

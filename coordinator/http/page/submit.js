@@ -100,7 +100,7 @@ export class SubmitView {
 
   #showFiles() {
     const jobs = this.#files.jobs();
-    this.list.replaceChildren(...jobs.map(job => this.#jobRow(job, jobs.length)));
+    this.list.replaceChildren(...jobs.map(job => this.#jobRow(job)));
     this.list.hidden = !jobs.length;
     this.send.disabled = this.plan.disabled = !jobs.length || this.#busy;
     this.plan.hidden = !this.#canForecast;
@@ -109,10 +109,10 @@ export class SubmitView {
     this.#showPlaceholders(jobs);
   }
 
-  #jobRow(job, count) {
+  #jobRow(job) {
     const status = this.#status.get(job.lead);
     const said = status?.progress !== undefined ? el('progress', {max: 1, value: status.progress, 'aria-label': `Upload of ${job.lead.file.name}`}) :
-      status && count > 1 ? el('p', {class: status.kind}, status.text) : undefined;
+      status?.text ? el('p', {class: status.kind}, status.text) : undefined;
     return el('li', {}, this.#fileRow(job.lead, job.lead.scene ? 'scene' : 'particles'), ...job.parts.map(entry => this.#fileRow(entry, 'piece')),
       job.missing.length ? el('p', {class: 'missing'}, `The scene refers to ${job.missing.slice(0, 5).join(', ')}${job.missing.length > 5 ? ' and others' : ''}: add the file.`) : undefined, said);
   }
@@ -207,10 +207,10 @@ export class SubmitView {
       progress(0);
       const {id} = await this.#post(job, 'whole', options, progress);
       if (this.form.elements.quick.checked && options.frames === undefined) await this.#submitQuickLook(job, options, id, progress);
-      this.#status.set(job.lead, {text: `job ${id}`, kind: 'hint'});
+      this.#status.delete(job.lead);
       return id;
     } catch (problem) {
-      this.#status.set(job.lead, {text: problem.message, kind: 'trouble'});
+      if (several) this.#status.set(job.lead, {text: problem.message, kind: 'trouble'});
       this.#showProblem(problem.message);
       return undefined;
     }
