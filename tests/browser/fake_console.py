@@ -67,12 +67,12 @@ def farm_map(farm):
     able = [worker for worker in farm.workers.values() if worker["state"] == "ready"]
     return {"jobs": count_states(farm.jobs.values()), "workers": count_states(farm.workers.values()),
             "threads": sum(worker["threads"] for worker in able), "leases": sum(worker["leases"] for worker in able),
-            "samples_per_second": sum(worker["samples_per_second"] for worker in able), "thread_seconds_left": 1.6e6 * bool(farm.busy()),
+            "samples_per_second": sum(worker["samples_per_second"] for worker in able), "contribution": sum(worker.get("contribution", 0) for worker in able), "thread_seconds_left": 1.6e6 * bool(farm.busy()),
             "seconds_left": 4210.0 if able and farm.busy() else None if farm.busy() else 0,
             "memory": {"used": 11.3e9, "most": 16e9}, "disk": {"used": 96.5e9, "most": 107e9}, "storage": "",
             "users": users_of(farm), "events": [event_of(number, farm) for number in range(60)] if farm.jobs else [],
-            "left": [{"name": "w1", "host": "rack9", "at": time.time() - 125, "reason": "silent", "machine": "key workers"},
-                     {"name": "w2", "host": "rack9", "at": time.time() - 1900, "reason": "stopped", "machine": "key workers"}] if farm.jobs else [],
+            "left": [{"name": "w1", "host": "rack9", "at": time.time() - 125, "reason": "silent", "machine": "key workers", "lost": True},
+                     {"name": "w2", "host": "rack9", "at": time.time() - 1900, "reason": "stopped", "machine": "key workers", "lost": False}] if farm.jobs else [],
             "since_start": {"samples": 4.4e12, "granted": 91834, "accepted": 90211, "duplicate": 12, "stale": 3, "mismatch": 2,
                             "failed": 31, "malformed": 0}, **farm.farm_fields}
 

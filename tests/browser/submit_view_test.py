@@ -146,6 +146,18 @@ class Form(BrowserTest):
             expect(page.locator("h1")).to_contain_text("4")
             self.assertIn(b'name="water.xyz"', self.sent(farm)[0][0])
 
+    def test_a_trajectory_takes_the_names_of_its_topology(self):
+        with FakeFarm(jobs=3, changes=0) as farm:
+            page = self.form(farm, self.file("run.xtc"), self.file("start.gro"))
+            expect(page.get_by_label("Use of start.gro")).to_have_value("0")
+            page.get_by_label("Frames").fill("0:100:5")
+            page.get_by_role("button", name="Submit", exact=True).click()
+            expect(page.locator("h1")).to_contain_text("4")
+            (body, options), = self.sent(farm)  # a series has no quick look
+            self.assertEqual(options, {"name": "run", "progressive": True, "frames": "0:100:5", "topology": "start.gro"})
+            self.assertIn(b'name="scene"; filename="run.xtc"', body)
+            self.assertIn(b'name="start.gro"', body)
+
     def test_a_missing_part_is_named(self):
         with FakeFarm(jobs=3, changes=0) as farm:
             page = self.form(farm, self.file("pool.json", {**SCENE, "particles": [{"file": "water.xyz"}]}))
@@ -205,6 +217,16 @@ class Form(BrowserTest):
             page.get_by_role("button", name="Submit").click()
             dialog.get_by_role("button", name="Submit anyway").click()
             expect(page.locator("h1")).to_contain_text("4")
+
+    def test_only_a_job_that_may_take_an_hour_is_forecast_before_it_is_submitted(self):
+        with FakeFarm(jobs=3, workers=10, changes=0) as farm:
+            for spp, forecasts in ((64, 0), (10**9, 1)):
+                page = self.form(farm, self.file("scene.json", SCENE))
+                expect(page.locator("#summary")).to_contain_text("10 workers")
+                page.get_by_label("Samples per pixel", exact=True).fill(str(spp))
+                page.get_by_role("button", name="Submit").click()
+                expect(page.locator("h1")).not_to_have_text("Submit a scene")
+                self.assertEqual(sum(path.endswith("/plan") for path, _ in farm.sent), forecasts)
 
     def test_without_forecasts_of_an_older_coordinator_jobs_are_submitted(self):
         with FakeFarm(jobs=3, changes=0) as farm:

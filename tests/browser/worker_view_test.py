@@ -83,7 +83,7 @@ class Workers(BrowserTest):
     def test_workers_that_left_are_listed_below(self):
         with FakeFarm(workers=3, changes=0) as farm:
             page = self.open(farm.url, "#/workers")
-            expect(page.get_by_role("list", name="Workers that left").get_by_role("listitem").first).to_have_text("2 min agow1 of rack9: silent")
+            expect(page.get_by_role("list", name="Workers that left").get_by_role("listitem").first).to_have_text("2 min agow1 of rack9, lost: silent")
 
 
 class OneWorker(BrowserTest):
@@ -135,7 +135,7 @@ class OneWorker(BrowserTest):
     def test_a_worker_that_left_says_when_and_why(self):
         with FakeFarm(workers=3, changes=0) as farm:
             page = self.open(farm.url, "#/workers/w1")
-            expect(page.locator(".empty")).to_contain_text("Worker w1 is not connected. It left the farm 2 min ago: silent.")
+            expect(page.locator(".empty")).to_contain_text("Worker w1 is not connected. It left the farm 2 min ago (lost: silent).")
             expect(page.locator(".worker-body")).to_be_hidden()
             expect(page.get_by_role("button", name="Drain")).to_be_hidden()
 

@@ -27,7 +27,7 @@ const states = counts => ['running', 'finishing', 'queued', 'paused', 'failed', 
 /** Returns the worker or job of an event as a link, and the rest of its text. */
 function eventContent({kind, worker, job, text = ''}) {
   const subject = worker ?? (job === undefined ? '' : `job ${job}`);
-  let rest = subject && text.startsWith(subject) ? text.slice(subject.length).trim() : text;
+  let rest = subject && text.startsWith(subject) ? text.slice(subject.length).replace(/^[\s:,]+/, '') : text;
   const word = words[kind] ?? kind;
   if (!rest.toLowerCase().includes(word)) rest = rest ? `${word}: ${rest}` : word;
   return [worker !== undefined ? workerLink(worker) : job !== undefined ? jobLink(job) : undefined, ' ' + rest];
@@ -259,13 +259,14 @@ export class FarmView {
   #showFigures() {
     if (!this.#now) return;
     const {jobs, workers, threads = 0, samples_per_second = 0} = this.#now;
+    const speed = this.#now.contribution ?? samples_per_second;
     const busy = this.#history?.busy_threads?.at(-1);
     const list = (counts, view) => {
       const found = states(counts);
       return found.length ? found.flatMap(([state, number], i) => [i ? ' · ' : '',
         el('a', {href: view === 'jobs' ? `#/jobs?state=${state}` : `#/workers?q=${state}`}, `${whole(number)} ${state}`)]) : ['none'];
     };
-    const figures = [['Speed', [samples_per_second > 0 ? count(samples_per_second) + ' samples/s' : 'idle']],
+    const figures = [['Speed', [speed > 0 ? count(speed) + ' samples/s' : 'idle']],
       ['Threads', [typeof busy === 'number' ? `${whole(Math.min(busy, threads))} of ${whole(threads)} busy` : whole(threads)]],
       ['Queue ends in', [this.#queueText()]], ['Workers', list(workers, 'workers')], ['Jobs', list(jobs, 'jobs')]];
     const text = JSON.stringify(figures.map(([, parts]) => parts.map(part => part.textContent ?? part)));

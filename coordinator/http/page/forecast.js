@@ -5,6 +5,21 @@ import {radiance, whole} from './format.js';
 export const hour = 3600;
 export const day = 24 * hour;
 
+const slowest = 3e4;  // samples per second and thread that even heavy scenes reach
+const noise = 0.2;  // high variance of a sample; noise / error² samples reach an error
+
+/** Returns whether the job might take more than an hour on `threads` threads. Errs on the side of true, so that
+ *  other jobs need no forecast. `numbers`: settings without options. */
+export function mayTakeLong(options, numbers, threads) {
+  const {spp = numbers.samples_per_pixel, target_error, target_half_width, time_limit, quality, frames} = options;
+  if (time_limit <= hour) return false;
+  if (frames !== undefined) return true;
+  const error = target_error ?? (target_half_width ? target_half_width / 3 : undefined) ?? {draft: 0.05, good: 0.02, print: 0.005}[quality] ?? (spp ? undefined : 0.02);
+  const samples = error === undefined ? spp : Math.min(options.spp ?? Infinity, noise / error ** 2);
+  const scale = quality === 'print' ? 4 : 1;
+  return scale * samples * (options.width ?? numbers.width) * (options.height ?? numbers.height) > hour * slowest * Math.max(1, threads);
+}
+
 /** Formats an estimated time with few digits: "3 min". */
 export function roughly(seconds) {
   if (seconds < 1) return '1 s';

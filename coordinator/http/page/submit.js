@@ -2,7 +2,7 @@
 
 import {submit} from './api.js';
 import {button, confirm, el, notify, setText} from './dom.js';
-import {day, forecastText, hour, roughly, secondsOf} from './forecast.js';
+import {day, forecastText, hour, mayTakeLong, roughly, secondsOf} from './forecast.js';
 import {bytes, stem} from './format.js';
 import {jobLink} from './parts.js';
 import {quickLookOptions, quickSamples, quickWidth, rememberQuickLook} from './quick_look.js';
@@ -113,26 +113,26 @@ export class SubmitView {
     const status = this.#status.get(job.lead);
     const said = status?.progress !== undefined ? el('progress', {max: 1, value: status.progress, 'aria-label': `Upload of ${job.lead.file.name}`}) :
       status?.text ? el('p', {class: status.kind}, status.text) : undefined;
-    return el('li', {}, this.#fileRow(job.lead, job.lead.scene ? 'scene' : 'particles'), ...job.parts.map(entry => this.#fileRow(entry, 'piece')),
+    return el('li', {}, this.#fileRow(job.lead, job.lead.scene ? 'scene' : 'particles'), ...job.parts.map(entry => this.#fileRow(entry, job.lead.scene ? 'part' : 'topology')),
       job.missing.length ? el('p', {class: 'missing'}, `The scene refers to ${job.missing.slice(0, 5).join(', ')}${job.missing.length > 5 ? ' and others' : ''}: add the file.`) : undefined, said);
   }
 
   #fileRow(entry, what) {
-    return el('div', {class: `file-row ${what}`}, el('span', {class: 'what'}, what === 'piece' ? 'part' : what), el('span', {class: 'file'}, entry.file.name), el('span', {class: 'bytes'}, bytes(entry.file.size)),
+    return el('div', {class: ['part', 'topology'].includes(what) ? 'file-row piece' : 'file-row'}, el('span', {class: 'what'}, what), el('span', {class: 'file'}, entry.file.name), el('span', {class: 'bytes'}, bytes(entry.file.size)),
       this.#placeOf(entry), button('Remove', () => this.#remove(entry), {'aria-label': `Remove ${entry.file.name}`, class: 'quiet'}));
   }
 
-  /** Creates the choice of the scene that a particle file belongs to. */
+  /** Creates the choice of what a particle file is for. */
   #placeOf(entry) {
-    const {scenes} = this.#files;
-    if (entry.scene || !scenes.length) return el('span', {});
+    const users = this.#files.usersOf(entry);
+    if (!users.length) return el('span', {});
     const owners = this.#files.ownersOf(entry);
-    const places = [['own', 'a job of its own'], ...scenes.map((scene, i) => [String(i), `part of ${scene.file.name}`])];
+    const places = [['own', 'a job of its own'], ...users.map((user, i) => [String(i), `${user.scene ? 'part' : 'topology'} of ${user.file.name}`])];
     if (owners.length > 1) places.unshift(['auto', `part of ${owners.length} scenes`]);
-    const now = owners.length > 1 ? 'auto' : owners.length ? String(scenes.indexOf(owners[0])) : 'own';
+    const now = owners.length > 1 ? 'auto' : owners.length ? String(users.indexOf(owners[0])) : 'own';
     return el('select', {'aria-label': `Use of ${entry.file.name}`, onchange: event => {
       const {value} = event.target;
-      entry.place = value === 'own' ? 'own' : value === 'auto' ? undefined : scenes[Number(value)];
+      entry.place = value === 'own' ? 'own' : value === 'auto' ? undefined : users[Number(value)];
       this.#changed();
       this.#showFiles();
     }}, ...places.map(([value, text]) => el('option', {value, selected: value === now}, text)));
@@ -164,6 +164,7 @@ export class SubmitView {
     if (!job.lead.scene) {
       readFields(this.form, particleFields, options);
       if (elements.legend.checked) options.legend = true;
+      if (job.parts.length) options.topology = job.parts[0].file.name;
     }
     options.name ??= nameOf(job);
     options.progressive = true;  // the page shows the picture while it grows
@@ -281,7 +282,11 @@ export class SubmitView {
     return submit({...this.#content(job), options, key: this.#keys.get(place), progress});
   }
 
-  #content = ({lead, parts}) => ({scene: lead.scene ? lead.file : undefined, files: [...lead.scene ? [] : [lead], ...parts].map(({file}) => file)});
+  /** Returns the files as parts of a form. A particle file with a topology takes the part of the scene. */
+  #content = ({lead, parts}) => {
+    const first = lead.scene || parts.length > 0;
+    return {scene: first ? lead.file : undefined, files: (first ? parts : [lead]).map(({file}) => file)};
+  };
 
   async #planOf(job, signal) {
     if (!this.#plans.has(job.lead)) {
@@ -319,21 +324,30 @@ export class SubmitView {
     return `${jobs.length} jobs: about ${roughly(seconds + Math.max(...plans.map(plan => plan?.queue_seconds ?? 0)))} in total`;
   }
 
-  /** Forecasts the jobs. Says so if they take more than an hour, and asks if they take a day or more. Returns
+  /** Returns the number of threads that may trace. */
+  #threads() {
+    let threads = 0;
+    for (const worker of this.#farm.workers.values()) if (worker.state === 'ready') threads += worker.threads;
+    return threads;
+  }
+
+  /** Forecasts jobs that may take long. Says so if they take more than an hour, and asks if they take a day or more. Returns
    *  whether to submit them. A forecast that fails or is late decides nothing. */
   async #mayTake(jobs) {
     const late = new AbortController();
     const timer = setTimeout(() => late.abort(), patience);
     const known = [];
+    setText(this.forecast, 'estimating…');
     try {
       for (const job of jobs) {
-        const limited = this.#options(job).time_limit <= hour;
-        if (this.#canForecast && !limited && sizeOf(job) <= largestForecast) known.push([job, await this.#planOf(job, late.signal)]);
+        const long = mayTakeLong(this.#options(job), job.numbers, this.#threads());
+        if (this.#canForecast && long && sizeOf(job) <= largestForecast) known.push([job, await this.#planOf(job, late.signal)]);
       }
     } catch (problem) {
       if (problem.status === 404 || problem.status === 405) this.#canForecast = false;
     }
     clearTimeout(timer);
+    setText(this.forecast, '');
     const [job, longest] = known.reduce((most, one) => secondsOf(one[1]) > secondsOf(most[1]) ? one : most, []);
     const seconds = secondsOf(longest);
     if (seconds <= hour) return true;

@@ -8,6 +8,7 @@ const choice = (name, text, choices, more = {}) => ({name, text, choices, ...mor
 
 export const pictureFields = [
   word('name', 'Name', 'from the file', {maxlength: 128}),
+  choice('quality', 'Quality', ['draft', 'good', 'print'], {title: 'draft: half as wide and high, error 0.05, denoised. good: error 0.02. print: twice as wide and high, error 0.005'}),
   number('width', 'Width', {min: 1, hint: 'from the scene'}), number('height', 'Height', {min: 1, hint: 'from the scene'}),
   number('spp', 'Samples per pixel', {min: 1, hint: 'from the scene'}),
   number('time_limit', 'Time limit in seconds', {min: 0, step: 'any', hint: 'none'}),
@@ -22,7 +23,6 @@ export const furtherFields = [
   {name: 'webhook', text: 'Webhook when finished', type: 'url', hint: 'none'}];
 
 export const particleFields = [
-  choice('quality', 'Quality', ['draft', 'good', 'print'], {title: 'draft: half as wide and high, error 0.05, denoised. good: error 0.02. print: twice as wide and high, error 0.005'}),
   choice('style', 'Style', ['studio', 'publication', 'flat', 'night'], {usual: 'studio'}),
   choice('view', 'View', ['auto', 'front', 'back', 'left', 'right', 'top', 'bottom', 'iso'], {usual: 'auto'}),
   word('background', 'Background', 'of the style', {title: 'white, black, grey or #RRGGBB'}),

@@ -3,7 +3,7 @@
 import {getJson} from './api.js';
 import {button, el, facts, setClass, setText} from './dom.js';
 import {bytes, count, duration, moment, rate, whole} from './format.js';
-import {age, ago, jobLink, Poll, renewAges} from './parts.js';
+import {age, ago, jobLink, Poll, reasonToLeave, renewAges} from './parts.js';
 import {maySteer, steerWorker} from './steer_worker.js';
 import {TimeChart} from './time_chart.js';
 import {traces} from './workers.js';
@@ -108,7 +108,7 @@ export class WorkerView {
     } catch {
       // an older coordinator does not know it
     }
-    const why = left ? `It left the farm ${ago(left.at)}${left.reason ? ': ' + left.reason : ''}.` : 'It left the farm, or it never joined.';
+    const why = left ? `It left the farm ${ago(left.at)} (${reasonToLeave(left)}).` : 'It left the farm, or it never joined.';
     this.missing.replaceChildren(el('p', {}, `Worker ${this.#name} is not connected. ${why}`), el('a', {class: 'button', href: '#/workers'}, 'All workers'));
     this.missing.hidden = false;
     this.body.hidden = true;
