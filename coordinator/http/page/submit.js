@@ -235,7 +235,7 @@ export class SubmitView {
     }
     this.submitted.replaceChildren('Submitted: ', ...ids.flatMap(([job, id], i) => [i ? ', ' : '', jobLink(id), ` (${nameOf(job)})`]));
     this.submitted.hidden = !ids.length;
-    if (jobs.length > 1 && ids.length < jobs.length) setText(this.problem, `${jobs.length - ids.length} of ${jobs.length} jobs were not submitted. Their errors stand in the list of files.`);
+    if (jobs.length > 1 && ids.length < jobs.length) setText(this.problem, `${jobs.length - ids.length} of ${jobs.length} jobs failed to submit. The list of files shows the errors.`);
   }
 
   /** Removes a file whose jobs were all submitted. */
