@@ -2,9 +2,14 @@
 
 import json
 import math
+import pathlib
 import re
 import time
 
+OPENAPI = json.loads((pathlib.Path(__file__).resolve().parents[2] / "coordinator/http/openapi.json").read_text())
+# What a farm may take in addition to the options of the description.
+MORE_OPTIONS = ("denoise quality preview_of select color_by colormap range radius style view legend crystal replicate background "
+                "frames topology").split()
 KINDS = ["joined", "job_done", "started", "lost", "job_failed", "quarantined", "left", "drained", "job_cancelled", "readmitted", "backoff"]
 STEPS = 360  # of 10 s each
 
@@ -86,6 +91,15 @@ def worker_details(worker):
 def worker_log(worker):
     return {"lines": [f"2026-11-26 18:{i // 60:02}:{i % 60:02}.{i * 37 % 1000:03} info  {worker['name']}: traced cell {i} of job {1 + i // 30} in 0.{i % 10}1 s"
                       for i in range(99)] + ["2026-11-26 18:01:40.002 warning  the coordinator has not answered for 3 s"]}
+
+
+def option_names():
+    return [*OPENAPI["components"]["schemas"]["Options"]["properties"], *MORE_OPTIONS]
+
+
+def openapi(farm):
+    """The part of the description that the form reads."""
+    return {"paths": {**OPENAPI["paths"], "/api/v1/plan": {}}, "components": {"schemas": {"Options": {"properties": dict.fromkeys(farm.options, {})}}}}
 
 
 def options_of(body):

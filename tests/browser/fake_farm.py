@@ -70,6 +70,7 @@ class FakeFarm:
         self.refusal = None  # (status, detail) of the next change
         self.sent = []  # (path, body) of every POST
         self.farm_fields, self.server_fields = {}, {}  # replace fields of /farm and /server
+        self.options = fake_console.option_names()  # that POST /jobs takes
         self.log_refusal = None  # (status, detail) of each request for a worker's log
         self.port = 0
 
@@ -175,6 +176,8 @@ def handler_of(farm):
                 return self.reply(fake_console.farm_history(farm) if parts[1:] else fake_console.farm_map(farm))
             if parts[0] == "plan":
                 return self.reply(fake_console.plan_of(fake_console.options_of(body)))
+            if parts[0] == "openapi.json":
+                return self.reply(fake_console.openapi(farm))
             if parts[0] == "server":
                 return self.reply(fake_console.server_map(farm))
             if parts[0] == "events" and farm.streams:
@@ -183,6 +186,9 @@ def handler_of(farm):
 
         def of_jobs(self, method, parts, options):
             if not parts and method == "POST":
+                unknown = set(fake_console.options_of(farm.bodies[self.path])) - set(farm.options)
+                if unknown:
+                    return self.problem(422, f"options: /{min(unknown)}: unknown option")
                 number = max(farm.jobs) + 1
                 farm.jobs[number] = {**job_of(number, number), "state": "running"}
                 return self.reply({"id": number}, status=201)

@@ -64,6 +64,19 @@ class Form(BrowserTest):
             self.assertEqual(options, {**wanted, "progressive": True})
             self.assertIn(b'name="water.xyz"', body)
 
+    def test_fields_that_the_server_does_not_take_are_hidden_and_not_sent(self):
+        with FakeFarm(jobs=3, changes=0) as farm:
+            for name in ("denoise", "legend", "background", "preview_of"):
+                farm.options.remove(name)
+            page = self.form(farm, self.file("water.xyz"))
+            expect(page.get_by_label("Style")).to_be_visible()
+            for label in ("Denoise", "Legend", "Background"):
+                expect(page.get_by_label(label)).to_be_hidden()
+            page.get_by_role("button", name="Submit").click()
+            expect(page.locator("h1")).to_contain_text("4")
+            expect(page.locator("#notes")).not_to_contain_text("quick look")
+            self.assertEqual(len(self.sent(farm)), 2)
+
     def test_without_any_control_only_the_name_is_sent(self):
         with FakeFarm(jobs=3, changes=0) as farm:
             page = self.form(farm, self.file("water.xyz"))

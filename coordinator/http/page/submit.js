@@ -1,12 +1,12 @@
 // The view that submits scenes and particle files as jobs.
 
-import {submit} from './api.js';
+import {getJson, submit} from './api.js';
 import {button, confirm, el, notify, setText} from './dom.js';
 import {day, forecastText, hour, mayTakeLong, roughly, secondsOf} from './forecast.js';
 import {bytes, stem} from './format.js';
 import {jobLink} from './parts.js';
 import {quickLookOptions, quickSamples, quickWidth, rememberQuickLook} from './quick_look.js';
-import {check, field, furtherFields, optionOf, particleFields, pictureFields, readFields, TargetChoice} from './submit_fields.js';
+import {check, field, furtherFields, hideUnknown, optionOf, particleFields, pictureFields, readFields, TargetChoice} from './submit_fields.js';
 import {ChosenFiles} from './submit_files.js';
 
 const patience = 8000;  // ms that a job waits for its own forecast before it is submitted
@@ -24,6 +24,7 @@ export class SubmitView {
   #status = new Map();  // by the first file of a job: {text, kind} or {progress}
   #plans = new Map();  // forecasts by the first file of a job
   #canForecast = true;
+  #taken;  // names of the options that the server takes; undefined: not known
   #busy = false;
 
   constructor(farm) {
@@ -38,14 +39,14 @@ export class SubmitView {
     this.submitted = el('p', {class: 'submitted', role: 'status', hidden: true});
     this.problem = el('p', {class: 'trouble', role: 'alert', id: 'submit-problem', hidden: true});
     this.forecast = el('p', {class: 'forecast', role: 'status'});
+    this.notes = el('p', {class: 'hint notes-of-forecast'});
     this.progress = el('progress', {max: 1, hidden: true, 'aria-label': 'Upload'});
     this.plan = button('Forecast', () => this.#showForecast(), {title: 'Estimate how long this would take on this farm'});
     this.send = el('button', {type: 'submit', class: 'primary'}, 'Submit');
     this.form = el('form', {oninput: () => this.#changed(), onsubmit: event => this.#submit(event)}, ...this.#parts());
     this.element = el('section', {class: 'view submit', 'aria-labelledby': 'submit-title'},
       el('div', {class: 'bar-of-view'}, el('h1', {id: 'submit-title', tabindex: -1}, 'Submit a scene')), this.form);
-    this.#showFiles();
-    this.#showWebhook();
+    this.#hideFields();
   }
 
   #parts() {
@@ -57,15 +58,18 @@ export class SubmitView {
       el('fieldset', {class: 'group'}, el('legend', {}, 'Picture'), el('div', {class: 'fields'}, ...pictureFields.map(field)), this.target.element,
         el('div', {class: 'checks'}, check('quick', `Quick look first: ${quickWidth} pixels wide, ${quickSamples} samples per pixel`, {checked: true}), check('denoise', 'Denoise'))),
       this.particles, this.more,
-      el('div', {class: 'foot'}, this.problem, el('div', {class: 'answers'}, this.forecast, this.progress, this.plan, this.send))];
+      el('div', {class: 'foot'}, this.problem, el('div', {class: 'answers'}, this.forecast, this.progress, this.plan, this.send), this.notes)];
   }
 
   show() {
-    this.#showWebhook();
+    this.#hideFields();
+    this.#loadOptions();
   }
 
   update(changes) {
-    if (changes.connection) this.#showWebhook();
+    if (!changes.connection) return;
+    this.#hideFields();
+    this.#loadOptions();
   }
 
   add(files) {
@@ -80,15 +84,33 @@ export class SubmitView {
     this.#plans.clear();
     this.#status.clear();
     setText(this.forecast, '');
+    setText(this.notes, '');
     this.#showProblem();
-    setText(this.form.elements.spp.previousSibling, this.target.kind ? 'Max. samples per pixel' : 'Samples per pixel');
+    setText(this.form.elements.spp.previousSibling, this.target.kind ? 'Max. samples' : 'Samples per pixel');
     this.#showPlaceholders(this.#files.jobs());
   }
 
-  /** The server refuses webhooks unless it permits a host. */
-  #showWebhook() {
-    const input = this.form.elements.webhook;
-    input.disabled = input.parentNode.hidden = !this.#farm.server?.webhooks;
+  #takes(option) {
+    return !this.#taken || this.#taken.has(option);
+  }
+
+  /** Reads which options the server takes. */
+  async #loadOptions() {
+    if (this.#taken || !this.#farm.server) return;
+    try {
+      const {paths, components} = await getJson('openapi.json');
+      this.#taken = new Set(Object.keys(components.schemas.Options.properties));
+      this.#canForecast = '/api/v1/plan' in paths;
+    } catch {
+      return;  // the form shows all fields, and the server reports wrong ones
+    }
+    this.#hideFields();
+  }
+
+  /** Hides what the server does not take. It takes webhooks only if it permits a host. */
+  #hideFields() {
+    hideUnknown(this.form, name => this.#takes(name) && (name !== 'webhook' || this.#farm.server?.webhooks === true));
+    this.#showFiles();
   }
 
   #remove(entry) {
@@ -105,7 +127,7 @@ export class SubmitView {
     this.send.disabled = this.plan.disabled = !jobs.length || this.#busy;
     this.plan.hidden = !this.#canForecast;
     setText(this.send, jobs.length > 1 ? `Submit ${jobs.length} jobs` : 'Submit');
-    this.particles.hidden = jobs.every(({lead}) => lead.scene);
+    this.particles.hidden = jobs.every(({lead}) => lead.scene) || !particleFields.some(({name}) => this.#takes(name));
     this.#showPlaceholders(jobs);
   }
 
@@ -160,10 +182,10 @@ export class SubmitView {
     const {elements} = this.form;
     readFields(this.form, [...pictureFields, ...furtherFields], options);
     this.target.read(options);
-    if (elements.denoise.checked) options.denoise = true;
+    if (elements.denoise.checked && !elements.denoise.disabled) options.denoise = true;
     if (!job.lead.scene) {
       readFields(this.form, particleFields, options);
-      if (elements.legend.checked) options.legend = true;
+      if (elements.legend.checked && !elements.legend.disabled) options.legend = true;
       if (job.parts.length) options.topology = job.parts[0].file.name;
     }
     options.name ??= nameOf(job);
@@ -211,7 +233,7 @@ export class SubmitView {
       this.#status.delete(job.lead);
       return id;
     } catch (problem) {
-      if (several) this.#status.set(job.lead, {text: problem.message, kind: 'trouble'});
+      if (several) this.#status.set(job.lead, {text: optionOf(problem.message)?.text ?? problem.message, kind: 'trouble'});
       this.#showProblem(problem.message);
       return undefined;
     }
@@ -219,7 +241,9 @@ export class SubmitView {
 
   async #submitQuickLook(job, options, id, progress) {
     try {
-      const quick = await this.#post(job, 'quick', quickLookOptions(options, job.numbers, id), progress);
+      const small = quickLookOptions(options, job.numbers, id);
+      if (!this.#takes('preview_of')) delete small.preview_of;
+      const quick = await this.#post(job, 'quick', small, progress);
       rememberQuickLook(id, quick.id);
     } catch (problem) {
       notify(`Job ${id} has no quick look: ${problem.message}`);  // the job itself was accepted
@@ -305,7 +329,8 @@ export class SubmitView {
       try {
         for (const job of jobs) {
           const plan = await this.#planOf(job);
-          text = [forecastText(plan), ...plan.notes ?? []].join('. ');
+          text = forecastText(plan);
+          setText(this.notes, (plan.notes ?? []).join(' '));
           if (jobs.length > 1) this.#status.set(job.lead, {text, kind: 'hint'});
         }
         if (jobs.length > 1) text = this.#sumText(jobs);

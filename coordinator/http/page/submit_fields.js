@@ -34,7 +34,7 @@ export const particleFields = [
   word('radius', 'Radius', 'from the file', {title: 'A number, by-element, covalent or column', numeric: true}),
   choice('crystal', 'Crystal', ['on', 'off'], {title: 'on: covalent radii, copies of the atoms on the faces of the cell, and the cell', onOff: true}),
   word('replicate', 'Repeat the cell', '1x1x1', {pattern: '\\d+x\\d+x\\d+', title: 'Copies along the edges a, b, c, such as 3x3x2'}),
-  word('frames', 'Frames of a trajectory', 'one picture', {title: 'all, or FIRST:LAST:STEP such as 0:100:5: one job that renders a series'})];
+  word('frames', 'Frames', 'one picture', {title: 'Frames of a trajectory: all, or FIRST:LAST:STEP such as 0:100:5. They become one job, a series'})];
 
 export const targets = [
   {value: '', text: 'no target'},
@@ -47,7 +47,7 @@ export const allFields = [...pictureFields, ...furtherFields, ...particleFields,
 export function field({name, text, choices, usual, hint, list, title, wide, numeric, onOff, ...attributes}) {
   const id = list && 'list-of-' + name;
   const input = choices ?
-    el('select', {name}, el('option', {value: ''}, usual ? `default: ${usual}` : 'default'), ...choices.map(value => el('option', {value}, value))) :
+    el('select', {name}, el('option', {value: ''}, usual ?? 'default'), ...choices.filter(value => value !== usual).map(value => el('option', {value}, value))) :
     el('input', {name, placeholder: hint, autocomplete: 'off', spellcheck: 'false', list: id, ...attributes});
   return el('label', {class: wide ? 'field wide' : 'field', title}, el('span', {}, text), input,
     list && el('datalist', {id}, ...list.map(value => el('option', {value}))));
@@ -61,6 +61,14 @@ function valueOf({type, numeric, onOff}, input) {
   if (text === '' || input.disabled) return undefined;
   if (onOff) return text === 'on';
   return type === 'number' || (numeric && Number.isFinite(Number(text))) ? Number(text) : text;
+}
+
+/** Hides the fields of options that the server does not take. `known(name)` returns whether it takes one. */
+export function hideUnknown(form, known) {
+  for (const {name} of allFields) {
+    const input = form.elements[name];
+    if (input) input.disabled = input.closest('label').hidden = !known(name);
+  }
 }
 
 /** Adds the options that `fields` ask for to `options`. */
