@@ -118,6 +118,7 @@ def plan_of(options):
 
 
 def server_map(farm):
-    return {"version": "0.2.0", "user": "ann" if farm.token else "", "role": "any", "limits": {"body_bytes": 2**28, "parts": 100, "streams": 128},
+    return {"version": "0.2.0", "user": getattr(farm, "user", "") or ("ann" if farm.token else ""), "role": getattr(farm, "role", "any"),
+            "limits": {"body_bytes": 2**28, "parts": 100, "streams": 128},
             "worker_address": "tcp://farm.example:17400", "keys": bool(farm.token), "webhooks": False, "loopback": False,
             "worker_command": "parray-worker --coordinator tcp://farm.example:17400", **farm.server_fields}

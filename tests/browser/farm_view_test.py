@@ -45,9 +45,12 @@ class Farm(BrowserTest):
 
     def test_users_have_shares_of_the_time_and_link_to_their_jobs(self):
         with FakeFarm(jobs=100, changes=0) as farm:
+            usual = {"share": 1, "open_jobs": 2, "done_jobs": 3, "failed_jobs": 0, "cancelled_jobs": 0, "queue_seconds_mean": None}
+            farm.farm_fields["users"] = [{"user": "ben", "thread_seconds": 100, **usual}, {"user": "ann", "thread_seconds": 300, **usual}]
             page = self.open(farm.url, "#/farm")
+            expect(page.get_by_role("row").nth(1)).to_contain_text("ann")  # the largest first
             row = page.get_by_role("row").filter(has_text="ann")
-            expect(row).to_contain_text("33 %")
+            expect(row).to_contain_text("75 %")
             expect(row.get_by_role("link", name="ann")).to_have_attribute("href", "#/jobs?user=ann")
 
     def test_limits_warn_before_they_are_reached(self):
