@@ -69,7 +69,7 @@ class FakeFarm:
         self.bodies = {}  # path: the last body
         self.refusal = None  # (status, detail) of the next change
         self.sent = []  # (path, body) of every POST
-        self.farm_fields, self.server_fields = {}, {}  # replace fields of /farm and /server
+        self.farm_fields, self.server_fields, self.plan_fields = {}, {}, {}  # replace fields of /farm, /server and /plan
         self.options = fake_console.option_names()  # that POST /jobs takes
         self.log_refusal = None  # (status, detail) of each request for a worker's log
         self.port = 0
@@ -175,7 +175,7 @@ def handler_of(farm):
             if parts[0] == "farm":
                 return self.reply(fake_console.farm_history(farm) if parts[1:] else fake_console.farm_map(farm))
             if parts[0] == "plan":
-                return self.reply(fake_console.plan_of(fake_console.options_of(body)))
+                return self.reply({**fake_console.plan_of(fake_console.options_of(body)), **farm.plan_fields})
             if parts[0] == "openapi.json":
                 return self.reply(fake_console.openapi(farm))
             if parts[0] == "server":

@@ -241,6 +241,17 @@ class Form(BrowserTest):
                 expect(page.locator("h1")).not_to_have_text("Submit a scene")
                 self.assertEqual(sum(path.endswith("/plan") for path, _ in farm.sent), forecasts)
 
+    def test_a_job_of_hours_is_submitted_with_a_notice(self):
+        with FakeFarm(jobs=3, changes=0) as farm:
+            farm.plan_fields = {"seconds": {"low": 5000, "expected": 7200, "high": 9000}, "queue_seconds": None, "error": None, "notes": ["It is a guess."]}
+            page = self.form(farm, self.file("scene.json", SCENE))
+            page.get_by_role("button", name="Forecast").click()
+            expect(page.locator(".foot")).to_contain_text("It is a guess.")
+            page.get_by_label("Samples per pixel", exact=True).fill("1000000000")
+            page.get_by_role("button", name="Submit").click()
+            expect(page.locator("#notes")).to_contain_text("scene: about 2 h on 8 threads")
+            expect(page.locator("h1")).to_contain_text("4")
+
     def test_without_forecasts_of_an_older_coordinator_jobs_are_submitted(self):
         with FakeFarm(jobs=3, changes=0) as farm:
             page = self.form(farm, self.file("a.xyz"))
