@@ -34,7 +34,7 @@ class Farm(BrowserTest):
             expect(chart.locator("tbody tr")).to_have_count(12)
             self.assertEqual(chart.locator("tbody td").all_inner_texts()[6], "0")  # the break
 
-    def test_a_young_farm_has_a_short_line(self):
+    def test_a_young_farm_has_a_short_time_axis(self):
         with FakeFarm(jobs=20, workers=10, changes=0) as farm:
             farm.steps = 30
             page = self.open(farm.url, "#/farm")
@@ -42,7 +42,8 @@ class Farm(BrowserTest):
             expect(chart.locator("path.stroke")).to_have_count(1)
             # From the chart, because the path is drawn again with each answer.
             widths = chart.evaluate("chart => [chart.querySelector('path.stroke').getBBox().width, chart.querySelector('svg').clientWidth]")
-            self.assertLess(widths[0], widths[1] / 10)
+            self.assertAlmostEqual(widths[0] / widths[1], 29 / 72, delta=0.02)
+            expect(chart).to_contain_text("12 min ago")
 
     def test_unknown_values_are_gaps(self):
         with FakeFarm(jobs=20, workers=10, changes=0) as farm:

@@ -3,7 +3,8 @@
 import {el, setText} from './dom.js';
 import {ago} from './parts.js';
 
-const span = 3600;  // seconds
+const hour = 3600;  // seconds
+const spans = [12 * 60, 20 * 60, 40 * 60, hour];  // lengths of the time axis in seconds; a quarter is a round number
 const height = 132;  // px
 const top = 16;
 const bottom = 18;
@@ -33,6 +34,7 @@ export class TimeChart {
   #data = {interval: 10, end: 0, lines: []};
   #width = 0;
   #least;
+  #span = hour;
 
   /** `series`: [{name, kind}]; `kind` area or ceiling is the look. `format(value)` returns a text. `least`: smallest
    *  value at the top. */
@@ -60,12 +62,14 @@ export class TimeChart {
    *  oldest first; the last one is of `end` (seconds since 1970). */
   set({interval, end, lines}) {
     this.#data = {interval, end, lines};
+    const length = (lines[0]?.length ?? 0) * interval;
+    this.#span = spans.find(span => length <= span) ?? hour;
     this.#draw();
     this.#fillTable();
   }
 
   #x(i, count) {
-    return this.#width - (count - 1 - i) * this.#data.interval / span * this.#width;
+    return this.#width - (count - 1 - i) * this.#data.interval / this.#span * this.#width;
   }
 
   #draw() {
@@ -89,7 +93,7 @@ export class TimeChart {
 
   #labels(y, most) {
     const marks = [most / 2, most].map(value => svg('text', {x: 2, y: y(value) - 3}, this.#format(value)));
-    const times = [60, 45, 30, 15, 0].map((minutes, i) => svg('text', {x: this.#width * i / 4, y: height - 5,
+    const times = [4, 3, 2, 1, 0].map(quarters => quarters * this.#span / 240).map((minutes, i) => svg('text', {x: this.#width * i / 4, y: height - 5,
       'text-anchor': i === 0 ? 'start' : i === 4 ? 'end' : 'middle'}, minutes ? `${minutes} min${i || this.#width < 340 ? '' : ' ago'}` : 'now'));
     return [...marks, ...times];
   }
@@ -116,7 +120,7 @@ export class TimeChart {
 
   #point(x) {
     const {interval, end, lines} = this.#data;
-    const back = x === undefined ? 0 : Math.round((this.#width - x) / this.#width * span / interval);
+    const back = x === undefined ? 0 : Math.round((this.#width - x) / this.#width * this.#span / interval);
     const length = lines[0]?.length ?? 0;
     const shown = x !== undefined && back < length;
     if (this.cross) for (const name of ['x1', 'x2']) this.cross.setAttribute(name, shown ? this.#x(length - 1 - back, length) : -9);
@@ -133,7 +137,7 @@ export class TimeChart {
   #fillTable() {
     if (!this.table.open) return;
     const {interval, end, lines} = this.#data;
-    const each = span / rowsOfTable / interval;
+    const each = hour / rowsOfTable / interval;
     const rows = [];
     for (let row = 0; row < rowsOfTable; ++row) {
       const until = new Date((end - row * each * interval) * 1000);

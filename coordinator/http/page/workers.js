@@ -126,7 +126,7 @@ export class WorkersView {
     const threads = all.reduce((sum, worker) => sum + worker.threads, 0);
     const others = new Map();
     for (const {state} of all) if (state !== 'ready') others.set(state, (others.get(state) ?? 0) + 1);
-    setText(this.count, found !== undefined ? `${found} of ${all.length}` : [`${all.length} ${all.length === 1 ? 'worker' : 'workers'}, ${whole(threads)} threads`,
+    setText(this.count, found !== undefined ? `${found} of ${all.length}` : [`${all.length} ${all.length === 1 ? 'worker' : 'workers'}, ${whole(threads)} ${threads === 1 ? 'thread' : 'threads'}`,
       ...[...others].map(([state, number]) => `${number} ${state}`)].join(', '));
   }
 
