@@ -11,6 +11,7 @@ import threading
 import time
 import urllib.parse
 
+import fake_console
 from fake_job_lists import ENDED, change_jobs, page_of_jobs, thumbnail
 
 PAGE = pathlib.Path(__file__).resolve().parents[2] / "coordinator/http/page"
@@ -54,9 +55,14 @@ def job_of(number, newest):
 
 def worker_of(number):
     state = "quarantined" if number % 173 == 9 else "drained" if number % 61 == 5 else "ready"
-    return {"name": f"node{number:04}", "host": f"rack{number // 40}", "threads": 64, "leases": 2 * (state == "ready"),
-            "accepted": number * 31 % 5000, "samples_per_second": 4e7 * (0.5 + number * 7 % 10 / 10) * (state == "ready"),
-            "state": state, "reason": "gave two wrong rows" if state == "quarantined" else "", "seconds_silent": 0}
+    busy = state == "ready" and number % 8 != 6
+    speed = 4e7 * (0.5 + number * 7 % 10 / 10)
+    return {"name": f"node{number:04}", "host": f"rack{number // 40}", "threads": 64, "leases": 2 * busy,
+            "accepted": number * 31 % 5000, "samples_per_second": speed, "contribution": 0.8 * speed * busy,
+            "state": state, "reason": "gave two wrong rows" if state == "quarantined" else "", "seconds_silent": 0,
+            "version": "0.2.0", "processors": 64, "memory_bytes": 270e9, "load": 63.2 if busy else 0.3,
+            "address": f"10.0.{number // 250}.{number % 250}:41022", "since": time.time() - 3600 * (1 + number % 50), "failures": number % 3,
+            "tracing": {"job": 1 + number % 5, "seconds": 12.0 + number} if busy else None}
 
 
 class FakeFarm:
@@ -74,6 +80,10 @@ class FakeFarm:
         self.asked = []  # (method, path with query)
         self.bodies = {}  # path: the last body
         self.refusal = None  # (status, detail) of the next change
+        self.sent = []  # (path, body) of every POST
+        self.farm_fields, self.server_fields, self.plan_fields = {}, {}, {}  # replace fields of /farm, /server and /plan
+        self.options = fake_console.option_names()  # that POST /jobs takes
+        self.log_refusal = None  # (status, detail) of each request for a worker's log
         self.port = 0
 
     def __enter__(self):
@@ -154,29 +164,46 @@ def handler_of(farm):
             farm.asked.append((method, self.path))
             if body:
                 farm.bodies[path] = body
+                farm.sent.append((path, body))
             if farm.token and self.headers.get("Authorization") != "Bearer " + farm.token:
                 return self.problem(401, "a token is missing")
-            if method != "GET" and farm.refusal:
+            if method != "GET" and farm.refusal and not path.endswith("/plan"):
                 refusal, farm.refusal = farm.refusal, None
                 return self.problem(*refusal)
             parts = [urllib.parse.unquote(part) for part in path.split("/")[3:]]
             options = {name: values[0] for name, values in urllib.parse.parse_qs(query).items()}
             if parts[0] == "jobs":
                 return self.of_jobs(method, parts[1:], options)
-            if parts[0] == "workers" and len(parts) == 3:
-                worker = farm.workers[parts[1]]
+            if parts[0] == "workers" and len(parts) > 1:
+                worker = farm.workers.get(parts[1])
+                if not worker:
+                    return self.problem(404, f"no worker {parts[1]}")
+                if method == "GET" and len(parts) == 2:
+                    return self.reply(fake_console.worker_details(worker))
+                if method == "GET":
+                    return self.problem(*farm.log_refusal) if farm.log_refusal else self.reply(fake_console.worker_log(worker))
                 worker["state"] = "draining" if parts[2] == "drain" else "ready"
                 return self.reply({"workers": [worker], "total": 1})
             if parts[0] == "workers":
-                return self.reply({"workers": list(farm.workers.values())[:1000], "total": len(farm.workers)})
+                begin = int(options.get("offset", 0))
+                return self.reply({"workers": list(farm.workers.values())[begin:begin + 1000], "total": len(farm.workers)})
+            if parts[0] == "farm":
+                return self.reply(fake_console.farm_history(farm) if parts[1:] else fake_console.farm_map(farm))
+            if parts[0] == "plan":
+                return self.reply({**fake_console.plan_of(fake_console.options_of(body)), **farm.plan_fields})
+            if parts[0] == "openapi.json":
+                return self.reply(fake_console.openapi(farm))
             if parts[0] == "server":
-                return self.reply({"version": "0.0", "user": farm.user or ("ann" if farm.token else ""), "role": farm.role, "limits": {}})
+                return self.reply(fake_console.server_map(farm))
             if parts[0] == "events" and farm.streams:
                 return self.events()
             return self.problem(503, "no more event streams")
 
         def of_jobs(self, method, parts, options):
             if not parts and method == "POST":
+                unknown = set(fake_console.options_of(farm.bodies[self.path])) - set(farm.options)
+                if unknown:
+                    return self.problem(422, f"options: /{min(unknown)}: unknown option")
                 number = max(farm.jobs) + 1
                 farm.jobs[number] = {**job_of(number, number), "state": "running"}
                 return self.reply({"id": number}, status=201)

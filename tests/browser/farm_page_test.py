@@ -30,26 +30,26 @@ class RealJob(BrowserTest):
             page.get_by_label("Height").fill("90")
             page.get_by_label("Width", exact=True).fill("120")
             page.get_by_role("button", name="Submit").click()
-            expect(page.locator("h1")).to_have_text("2  two spheres")
+            expect(page.locator("h1")).to_have_text("1  two spheres")
             expect(page.locator(".now")).to_contain_text("workers")  # there are none yet
             farm.start_worker("oak")
             farm.start_worker("birch")
             expect(page.locator("#summary")).to_contain_text("2 workers")
             expect(page.locator(".bar-of-view .state")).to_have_text("done", timeout=120000)
-            quick = farm.get("/jobs/1").json()
+            quick = farm.get("/jobs/2").json()
             self.assertEqual((quick["name"], quick["width"], quick["height"], quick["samples_per_pixel"], quick["priority"]),
                              ("two spheres (quick look)", 120, 90, 16, 51))
-            expect(page.locator(".panel")).to_contain_text(farm.get("/jobs/2/report").json()["image_sha256"])
+            expect(page.locator(".panel")).to_contain_text(farm.get("/jobs/1/report").json()["image_sha256"])
             self.check_values(farm, page)
             with page.expect_download() as download:
                 page.get_by_role("button", name="PNG").click()
-            self.assertEqual(download.value.suggested_filename, "two spheres-2.png")
-            self.assertEqual(pathlib.Path(download.value.path()).read_bytes(), farm.get("/jobs/2/image.png").body)
+            self.assertEqual(download.value.suggested_filename, "two spheres-1.png")
+            self.assertEqual(pathlib.Path(download.value.path()).read_bytes(), farm.get("/jobs/1/image.png").body)
 
     def check_values(self, farm, page):
         """Under the cursor stands what the server has."""
-        pixels = struct.unpack(f"<{120 * 90 * 3}f", farm.get("/jobs/2/pixels.f32").body)
-        errors = struct.unpack(f"<{120 * 90}f", farm.get("/jobs/2/error.f32").body)
+        pixels = struct.unpack(f"<{120 * 90 * 3}f", farm.get("/jobs/1/pixels.f32").body)
+        errors = struct.unpack(f"<{120 * 90}f", farm.get("/jobs/1/error.f32").body)
         self.check_maps(farm, page)
         page.locator(".stage").focus()
         page.keyboard.press("ArrowUp")
@@ -75,11 +75,11 @@ class RealJob(BrowserTest):
         expect(legend).to_contain_text("thread-seconds per pixel")
         expect(legend.locator(".scale")).to_contain_text("µs")
         choice.select_option("workers")
-        names = farm.get("/jobs/2/workers.json").json()["workers"]
+        names = farm.get("/jobs/1/workers.json").json()["workers"]
         expect(legend.locator(".names > span")).to_have_text(names)
         page.locator(".stage").focus()
         page.keyboard.press("ArrowUp")
-        traced = struct.unpack(f"<{120 * 90}I", farm.get("/jobs/2/workers.u32").body)
+        traced = struct.unpack(f"<{120 * 90}I", farm.get("/jobs/1/workers.u32").body)
         expect(page.locator(".readout")).to_contain_text(names[traced[44 * 120 + 60]])
         page.keyboard.press("m")  # after the last map the picture
         expect(choice).to_have_value("picture")
@@ -104,7 +104,7 @@ class RealJob(BrowserTest):
             page = self.open(f"http://{farm.web}/")
             drop = page.evaluate_handle("text => { const all = new DataTransfer(); all.items.add(new File([text], 'water.xyz')); return all; }", WATER)
             page.dispatch_event("main", "drop", {"dataTransfer": drop})
-            expect(page.locator(".files")).to_contain_text("water.xyz")
+            expect(page.locator(".jobs-to-submit")).to_contain_text("water.xyz")
             page.get_by_label("Quick look first").uncheck()
             for label, value in (("Height", "30"), ("Samples per pixel", "4")):
                 page.get_by_label(label, exact=True).fill(value)

@@ -118,22 +118,25 @@ export class EventParser {
   }
 }
 
-/** Submits a scene and returns the job's number. Calls progress(share) during the upload, which fetch cannot do. */
-export function submit({scene, files, options, key, progress}) {
+/** Sends a scene with its files and options as a form. Returns the JSON of the answer. `to`: jobs or plan. Calls
+ *  progress(share) during the upload, which fetch cannot do. */
+export function submit({to = 'jobs', scene, files, options, key, progress = () => {}, signal}) {
   const form = new FormData();
   if (scene) form.append('scene', scene, scene.name);
   form.append('options', new Blob([JSON.stringify(options)], {type: 'application/json'}));
   for (const file of files) form.append(file.name, file, file.name);
   return new Promise((resolve, reject) => {
     const sending = new XMLHttpRequest();
-    sending.open('POST', address('jobs'));
-    for (const [name, value] of Object.entries({...authorization(), 'Idempotency-Key': key})) {
+    sending.open('POST', address(to));
+    for (const [name, value] of Object.entries({...authorization(), ...key ? {'Idempotency-Key': key} : {}})) {
       sending.setRequestHeader(name, value);
     }
     sending.upload.onprogress = event => event.lengthComputable && progress(event.loaded / event.total);
     sending.onerror = () => reject(new Problem(0, 'the coordinator cannot be reached'));
-    sending.onload = () => sending.status === 201 ? resolve(JSON.parse(sending.responseText).id) :
+    sending.onabort = () => reject(new Problem(0, 'the request was cancelled'));
+    sending.onload = () => sending.status < 300 ? resolve(JSON.parse(sending.responseText)) :
       reject(problemOf(sending.status, sending.responseText));
+    signal?.addEventListener('abort', () => sending.abort());
     sending.send(form);
   });
 }
