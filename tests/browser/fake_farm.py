@@ -52,10 +52,11 @@ class FakeFarm:
     """with FakeFarm(jobs=10000, workers=2000) as farm: ...farm.url. `token`: what it asks for;
     `streams`: whether it has event streams; `changes`: jobs that change each tenth of a second."""
 
-    def __init__(self, jobs=100, workers=10, token=None, streams=True, changes=20):
+    def __init__(self, jobs=100, workers=10, token=None, streams=True, changes=20, user="", role="any"):
         self.jobs = {number: job_of(number, jobs) for number in range(1, jobs + 1)}
         self.workers = {worker["name"]: worker for worker in map(worker_of, range(workers))}
         self.token, self.streams, self.changes = token, streams, changes
+        self.user, self.role = user, role  # what /server says of who asks
         self.width, self.height = 240, 160
         self.samples = 1000
         self.asked = []  # (method, path with query)
@@ -88,6 +89,10 @@ class FakeFarm:
 
     def busy(self):
         return [job for job in self.jobs.values() if job["state"] in UNFINISHED]
+
+    def answer_job(self, handler, method, parts, options):
+        """For subclasses: answers a request below /jobs and returns true, or returns false."""
+        return False
 
     def pixels(self):
         values = array.array("f")
@@ -154,12 +159,14 @@ def handler_of(farm):
             if parts[0] == "workers":
                 return self.reply({"workers": list(farm.workers.values())[:1000], "total": len(farm.workers)})
             if parts[0] == "server":
-                return self.reply({"version": "0.0", "user": "ann" if farm.token else "", "role": "any", "limits": {}})
+                return self.reply({"version": "0.0", "user": farm.user or ("ann" if farm.token else ""), "role": farm.role, "limits": {}})
             if parts[0] == "events" and farm.streams:
                 return self.events()
             return self.problem(503, "no more event streams")
 
         def of_jobs(self, method, parts, options):
+            if farm.answer_job(self, method, parts, options):
+                return None
             if not parts and method == "POST":
                 number = max(farm.jobs) + 1
                 farm.jobs[number] = {**job_of(number, number), "state": "running"}
@@ -168,7 +175,7 @@ def handler_of(farm):
                 return self.page_of_jobs(options)
             job = farm.jobs.get(int(parts[0]))
             if not job:
-                return self.problem(409, f"no job {parts[0]}")
+                return self.problem(404, f"no job {parts[0]}: parray jobs lists all jobs")
             if method == "DELETE":
                 del farm.jobs[job["id"]]
                 self.send_response(204)

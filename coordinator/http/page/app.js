@@ -94,7 +94,8 @@ const keys = {  // [description, action]
 const otherKeys = [['↑ ↓ Page Home End', 'in a list: move between rows; Enter opens a row'], ['+ −', 'in a picture: zoom'],
   ['0', 'in a picture: fit to the window'], ['1', 'in a picture: show pixels at their real size'],
   ['← → ↑ ↓', 'in a picture: move to another pixel; with Shift by ten pixels'], ['[ ]', 'in a picture: change the exposure'],
-  ['m', 'in a picture: show the next map (error, cost, workers)']];
+  ['m', 'in a picture: show the next map (error, cost, workers)'],
+  ['Space ← →', 'in a series: play or stop; show the previous or the next frame'], [', .', 'in a frame: open the previous or the next frame']];
 const lettersOff = () => localStorage.getItem('parray-keys') === 'off';
 
 function showHelp() {
@@ -115,9 +116,8 @@ document.addEventListener('keydown', event => {
   const typing = event.target.closest('input:not([type=radio], [type=checkbox], [type=range]), select, textarea, dialog');
   if (typing || event.ctrlKey || event.altKey || event.metaKey || lettersOff()) return;
   const key = keys[event.key];
-  if (!key) return;
-  event.preventDefault();
-  key[1]();
+  if (key || view.key?.(event)) event.preventDefault();
+  key?.[1]();
 });
 
 function acceptDrops() {

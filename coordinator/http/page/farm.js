@@ -61,7 +61,7 @@ export class Farm {
     const known = this.jobs.get(job.id);
     const shape = known?.state !== job.state;
     // Updates the object in place, because lists refer to it.
-    if (known) Object.assign(known, {error: undefined}, job);
+    if (known) Object.assign(known, {error: undefined, warning: undefined}, job);
     else this.jobs.set(job.id, job);
     this.#schedule(changes => {
       changes.jobs.add(job.id);
