@@ -2,6 +2,7 @@
 the error, maps, thumbnails, frames.zip. Like its base it renders nothing: the picture of a frame is a disc at a place
 that depends on the frame."""
 
+import array
 import io
 import json
 import math
@@ -57,9 +58,10 @@ def error_of(rmse):
 
 
 def passes_of(job):
-    return [{"seconds": job["seconds_taken"] * share, "samples": job["samples_taken"] * share,
-             "rmse": job["error"]["rmse"] / math.sqrt(share)} for share in (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1)] \
-        if "error" in job else []
+    if "error" not in job or "seconds_taken" not in job:
+        return []
+    return [{"seconds": job["seconds_taken"] * share, "samples": job["samples_taken"] * share, "rmse": job["error"]["rmse"] / math.sqrt(share)}
+            for share in (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1)]
 
 
 REPORT = {
@@ -92,6 +94,7 @@ class JobFarm(FakeFarm):
                 rich(BOTH, "done", 1.0, samples_per_pixel=None, samples_taken=153.0, target_error=0.01, target_half_width=0.01,
                      ended_by="target_error", error={**error_of(0.0096), "half_width_p99": 0.0369})):
             self.jobs[job["id"]] = {**job, "width": 240, "height": 160}
+        self.began = time.time() - 420
         self.samples = 40 * self.width * self.height
         self.add_series(frames)
 
@@ -136,24 +139,30 @@ class JobFarm(FakeFarm):
             handler.reply(self.zip(), "application/zip")
         elif parts[1] == "report" and job["state"] == "done":
             handler.reply(REPORT)
-        elif parts[1] == "pixels.f32" and not job["has_picture"] or parts[1] in ("error.f32", "report") and job["state"] != "done":
+        elif parts[1] in ("cost.f32", "workers.u32"):
+            size = self.width * self.height
+            values = array.array("f", ((1 + i % 97) * 1e-6 for i in range(size))) if parts[1] == "cost.f32" else array.array("I", (i // 20 % 2 for i in range(size)))
+            handler.reply(values.tobytes(), "application/octet-stream", Parray_Width=self.width, Parray_Height=self.height)
+        elif parts[1] == "workers.json":
+            handler.reply({"workers": ["oak", "birch"]})
+        elif parts[1] == "pixels.f32" and not job.get("has_picture", True) or parts[1] in ("error.f32", "report") and job["state"] != "done":
             handler.problem(409, f"job {job['id']} is {job['state']}: it has no {parts[1]} yet")
         else:
             return False
         return True
 
     def details(self, job, first):
-        taken = [f"submitted by '{job['user']}'"] + ["begun"] * bool(job["started"]) + \
+        taken = [f"submitted by '{job['user']}'"] + ["begun"] * bool(job.get("started")) + \
             [{"paused": "paused by 'ann'", "cancelled": "cancelled: cancelled by 'ann'", "done": "done",
               "failed": "failed: " + job["reason"]}.get(job["state"])]
-        more = {"events": [{"at": job["submitted"] + 60 * index, "what": what} for index, what in enumerate(filter(None, taken))],
+        more = {"events": [{"at": self.began + 60 * index, "what": what} for index, what in enumerate(filter(None, taken))],
                 "passes": passes_of(job)}
         if job["id"] == SERIES:
             more = {"events": [], "frame_list": [self.entry(frame) for frame in self.frames() if frame["frame"] >= first][:1000]}
         return {**job, **more}
 
     def picture(self, handler, job, width):
-        if not job["has_picture"]:
+        if not job.get("has_picture"):
             return handler.problem(409, f"job {job['id']} has no picture yet")
         share = 1.0 if job["state"] == "done" else 0.5
         return handler.reply(png(width, width * job["height"] // job["width"], job.get("frame", 0), share=share), "image/png",

@@ -202,7 +202,7 @@ class Strangers(BrowserTest):
             expect(page.locator(".rows")).to_contain_text(evil)
             page.goto(farm.url + "#/jobs/29")
             expect(page.locator("h1")).to_contain_text(evil)
-            expect(page.locator(".trouble").first).to_contain_text(evil)
+            expect(page.locator(".panel .notice", has_text=evil)).to_have_count(2)
             page.goto(farm.url + "#/workers")
             expect(page.locator(".rows")).to_contain_text(evil)
             page.get_by_role("button", name=f"Drain {evil}").click()

@@ -7,6 +7,7 @@ import {factsOf, hasPicture, headline, historyOf, mayControl, waiting} from './j
 import {fileOf, findQuickLook, JobActions} from './job_actions.js';
 import {fetchMap} from './maps.js';
 import {fetchPicture, noPicture} from './picture.js';
+import {jobLink, renewAges} from './parts.js';
 import {quickLookOf} from './quick_look.js';
 import {recipeOf, reportOf} from './report.js';
 import {neighboursOf, Series} from './series.js';
@@ -42,7 +43,7 @@ export class JobView {
       el('span', {class: 'bar'}));
     this.now = el('p', {class: 'now'});
     this.waits = el('p', {class: 'waits'});
-    this.warning = el('div', {class: 'notice warning', role: 'status', hidden: true});
+    this.warning = el('div', {class: 'notice forecast', role: 'status', hidden: true});
     this.reason = el('p', {});
     this.flag = el('p', {class: 'notice'});
     this.facts = el('div', {});
@@ -53,7 +54,7 @@ export class JobView {
     this.missing = el('div', {class: 'empty', hidden: true});
     this.body = el('div', {class: 'halves'}, this.viewer.element, this.series.element,
       el('div', {class: 'panel', tabindex: 0, role: 'group', 'aria-label': 'Facts'}, el('div', {class: 'head-line'}, this.now, this.bar, this.waits),
-        this.warning, this.reason, this.flag, this.series.side, this.facts, this.trend.element, this.todo.steer, this.todo.save, this.past, this.report));
+        this.warning, this.reason, this.flag, this.series.side, this.facts, this.trend.element, this.todo.steer, this.todo.save, this.report, this.past));
     this.element = el('section', {class: 'view job', 'aria-labelledby': 'job-title'},
       el('div', {class: 'bar-of-view'}, el('a', {href: '#/jobs', class: 'back', 'aria-label': 'All jobs'}, '‹'), this.heading, this.state, this.neighbours,
         this.todo.element), this.body, this.missing);
@@ -67,7 +68,7 @@ export class JobView {
     this.#loadDetails();
     this.#draw();
     this.#follow(this.#shown.signal);
-    this.#ages = setInterval(() => this.job && this.#showFacts(this.job), agesEvery);
+    this.#ages = setInterval(() => renewAges(this.facts), agesEvery);
   }
 
   hide() {
@@ -197,14 +198,14 @@ export class JobView {
     this.flag.hidden = !job.flag;
     const warning = unfinished(job) && job.warning ? job.warning : '';
     this.warning.hidden = !warning;
-    if (this.warning.firstChild?.textContent === warning) return;
-    this.warning.replaceChildren(el('p', {}, warning));
-    if (mayControl(job, this.#farm.server)) this.warning.append(button('Cancel job', () => this.todo.act('cancel'), {class: 'danger'}));
+    if ((this.warning.firstChild?.textContent ?? '') === warning) return;
+    this.warning.replaceChildren(...warning ? [el('p', {}, warning)] : []);
+    if (warning && mayControl(job, this.#farm.server)) this.warning.append(button('Cancel job', () => this.todo.act('cancel'), {class: 'danger'}));
   }
 
   #showFacts(job) {
     const quick = quickLookOf(job.id) ?? this.#quick;
-    const fresh = facts([...factsOf(job, this.#perPixel, this.#farm.server), ['Quick look', quick ? el('a', {href: `#/jobs/${quick}`}, `job ${quick}`) : '']]);
+    const fresh = facts([...factsOf(job, this.#perPixel, this.#farm.server), ['Quick look', quick ? jobLink(quick) : '']]);
     if (!this.facts.firstChild?.isEqualNode(fresh)) this.facts.replaceChildren(fresh);
   }
 

@@ -2,7 +2,10 @@
 
 import {el} from './dom.js';
 import {count, duration, estimate, percent, radiance, unfinished, whole} from './format.js';
-import {about, when} from './times.js';
+import {age, jobLink} from './parts.js';
+
+/** Formats an estimate: "about 4 min". */
+const about = seconds => seconds < 60 ? `about ${Math.max(1, Math.round(seconds))} s` : 'about ' + duration(seconds).replace(/ \d\d s$/, '');
 
 const known = value => value !== null && value !== undefined;
 const highestLimit = 1 << 24;  // what older servers state if nobody has set a limit
@@ -33,7 +36,7 @@ export function waiting(job) {
   if (!unfinished(job) || job.state === 'paused') return [];
   const nodes = [];
   if (job.waits_for) {
-    const link = known(job.waits_for_job) ? el('a', {href: `#/jobs/${job.waits_for_job}`}, `job ${job.waits_for_job}`) : undefined;
+    const link = known(job.waits_for_job) ? jobLink(job.waits_for_job) : undefined;
     const [before, after] = link ? splitAt(job.waits_for, `job ${job.waits_for_job}`) : [job.waits_for];
     nodes.push('Waits for ' + before);
     if (link) nodes.push(after === undefined ? ', behind ' : '', link, after ?? '');
@@ -59,7 +62,7 @@ function samples(job, seen) {
   const limit = limitOf(job);
   const taken = job.samples_taken ?? seen;
   if (job.state === 'done') return known(taken) || limit ? `${samplesText(taken ?? limit)} per pixel` : '';
-  if (!limit) return taken > 0(taken) ? `${samplesText(taken)} per pixel so far` : '';
+  if (!limit) return taken > 0 ? `${samplesText(taken)} per pixel so far` : '';
   return taken > 0 ? `${samplesText(taken)} of ${whole(limit)} per pixel` : `${whole(limit)} per pixel`;
 }
 
@@ -83,7 +86,7 @@ const endings = {samples: 'all samples were traced', target_error: 'the RMSE rea
 /** Returns [[term, value]] for facts(). `seen`: as in samples. `server`: its map, which says who the user is. */
 export function factsOf(job, seen, server) {
   const {error = {}} = job;
-  const link = (id, text) => el('a', {href: `#/jobs/${id}`}, text);
+  const when = at => at > 0 ? age(at) : '';
   const halfWidth = known(error.half_width_p50) ? `median ${estimate(error.half_width_p50)}, 99\u00a0% within ${estimate(error.half_width_p99)}` : '';
   return [
     ['Picture', job.width ? `${job.width} × ${job.height} pixels` : ''],
@@ -104,8 +107,8 @@ export function factsOf(job, seen, server) {
     ['User', job.user],
     // Whoever may control the job has a field for the priority.
     ['Priority', unfinished(job) && !mayControl(job, server) ? String(job.priority) : ''],
-    ['Frame', job.frame !== undefined && typeof job.series === 'number' ? link(job.series, `${job.frame} in series ${job.series}`) : ''],
-    ['Quick look of', known(job.preview_of) ? link(job.preview_of, `job ${job.preview_of}`) : '']];
+    ['Frame', job.frame !== undefined && typeof job.series === 'number' ? el('a', {href: `#/jobs/${job.series}`}, `${job.frame} in series ${job.series}`) : ''],
+    ['Quick look of', known(job.preview_of) ? jobLink(job.preview_of) : '']];
 }
 
 /** Improves the texts of a history: no repeated state, usual words. Returns [{at, what}]. */

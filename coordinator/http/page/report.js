@@ -1,6 +1,7 @@
 // Shows the report of a done job: groups, most important first, without what says nothing.
 
-import {button, el, facts, notify} from './dom.js';
+import {el, facts} from './dom.js';
+import {command} from './parts.js';
 
 const groups = [  // [title, names of the report or their first parts]
   ['Picture', ['width', 'height', 'spheres', 'samples_per_pixel', 'least_samples', 'most_samples', 'adaptive', 'sampler', 'seed', 'max_depth',
@@ -10,30 +11,6 @@ const groups = [  // [title, names of the report or their first parts]
   ['Time', ['seconds', 'threads', 'workers', 'samples', 'samples_per_second', 'rays', 'rays_per_second', 'passes', 'schedule', 'row_order',
     'accelerator', 'accelerator_bytes', 'duplicates_removed']],
   ['Bits', ['image_sha256', 'scene_sha256', 'precision', 'precision_reason', 'isa', 'version', 'trace_version']]];
-
-/** Copies a text without the clipboard interface, which browsers offer to https and localhost only. */
-function copySelected(text) {
-  const field = el('textarea', {class: 'unseen', readonly: true, 'aria-hidden': 'true'});
-  field.value = text;
-  const focused = document.activeElement;
-  document.body.append(field);
-  field.select();
-  const done = document.execCommand('copy');
-  field.remove();
-  focused?.focus();
-  return done;
-}
-
-/** Copies a text, and says so. `what`: a noun phrase. */
-export async function copy(text, what) {
-  try {
-    if (navigator.clipboard) await navigator.clipboard.writeText(text);
-    else if (!copySelected(text)) throw new Error();
-    notify(`Copied ${what}.`);
-  } catch {
-    notify(`The browser does not permit copying. Select ${what} instead.`, 'error');
-  }
-}
 
 const empty = value => value === null || value === 0 || value === '' || value === false || Array.isArray(value) && !value.length;
 
@@ -51,20 +28,15 @@ function flatten(value, path) {
   return [[path, textOf(value)]];
 }
 
-function copyable([path, text]) {
-  if (!path.endsWith('_sha256')) return [path, text];
-  return [path, el('span', {class: 'copyable'}, el('span', {}, text), button('Copy', () => copy(text, path), {'aria-label': `Copy ${path}`}))];
-}
-
 /** Returns an element with the report, closed. */
 export function reportOf(report) {
   const rest = Object.keys(report).filter(name => !groups.some(([, names]) => names.includes(name)));
   const parts = [...groups, ['Other', rest]].map(([title, names]) =>
-    [title, names.flatMap(name => flatten(report[name] ?? null, name)).map(copyable)]).filter(([, pairs]) => pairs.length);
+    [title, names.flatMap(name => flatten(report[name] ?? null, name)).map(([path, text]) => [path, path.endsWith('_sha256') ? command(text) : text])]).filter(([, pairs]) => pairs.length);
   return el('details', {class: 'report'}, el('summary', {}, 'Report'), ...parts.flatMap(([title, pairs]) => {
     const list = facts(pairs);
     list.classList.add('raw');
-    return [el('h3', {}, title), list];
+    return [el('h2', {}, title), list];
   }));
 }
 
@@ -72,9 +44,7 @@ const quoted = file => `'${file.replaceAll("'", "'\\''")}'`;
 
 /** Returns an element with the command that renders the same picture from its downloaded PNG file. */
 export function recipeOf(file) {
-  const command = `parray render --like ${quoted(file)} SCENE -o again.png`;
   return el('details', {class: 'recipe'}, el('summary', {}, 'Render it again'),
     el('p', {}, 'The PNG contains its recipe. This command renders the same bits from the downloaded PNG and the scene:'),
-    el('div', {class: 'command'}, el('pre', {tabindex: 0, 'aria-label': 'Command'}, command),
-      button('Copy', () => copy(command, 'the command'), {'aria-label': 'Copy the command'})));
+    command(`parray render --like ${quoted(file)} SCENE -o again.png`));
 }

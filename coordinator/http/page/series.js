@@ -123,9 +123,9 @@ export class Series {
   }
 
   #makeCell() {
-    const cell = {image: el('img', {alt: ''}), number: el('span', {class: 'number'}), note: el('span', {})};
+    const cell = {image: el('img', {alt: ''}), number: el('span', {class: 'number'}), note: el('span', {}), more: el('span', {class: 'unseen'})};
     cell.button = button('', () => this.#select(cell.entry), {class: 'frame'});
-    cell.button.append(cell.image, el('span', {class: 'frame-text'}, cell.number, cell.note));
+    cell.button.append(cell.image, el('span', {class: 'frame-text'}, el('span', {class: 'unseen'}, 'Frame '), cell.number, cell.note, cell.more));
     cell.element = el('li', {}, cell.button);
     return cell;
   }
@@ -134,11 +134,12 @@ export class Series {
     const before = cell.entry;
     cell.entry = entry;
     setText(cell.number, String(entry.frame));
-    setText(cell.note, entry.state === 'done' && entry.seconds > 0 ? duration(entry.seconds) : entry.state === 'running' ? percent(entry.progress ?? 0) : entry.state);
+    const note = entry.state === 'done' && entry.seconds > 0 ? duration(entry.seconds) : entry.state === 'running' ? percent(entry.progress ?? 0) : entry.state;
+    setText(cell.note, note);
     setClass(cell.note, 'state ' + entry.state);
-    const label = `Frame ${entry.frame}, ${entry.state}${entry.reason ? ': ' + entry.reason : ''}`;
-    cell.button.setAttribute('aria-label', label);
-    cell.button.title = label;
+    const reason = entry.reason ? ': ' + entry.reason : '';
+    setText(cell.more, (note === entry.state ? '' : `, ${entry.state}`) + reason);
+    cell.button.title = `Frame ${entry.frame}, ${entry.state}${reason}`;
     const fresh = entry.has_picture && (!before?.has_picture || before.state !== entry.state || before.job !== entry.job);
     if (fresh) this.#thumbnails.load(cell.image, entry.job);
   }

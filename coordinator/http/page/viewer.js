@@ -49,7 +49,7 @@ export class Viewer {
     this.legendText = el('span', {});
     this.legendScale = el('span', {class: 'scale'}, this.low, scale, this.high);
     this.legendNames = el('span', {class: 'names'});
-    this.exposing = el('div', {class: 'exposure'}, el('label', {}, 'Exposure', this.exposure), this.stops);
+    this.exposing = el('div', {class: 'exposure'}, el('label', {}, el('span', {}, 'Exposure'), this.exposure), this.stops);
     // Takes the place of the exposure, which changes the picture only. So the stage keeps its size.
     this.legend = el('p', {class: 'legend', hidden: true}, this.legendText, this.legendScale, this.legendNames);
     this.tools = el('div', {class: 'viewer-tools', role: 'group', 'aria-label': 'View of the picture'},
