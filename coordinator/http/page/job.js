@@ -14,6 +14,7 @@ import {neighboursOf, Series} from './series.js';
 import {Trend} from './trend.js';
 import {Viewer} from './viewer.js';
 
+const framesEvery = 2000;  // ms
 const agesEvery = 20000;  // ms; texts such as "3 min ago" change
 
 export class JobView {
@@ -28,7 +29,8 @@ export class JobView {
   #workers;  // number of workers that traced the job, from its report
   #quick;  // number of the quick look
   #deleting = 0;  // the job that this user has deleted
-  #ages = 0;
+  #ages = 0;  // timers
+  #later = 0;
 
   constructor(farm) {
     this.#farm = farm;
@@ -74,6 +76,8 @@ export class JobView {
   hide() {
     this.#shown.abort();
     clearInterval(this.#ages);
+    clearTimeout(this.#later);
+    this.#later = 0;
     this.series.stop();
     this.#wake();
   }
@@ -150,6 +154,15 @@ export class JobView {
     }
   }
 
+  /** Loads the frames again: once for all frames that end within a few seconds. */
+  #loadFramesSoon() {
+    if (this.#framesDone === undefined || this.#later) return;
+    this.#later = setTimeout(() => {
+      this.#later = 0;
+      this.#loadDetails();
+    }, framesEvery);
+  }
+
   #draw() {
     const job = this.job;
     if (!job) return;
@@ -164,9 +177,9 @@ export class JobView {
     this.trend.add(job.seconds_taken, job.samples_taken, job.error?.rmse, job.target_error);
     this.viewer.element.hidden = isSeries;
     if (isSeries) this.series.show(job);
-    const more = isSeries && job.frames_done !== this.#framesDone;
+    if (this.#state && job.state !== this.#state) this.#loadDetails();
+    else if (isSeries && job.frames_done !== this.#framesDone) this.#loadFramesSoon();
     this.#framesDone = job.frames_done;
-    if (this.#state && (more || job.state !== this.#state)) this.#loadDetails();
     if (job.state === this.#state) return;
     if (!this.#state && job.frame !== undefined) this.#showNeighbours(job);
     this.#state = job.state;

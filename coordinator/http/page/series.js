@@ -2,7 +2,7 @@
 
 import {getJson} from './api.js';
 import {button, el, notify, setClass, setText} from './dom.js';
-import {duration, percent} from './format.js';
+import {duration, percent, unfinished} from './format.js';
 import {FrameTimes} from './frame_times.js';
 import {requeueAll} from './job_actions.js';
 import {mayControl} from './job_facts.js';
@@ -29,8 +29,8 @@ export class Series {
     this.player = new Player(entry => this.#mark(entry));
     this.grid = el('ol', {class: 'frame-grid', 'aria-label': 'Frames'});
     this.more = button('More frames', () => this.#loadMore(), {hidden: true});
-    this.element = el('div', {class: 'series', hidden: true}, this.player.element,
-      el('div', {class: 'frame-scroll', tabindex: 0, role: 'group', 'aria-label': 'Thumbnails'}, this.grid, this.more));
+    this.scroller = el('div', {class: 'frame-scroll', tabindex: 0, role: 'group', 'aria-label': 'Thumbnails'}, this.grid, this.more);
+    this.element = el('div', {class: 'series', hidden: true}, this.player.element, this.scroller);
     this.counts = el('ul', {class: 'counts', 'aria-label': 'Frames by state'});
     this.holes = el('p', {class: 'notice', hidden: true});
     this.requeue = button('', () => this.#requeueFailed(), {hidden: true});
@@ -153,6 +153,14 @@ export class Series {
     this.#marked?.setAttribute('aria-pressed', 'false');
     this.#marked = this.#cells.get(entry.frame)?.button;
     this.#marked?.setAttribute('aria-pressed', 'true');
+    if (this.#marked) this.#reveal(this.#marked);
+  }
+
+  /** Scrolls the thumbnails, and nothing else, so that one of them is visible. */
+  #reveal(cell) {
+    const [box, view] = [cell.getBoundingClientRect(), this.scroller.getBoundingClientRect()];
+    if (box.top < view.top) this.scroller.scrollTop += box.top - view.top - 8;
+    else if (box.bottom > view.bottom) this.scroller.scrollTop += box.bottom - view.bottom + 8;
   }
 
   #showCounts() {
@@ -164,7 +172,8 @@ export class Series {
       this.counts.replaceChildren(...text.map(each => el('li', {class: 'state ' + each.replace(/^\d+ /, '')}, each)));
     }
     const failed = numbers.get('failed') ?? 0;
-    this.requeue.hidden = !failed || !mayControl(this.#job, this.#farm.server);
+    // A series that has ended has a button Requeue of its own.
+    this.requeue.hidden = !failed || !unfinished(this.#job) || !mayControl(this.#job, this.#farm.server);
     setText(this.requeue, `Requeue ${failed} failed ${failed === 1 ? 'frame' : 'frames'}`);
     const missing = this.#job.frames - entries.length;
     // A full page may be followed by others.
