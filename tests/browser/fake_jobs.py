@@ -58,7 +58,7 @@ def error_of(rmse):
 
 
 def passes_of(job):
-    if "error" not in job or "seconds_taken" not in job:
+    if not {"error", "seconds_taken", "samples_taken"} <= job.keys():
         return []
     return [{"seconds": job["seconds_taken"] * share, "samples": job["samples_taken"] * share, "rmse": job["error"]["rmse"] / math.sqrt(share)}
             for share in (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1)]

@@ -6,6 +6,7 @@ import sys
 import unittest
 
 from browser import DESKTOP, PHONE, BrowserTest, axe, expect
+from fake_farm import FakeFarm
 from fake_jobs import BOTH, CANCELLED, DONE, FAILED, LOOK, PAUSED, QUEUED, REPORT, RUNNING, SERIES, UNLIMITED, JobFarm
 
 
@@ -147,7 +148,7 @@ class Facts(BrowserTest):
     def test_quick_look_and_job_name_each_other_in_any_tab(self):
         with JobFarm() as farm:
             page = self.open(farm.url, f"#/jobs/{RUNNING}")
-            expect(fact(page, "Denoising")).to_contain_text("denoised when written")
+            expect(fact(page, "Denoising")).to_have_text("denoised when written")
             fact(page, "Quick look").get_by_role("link").click()
             expect(page.locator("h1")).to_contain_text(f"{LOOK}  capsid.json (quick look)")
             expect(fact(page, "Quick look of").get_by_role("link")).to_have_attribute("href", f"#/jobs/{RUNNING}")
@@ -225,6 +226,42 @@ class Stage(BrowserTest):
             self.assertEqual(page.locator(".stage").bounding_box()["height"], tall)
             page.get_by_label("Layer").select_option("picture")
             expect(page.locator(".readout")).not_to_contain_text(re.compile("oak|birch"))
+
+
+class Steering(BrowserTest):
+    def test_pause_resume_priority_cancel_requeue_and_forget(self):
+        with FakeFarm(jobs=99, changes=0) as farm:
+            page = self.open(farm.url, "#/jobs/99")
+            state = page.locator(".bar-of-view .state")
+            for word, there in (("Pause", "paused"), ("Resume", "running")):
+                page.get_by_role("button", name=word).click()
+                expect(state).to_have_text(there)
+            page.get_by_label("Priority, 0 to 100").fill("77")
+            page.get_by_role("button", name="Set").click()
+            expect(page.locator("#notes")).to_contain_text("has priority 77")
+            self.assertEqual(farm.jobs[99]["priority"], 77)
+            page.get_by_role("button", name="Cancel").click()
+            expect(page.get_by_role("button", name="Keep job")).to_be_focused()
+            page.keyboard.press("Escape")
+            self.assertEqual(farm.jobs[99]["state"], "running")
+            page.get_by_role("button", name="Cancel").click()
+            page.get_by_role("button", name="Cancel job").click()
+            expect(state).to_have_text("cancelled")
+            page.get_by_role("button", name="Requeue").click()
+            expect(state).to_have_text("queued")
+            farm.jobs[99]["state"] = "done"
+            page.reload()
+            page.get_by_role("button", name="Delete").click()
+            page.get_by_role("button", name="Delete job").click()
+            expect(page.locator("h1")).to_have_text("Jobs")
+            self.assertNotIn(99, farm.jobs)
+
+    def test_a_refusal_is_said_in_the_servers_words(self):
+        with FakeFarm(jobs=99, changes=0) as farm:
+            page = self.open(farm.url, "#/jobs/99")
+            farm.refusal = (403, "job 99 is ben's: only ben and administrators steer it")
+            page.get_by_role("button", name="Pause").click()
+            expect(page.get_by_role("alert")).to_contain_text("only ben and administrators steer it")
 
 
 class Users(BrowserTest):

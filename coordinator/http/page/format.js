@@ -60,14 +60,42 @@ export const moment = seconds => new Date(seconds * 1000).toLocaleString(undefin
 
 export const unfinished = job => ['queued', 'running', 'paused', 'finishing'].includes(job.state);
 
-/** Returns the target and the current value of a job, {kind, now, asked}, or undefined without a target. As
- *  in parray jobs, the current RMSE is the upper end of its confidence interval. */
+/** Formats 3 as "3rd". */
+export function nth(number) {
+  const teen = number % 100 >= 11 && number % 100 <= 13;
+  return number + (teen ? 'th' : {1: 'st', 2: 'nd', 3: 'rd'}[number % 10] ?? 'th');
+}
+
+/** Formats a number with its noun: "1 job", "12 jobs". */
+export const counted = (number, noun) => `${whole(number)} ${noun}${number === 1 ? '' : 's'}`;
+
+const highestLimit = 2 ** 24;  // what older servers state if no limit is set
+
+/** Returns the limit of samples per pixel, or null without one. */
+export const sampleLimit = job => job.samples_per_pixel >= highestLimit ? null : job.samples_per_pixel ?? null;
+
+const samples = value => value < 10 ? String(Math.round(value * 10) / 10) : whole(value);
+
+/** Formats the samples per pixel of a job: those taken if it has ended or has no limit, otherwise the limit. */
+export function samplesOf(job) {
+  const limit = sampleLimit(job);
+  if (!unknown(job.samples_taken) && (limit === null || !unfinished(job))) return samples(job.samples_taken);
+  return limit > 0 ? whole(limit) : '';
+}
+
+/** Returns the targets of a job: [{kind, now, asked}]. As in parray jobs, the current RMSE is the upper end of
+ *  its confidence interval. */
+export function goals(job) {
+  const all = [];
+  if (job.target_error > 0) all.push({kind: 'RMSE', now: job.error?.high, asked: job.target_error});
+  if (job.target_half_width > 0) all.push({kind: 'half-width', now: job.error?.half_width_p99, asked: job.target_half_width});
+  return all;
+}
+
+/** Returns the target that a job has reached, or else its first target, or undefined without a target. */
 export function goal(job) {
-  if (job.target_error > 0) return {kind: 'RMSE', now: job.error?.high, asked: job.target_error};
-  if (job.target_half_width > 0) {
-    return {kind: 'half-width', now: job.error?.half_width_p99, asked: job.target_half_width};
-  }
-  return undefined;
+  const all = goals(job);
+  return all.find(({now, asked}) => now > 0 && now <= asked) ?? all[0];
 }
 
 /** Formats the error of a job: "0.021 (target 0.01)", or the error alone if the job has no target. */

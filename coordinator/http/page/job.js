@@ -3,8 +3,9 @@
 import {getJson} from './api.js';
 import {button, el, facts, notify, setClass, setText} from './dom.js';
 import {moment, percent, unfinished} from './format.js';
-import {factsOf, hasPicture, headline, historyOf, mayControl, waiting} from './job_facts.js';
 import {fileOf, findQuickLook, JobActions} from './job_actions.js';
+import {factsOf, hasPicture, headline, historyOf, waiting} from './job_facts.js';
+import {mayControl} from './job_rules.js';
 import {fetchMap} from './maps.js';
 import {fetchPicture, noPicture} from './picture.js';
 import {jobLink, renewAges} from './parts.js';

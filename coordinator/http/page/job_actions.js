@@ -2,12 +2,11 @@
 
 import {change, download, getJson} from './api.js';
 import {button, confirm, el, notify} from './dom.js';
-import {stem, unfinished} from './format.js';
-import {hasPicture, mayControl} from './job_facts.js';
+import {stem} from './format.js';
+import {hasPicture} from './job_facts.js';
+import {mayControl, permits} from './job_rules.js';
 
-const actionsOf = {  // the actions that each state permits
-  queued: ['pause', 'cancel'], running: ['pause', 'cancel'], finishing: ['cancel'], paused: ['resume', 'cancel'],
-  done: ['delete'], failed: ['requeue', 'delete'], cancelled: ['requeue', 'delete']};
+const words = ['pause', 'resume', 'requeue', 'cancel', 'delete'];
 const doneTexts = {pause: 'is paused', resume: 'is resumed', cancel: 'is cancelled', requeue: 'is queued again', delete: 'is deleted'};
 const warnings = {
   cancel: 'Its workers stop. The samples are kept, and you can requeue the job.',
@@ -56,18 +55,18 @@ export class JobActions {
   show(job) {
     this.#job = job;
     const allowed = mayControl(job, this.#farm.server);
-    this.steer.hidden = !allowed || !unfinished(job);
+    this.steer.hidden = !allowed || !permits(job, 'priority');
     if (document.activeElement !== this.priority) this.priority.value = job.priority;
     const shown = [job.id, job.state, allowed, hasPicture(job), job.frames_done > 0].join();
     if (shown === this.#shown) return;
     this.#shown = shown;
-    this.#showButtons(allowed ? actionsOf[job.state] ?? [] : []);
+    this.#showButtons(words.filter(word => allowed && permits(job, word)));
     this.#showDownloads(job);
   }
 
-  #showButtons(words) {
+  #showButtons(permitted) {
     const had = this.element.contains(document.activeElement);
-    this.element.replaceChildren(...words.map(word => button(capital(word), () => this.act(word), {class: warnings[word] ? 'danger' : undefined})));
+    this.element.replaceChildren(...permitted.map(word => button(capital(word), () => this.act(word), {class: warnings[word] ? 'danger' : undefined})));
     if (had) (this.element.querySelector('button:not(.danger)') ?? document.getElementById('job-title')).focus();
   }
 
@@ -85,7 +84,7 @@ export class JobActions {
   /** Performs an action: pause, resume, cancel, requeue or delete. */
   async act(word) {
     const job = this.#job;
-    if (!job || !actionsOf[job.state]?.includes(word)) return;
+    if (!job || !permits(job, word)) return;
     if (warnings[word] && !await confirm(`${capital(word)} job ${job.id}?`, warnings[word], 'Keep job', `${capital(word)} job`)) return;
     try {
       if (word === 'delete') {
@@ -107,7 +106,7 @@ export class JobActions {
     if (!job) return;
     const word = job.state === 'paused' ? 'resume' : 'pause';
     if (!mayControl(job, this.#farm.server)) notify(`Job ${job.id} belongs to ${job.user}. Only ${job.user} and administrators can ${word} it.`);
-    else if (!actionsOf[job.state]?.includes(word)) notify(`Job ${job.id} is ${job.state}, so it cannot be paused.`);
+    else if (!permits(job, word)) notify(`Job ${job.id} is ${job.state}, so it cannot be paused.`);
     else this.act(word);
   }
 

@@ -1,28 +1,22 @@
 // Texts about one job: what it does, what it waits for, and its facts.
 
 import {el} from './dom.js';
-import {count, duration, estimate, percent, radiance, unfinished, whole} from './format.js';
+import {count, counted, duration, estimate, goals, percent, radiance, sampleLimit, samplesOf, unfinished, whole} from './format.js';
+import {mayControl} from './job_rules.js';
 import {age, jobLink} from './parts.js';
 
 /** Formats an estimate: "about 4 min". */
 const about = seconds => seconds < 60 ? `about ${Math.max(1, Math.round(seconds))} s` : 'about ' + duration(seconds).replace(/ \d\d s$/, '');
 
 const known = value => value !== null && value !== undefined;
-const highestLimit = 1 << 24;  // what older servers state if nobody has set a limit
-const limitOf = job => job.samples_per_pixel >= highestLimit ? null : job.samples_per_pixel;
-const samplesText = value => value < 10 ? String(Math.round(value * 10) / 10) : whole(value);
-
 export const hasPicture = job => !job.frames && (job.has_picture ?? (job.state === 'done' || job.progress > 0));
-
-/** Returns whether the user may control the job. A missing role or user means that the server decides. */
-export const mayControl = (job, server) => server?.role !== 'client' || !server.user || server.user === job.user;
 
 /** Returns the headline. `workers`: the number of workers that traced a done job, or undefined. */
 export function headline(job, workers) {
   const took = job.seconds_taken >= 0 && known(job.seconds_taken) ? duration(job.seconds_taken) : '';
   const done = job.frames ? `${job.frames_done ?? 0} of ${job.frames} frames` : percent(job.progress);
   if (job.state === 'done') {
-    const by = workers > 0 ? ` on ${workers} ${workers === 1 ? 'worker' : 'workers'}` : '';
+    const by = workers > 0 ? ` on ${counted(workers, 'worker')}` : '';
     return took ? `Took ${took}${by}` : by ? `Rendered${by}` : 'Done';
   }
   if (job.state === 'failed' || job.state === 'cancelled') return `Stopped at ${done}${took ? ` after ${took}` : ''}`;
@@ -59,11 +53,12 @@ function splitAt(text, word) {
 
 /** Returns the text of the samples. `seen`: mean samples per pixel of the shown picture, or undefined. */
 function samples(job, seen) {
-  const limit = limitOf(job);
+  const limit = sampleLimit(job);
   const taken = job.samples_taken ?? seen;
-  if (job.state === 'done') return known(taken) || limit ? `${samplesText(taken ?? limit)} per pixel` : '';
-  if (!limit) return taken > 0 ? `${samplesText(taken)} per pixel so far` : '';
-  return taken > 0 ? `${samplesText(taken)} of ${whole(limit)} per pixel` : `${whole(limit)} per pixel`;
+  const takenText = taken > 0 ? samplesOf({samples_taken: taken, samples_per_pixel: null}) : '';
+  if (job.state === 'done') return takenText || limit ? `${takenText || whole(limit)} per pixel` : '';
+  if (limit === null) return takenText && `${takenText} per pixel so far`;
+  return `${takenText && takenText + ' of '}${whole(limit)} per pixel`;
 }
 
 function errorText(job) {
@@ -73,11 +68,11 @@ function errorText(job) {
   return job.state === 'done' && !(job.samples_taken >= 2) ? 'unknown: needs 2 samples per pixel' : unfinished(job) ? 'not known yet' : 'unknown';
 }
 
-/** Returns the value of a target: "0.0098, target 0.01 reached". */
-function target(now, asked) {
-  if (!(asked > 0)) return '';
-  if (!known(now)) return `target ${radiance(asked)}`;
-  return el('span', {class: now <= asked ? 'reached' : ''}, `${estimate(now)} (target ${radiance(asked)}${now <= asked ? ', reached' : ''})`);
+/** Returns the row of a target: "0.0098 (target 0.01, reached)". */
+function targetRow({kind, now, asked}) {
+  const reached = known(now) && now <= asked;
+  return [kind === 'RMSE' ? 'RMSE target' : 'Half-width target', !known(now) ? radiance(asked) :
+    el('span', {class: reached ? 'reached' : ''}, `${estimate(now)} (target ${radiance(asked)}${reached ? ', reached' : ''})`)];
 }
 
 const endings = {samples: 'all samples were traced', target_error: 'the RMSE reached its target',
@@ -90,15 +85,14 @@ export function factsOf(job, seen, server) {
   const halfWidth = known(error.half_width_p50) ? `median ${estimate(error.half_width_p50)}, 99\u00a0% within ${estimate(error.half_width_p99)}` : '';
   return [
     ['Picture', job.width ? `${job.width} × ${job.height} pixels` : ''],
-    ['Denoising', job.denoise ? 'denoised when written: in PNG and EXR, not on this page' : ''],
+    ['Denoising', !job.denoise ? '' : job.state === 'done' ? 'denoised' : 'denoised when written'],
+    ['Labels', !job.drawn ? '' : job.state === 'done' ? 'drawn in the PNG' : 'drawn when the PNG is written'],
     ['Samples', samples(job, seen)],
     ['Sampler', job.sampler],
     ['Speed', job.state === 'running' && job.samples_per_second > 0 ? count(job.samples_per_second) + ' samples/s' : ''],
     ['Error (RMSE)', errorText(job)],
-    // As in parray jobs, the upper end of the confidence interval must reach the target.
-    ['RMSE target', target(error.high, job.target_error)],
     ['Half-width', halfWidth],
-    ['Half-width target', target(error.half_width_p99, job.target_half_width)],
+    ...goals(job).map(targetRow),
     ['Ended by', job.state === 'done' ? endings[job.ended_by] : ''],
     ['Submitted', when(job.submitted)],
     ['Started', when(job.started)],

@@ -5,7 +5,7 @@ import {button, el, notify, setClass, setText} from './dom.js';
 import {duration, percent, unfinished} from './format.js';
 import {FrameTimes} from './frame_times.js';
 import {requeueAll} from './job_actions.js';
-import {mayControl} from './job_facts.js';
+import {mayControl} from './job_rules.js';
 import {Player} from './player.js';
 import {Thumbnails} from './thumbnails.js';
 
