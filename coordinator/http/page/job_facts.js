@@ -9,7 +9,7 @@ import {age, jobLink} from './parts.js';
 const about = seconds => seconds < 60 ? `about ${Math.max(1, Math.round(seconds))} s` : 'about ' + duration(seconds).replace(/ \d\d s$/, '');
 
 const known = value => value !== null && value !== undefined;
-export const hasPicture = job => !job.frames && (job.has_picture ?? (job.state === 'done' || job.progress > 0));
+export const hasPicture = job => !job.frames && (job.has_picture ?? job.state !== 'queued');
 
 /** Returns the headline. `workers`: the number of workers that traced a done job, or undefined. */
 export function headline(job, workers) {
