@@ -24,9 +24,15 @@ export function renewAges(node) {
 export const workerLink = name => el('a', {href: '#/workers/' + encodeURIComponent(name)}, name);
 export const jobLink = id => el('a', {href: `#/jobs/${id}`}, `job ${id}`);
 
+/** Formats why a worker left: "lost: silent". */
+export function reasonToLeave({lost, reason = ''}) {
+  const word = lost ? 'lost' : 'left';
+  return reason.startsWith(word) ? reason : [word, reason].filter(Boolean).join(': ');
+}
+
 /** Creates the row of a worker that left: when, name, host, and why. */
-export const leftRow = worker => el('li', {}, age(worker.at), el('span', {}, workerLink(worker.name), worker.host ? ` of ${worker.host}` : '',
-  worker.reason ? `: ${worker.reason}` : ''));
+export const leftRow = worker => el('li', {class: worker.lost ? 'bad' : ''}, age(worker.at),
+  el('span', {}, workerLink(worker.name), worker.host && worker.host !== worker.name ? ` of ${worker.host}` : '', `, ${reasonToLeave(worker)}`));
 
 async function copy(text) {
   try {
