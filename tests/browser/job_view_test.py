@@ -126,11 +126,11 @@ class Facts(BrowserTest):
     def test_a_job_whose_forecast_is_days_says_so_and_can_be_cancelled_there(self):
         with JobFarm() as farm:
             page = self.open(farm.url, f"#/jobs/{UNLIMITED}")
-            expect(page.locator(".forecast")).to_contain_text("about 121 days")
+            expect(page.locator(".long-run")).to_contain_text("about 121 days")
             page.get_by_role("button", name="Cancel job").click()
             page.get_by_role("dialog").get_by_role("button", name="Cancel job").click()
             expect(page.locator(".bar-of-view .state")).to_have_text("cancelled")
-            expect(page.locator(".forecast")).to_be_hidden()
+            expect(page.locator(".long-run")).to_be_hidden()
 
     def test_the_curve_of_the_error_survives_a_reload_and_grows(self):
         with JobFarm() as farm:
@@ -186,6 +186,9 @@ class Stage(BrowserTest):
             page.locator(".stage").focus()
             page.keyboard.press("m")
             expect(page.get_by_label("Layer")).to_have_value("cost")
+            page.goto(farm.url + f"#/jobs/{QUEUED}")
+            expect(page.get_by_label("Layer").locator("option:disabled")).to_have_text(
+                ["Error (when done)", "Cost (no samples yet)", "Workers (no samples yet)"])
             page.goto(farm.url + f"#/jobs/{DONE}")
             expect(error).to_have_text("Error")
             expect(error).to_be_enabled()

@@ -157,6 +157,14 @@ class Frame(SeriesTest):
             beside.get_by_role("link", name="frame 0").click()
             expect(page.locator(".series")).to_be_visible()
 
+    def test_who_deletes_a_frame_comes_to_its_series(self):
+        with JobFarm(frames=5) as farm:
+            page = self.open(farm.url, f"#/jobs/{SERIES + 1}")
+            page.get_by_role("button", name="Delete").click()
+            page.get_by_role("button", name="Delete job").click()
+            expect(page.locator("h1")).to_have_text(f"{SERIES}  orbit.json")
+            expect(page.locator(".frame")).to_have_count(4)
+
 
 class Everybody(SeriesTest):
     def test_axe_finds_no_violation_and_nothing_is_wider_than_a_phone(self):

@@ -29,7 +29,7 @@ export class JobView {
   #framesDone;
   #workers;  // number of workers that traced the job, from its report
   #quick;  // number of the quick look
-  #deleting = 0;  // the job that this user has deleted
+  #deleted;  // the job that this user has deleted
   #ages = 0;  // timers
   #later = 0;
 
@@ -38,7 +38,7 @@ export class JobView {
     this.viewer = new Viewer();
     this.viewer.loadMap = kind => fetchMap(kind, this.#id, this.#shown.signal);
     this.series = new Series(farm);
-    this.todo = new JobActions(farm, job => { this.#deleting = job.id; });
+    this.todo = new JobActions(farm, job => { this.#deleted = job; });
     this.heading = el('h1', {id: 'job-title', tabindex: -1});
     this.state = el('span', {});
     this.neighbours = el('nav', {class: 'neighbours', 'aria-label': 'Frames', hidden: true});
@@ -46,7 +46,7 @@ export class JobView {
       el('span', {class: 'bar'}));
     this.now = el('p', {class: 'now'});
     this.waits = el('p', {class: 'waits'});
-    this.warning = el('div', {class: 'notice forecast', role: 'status', hidden: true});
+    this.warning = el('div', {class: 'notice long-run', role: 'status', hidden: true});
     this.reason = el('p', {});
     this.flag = el('p', {class: 'notice'});
     this.facts = el('div', {});
@@ -89,7 +89,7 @@ export class JobView {
     this.#state = '';
     this.viewer.clear();
     this.viewer.element.hidden = false;
-    this.viewer.disableMap('error', 'when done');
+    this.#offerMaps({state: '', has_picture: false});
     this.series.clear();
     this.todo.clear();
     this.trend.clear();
@@ -122,7 +122,8 @@ export class JobView {
   }
 
   #showDeleted() {
-    if (this.#deleting === this.#id) location.hash = '#/jobs';
+    const {id, frame, series} = this.#deleted ?? {};
+    if (id === this.#id) location.hash = frame === undefined ? '#/jobs' : `#/jobs/${series}`;
     else this.#showMissing(`Job ${this.#id} was deleted.`);
   }
 
@@ -177,6 +178,7 @@ export class JobView {
     const isSeries = Boolean(job.frames);
     this.trend.add(job.seconds_taken, job.samples_taken, job.error?.rmse, job.target_error);
     this.viewer.element.hidden = isSeries;
+    this.#offerMaps(job);
     if (isSeries) this.series.show(job);
     if (this.#state && job.state !== this.#state) this.#loadDetails();
     else if (isSeries && job.frames_done !== this.#framesDone) this.#loadFramesSoon();
@@ -184,9 +186,13 @@ export class JobView {
     if (job.state === this.#state) return;
     if (!this.#state && job.frame !== undefined) this.#showNeighbours(job);
     this.#state = job.state;
-    this.viewer.disableMap('error', job.state === 'done' ? '' : 'when done');
     if (job.state === 'done' && !isSeries) this.#loadResults(job);
     this.#wake();
+  }
+
+  #offerMaps(job) {
+    this.viewer.disableMap('error', job.state === 'done' ? '' : 'when done');
+    for (const kind of ['cost', 'workers']) this.viewer.disableMap(kind, hasPicture(job) ? '' : 'no samples yet');
   }
 
   #showProgress(job) {
