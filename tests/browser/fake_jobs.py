@@ -145,7 +145,8 @@ class JobFarm(FakeFarm):
             handler.reply(values.tobytes(), "application/octet-stream", Parray_Width=self.width, Parray_Height=self.height)
         elif parts[1] == "workers.json":
             handler.reply({"workers": ["oak", "birch"]})
-        elif parts[1] == "pixels.f32" and not job.get("has_picture", True) or parts[1] in ("error.f32", "report") and job["state"] != "done":
+        elif parts[1] == "pixels.f32" and not job.get("has_picture", True) or \
+                parts[1] == "report" and job["state"] != "done" or parts[1] == "error.f32" and "error" not in job:
             handler.problem(409, f"job {job['id']} is {job['state']}: it has no {parts[1]} yet")
         else:
             return False

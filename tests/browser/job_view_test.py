@@ -55,7 +55,7 @@ class Stopped(BrowserTest):
                 page = self.open(farm.url, f"#/jobs/{job}")
                 expect(page.locator(".readout")).to_contain_text("240 × 160")
                 expect(page.get_by_role("progressbar")).to_have_attribute("aria-valuenow", share)
-                expect(page.get_by_role("group", name="Download").get_by_role("button")).to_have_text(["PNG", "EXR"])
+                expect(page.get_by_role("group", name="Download").get_by_role("button")).to_have_text(["PNG", "EXR", "Error map"])
                 expect(page.locator(".stage .message")).to_be_hidden()
                 page.context.close()
 
@@ -177,21 +177,24 @@ class Report(BrowserTest):
 
 
 class Stage(BrowserTest):
-    def test_the_error_map_is_offered_when_the_job_is_done(self):
+    def test_a_map_is_disabled_with_the_reason_until_the_job_has_it(self):
         with JobFarm() as farm:
-            page = self.open(farm.url, f"#/jobs/{RUNNING}")
-            error = page.get_by_label("Layer").locator("option[value=error]")
-            expect(error).to_have_text("Error (when done)")
-            expect(error).to_be_disabled()
+            del farm.jobs[RUNNING]["error"]
+            page = self.open(farm.url, f"#/jobs/{QUEUED}")
+            disabled = page.get_by_label("Layer").locator("option:disabled")
+            expect(disabled).to_have_text(["Error (not known yet)", "Cost (no samples yet)", "Workers (no samples yet)"])
+            page.goto(farm.url + f"#/jobs/{RUNNING}")
+            expect(disabled).to_have_text(["Error (not known yet)"])
             page.locator(".stage").focus()
             page.keyboard.press("m")
             expect(page.get_by_label("Layer")).to_have_value("cost")
-            page.goto(farm.url + f"#/jobs/{QUEUED}")
-            expect(page.get_by_label("Layer").locator("option:disabled")).to_have_text(
-                ["Error (when done)", "Cost (no samples yet)", "Workers (no samples yet)"])
-            page.goto(farm.url + f"#/jobs/{DONE}")
-            expect(error).to_have_text("Error")
-            expect(error).to_be_enabled()
+            page.goto(farm.url + f"#/jobs/{UNLIMITED}")
+            expect(page.locator(".readout")).to_contain_text("240 × 160")
+            expect(disabled).to_have_count(0)
+            page.locator(".stage").focus()
+            page.keyboard.press("m")
+            page.keyboard.press("ArrowUp")
+            expect(page.locator(".readout")).to_contain_text("±")
 
     def test_a_message_lies_on_a_plate(self):
         with JobFarm() as farm:

@@ -4,7 +4,7 @@ import {getJson} from './api.js';
 import {button, el, facts, notify, setClass, setText} from './dom.js';
 import {moment, percent, unfinished} from './format.js';
 import {fileOf, findQuickLook, JobActions} from './job_actions.js';
-import {factsOf, hasPicture, headline, historyOf, waiting} from './job_facts.js';
+import {factsOf, hasErrorMap, hasPicture, headline, historyOf, waiting} from './job_facts.js';
 import {mayControl} from './job_rules.js';
 import {fetchMap} from './maps.js';
 import {fetchPicture, noPicture} from './picture.js';
@@ -191,7 +191,7 @@ export class JobView {
   }
 
   #offerMaps(job) {
-    this.viewer.disableMap('error', job.state === 'done' ? '' : 'when done');
+    this.viewer.disableMap('error', hasErrorMap(job) ? '' : 'not known yet');
     for (const kind of ['cost', 'workers']) this.viewer.disableMap(kind, hasPicture(job) ? '' : 'no samples yet');
   }
 

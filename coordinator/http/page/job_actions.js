@@ -3,7 +3,7 @@
 import {change, download, getJson} from './api.js';
 import {button, confirm, el, notify} from './dom.js';
 import {stem} from './format.js';
-import {hasPicture} from './job_facts.js';
+import {hasErrorMap, hasPicture} from './job_facts.js';
 import {mayControl, permits} from './job_rules.js';
 
 const words = ['pause', 'resume', 'requeue', 'cancel', 'delete'];
@@ -57,7 +57,7 @@ export class JobActions {
     const allowed = mayControl(job, this.#farm.server);
     this.steer.hidden = !allowed || !permits(job, 'priority');
     if (document.activeElement !== this.priority) this.priority.value = job.priority;
-    const shown = [job.id, job.state, allowed, hasPicture(job), job.frames_done > 0].join();
+    const shown = [job.id, job.state, allowed, hasPicture(job), hasErrorMap(job), job.frames_done > 0].join();
     if (shown === this.#shown) return;
     this.#shown = shown;
     this.#showButtons(words.filter(word => allowed && permits(job, word)));
@@ -75,7 +75,7 @@ export class JobActions {
     const buttons = job.frames ? [job.frames_done > 0 && saving('All frames (zip)', job, 'frames.zip', name + '.zip')] : [
       hasPicture(job) && saving('PNG', job, 'image.png', name + '.png'),
       hasPicture(job) && saving('EXR', job, 'image.exr', name + '.exr'),
-      job.state === 'done' && saving('Error map', job, 'error.png', name + '-error.png'),
+      hasErrorMap(job) && saving('Error map', job, 'error.png', name + '-error.png'),
       job.state === 'done' && saving('Report', job, 'report', name + '.json')];
     this.save.replaceChildren(...buttons.filter(Boolean));
     if (this.save.childElementCount) this.save.prepend(el('span', {}, 'Download'));

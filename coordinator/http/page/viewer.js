@@ -294,7 +294,7 @@ export class Viewer {
     if (picture.partial && r === 0 && g === 0 && b === 0) text = `x ${x}  y ${y}   no sample yet`;
     if (!picture.exact) text += '   (8-bit)';
     for (const map of Object.values(this.#maps)) {
-      if (map.kind === 'error' || map.kind === this.#layer) text += '   ' + textOf(map, at);
+      if (map.kind === this.#layer || map.kind === 'error' && !picture.partial) text += '   ' + textOf(map, at);
     }
     setText(this.readout, text);
   }
