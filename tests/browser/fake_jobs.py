@@ -90,7 +90,7 @@ class JobFarm(FakeFarm):
                 rich(CANCELLED, "cancelled", 0.028, reason="cancelled by 'ann'"),
                 rich(LOOK, "done", 1.0, name="capsid.json (quick look)", preview_of=RUNNING),
                 rich(UNLIMITED, "running", 0.5, samples_per_pixel=None, samples_taken=47.2, target_error=0.01,
-                     warning="At this speed the target needs about 121 days."),
+                     warning="needs about 121 days of all 16 present threads: cancel it, or submit it with a larger target or a time limit"),
                 rich(BOTH, "done", 1.0, samples_per_pixel=None, samples_taken=153.0, target_error=0.01, target_half_width=0.01,
                      ended_by="target_error", error={**error_of(0.0096), "half_width_p99": 0.0369})):
             self.jobs[job["id"]] = {**job, "width": 240, "height": 160}

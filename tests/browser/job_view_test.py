@@ -126,7 +126,7 @@ class Facts(BrowserTest):
     def test_a_job_whose_forecast_is_days_says_so_and_can_be_cancelled_there(self):
         with JobFarm() as farm:
             page = self.open(farm.url, f"#/jobs/{UNLIMITED}")
-            expect(page.locator(".long-run")).to_contain_text("about 121 days")
+            expect(page.locator(".long-run")).to_contain_text("Needs about 121 days of all 16 present threads")
             page.get_by_role("button", name="Cancel job").click()
             page.get_by_role("dialog").get_by_role("button", name="Cancel job").click()
             expect(page.locator(".bar-of-view .state")).to_have_text("cancelled")

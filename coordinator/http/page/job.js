@@ -18,6 +18,8 @@ import {Viewer} from './viewer.js';
 const framesEvery = 2000;  // ms
 const agesEvery = 20000;  // ms; texts such as "3 min ago" change
 
+const sentence = text => text && text[0].toUpperCase() + text.slice(1);
+
 export class JobView {
   #farm;
   #id = 0;
@@ -211,12 +213,12 @@ export class JobView {
   }
 
   #showTroubles(job) {
-    setText(this.reason, job.reason && job.reason[0].toUpperCase() + job.reason.slice(1));
+    setText(this.reason, sentence(job.reason));
     setClass(this.reason, job.state === 'failed' ? 'trouble' : 'notice');
     this.reason.hidden = !job.reason;
     setText(this.flag, job.flag);
     this.flag.hidden = !job.flag;
-    const warning = unfinished(job) && job.warning ? job.warning : '';
+    const warning = unfinished(job) && job.warning ? sentence(job.warning) : '';
     this.warning.hidden = !warning;
     if ((this.warning.firstChild?.textContent ?? '') === warning) return;
     this.warning.replaceChildren(...warning ? [el('p', {}, warning)] : []);
