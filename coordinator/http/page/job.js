@@ -153,7 +153,7 @@ export class JobView {
       else if (!this.#quick && unfinished(job)) this.#findQuickLook(signal);
     } catch (problem) {
       if (signal.aborted) return;
-      if (problem.status === 404) this.#showMissing(`Job ${id} does not exist. It was deleted, or never submitted.`);
+      if (problem.status === 404) this.#showMissing(this.#state ? `Job ${id} was deleted.` : `Job ${id} does not exist. It was deleted, or never submitted.`);
       else if (problem.status > 0 && problem.status !== 401 && !this.job) this.#showMissing(problem.message);
     }
   }
