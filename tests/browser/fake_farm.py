@@ -112,6 +112,10 @@ class FakeFarm:
     def busy(self):
         return [job for job in self.jobs.values() if job["state"] in UNFINISHED]
 
+    def answer_job(self, handler, method, parts, options):
+        """For subclasses: answers a request below /jobs and returns true, or returns false."""
+        return False
+
     def pixels(self):
         values = array.array("f")
         for y in range(self.height):
@@ -200,6 +204,8 @@ def handler_of(farm):
             return self.problem(503, "no more event streams")
 
         def of_jobs(self, method, parts, options):
+            if farm.answer_job(self, method, parts, options):
+                return None
             if not parts and method == "POST":
                 unknown = set(fake_console.options_of(farm.bodies[self.path])) - set(farm.options)
                 if unknown:

@@ -31,7 +31,7 @@ class RealJob(BrowserTest):
             page.get_by_label("Width", exact=True).fill("120")
             page.get_by_role("button", name="Submit").click()
             expect(page.locator("h1")).to_have_text("1  two spheres")
-            expect(page.locator(".now")).to_contain_text("workers")  # there are none yet
+            expect(page.locator(".waits")).to_contain_text("worker")  # there are none yet
             farm.start_worker("oak")
             farm.start_worker("birch")
             expect(page.locator("#summary")).to_contain_text("2 workers")

@@ -1,21 +1,24 @@
-// The view of one job: its growing picture, its facts and its actions.
+// The view of one job or series: its growing picture or its frames, its facts and its actions.
 
-import {change, download, getJson} from './api.js';
-import {button, confirm, el, facts, notify, setClass, setText} from './dom.js';
-import {count, duration, errorOfGoal, estimate, goal, moment, percent, stem, unfinished, whole} from './format.js';
+import {getJson} from './api.js';
+import {button, el, facts, notify, setClass, setText} from './dom.js';
+import {moment, percent, unfinished} from './format.js';
+import {fileOf, findQuickLook, JobActions} from './job_actions.js';
+import {factsOf, hasErrorMap, hasPicture, headline, historyOf, waiting} from './job_facts.js';
+import {mayControl} from './job_rules.js';
 import {fetchMap} from './maps.js';
 import {fetchPicture, noPicture} from './picture.js';
+import {jobLink, renewAges} from './parts.js';
 import {quickLookOf} from './quick_look.js';
+import {recipeOf, reportOf} from './report.js';
+import {neighboursOf, Series} from './series.js';
 import {Trend} from './trend.js';
 import {Viewer} from './viewer.js';
 
-const actionsOf = {  // the actions that each state permits
-  queued: ['pause', 'cancel'], running: ['pause', 'cancel'], finishing: ['cancel'], paused: ['resume', 'cancel'],
-  done: ['delete'], failed: ['requeue', 'delete'], cancelled: ['requeue', 'delete']};
-const doneTexts = {pause: 'is paused', resume: 'is resumed', cancel: 'is cancelled', requeue: 'is queued again', delete: 'is deleted'};
-const warnings = {
-  cancel: 'Its workers stop. The samples are kept, and you can requeue the job.',
-  delete: 'The server deletes the job and its picture. This cannot be undone.'};
+const framesEvery = 2000;  // ms
+const agesEvery = 20000;  // ms; texts such as "3 min ago" change
+
+const sentence = text => text && text[0].toUpperCase() + text.slice(1);
 
 export class JobView {
   #farm;
@@ -23,58 +26,81 @@ export class JobView {
   #shown = new AbortController();
   #wake = () => {};
   #etag;
-  #samples;
-  #pixels = 0;
+  #perPixel;  // mean samples per pixel of the shown picture
   #state = '';
-  #frames = 0;  // number of listed frames
   #framesDone;
+  #workers;  // number of workers that traced the job, from its report
+  #quick;  // number of the quick look
+  #deleted;  // the job that this user has deleted
+  #ages = 0;  // timers
+  #later = 0;
 
   constructor(farm) {
     this.#farm = farm;
     this.viewer = new Viewer();
     this.viewer.loadMap = kind => fetchMap(kind, this.#id, this.#shown.signal);
+    this.series = new Series(farm);
+    this.todo = new JobActions(farm, job => { this.#deleted = job; });
     this.heading = el('h1', {id: 'job-title', tabindex: -1});
     this.state = el('span', {});
-    this.actions = el('div', {class: 'actions', role: 'group', 'aria-label': 'Job actions'});
+    this.neighbours = el('nav', {class: 'neighbours', 'aria-label': 'Frames', hidden: true});
     this.bar = el('div', {class: 'progress', role: 'progressbar', 'aria-label': 'Progress', 'aria-valuemin': 0, 'aria-valuemax': 100},
       el('span', {class: 'bar'}));
     this.now = el('p', {class: 'now'});
-    this.trouble = el('p', {class: 'trouble', hidden: true});
+    this.waits = el('p', {class: 'waits'});
+    this.warning = el('div', {class: 'notice long-run', role: 'status', hidden: true});
+    this.reason = el('p', {});
+    this.flag = el('p', {class: 'notice'});
     this.facts = el('div', {});
     this.trend = new Trend();
-    this.priority = el('input', {type: 'number', min: 0, max: 100, required: true, 'aria-label': 'Priority, 0 to 100'});
-    this.save = el('div', {class: 'actions', role: 'group', 'aria-label': 'Download'});
     this.history = el('ol', {class: 'history'});
-    this.frames = el('div', {});
-    this.report = el('div', {});
-    this.steer = el('form', {class: 'inline', onsubmit: event => this.#setPriority(event)},
-      el('label', {}, 'Priority ', this.priority), el('button', {type: 'submit'}, 'Set'));
+    this.past = el('details', {open: true}, el('summary', {}, 'History'), this.history);
+    this.report = el('div', {class: 'results'});
+    this.missing = el('div', {class: 'empty', hidden: true});
+    this.body = el('div', {class: 'halves'}, this.viewer.element, this.series.element,
+      el('div', {class: 'panel', tabindex: 0, role: 'group', 'aria-label': 'Facts'}, el('div', {class: 'head-line'}, this.now, this.bar, this.waits),
+        this.warning, this.reason, this.flag, this.series.side, this.facts, this.trend.element, this.todo.steer, this.todo.save, this.report, this.past));
     this.element = el('section', {class: 'view job', 'aria-labelledby': 'job-title'},
-      el('div', {class: 'bar-of-view'}, el('a', {href: '#/jobs', class: 'back', 'aria-label': 'All jobs'}, '‹'), this.heading, this.state, this.actions),
-      el('div', {class: 'halves'}, this.viewer.element,
-        el('div', {class: 'panel'}, this.bar, this.now, this.trouble, this.facts, this.trend.element, this.steer, this.save, this.frames,
-          el('details', {open: true}, el('summary', {}, 'History'), this.history), this.report)));
+      el('div', {class: 'bar-of-view'}, el('a', {href: '#/jobs', class: 'back', 'aria-label': 'All jobs'}, '‹'), this.heading, this.state, this.neighbours,
+        this.todo.element), this.body, this.missing);
   }
 
   show(id) {
+    this.hide();
     this.#id = id;
     this.#shown = new AbortController();
-    this.#etag = this.#samples = this.#framesDone = undefined;
-    this.#pixels = this.#frames = 0;
-    this.#state = '';
-    this.viewer.clear();
-    this.trend.clear();
-    this.viewer.showMessage('');
-    for (const part of [this.history, this.report, this.frames]) part.replaceChildren();
-    setText(this.heading, `Job ${id}`);
+    this.#clear();
     this.#loadDetails();
     this.#draw();
     this.#follow(this.#shown.signal);
+    this.#ages = setInterval(() => renewAges(this.facts), agesEvery);
   }
 
   hide() {
     this.#shown.abort();
+    clearInterval(this.#ages);
+    clearTimeout(this.#later);
+    this.#later = 0;
+    this.series.stop();
     this.#wake();
+  }
+
+  /** Removes everything of the job that was shown before. */
+  #clear() {
+    this.#etag = this.#perPixel = this.#framesDone = this.#workers = this.#quick = this.#quickPicture = undefined;
+    this.#state = '';
+    this.viewer.clear();
+    this.viewer.element.hidden = false;
+    this.#offerMaps({state: '', has_picture: false});
+    this.series.clear();
+    this.todo.clear();
+    this.trend.clear();
+    for (const part of [this.history, this.report, this.facts, this.waits, this.warning, this.neighbours]) part.replaceChildren();
+    for (const part of [this.now, this.state, this.reason, this.flag]) setText(part, '');
+    for (const part of [this.warning, this.reason, this.flag, this.bar, this.waits, this.past, this.neighbours, this.missing]) part.hidden = true;
+    setClass(this.state, '');
+    this.body.hidden = false;
+    setText(this.heading, `Job ${this.#id}`);
   }
 
   get job() {
@@ -91,22 +117,54 @@ export class JobView {
     if (changes.generation) this.#loadDetails();
     if (this.job) {
       if (changes.jobs.has(this.#id)) this.#draw();
+      if (this.job?.frames) this.series.update(changes.jobs);
     } else if (changes.jobs.has(this.#id) && !changes.generation) {
-      location.hash = '#/jobs';  // the job was deleted
+      this.#showDeleted();
     }
   }
 
-  /** Loads history and frames, which only the answer for a single job contains. */
+  #showDeleted() {
+    const {id, frame, series} = this.#deleted ?? {};
+    if (id === this.#id) location.hash = frame === undefined ? '#/jobs' : `#/jobs/${series}`;
+    else this.#showMissing(`Job ${this.#id} was deleted.`);
+  }
+
+  /** Shows a message in the place of the job. */
+  #showMissing(...lines) {
+    this.#clear();
+    this.body.hidden = true;
+    this.missing.hidden = false;
+    this.missing.replaceChildren(...lines.map(line => el('p', {}, line)), el('a', {class: 'button', href: '#/jobs'}, 'All jobs'));
+  }
+
+  /** Loads what only the answer for a single job contains: history, passes and frames. */
   async #loadDetails() {
+    const {signal} = this.#shown;
     const id = this.#id;
     try {
-      const job = await this.#farm.loadJob(id);
-      if (id !== this.#id) return;
-      this.#showHistory(job.events ?? []);
-      if (job.frames) this.#showFrames(job.frame_list ?? [], true);
+      const job = await getJson('jobs/' + id, signal);
+      if (signal.aborted) return;
+      if (!this.missing.hidden) this.#clear();
+      this.#farm.updateJob(job);
+      this.#draw();
+      this.#showHistory(historyOf(job.events ?? []));
+      this.trend.setPasses(job.passes ?? []);
+      if (job.frames) this.series.show(job, job.frame_list ?? []);
+      else if (!this.#quick && unfinished(job)) this.#findQuickLook(signal);
     } catch (problem) {
-      if (id === this.#id) this.viewer.showMessage(problem.message);
+      if (signal.aborted) return;
+      if (problem.status === 404) this.#showMissing(this.#state ? `Job ${id} was deleted.` : `Job ${id} does not exist. It was deleted, or never submitted.`);
+      else if (problem.status > 0 && problem.status !== 401 && !this.job) this.#showMissing(problem.message);
     }
+  }
+
+  /** Loads the frames again: once for all frames that end within a few seconds. */
+  #loadFramesSoon() {
+    if (this.#framesDone === undefined || this.#later) return;
+    this.#later = setTimeout(() => {
+      this.#later = 0;
+      this.#loadDetails();
+    }, framesEvery);
   }
 
   #draw() {
@@ -115,113 +173,101 @@ export class JobView {
     setText(this.heading, `${job.id}  ${job.name || 'untitled'}`);
     setText(this.state, job.state);
     setClass(this.state, 'state ' + job.state);
-    const share = job.state === 'done' ? 1 : job.progress;
-    setClass(this.bar, 'progress ' + job.state);
-    this.bar.firstChild.style.setProperty('--share', share);
-    this.bar.setAttribute('aria-valuenow', Math.floor(share * 100));
-    setText(this.now, this.#statusText(job));
-    const trouble = [job.reason, job.flag].filter(Boolean).join(' ');
-    setText(this.trouble, trouble);
-    this.trouble.hidden = !trouble;
+    this.#showProgress(job);
+    this.#showTroubles(job);
     this.#showFacts(job);
-    const to = goal(job);
-    this.trend.add(to ? to.now : job.error?.rmse, to?.asked);
-    this.viewer.element.hidden = Boolean(job.frames);
-    const more = job.frames && job.frames_done !== this.#framesDone;
+    this.todo.show(job);
+    const isSeries = Boolean(job.frames);
+    this.trend.add(job.seconds_taken, job.samples_taken, job.error?.rmse, job.target_error);
+    this.viewer.element.hidden = isSeries;
+    this.#offerMaps(job);
+    if (isSeries) this.series.show(job);
+    if (this.#state && job.state !== this.#state) this.#loadDetails();
+    else if (isSeries && job.frames_done !== this.#framesDone) this.#loadFramesSoon();
     this.#framesDone = job.frames_done;
-    if (this.#state && (more || job.state !== this.#state)) this.#loadDetails();
     if (job.state === this.#state) return;
+    if (!this.#state && job.frame !== undefined) this.#showNeighbours(job);
     this.#state = job.state;
-    this.#showActions(job);
-    if (job.state === 'done' && !job.frames) this.#loadResults(job.id);
+    if (job.state === 'done' && !isSeries) this.#loadResults(job);
     this.#wake();
   }
 
-  #statusText(job) {
-    if (job.state === 'done') return 'done';
-    const parts = [job.frames ? `${job.frames_done} of ${job.frames} frames` : percent(job.progress)];
-    if (unfinished(job) && job.seconds_left >= 0) parts.push(duration(job.seconds_left) + ' left');
-    if (job.state === 'running' && job.samples_per_second > 0) parts.push(count(job.samples_per_second) + ' samples/s');
-    if (unfinished(job) && job.waits_for) parts.push('waiting: ' + job.waits_for);
-    return parts.join('   ');
+  #offerMaps(job) {
+    this.viewer.disableMap('error', hasErrorMap(job) ? '' : 'not known yet');
+    for (const kind of ['cost', 'workers']) this.viewer.disableMap(kind, hasPicture(job) ? '' : 'no samples yet');
+  }
+
+  #showProgress(job) {
+    setText(this.now, headline(job, this.#workers));
+    const untouched = job.state === 'queued' && !(job.progress > 0);
+    this.bar.hidden = job.state === 'done' || untouched;
+    setClass(this.bar, 'progress ' + job.state);
+    this.bar.firstChild.style.setProperty('--share', job.progress);
+    this.bar.setAttribute('aria-valuenow', Math.floor(job.progress * 100));
+    const fresh = el('p', {}, ...waiting(job));
+    if (fresh.innerHTML !== this.waits.innerHTML) this.waits.replaceChildren(...fresh.childNodes);
+    this.waits.hidden = !this.waits.firstChild;
+    // What a job waits for is all there is to say before its first sample.
+    setClass(this.waits, untouched ? 'waits lead' : 'waits');
+    this.now.hidden = untouched && !this.waits.hidden;
+  }
+
+  #showTroubles(job) {
+    setText(this.reason, sentence(job.reason));
+    setClass(this.reason, job.state === 'failed' ? 'trouble' : 'notice');
+    this.reason.hidden = !job.reason;
+    setText(this.flag, job.flag);
+    this.flag.hidden = !job.flag;
+    const warning = unfinished(job) && job.warning ? sentence(job.warning) : '';
+    this.warning.hidden = !warning;
+    if ((this.warning.firstChild?.textContent ?? '') === warning) return;
+    this.warning.replaceChildren(...warning ? [el('p', {}, warning)] : []);
+    if (warning && mayControl(job, this.#farm.server)) this.warning.append(button('Cancel job', () => this.todo.act('cancel'), {class: 'danger'}));
   }
 
   #showFacts(job) {
-    const error = job.error ?? {};
-    const known = value => value !== null && value !== undefined;
-    const to = goal(job);
-    const pairs = [
-      ['Picture', job.width ? `${job.width} × ${job.height} pixels` : ''],
-      ['Samples', job.samples_per_pixel ?
-        `${this.#samples ? count(this.#samples / this.#pixels) + ' of ' : ''}${whole(job.samples_per_pixel)} per pixel, ${job.sampler}` : ''],
-      ['Error', known(error.rmse) ? `${estimate(error.rmse)} (${estimate(error.low)} to ${estimate(error.high)})` : job.frames ? '' : 'unknown'],
-      ['Half-width', known(error.half_width_p50) ? `median ${estimate(error.half_width_p50)}, 99\u00a0% within ${estimate(error.half_width_p99)}` : ''],
-      ['Target', to ? `${to.kind} ${errorOfGoal(job)}` : ''],
-      ['User', job.user],
-      ['Priority', unfinished(job) ? '' : String(job.priority)]];
-    if (job.series !== undefined && job.frame !== undefined) {
-      pairs.push(['Frame', el('a', {href: `#/jobs/${job.series}`}, `${job.frame} in series ${job.series}`)]);
-    }
-    const quick = quickLookOf(job.id);
-    if (quick) pairs.push(['Quick look', el('a', {href: `#/jobs/${quick}`}, `job ${quick}`)]);
-    const fresh = facts(pairs);
+    const quick = quickLookOf(job.id) ?? this.#quick;
+    const fresh = facts([...factsOf(job, this.#perPixel, this.#farm.server), ['Quick look', quick ? jobLink(quick) : '']]);
     if (!this.facts.firstChild?.isEqualNode(fresh)) this.facts.replaceChildren(fresh);
-    if (document.activeElement !== this.priority) this.priority.value = job.priority;
-    this.steer.hidden = !unfinished(job);
   }
 
-  #showActions(job) {
-    const had = this.actions.contains(document.activeElement);
-    this.actions.replaceChildren(...(actionsOf[job.state] ?? []).map(word =>
-      button(word[0].toUpperCase() + word.slice(1), () => this.act(word), {class: warnings[word] ? 'danger' : undefined})));
-    if (had) (this.actions.querySelector('button:not(.danger)') ?? this.heading).focus();
-    const name = `${stem(job.name || 'job')}-${job.id}`;
-    const saving = (text, path, file) => button(text, async event => {
-      event.target.disabled = true;
-      try {
-        await download(`jobs/${job.id}/${path}`, file);
-      } catch (problem) {
-        notify(problem.message, 'error');
-      }
-      event.target.disabled = false;
-    });
-    this.save.replaceChildren(...job.frames ? [] : [saving('PNG', 'image.png', name + '.png'), saving('EXR', 'image.exr', name + '.exr'),
-      ...job.state === 'done' ? [saving('Error map', 'error.png', name + '-error.png'), saving('Report', 'report', name + '.json')] : []]);
-    if (this.save.childElementCount) this.save.prepend(el('span', {}, 'Download'));
+  async #findQuickLook(signal) {
+    const found = quickLookOf(this.#id) ?? await findQuickLook(this.#farm, this.#id, signal);
+    if (!found || signal.aborted) return;
+    this.#quick = found;
+    if (this.job) this.#showFacts(this.job);
+    this.#wake();
   }
 
-  /** Performs an action: pause, resume, cancel, requeue or delete. */
-  async act(word) {
-    const job = this.job;
-    if (!job || !actionsOf[job.state]?.includes(word)) return;
-    const capital = word[0].toUpperCase() + word.slice(1);
-    if (warnings[word] && !await confirm(`${capital} job ${job.id}?`, warnings[word], 'Keep job', `${capital} job`)) return;
+  /** Shows links to the frames before and after this one. */
+  async #showNeighbours(job) {
+    const {signal} = this.#shown;
     try {
-      if (word === 'delete') {
-        await change('DELETE', `jobs/${job.id}`);
-        this.#farm.removeJob(job.id);
-      } else {
-        this.#farm.updateJob(await change('POST', `jobs/${job.id}/${word}`));
-      }
-      notify(`Job ${job.id} ${doneTexts[word]}.`);
-    } catch (problem) {
-      notify(problem.message, 'error');
+      const {before, after} = await neighboursOf(job, signal);
+      if (signal.aborted) return;
+      const link = (id, text, label, key) => id === undefined ? el('span', {class: 'off', 'aria-hidden': 'true'}, text) :
+        el('a', {href: `#/jobs/${id}`, 'aria-label': label, 'aria-keyshortcuts': key, title: `${label} (key ${key})`}, text);
+      this.neighbours.replaceChildren(link(before, '‹', 'Previous frame', ','), el('a', {href: `#/jobs/${job.series}`}, `frame ${job.frame}`),
+        link(after, '›', 'Next frame', '.'));
+      this.neighbours.hidden = false;
+    } catch {
+      // The frame has no neighbours to show if its series cannot be read.
     }
   }
 
   /** Pauses or resumes the job (key p). */
   pauseOrResume() {
-    this.act(this.job?.state === 'paused' ? 'resume' : 'pause');
+    this.todo.pauseOrResume();
   }
 
-  async #setPriority(event) {
-    event.preventDefault();
-    try {
-      this.#farm.updateJob(await change('PUT', `jobs/${this.#id}/priority`, {priority: this.priority.valueAsNumber}));
-      notify(`Job ${this.#id} has priority ${this.priority.value}.`);
-    } catch (problem) {
-      notify(problem.message, 'error');
-    }
+  /** Handles a key of this view. Returns true if it has a meaning here. */
+  key(event) {
+    if (!this.series.element.hidden) return this.series.key(event);
+    const side = {',': 'first', '.': 'last'}[event.key];
+    if (!side || this.neighbours.hidden) return false;
+    const target = this.neighbours[side + 'Child'];
+    if (target.href) location.hash = target.getAttribute('href');
+    return true;
   }
 
   /** Updates the picture as long as it can change and the view is shown. */
@@ -248,37 +294,45 @@ export class JobView {
     if (!job || document.hidden || this.#farm.connection.state === 'lost') return false;
     if (job.frames) return true;
     try {
+      if (!hasPicture(job)) {
+        await this.#showNothing(job, signal);
+        return !unfinished(job);
+      }
       const picture = await fetchPicture(job, this.#etag, signal);
-      if (!picture || signal.aborted) return job.state === 'done';
-      this.#etag = picture.etag;
-      this.#samples = picture.samples;
-      this.#pixels = picture.width * picture.height;
-      this.viewer.showMessage('');
+      if (!picture || signal.aborted) return !unfinished(job);
       const quick = await this.#quickLook(job, signal);
       if (signal.aborted) return true;
-      // A finished quick look shows more than a picture of single samples.
-      const early = quick && !quick.partial && picture.samples < 2 * this.#pixels;
-      this.viewer.show(early ? noPicture(job) : picture, quick);
-      this.#showFacts(job);
-      return !picture.partial;
+      this.#showPicture(job, picture, quick);
+      return !picture.partial || !unfinished(job);
     } catch (problem) {
       if (signal.aborted) return true;
-      if (!this.#etag) await this.#showNothing(job, problem, signal);
+      if (!this.#etag) await this.#showNothing(job, signal, problem.status === 409 ? '' : problem.message);
       return !unfinished(job);
     }
   }
 
+  #showPicture(job, picture, quick) {
+    const pixels = picture.width * picture.height;
+    this.#etag = picture.etag;
+    this.#perPixel = picture.samples > 0 ? picture.samples / pixels : undefined;
+    this.viewer.showMessage('');
+    // A finished quick look shows more than a picture of single samples.
+    const early = quick && !quick.partial && picture.samples < 2 * pixels;
+    this.viewer.show(early ? noPicture(job) : picture, quick);
+    this.#showFacts(job);
+  }
+
   /** Shows the quick look, if there is one, because the job has no picture yet. */
-  async #showNothing(job, problem, signal) {
+  async #showNothing(job, signal, text = '') {
     const quick = unfinished(job) ? await this.#quickLook(job, signal) : undefined;
     if (signal.aborted) return;
     if (quick) this.viewer.show(noPicture(job), quick);
-    this.viewer.showMessage(!unfinished(job) ? problem.message : quick ? '' : 'No picture yet.');
+    this.viewer.showMessage(text || (quick ? '' : unfinished(job) ? 'No picture yet' : 'No picture: the job ended before its first samples'));
   }
 
   #quickPicture;
   async #quickLook(job, signal) {
-    const quick = quickLookOf(job.id);
+    const quick = quickLookOf(job.id) ?? this.#quick;
     if (!quick || job.state === 'done') return undefined;
     if (this.#quickPicture?.of !== job.id || this.#quickPicture.picture.partial) {
       try {
@@ -291,51 +345,24 @@ export class JobView {
   }
 
   /** Loads the report and the error map of a done job. */
-  async #loadResults(id) {
-    const here = () => id === this.#id && !this.#shown.signal.aborted;
+  async #loadResults(job) {
+    const {signal} = this.#shown;
     try {
-      const report = await getJson(`jobs/${id}/report`);
-      if (here()) this.#showReport(report);
-      const error = await fetchMap('error', id, this.#shown.signal);
-      if (here()) this.viewer.showMap(error);
+      const report = await getJson(`jobs/${job.id}/report`, signal);
+      if (signal.aborted) return;
+      this.#workers = report.workers;
+      this.report.replaceChildren(reportOf(report), recipeOf(fileOf(job) + '.png'));
+      setText(this.now, headline(job, this.#workers));
+      const error = await fetchMap('error', job.id, signal);
+      if (!signal.aborted) this.viewer.showMap(error);
     } catch (problem) {
-      if (here()) notify(problem.message, 'error');
+      if (!signal.aborted) notify(problem.message, 'error');
     }
   }
 
   #showHistory(events) {
+    this.past.hidden = !events.length;
     this.history.replaceChildren(...events.map(({at, what}) => el('li', {},
       el('time', {datetime: new Date(at * 1000).toISOString()}, moment(at)), el('span', {}, what))));
-  }
-
-  #showReport(report) {
-    const pairs = [];
-    const flatten = (value, path) => {
-      if (Array.isArray(value) && value.some(item => item instanceof Object)) pairs.push([path, `${value.length} entries`]);
-      else if (Array.isArray(value)) pairs.push([path, value.join(', ')]);
-      else if (value instanceof Object) for (const [name, inner] of Object.entries(value)) flatten(inner, path ? `${path}.${name}` : name);
-      else pairs.push([path, value === null ? 'unknown' : typeof value === 'number' && !Number.isInteger(value) ? String(Number(value.toPrecision(6))) : String(value)]);
-    };
-    flatten(report, '');
-    const list = facts(pairs);
-    list.classList.add('raw');
-    this.report.replaceChildren(el('details', {open: true}, el('summary', {}, 'Report'), list));
-  }
-
-  #showFrames(frames, begin) {
-    if (begin) {
-      this.frames.replaceChildren(el('h2', {}, 'Frames'), el('ol', {class: 'frames'}));
-      this.#frames = 0;
-    }
-    this.frames.querySelector('.more')?.remove();
-    this.frames.querySelector('ol').append(...frames.map(({frame, job, state, reason}) => el('li', {class: 'state ' + state},
-      el('span', {}, `${frame} `), job ? el('a', {href: `#/jobs/${job}`}, state) : state, reason ? ' ' + reason : '')));
-    this.#frames += frames.length;
-    const last = frames.at(-1)?.frame;
-    if (last === undefined || this.#frames >= this.job.frames) return;
-    this.frames.append(button('More frames', async () => {
-      const more = await getJson(`jobs/${this.#id}?from_frame=${last + 1}`);
-      this.#showFrames(more.frame_list ?? [], false);
-    }, {class: 'more'}));
   }
 }

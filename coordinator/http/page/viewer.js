@@ -28,13 +28,16 @@ export class Viewer {
     this.canvas = el('canvas', {});
     this.readout = el('output', {class: 'readout', 'aria-live': 'off'});
     this.spoken = el('p', {class: 'unseen', 'aria-live': 'polite'});
-    this.message = el('p', {class: 'message'});
+    this.message = el('p', {class: 'message', role: 'status', hidden: true});
     this.stage = el('div', {class: 'stage', tabindex: 0, role: 'application', 'aria-label': 'Picture',
       'aria-roledescription': 'picture viewer',
       'aria-keyshortcuts': '+ - 0 1 ArrowLeft ArrowRight ArrowUp ArrowDown [ ] m'}, this.canvas, this.message);
     this.exposure = el('input', {type: 'range', min: -6, max: 6, step: 0.25, value: 0, 'aria-label': 'Exposure, stops',
-      oninput: () => this.#expose()});
-    this.stops = el('output', {class: 'stops'}, '0 EV');
+      oninput: () => this.#expose(), ondblclick: () => this.#setExposure(0)});
+    this.stops = button('0 EV', () => {
+      this.#setExposure(0);
+      this.exposure.focus();
+    }, {class: 'stops quiet', title: 'Reset the exposure', disabled: true});
     this.zoomed = el('output', {class: 'zoomed'});
     this.layers = el('select', {'aria-label': 'Layer', onchange: () => this.setLayer(this.layers.value)},
       el('option', {value: 'picture'}, 'Picture'),
@@ -46,14 +49,15 @@ export class Viewer {
     this.legendText = el('span', {});
     this.legendScale = el('span', {class: 'scale'}, this.low, scale, this.high);
     this.legendNames = el('span', {class: 'names'});
+    this.exposing = el('div', {class: 'exposure'}, el('label', {}, el('span', {}, 'Exposure'), this.exposure), this.stops);
+    // Takes the place of the exposure, which changes the picture only. So the stage keeps its size.
     this.legend = el('p', {class: 'legend', hidden: true}, this.legendText, this.legendScale, this.legendNames);
     this.tools = el('div', {class: 'viewer-tools', role: 'group', 'aria-label': 'View of the picture'},
       button('−', () => this.zoomBy(1 / 1.5), {'aria-label': 'Zoom out'}), this.zoomed,
       button('+', () => this.zoomBy(1.5), {'aria-label': 'Zoom in'}),
       button('Fit', () => this.fit()), button('1 : 1', () => this.zoomTo(1 / devicePixelRatio)),
-      this.layers, el('label', {class: 'exposure'}, 'Exposure', this.exposure, this.stops));
-    this.element = el('div', {class: 'viewer'}, this.stage, this.tools, this.legend,
-      el('div', {class: 'values'}, this.readout), this.spoken);
+      this.layers, this.exposing, this.legend);
+    this.element = el('div', {class: 'viewer'}, this.stage, this.tools, el('div', {class: 'values'}, this.readout), this.spoken);
     this.#listen();
   }
 
@@ -80,16 +84,25 @@ export class Viewer {
 
   showMessage(text) {
     setText(this.message, text);
+    this.message.hidden = !text;
+  }
+
+  /** Disables a map. `reason`: why there is no such map, in a few words; empty enables the map. */
+  disableMap(kind, reason) {
+    const option = [...this.layers.options].find(each => each.value === kind);
+    option.disabled = Boolean(reason);
+    setText(option, kinds[kind].title + (reason ? ` (${reason})` : ''));
+    if (reason && this.#layer === kind) this.setLayer('picture');
   }
 
   clear() {
     this.#picture = this.#below = this.#cursor = undefined;
     this.#maps = {};
-    this.#layer = this.layers.value = 'picture';
     this.#scale = 0;
     this.#surface.width = this.#surface.height = 0;
-    this.legend.hidden = true;
-    this.#showReadout();
+    setText(this.spoken, '');
+    this.#setExposure(0);
+    this.setLayer('picture');
     this.#draw();
   }
 
@@ -98,6 +111,8 @@ export class Viewer {
     this.#layer = this.layers.value = layer;
     this.showMessage('');
     this.legend.hidden = layer === 'picture';
+    this.exposing.hidden = layer !== 'picture';
+    this.#showReadout();
     if (layer === 'picture') this.#paint();
     else if (this.#maps[layer]) this.showMap(this.#maps[layer]);
     else this.#loadLayer();
@@ -167,9 +182,16 @@ export class Viewer {
     return {scale: this.#scale, left: this.#x, top: this.#y};
   }
 
+  #setExposure(stops) {
+    this.exposure.value = stops;
+    this.#expose();
+  }
+
   #expose() {
-    setText(this.stops, `${this.exposure.value > 0 ? '+' : ''}${this.exposure.value} EV`);
-    this.exposure.setAttribute('aria-valuetext', `${this.exposure.value} stops`);
+    const stops = Number(this.exposure.value);
+    setText(this.stops, `${stops > 0 ? '+' : ''}${stops} EV${stops ? ' ↺' : ''}`);
+    this.stops.disabled = stops === 0;
+    this.exposure.setAttribute('aria-valuetext', `${stops} stops`);
     if (this.#layer === 'picture') this.#paint();
   }
 
@@ -272,7 +294,7 @@ export class Viewer {
     if (picture.partial && r === 0 && g === 0 && b === 0) text = `x ${x}  y ${y}   no sample yet`;
     if (!picture.exact) text += '   (8-bit)';
     for (const map of Object.values(this.#maps)) {
-      if (map.kind === 'error' || map.kind === this.#layer) text += '   ' + textOf(map, at);
+      if (map.kind === this.#layer || map.kind === 'error' && !picture.partial) text += '   ' + textOf(map, at);
     }
     setText(this.readout, text);
   }
@@ -355,10 +377,7 @@ export class Viewer {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const step = event.shiftKey ? 10 : 1;
     const by = {ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step]}[event.key];
-    const expose = stops => {
-      this.exposure.value = Number(this.exposure.value) + stops;
-      this.#expose();
-    };
+    const expose = stops => this.#layer === 'picture' && this.#setExposure(Number(this.exposure.value) + stops);
     if (by && this.#picture) {
       const from = this.#cursor ?? {x: this.#picture.width >> 1, y: this.#picture.height >> 1};
       this.#moveCursor(from.x + by[0], from.y + by[1], true);
@@ -369,7 +388,7 @@ export class Viewer {
     else if (event.key === '[') expose(-0.5);
     else if (event.key === ']') expose(0.5);
     else if (event.key === 'm') {
-      const layers = [...this.layers.options].map(option => option.value);
+      const layers = [...this.layers.options].filter(option => !option.disabled).map(option => option.value);
       this.setLayer(layers[(layers.indexOf(this.#layer) + 1) % layers.length]);
     }
     else return;
