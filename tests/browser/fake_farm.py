@@ -153,6 +153,8 @@ def handler_of(farm):
                 return self.reply({"workers": [worker], "total": 1})
             if parts[0] == "workers":
                 return self.reply({"workers": list(farm.workers.values())[:1000], "total": len(farm.workers)})
+            if parts[0] == "openapi.json":
+                return self.reply((PAGE.parent / "openapi.json").read_bytes())
             if parts[0] == "server":
                 return self.reply({"version": "0.0", "user": "ann" if farm.token else "", "role": "any", "limits": {}})
             if parts[0] == "events" and farm.streams:
@@ -224,7 +226,7 @@ def handler_of(farm):
             self.close_connection = True
 
         def asset(self, path):
-            file = PAGE / (path.lstrip("/") or "index.html")
+            file = PAGE / {"": "index.html", "api": "api.html"}.get(path.lstrip("/"), path.lstrip("/"))
             if file.parent != PAGE or not file.is_file():
                 return self.problem(404, "nothing is there")
             fields = {"Content_Security_Policy": POLICY} if file.suffix == ".html" else {}

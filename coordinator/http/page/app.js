@@ -107,7 +107,7 @@ function showHelp() {
       ...otherKeys.flatMap(([key, text]) => row(key, text))),
     el('label', {class: 'check'}, letters, 'Enable keyboard shortcuts'),
     el('p', {}, 'In a picture, zoom with the wheel or two fingers, drag to move, and double-click to zoom in and out. ',
-      el('a', {href: 'api/v1/openapi.json'}, 'API'), ` of this server${farm.server ? ', ParRay ' + farm.server.version : ''}.`),
+      el('a', {href: 'api'}, 'API'), ` of this server${farm.server ? ', ParRay ' + farm.server.version : ''}.`),
     el('div', {class: 'answers'}, button('Close', () => close(), {autofocus: true}))]);
 }
 
