@@ -138,6 +138,8 @@ def handler_of(farm):
             farm.asked.append((method, self.path))
             if body:
                 farm.bodies[path] = body
+            if path == "/api/v1/openapi.json":  # which needs no token
+                return self.reply((PAGE.parent / "openapi.json").read_bytes())
             if farm.token and self.headers.get("Authorization") != "Bearer " + farm.token:
                 return self.problem(401, "a token is missing")
             if method != "GET" and farm.refusal:
@@ -153,8 +155,6 @@ def handler_of(farm):
                 return self.reply({"workers": [worker], "total": 1})
             if parts[0] == "workers":
                 return self.reply({"workers": list(farm.workers.values())[:1000], "total": len(farm.workers)})
-            if parts[0] == "openapi.json":
-                return self.reply((PAGE.parent / "openapi.json").read_bytes())
             if parts[0] == "server":
                 return self.reply({"version": "0.0", "user": "ann" if farm.token else "", "role": "any", "limits": {}})
             if parts[0] == "events" and farm.streams:

@@ -6,7 +6,20 @@ import {button, el, facts, notify} from './dom.js';
 const main = document.getElementById('main');
 const methods = ['get', 'post', 'put', 'delete'];
 const isBinary = type => /^(image\/|application\/(octet-stream|zip))/.test(type);
-const json = value => typeof value === 'string' ? value : JSON.stringify(value, null, 2);
+
+/** Returns readable JSON: whatever fits is on one line. A text stays as it is. */
+function json(value) {
+  const text = (part, pad) => {
+    const line = JSON.stringify(part, null, 1).replace(/\n\s*/g, ' ').replace(/([[{]) | ([\]}])/g, '$1$2');
+    if (typeof part !== 'object' || part === null || pad.length + line.length < 88) return line;
+    const [open, close] = Array.isArray(part) ? '[]' : '{}';
+    const inner = pad + '  ';
+    const items = Object.entries(part).map(([key, item]) =>
+      inner + (open === '{' ? JSON.stringify(key) + ': ' : '') + text(item, inner));
+    return `${open}\n${items.join(',\n')}\n${pad}${close}`;
+  };
+  return typeof value === 'string' ? value : text(value, '');
+}
 
 /** Returns the nodes of a text in which backticks mark code. */
 const prose = text => (text ?? '').split('`').map((part, i) => i % 2 ? el('code', {}, part) : part);
@@ -30,7 +43,7 @@ function typeNodes(schema, resolve) {
   if (plain.type === 'array') return ['list of ', ...typeNodes(plain.items ?? {}, resolve)];
   if (plain.enum) return [plain.enum.join(', ')];
   const {minimum: least, maximum: most} = plain;
-  const range = least !== undefined && most !== undefined ? ` ${least} to ${most}` : least !== undefined ? ` from ${least}` : '';
+  const range = least !== undefined && most < 1e12 ? ` ${least} to ${most}` : least !== undefined ? ` from ${least}` : '';
   const fallback = plain.default === undefined ? '' : `, default ${plain.default}`;
   return [[plain.type ?? 'any'].flat().join(' or ') + range + fallback];
 }
@@ -51,17 +64,16 @@ function propertyTable(caption, schema, resolve) {
 
 const quoted = text => /^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replaceAll("'", `'\\''`)}'`;
 
-/** Returns the arguments of curl that send the body of the example. */
-function bodyWords({content}, resolve) {
-  const [type, {example, schema}] = Object.entries(content).find(([name]) => name === 'application/json') ?? Object.entries(content)[0];
+/** Returns the arguments of curl that send the example of a body. */
+function bodyWords(type, {example, schema}, resolve) {
   if (type !== 'multipart/form-data') return ['-H', quoted('Content-Type: ' + type), '-d', quoted(JSON.stringify(example))];
   const known = resolve(schema).properties ?? {};
   return Object.entries(example).flatMap(([name, value]) =>
     ['-F', typeof value === 'object' ? quoted(`${name}=${JSON.stringify(value)}`) : `${name}=@${known[name] ? name + '.json' : 'FILE'}`]);
 }
 
-/** Returns a command of curl for the operation. `keys`: the server wants tokens. */
-export function curl(base, method, path, operation, parameters, resolve, keys) {
+/** Returns a command of curl for the operation. `type`: media type of the body, if there is one. `keys`: the server wants tokens. */
+function curl({base, method, path, operation, parameters, resolve, keys}, type) {
   const examples = Object.fromEntries(parameters.map(parameter => [parameter.name, parameter.example]));
   const target = path.replace(/\{(\w+)\}/g, (_, name) => encodeURIComponent(examples[name] ?? name));
   const words = ['curl'];
@@ -72,7 +84,7 @@ export function curl(base, method, path, operation, parameters, resolve, keys) {
   if (method !== 'get' && !(method === 'post' && operation.requestBody)) words.push('-X', method.toUpperCase());
   const open = operation.security?.length === 1 && !Object.keys(operation.security[0]).length;
   if (keys && !open) words.push('-H', '"Authorization: Bearer $TOKEN"');
-  if (operation.requestBody) words.push(...bodyWords(resolve(operation.requestBody), resolve));
+  if (type) words.push(...bodyWords(type, resolve(operation.requestBody).content[type], resolve));
   return [...words, quoted(base + target.slice(1))].join(' ');
 }
 
@@ -100,11 +112,13 @@ function parameterTable(parameters, resolve) {
       : [parameter.description ? '. Example: ' : 'Example: ', el('code', {}, String(parameter.example))])]]));
 }
 
-function requestNodes(body, resolve) {
-  return Object.entries(body.content).flatMap(([type, content]) => {
+/** Shows the bodies that the operation takes. A form is best shown as a command. */
+function requestNodes(shown) {
+  const {operation, resolve} = shown;
+  return Object.entries(resolve(operation.requestBody).content).flatMap(([type, content]) => {
     const options = resolve(content.schema).properties?.options;
     return [el('p', {class: 'what'}, 'Body: ', el('code', {}, type)),
-      ...(content.example === undefined ? [] : [example(content.example)]),
+      ...(content.example === undefined ? [] : [type === 'multipart/form-data' ? command(curl(shown, type)) : example(content.example)]),
       ...(options?.$ref ? [el('p', {}, 'Options: see ', ...typeNodes(options, resolve))] : [])];
   });
 }
@@ -127,13 +141,15 @@ function responseNodes(responses, resolve) {
 function operationNode(base, path, method, item, resolve, keys) {
   const operation = item[method];
   const parameters = [...item.parameters ?? [], ...operation.parameters ?? []].map(resolve);
+  const shown = {base, method, path, operation, parameters, resolve, keys};
+  const types = Object.keys(operation.requestBody ? resolve(operation.requestBody).content : {});
   return el('section', {id: operation.operationId, class: 'operation', 'aria-labelledby': 'head-' + operation.operationId},
     el('h3', {id: 'head-' + operation.operationId}, el('span', {class: 'method ' + method}, method.toUpperCase()), ' ', el('code', {}, path)),
     el('p', {}, ...prose(operation.summary)),
     operation.description ? el('p', {}, ...prose(operation.description)) : null,
-    command(curl(base, method, path, operation, parameters, resolve, keys)),
+    command(curl(shown, types[0])),
     parameters.length ? parameterTable(parameters, resolve) : null,
-    ...(operation.requestBody ? requestNodes(resolve(operation.requestBody), resolve) : []),
+    ...(operation.requestBody ? requestNodes(shown) : []),
     ...responseNodes(operation.responses, resolve));
 }
 
