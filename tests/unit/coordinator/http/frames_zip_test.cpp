@@ -19,7 +19,7 @@ TEST_CASE("crc_32 is that of the standard, also in parts") {
 }
 
 TEST_CASE("a zip stream opens a file when its turn comes, and ends at a file that fails") {
-  const TemporaryDirectory directory;
+  const test::TemporaryDirectory directory;
   Budget disk(1000);
   int opened = 0;
   const auto open = [&] {
@@ -29,7 +29,7 @@ TEST_CASE("a zip stream opens a file when its turn comes, and ends at a file tha
     return std::make_shared<const FileBody>(file, disk);
   };
   const auto fail = []() -> std::shared_ptr<const FileBody> { throw RunError("gone"); };
-  ZipStream stream({{"a", open}, {"b", open}, {"c", fail}});
+  ZipStream stream(std::vector<ZipStream::Member>{{"a", open}, {"b", open}, {"c", fail}});
   CHECK(opened == 0);
   CHECK(stream.next()->ends_with("a"));
   CHECK(opened == 1);
