@@ -162,7 +162,30 @@ class Archives(WebCase):
             self.assert_problem(farm.get(f"/jobs/{series}/frames.zip"), 409, "no frame of job")
 
 
+class Names(WebCase):
+    def test_submit_names_a_job_and_all_frames_of_a_series(self):
+        with Web() as farm:
+            scene = farm.directory / "scene-0.json"
+            scene.write_text(json.dumps(SCENE))
+            job = farm.submit(scene, "--name", "a pool")
+            self.assertEqual(farm.get(f"/jobs/{job}").json()["name"], "a pool")
+            series = farm.submit(farm.directory / "scene-#.json", "--frames", "0-0", "--name", "pools")
+            self.assertEqual(farm.get(f"/jobs/{series}").json()["name"], "pools")
+            result = farm.client("submit", scene, "--name", "")
+            self.assertEqual(result.returncode, 2)
+            self.assertIn("--name", result.stderr)
+
+
 class Remedies(WebCase):
+    def test_the_page_of_the_description_is_served_and_runs_only_its_own_scripts(self):
+        with Web() as farm:
+            page = farm.ask("GET", "/api")
+            self.assertEqual((page.status, page.headers["Content-Type"]), (200, "text/html; charset=utf-8"))
+            self.assertIn("script-src 'self';", page.headers["Content-Security-Policy"])
+            for asset in ("api_page.js", "api.css"):
+                self.assertIn(asset.encode(), page.body)
+                self.assertEqual(farm.ask("GET", "/" + asset).status, 200)
+
     def test_a_wrong_media_type_names_the_header_to_send(self):
         with Web() as farm:
             curl = {"Content-Type": "application/x-www-form-urlencoded"}
