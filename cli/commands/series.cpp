@@ -179,6 +179,7 @@ class SeriesRun {
                           request_.render, request_.priority, change_of(frame))
               .submission;
       submission.max_failures = request_.max_failures;
+      if (!request_.name.empty()) submission.name = request_.name;
       submission.series = token_;
       submission.frame = frame;
       submission.frames = request_.frames.count();

@@ -18,6 +18,7 @@ struct SeriesRequest {
   FrameRange frames;
   RenderOptions render;
   OutputPaths outputs;  ///< with #### for the frame's number
+  std::string name;     ///< of all frames; empty: those of the scenes' files
   std::uint32_t priority = 50;
   std::uint32_t max_failures = 0;
   bool wait = false;

@@ -19,6 +19,7 @@ struct SubmitCommand {
   RenderOptions render;
   OutputOptions output;
   FarmOptions farm;
+  std::string name;  ///< empty: that of the scene's file
   std::uint32_t priority = 50;
   std::uint32_t max_failures = 0;
   bool wait = false;
@@ -46,9 +47,10 @@ int submit_frames(const SubmitCommand& command) {
   warn_of_missing_postprocessing(postprocessing_of(command.render.auto_scene().viewing().style),
                                  command.scene, "render the frames one by one to have them");
   FarmClient client(command.farm);
-  return submit_series(*client, {command.scene, command.camera_path, *command.frames,
-                                 command.render, command.output.paths(), command.priority,
-                                 command.max_failures, command.wait, command.following});
+  return submit_series(
+      *client,
+      {command.scene, command.camera_path, *command.frames, command.render, command.output.paths(),
+       command.name, command.priority, command.max_failures, command.wait, command.following});
 }
 
 int submit(const SubmitCommand& command) {
@@ -56,6 +58,7 @@ int submit(const SubmitCommand& command) {
   const Time started = SteadyClock().now();
   PreparedRender prepared = prepare(request_of(command));
   prepared.submission.max_failures = command.max_failures;
+  if (!command.name.empty()) prepared.submission.name = command.name;
   const OutputPaths& outputs = prepared.outputs;
   if (command.wait && !outputs.none()) {
     reserve_time(prepared, [] { return 0.0; });  // the limit counts from the first lease
@@ -120,6 +123,10 @@ void add_submit(CommandLine& line, Action& chosen) {
   wait.group(farm_group);
   options->output.image_option().needs(wait);
   options->output.report_option().needs(wait);
+  command.option("--name", options->name, "Name of the job (default: the file name of the scene)")
+      .type_name("TEXT")
+      .group(farm_group)
+      .forbid_empty();
   add_whole_number(
       command, "--priority", 0, 100,
       [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },

@@ -20,6 +20,7 @@
 #include "cli/commands/prepare.h"
 #include "cli/output/error_map.h"
 #include "cli/output/picture/image_file.h"
+#include "cli/output/picture/thumbnail.h"
 #include "cli/scene_sandbox/confinement.h"
 #include "common/base/error.h"
 #include "common/base/files.h"
@@ -48,6 +49,7 @@ struct Arguments {
   std::string wanted;
   std::size_t width = 0;
   std::size_t height = 0;
+  std::size_t thumbnail_width = 0;  ///< 0: the whole picture
 };
 
 void limit(decltype(RLIMIT_AS) what, rlim_t value) {
@@ -114,7 +116,10 @@ int picture(const Arguments& a) {
                                           static_cast<std::uint32_t>(a.height), bytes_of("pixels"));
   picture.image = std::move(parts.image);
   picture.statistics = std::move(parts.statistics);
-  if (picture.report.value("partial", false)) {
+  if (a.thumbnail_width > 0) {
+    write_image(a.wanted, thumbnail(picture.image, static_cast<std::uint32_t>(a.thumbnail_width)),
+                {{"Software", "ParRay " PARRAY_VERSION}});
+  } else if (picture.report.value("partial", false)) {
     write_image(a.wanted, picture.image,
                 {{"Software", "ParRay " PARRAY_VERSION}, {"parray:partial", std::uint64_t{1}}});
   } else if (a.wanted == "error.png") {
@@ -163,6 +168,7 @@ void declare_picture(CommandLine& line, Arguments& a, Action& chosen) {
   command.option("FILE", a.wanted, "").required();
   command.number("WIDTH", a.width, 1, std::size_t{1} << 32, "").required();
   command.number("HEIGHT", a.height, 1, std::size_t{1} << 32, "").required();
+  command.number("--thumbnail-width", a.thumbnail_width, 1, 1024, "Write a smaller copy");
   command.on_chosen([&] { chosen = [&a] { return picture(a); }; });
 }
 

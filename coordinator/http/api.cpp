@@ -79,7 +79,8 @@ bool flag_in(const Request& request, const std::string& name) {
 
 std::uint32_t priority_in(const Request& request) {
   if (media_type(request) != "application/json") {
-    throw Problem(415, "unsupported media type: send {\"priority\": 70} as application/json");
+    throw Problem(415, wrong_media_type(request) + ": send {\"priority\": 70} with the header " +
+                           json_header);
   }
   const json body = json::parse(read_text(request, small_body), nullptr, false);
   const auto priority = body.is_object() && body.size() == 1
@@ -106,12 +107,12 @@ void Api::add_to(Router& router) {
   router.add("GET", "/api/v1/events", [this](const Request& request, const Arguments&) {
     Reply reply;
     reply.type = "text/event-stream";
-    if (request.method != "HEAD") reply.events = events_.listen({});
+    if (request.method != "HEAD") reply.stream = events_.listen({});
     return reply;
   });
   router.add("GET", "/metrics", [this](const Request& request, const Arguments&) {
-    return text_reply(metrics_text(loop_.ask<msg::Farm>(request.sender, msg::ShowFarm{}).farm),
-                      metrics_type);
+    const json farm = loop_.ask<msg::Farm>(request.sender, msg::ShowFarm{}).farm;
+    return text_reply(metrics_text(farm) + counts_.metrics(), metrics_type);
   });
   router.add(
       "GET", "/healthz", [](const Request&, const Arguments&) { return text_reply("ok\n"); }, {},
@@ -135,7 +136,7 @@ void Api::add_jobs(Router& router) {
              [this](const Request& request, const Arguments& arguments) {
                return show_job(request, job_in(arguments));
              },
-             {"from_frame"});
+             {"from_frame", "wait"});
   router.add("DELETE", "/api/v1/jobs/{id}",
              [this](const Request& request, const Arguments& arguments) {
                return forget(request, job_in(arguments));
@@ -158,7 +159,7 @@ void Api::add_jobs(Router& router) {
                show_job(request, job);  // throws Problem 404 if the job does not exist
                Reply reply;
                reply.type = "text/event-stream";
-               if (request.method != "HEAD") reply.events = events_.listen(job);
+               if (request.method != "HEAD") reply.stream = events_.listen(job);
                return reply;
              });
 }
@@ -179,11 +180,19 @@ void Api::add_pictures(Router& router) {
        {"workers.u32", worker_numbers},
        {"workers.json", worker_names}}};
   for (const auto& [name, kind] : files) {
-    router.add("GET", std::string("/api/v1/jobs/{id}/") + name,
-               [this, kind = kind](const Request& request, const Arguments& arguments) {
-                 return picture(request, job_in(arguments), kind);
-               });
+    const std::vector<std::string_view> queries =
+        kind == png ? std::vector<std::string_view>{"width"} : std::vector<std::string_view>{};
+    router.add(
+        "GET", std::string("/api/v1/jobs/{id}/") + name,
+        [this, kind = kind](const Request& request, const Arguments& arguments) {
+          return picture(request, job_in(arguments), kind);
+        },
+        queries);
   }
+  router.add("GET", "/api/v1/jobs/{id}/frames.zip",
+             [this](const Request& request, const Arguments& arguments) {
+               return frames_zip(request, job_in(arguments));
+             });
 }
 
 void Api::add_workers(Router& router) {
@@ -234,8 +243,17 @@ Reply Api::list_jobs(const Request& request) {
 Reply Api::show_job(const Request& request, JobId job) {
   const auto from =
       static_cast<std::uint32_t>(number_parameter(request, "from_frame", 0, 999'999'999, 0));
+  const Time patience = seconds(number_parameter(request, "wait", 1, 60, 0));
+  const auto show = [&] {
+    return loop_.ask<msg::Job>(request.sender, msg::ShowJob{0, job, from}).job;
+  };
   try {
-    return json_reply(text_of(loop_.ask<msg::Job>(request.sender, msg::ShowJob{0, job, from}).job));
+    json shown = show();
+    if (patience > Time(0) && !has_ended(shown)) {
+      events_.await_end(job, owner_of(request), patience);
+      shown = show();
+    }
+    return json_reply(text_of(shown));
   } catch (const Problem& problem) {
     if (problem.status() != 409) throw;
     throw Problem(404, problem.what(), problem.exit_status());
@@ -287,9 +305,10 @@ Reply Api::report(const Request& request, JobId job) {
 }
 
 Reply Api::picture(const Request& request, JobId job, PictureCache::Kind kind) {
+  const auto width = static_cast<std::uint32_t>(number_parameter(request, "width", 16, 1024, 0));
   PictureCache::File picture;
   try {
-    picture = pictures_.get(request.sender, owner_of(request), job, kind);
+    picture = pictures_.get(request.sender, owner_of(request), job, kind, width);
   } catch (const Problem& problem) {
     fail_precisely(loop_, {}, job, problem);
   }
@@ -307,6 +326,8 @@ Reply Api::picture(const Request& request, JobId job, PictureCache::Kind kind) {
                    {"Parray-Samples", std::to_string(picture.samples)}};
   if (has_tag(request.field("if-none-match"), picture.etag)) {
     reply.status = 304;
+  } else if (picture.thumbnail) {
+    reply.body = picture.thumbnail;
   } else {
     reply.file = picture.file;
   }

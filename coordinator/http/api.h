@@ -5,6 +5,7 @@
 
 #include "coordinator/http/events.h"
 #include "coordinator/http/picture_cache.h"
+#include "coordinator/http/request_counts.h"
 #include "coordinator/http/router.h"
 #include "coordinator/http/upload_reader.h"
 #include "coordinator/http/webhooks.h"
@@ -24,12 +25,13 @@ class Api {
  public:
   /// All references must outlive this object.
   Api(LoopClient& loop, UploadReader& uploads, PictureCache& pictures, Events& events,
-      Webhooks& webhooks, ApiFacts facts)
+      Webhooks& webhooks, const RequestCounts& counts, ApiFacts facts)
       : loop_(loop),
         uploads_(uploads),
         pictures_(pictures),
         events_(events),
         webhooks_(webhooks),
+        counts_(counts),
         facts_(facts) {}
 
   /// Registers a handler for every path of the interface, and for /metrics, /healthz and /readyz.
@@ -46,6 +48,7 @@ class Api {
   Reply forget(const Request& request, JobId job);
   Reply report(const Request& request, JobId job);
   Reply picture(const Request& request, JobId job, PictureCache::Kind kind);
+  Reply frames_zip(const Request& request, JobId series);
   Reply list_workers(const Request& request);
   Reply steer_workers(const Request& request, const std::string& name, msg::WorkerAction action);
   Reply server(const Request& request) const;
@@ -55,7 +58,10 @@ class Api {
   PictureCache& pictures_;
   Events& events_;
   Webhooks& webhooks_;
+  const RequestCounts& counts_;
   const ApiFacts facts_;
+  /// Archives that are being sent. Only entries: nobody takes a place.
+  Places archives_{"archives", {.inside = 8, .one_inside = 2}};
 };
 
 }  // namespace parray::http

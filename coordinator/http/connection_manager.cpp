@@ -294,6 +294,7 @@ void ConnectionManager::dispatch(ConnectionId id, Entry& entry) {
     entry.keep = entry.keep && !head.has_body();
     entry.connection->consume(head.bytes);
     recount(entry, entry.connection->input().size());
+    callbacks_.answered(reply->status);
     entry.connection->put(head_text(*reply, entry.keep));
     if (head.method != "HEAD") entry.connection->put(*reply->body);
     entry.pace.restart();
@@ -308,6 +309,7 @@ void ConnectionManager::dispatch(ConnectionId id, Entry& entry) {
 
 void ConnectionManager::refuse(Entry& entry, const Problem& problem) {
   const Reply reply = problem_reply(problem);
+  callbacks_.answered(reply.status);
   seats_.has_asked(entry.connection->id());
   entry.keep = false;
   entry.connection->put(head_text(reply, false));

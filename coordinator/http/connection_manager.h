@@ -37,6 +37,8 @@ class ConnectionManager {
     std::function<void(SharedConnection, const RequestHead&)> hand_over;
     /// Logs a warning about connections that were refused or closed.
     std::function<void(const std::string&)> warn;
+    /// Called with the status of each answer that the manager itself sends.
+    std::function<void(int)> answered;
   };
 
   /// Takes over `listener`, a listening socket. Throws RunError.

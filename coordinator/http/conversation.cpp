@@ -212,8 +212,13 @@ Problem library_problem(const httplib::Request& request, int status) {
 /// The library's server without sockets.
 class Engine final : public httplib::Server {
  public:
-  explicit Engine(const std::function<Reply(const Request&)>& answer) : answer_(answer) {
+  Engine(const std::function<Reply(const Request&)>& answer, std::function<void(int)> answered)
+      : answer_(answer) {
     svr_sock_ = 0;  // the library treats an invalid socket as a stopped server
+    set_logger([answered = std::move(answered)](const httplib::Request& /*request*/,
+                                                const httplib::Response& response) {
+      answered(response.status);
+    });
     configure();
   }
 
@@ -318,19 +323,19 @@ class Engine final : public httplib::Server {
     return request;
   }
 
-  void send_events(httplib::Response& response, const std::shared_ptr<EventStream>& events) {
+  void send_stream(httplib::Response& response, const Reply& reply) {
     stream_->send_at_once();
     response.set_header("X-Accel-Buffering", "no");
-    const auto provide = [events](std::size_t /*offset*/, httplib::DataSink& sink) {
-      const std::optional<std::string> text = events->next();
+    const auto provide = [body = reply.stream](std::size_t /*offset*/, httplib::DataSink& sink) {
+      const std::optional<std::string> text = body->next();
       if (text) return sink.write(text->data(), text->size());
       sink.done();
       return true;
     };
     if (head_->old) {  // HTTP/1.0 has no chunks: closing the connection ends the stream
-      response.set_content_provider("text/event-stream", provide);
+      response.set_content_provider(reply.type, provide);
     } else {
-      response.set_chunked_content_provider("text/event-stream", provide);
+      response.set_chunked_content_provider(reply.type, provide);
     }
   }
 
@@ -347,8 +352,8 @@ class Engine final : public httplib::Server {
   void send_reply(httplib::Response& response, const Reply& reply) {
     response.status = reply.status;
     for (const auto& [name, value] : fields_of(reply)) response.set_header(name, value);
-    if (reply.events) {
-      send_events(response, reply.events);
+    if (reply.stream) {
+      send_stream(response, reply);
     } else if (reply.file && !reply.file->bytes().empty()) {
       send_file(response, reply.file, reply.type);
     } else if (reply.status != 204 && reply.status != 304) {
@@ -373,8 +378,8 @@ Pace default_pace() {
 
 class Conversation::Impl {
  public:
-  explicit Impl(std::function<Reply(const Request&)> answer)
-      : answer_(std::move(answer)), engine_(answer_) {}
+  Impl(std::function<Reply(const Request&)> answer, std::function<void(int)> answered)
+      : answer_(std::move(answer)), engine_(answer_, std::move(answered)) {}
 
   bool answer(Connection& connection) {
     const std::string_view input = connection.input();
@@ -388,8 +393,9 @@ class Conversation::Impl {
   Engine engine_;
 };
 
-Conversation::Conversation(std::function<Reply(const Request&)> answer)
-    : impl_(std::make_unique<Impl>(std::move(answer))) {}
+Conversation::Conversation(std::function<Reply(const Request&)> answer,
+                           std::function<void(int)> answered)
+    : impl_(std::make_unique<Impl>(std::move(answer), std::move(answered))) {}
 Conversation::~Conversation() = default;
 bool Conversation::answer(Connection& connection) { return impl_->answer(connection); }
 

@@ -11,14 +11,14 @@ namespace parray::http {
 /// Answers requests with cpp-httplib, one at a time. Not thread-safe.
 class Conversation {
  public:
-  /// `answer` returns the reply to a request.
-  explicit Conversation(std::function<Reply(const Request&)> answer);
+  /// `answer` returns the reply to a request. `answered` is called with the status of each answer.
+  Conversation(std::function<Reply(const Request&)> answer, std::function<void(int)> answered);
   ~Conversation();
   Conversation(const Conversation&) = delete;
   Conversation& operator=(const Conversation&) = delete;
 
   /// Answers the request whose head is at the beginning of the connection's input, and puts the
-  /// answer into its output. Sends an event stream until the stream ends. Returns false if the
+  /// answer into its output. Sends a stream until it ends. Returns false if the
   /// connection must be closed after the output is sent.
   bool answer(Connection& connection);
 

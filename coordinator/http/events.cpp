@@ -1,5 +1,6 @@
 #include "coordinator/http/events.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -18,20 +19,23 @@ std::string event_text(const char* name, const json& data) {
          "\ndata: " + data.dump(-1, ' ', false, json::error_handler_t::replace) + "\n\n";
 }
 
+std::string forgotten_event(JobId job) { return event_text("forgotten", {{"id", job}}); }
+
+}  // namespace
+
 bool has_ended(const json& job) {
   const std::string state = job.at("state");
   return state == "done" || state == "failed" || state == "cancelled";
 }
 
-std::string forgotten_event(JobId job) { return event_text("forgotten", {{"id", job}}); }
-
-}  // namespace
-
 /// The queue of one listener.
-class Events::Stream final : public EventStream {
+class Events::Stream final : public BodyStream {
  public:
-  explicit Stream(std::optional<JobId> job) : job_(job) {}
+  /// `waits`: the stream only waits for its end.
+  explicit Stream(std::optional<JobId> job, bool waits = false) : job_(job), waits_(waits) {}
 
+  /// Returns the next events, or, after a time without events, a comment, which keeps the
+  /// connection alive.
   std::optional<std::string> next() override {
     constexpr auto most_silence = seconds(5);  // then a comment reveals lost connections
     std::unique_lock lock(mutex_);
@@ -42,7 +46,13 @@ class Events::Stream final : public EventStream {
     return text;
   }
 
+  void await_end(Time patience) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, patience, [this] { return closed_; });
+  }
+
   void put(std::shared_ptr<const std::string> event) {
+    if (waits_) return;
     {
       const std::scoped_lock lock(mutex_);
       if (queue_.size() >= most_queued) closed_ = true;  // the client reconnects
@@ -61,6 +71,7 @@ class Events::Stream final : public EventStream {
   }
 
   [[nodiscard]] std::optional<JobId> job() const { return job_; }
+  [[nodiscard]] bool waits() const { return waits_; }
 
   // Used by the thread of Events only.
   bool has_snapshot = false;  ///< the initial state was sent
@@ -68,6 +79,7 @@ class Events::Stream final : public EventStream {
 
  private:
   const std::optional<JobId> job_;
+  const bool waits_;
   std::mutex mutex_;  // guards queue_ and closed_
   std::deque<std::shared_ptr<const std::string>> queue_;
   bool closed_ = false;
@@ -75,19 +87,28 @@ class Events::Stream final : public EventStream {
 };
 
 Events::Events(LoopClient& loop, std::size_t most_streams)
-    : loop_(loop), most_streams_(most_streams), thread_([this] { run(); }) {}
+    : loop_(loop),
+      most_streams_(most_streams),
+      waits_("waits for jobs", {.inside = most_streams,
+                                .one_inside = std::max<std::size_t>(1, most_streams * 3 / 4)}),
+      thread_([this] { run(); }) {}
 
 Events::~Events() {
   stop();
   thread_.join();
 }
 
-std::shared_ptr<EventStream> Events::listen(std::optional<JobId> job) {
+std::shared_ptr<BodyStream> Events::listen(std::optional<JobId> job) {
   const auto stream = std::make_shared<Stream>(job);
   {
     const std::scoped_lock lock(mutex_);
     std::erase_if(streams_, [](const auto& other) { return other.expired(); });
-    if (stopped_ || streams_.size() >= most_streams_) {
+    const auto listens = [](const auto& weak) {
+      const auto other = weak.lock();
+      return other && !other->waits();
+    };
+    const auto listening = static_cast<std::size_t>(std::ranges::count_if(streams_, listens));
+    if (stopped_ || listening >= most_streams_) {
       throw Problem(503,
                     "all " + std::to_string(most_streams_) +
                         " event streams are in use (--http-streams): try again later",
@@ -97,6 +118,19 @@ std::shared_ptr<EventStream> Events::listen(std::optional<JobId> job) {
   }
   changed_.notify_one();
   return stream;
+}
+
+void Events::await_end(JobId job, const std::string& owner, Time patience) {
+  const Places::Entry entry(waits_, owner);
+  const auto stream = std::make_shared<Stream>(job, true);
+  {
+    const std::scoped_lock lock(mutex_);
+    if (stopped_) return;
+    std::erase_if(streams_, [](const auto& other) { return other.expired(); });
+    streams_.push_back(stream);
+  }
+  changed_.notify_one();
+  stream->await_end(patience);
 }
 
 void Events::forgotten(JobId job) {

@@ -13,16 +13,21 @@
 #include <vector>
 
 #include "coordinator/http/loop_client.h"
+#include "coordinator/http/places.h"
 #include "coordinator/store/job_record.h"
 
 namespace parray::http {
+
+/// Returns whether the job of this job map is done, failed or cancelled.
+bool has_ended(const nlohmann::json& job);
 
 /// Sends changes of jobs and workers to any number of listeners. One thread polls the loop about
 /// once per second, and uses at most 2 % of the loop's time, independent of the number of
 /// listeners. It does not poll without listeners. Callable from any thread.
 class Events {
  public:
-  /// `loop` must outlive this object. `most_streams`: the limit of listeners.
+  /// `loop` must outlive this object. `most_streams`: the limit of listeners, and another limit of
+  /// the same size of clients that wait. Each of these keeps a thread busy.
   Events(LoopClient& loop, std::size_t most_streams);
   ~Events();
   Events(const Events&) = delete;
@@ -30,7 +35,10 @@ class Events {
 
   /// Returns a stream of all events, or of one job's events until that job has ended. Throws
   /// Problem 503 if too many clients listen.
-  std::shared_ptr<EventStream> listen(std::optional<JobId> job);
+  std::shared_ptr<BodyStream> listen(std::optional<JobId> job);
+  /// Waits until the job has ended or was deleted, but at most for `patience`. `owner`: has at most
+  /// three quarters of the waits. Throws Problem 503 if too many clients wait.
+  void await_end(JobId job, const std::string& owner, Time patience);
   /// Makes the next poll announce that a job was deleted.
   void forgotten(JobId job);
   /// Ends all streams.
@@ -57,6 +65,7 @@ class Events {
 
   LoopClient& loop_;
   const std::size_t most_streams_;
+  Places waits_;      ///< only its entries: nobody takes a place
   std::mutex mutex_;  // guards streams_, stopped_, forgotten_
   std::condition_variable changed_;
   std::vector<std::weak_ptr<Stream>> streams_;

@@ -114,4 +114,10 @@ std::string media_type(const Request& request) {
   return type;
 }
 
+std::string wrong_media_type(const Request& request) {
+  const std::string type = media_type(request);
+  return type.empty() ? "the request has no Content-Type"
+                      : "the Content-Type '" + printable(type) + "' is not supported";
+}
+
 }  // namespace parray::http

@@ -72,24 +72,24 @@ struct Request {
   Sender sender{};  ///< set after the guard has admitted the request
 };
 
-/// The events of one listener, as text/event-stream.
-class EventStream {
+/// A body that is made while it is sent. The client reads its pieces as one body.
+class BodyStream {
  public:
-  virtual ~EventStream() = default;
-  /// Waits for the next events and returns them. Returns a comment, which keeps the connection
-  /// alive, after a time without events. Returns nothing when the stream has ended.
+  virtual ~BodyStream() = default;
+  /// Waits for the next piece and returns it. Returns nothing when the body has ended. An exception
+  /// cuts the connection, so that the client notices that the body is incomplete.
   virtual std::optional<std::string> next() = 0;
 };
 
 class FileBody;
 
-/// An answer. Its content is `body`, `events` or `file`.
+/// An answer. Its content is `body`, `stream` or `file`.
 struct Reply {
   int status = 200;
   std::string type = "application/json";
   std::shared_ptr<const std::string> body = std::make_shared<const std::string>();
   Fields headers{};
-  std::shared_ptr<EventStream> events{};   ///< replaces `body` if set
+  std::shared_ptr<BodyStream> stream{};    ///< replaces `body` if set
   std::shared_ptr<const FileBody> file{};  ///< replaces `body` if set
 };
 
@@ -113,5 +113,10 @@ std::string read_text(const Request& request, std::size_t most);
 
 /// Returns the media type of the body in lower case, without parameters.
 std::string media_type(const Request& request);
+
+/// The header of JSON bodies, for messages. curl sends another one unless it is told.
+inline constexpr const char* json_header = "'Content-Type: application/json'";
+/// Returns the beginning of a message that refuses the media type of the body.
+std::string wrong_media_type(const Request& request);
 
 }  // namespace parray::http

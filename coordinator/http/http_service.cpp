@@ -115,7 +115,7 @@ class HttpService::Impl {
         webhooks_(
             loop_, options.webhook_hosts,
             options.state.empty() ? fs::path() : fs::path(options.state) / "http" / "webhooks"),
-        api_(loop_, uploads_, pictures_, events_, webhooks_,
+        api_(loop_, uploads_, pictures_, events_, webhooks_, counts_,
              {options.uploads.body_bytes, options.uploads.parts, options.streams}),
         warnings_(log_, 1),
         server_(options.address, server_limits(options),
@@ -123,7 +123,8 @@ class HttpService::Impl {
                  [this](const RequestHead& head, const std::string& address, bool reserve) {
                    return answer_early(head, address, reserve);
                  },
-                 [this](const std::string& line) { warnings_.warn(SteadyClock().now(), line); }}) {
+                 [this](const std::string& line) { warnings_.warn(SteadyClock().now(), line); },
+                 [this](int status) { counts_.add(status); }}) {
     api_.add_to(router_);
     for (const Asset& asset : assets()) serve_asset(asset);
   }
@@ -185,7 +186,7 @@ class HttpService::Impl {
 
   static ServerLimits server_limits(const Options& options) {
     ServerLimits limits;
-    limits.threads = options.threads + options.streams;
+    limits.threads = options.threads + 2 * options.streams;  // streams, and waits for jobs
     limits.seats.connections = options.connections;
     limits.seats.of_address = options.address_connections;
     return limits;
@@ -270,6 +271,7 @@ class HttpService::Impl {
   PictureCache pictures_;
   Events events_;
   Webhooks webhooks_;
+  RequestCounts counts_;
   Api api_;
   std::thread confinement_check_;
   LogBudget warnings_;  ///< used by the connection manager's thread

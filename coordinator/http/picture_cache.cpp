@@ -25,8 +25,10 @@ using Kind = PictureCache::Kind;
 constexpr Time patience = seconds(20);
 constexpr ChildLimits generous{std::uint64_t{64} << 30, 600};
 // Limits of the cache. The latest file stays in it, whatever its size.
-constexpr std::size_t most_entries = 32;
-constexpr std::size_t most_bytes = std::size_t{256} << 20;  // bytes on the disk
+constexpr std::size_t most_files = 32;
+constexpr std::size_t most_file_bytes = std::size_t{256} << 20;  // on the disk
+constexpr std::size_t most_thumbnails = 2000;                    // a page of 500 jobs shows as many
+constexpr std::size_t most_thumbnail_bytes = std::size_t{32} << 20;  // in memory
 
 bool is_work_map(Kind kind) {
   return kind == Kind::cost || kind == Kind::worker_numbers || kind == Kind::worker_names;
@@ -84,61 +86,74 @@ void keep_file(const fs::path& file, std::string_view bytes) {
 
 }  // namespace
 
-std::shared_ptr<PictureCache::Entry> PictureCache::entry_of(JobId job, Kind kind) {
+std::shared_ptr<PictureCache::Entry> PictureCache::entry_of(const Key& key) {
   const std::scoped_lock lock(mutex_);
-  std::shared_ptr<Entry>& entry = entries_[{job, kind}];
+  std::shared_ptr<Entry>& entry = entries_[key];
   if (!entry) entry = std::make_shared<Entry>();
   entry->used_at = clock_.now();
   return entry;
 }
 
-/// Removes the files that were used least recently. Requests that use a removed file keep it.
-void PictureCache::drop_old(std::size_t most_entries, std::size_t most_bytes) {
+/// Removes the thumbnails, or the other files, that were used least recently. Requests that use a
+/// removed file keep it.
+void PictureCache::drop_old(bool thumbnails, const Limits& limits) {
   const std::scoped_lock lock(mutex_);
+  std::vector<std::pair<Time, Key>> by_use;
   std::size_t bytes = 0;
-  for (const auto& [key, entry] : entries_) bytes += entry->size;
-  while (entries_.size() > 1 && (entries_.size() > most_entries || bytes > most_bytes)) {
-    const auto oldest = std::ranges::min_element(
-        entries_, {}, [](const auto& entry) { return entry.second->used_at; });
-    bytes -= oldest->second->size;
-    entries_.erase(oldest);
+  for (const auto& [key, entry] : entries_) {
+    if ((key.thumbnail_width > 0) != thumbnails) continue;
+    by_use.emplace_back(entry->used_at, key);
+    bytes += entry->size;
+  }
+  std::size_t left = by_use.size();
+  if (left <= limits.entries && bytes <= limits.bytes) return;
+  std::ranges::sort(by_use);
+  for (const auto& [used_at, key] : by_use) {
+    if (left <= 1 || (left <= limits.entries && bytes <= limits.bytes)) return;
+    bytes -= entries_.at(key)->size;
+    entries_.erase(key);
+    --left;
   }
 }
 
 PictureCache::File PictureCache::get(const Sender& sender, const std::string& owner, JobId job,
-                                     Kind kind) {
+                                     Kind kind, std::uint32_t thumbnail_width) {
+  const Key key{job, kind, thumbnail_width};
+  const bool small = thumbnail_width > 0;
   const Places::Entry entrance(places_, owner);
   const json shown = loop_.ask<msg::Job>(sender, msg::ShowJob{0, job}).job;
   const bool done = shown.at("state") == name_of(JobState::done);
-  const auto entry = entry_of(job, kind);
+  const auto entry = entry_of(key);
   const std::scoped_lock one_maker(entry->mutex);
   File& picture = entry->picture;
   const Time now = clock_.now();
   const Time rest = std::max<Time>(seconds(1), 20 * entry->cost);
-  const bool fresh =
-      picture.file && picture.partial != done && (done || now - entry->made_at < rest);
+  const bool made = picture.file || picture.thumbnail;
+  const bool fresh = made && picture.partial != done && (done || now - entry->made_at < rest);
   if (!fresh) {
     picture = {};
     const Places::Place place(entrance);
     const auto needed = memory_of(shown, kind);
     {
       const auto held = memory_.hold(needed, patience, "another picture");
-      picture = make_any(sender, job, kind);
+      picture = make_any(sender, key);
     }
     give_memory_back(needed);
     entry->made_at = clock_.now();
     entry->cost = entry->made_at - now;
-    entry->size = picture.file->bytes().size();
-    drop_old(most_entries, most_bytes);
+    entry->size = small ? picture.thumbnail->size() : picture.file->bytes().size();
+    drop_old(small, small ? Limits{most_thumbnails, most_thumbnail_bytes}
+                          : Limits{most_files, most_file_bytes});
   }
   return picture;
 }
 
-PictureCache::File PictureCache::make_any(const Sender& sender, JobId job, Kind kind) {
-  return is_work_map(kind) ? make_map(sender, job, kind) : make(sender, job, kind);
+PictureCache::File PictureCache::make_any(const Sender& sender, const Key& key) {
+  return is_work_map(key.kind) ? make_map(sender, key.job, key.kind) : make(sender, key);
 }
 
-PictureCache::File PictureCache::make(const Sender& sender, JobId job, Kind kind) {
+PictureCache::File PictureCache::make(const Sender& sender, const Key& key) {
+  const auto [job, kind, thumbnail_width] = key;
   const bool statistics = is_error_map(kind) || kind == Kind::exr;
   const auto data =
       loop_.ask<msg::ImageData>(sender, msg::Fetch{0, job, !is_error_map(kind), statistics, false});
@@ -150,10 +165,14 @@ PictureCache::File PictureCache::make(const Sender& sender, JobId job, Kind kind
   picture.etag = '"' +
                  (picture.partial ? std::to_string(job) + "-" + std::to_string(picture.samples)
                                   : data.report.value("image_sha256", "").substr(0, 32)) +
-                 "-" + file_of(kind) + '"';
+                 "-" + file_of(kind) +
+                 (thumbnail_width > 0 ? "-" + std::to_string(thumbnail_width) : "") + '"';
   try {
-    picture.file = kind == Kind::pixels ? keep(data.picture.bytes(PictureDetail::image).data.view())
-                                        : make_file(data, kind);
+    if (kind == Kind::pixels) {
+      picture.file = keep(data.picture.bytes(PictureDetail::image).data.view());
+    } else {
+      make_file(picture, data, key);
+    }
   } catch (const ChecksumError&) {
     throw RunError("the picture of job " + std::to_string(job) + " is damaged");
   }
@@ -187,7 +206,7 @@ std::shared_ptr<const FileBody> PictureCache::keep(const fs::path& file) {
   try {
     return std::make_shared<const FileBody>(file, disk_);
   } catch (const Problem&) {
-    drop_old(1, 0);
+    drop_old(false, {1, 0});
     return std::make_shared<const FileBody>(file, disk_);
   }
 }
@@ -198,17 +217,27 @@ std::shared_ptr<const FileBody> PictureCache::keep(std::string_view bytes) {
   return keep(directory.path() / "file");
 }
 
-std::shared_ptr<const FileBody> PictureCache::make_file(const msg::ImageData& data, Kind kind) {
+/// Makes the file in a child process, and puts it into `picture`.
+void PictureCache::make_file(File& picture, const msg::ImageData& data, const Key& key) {
   const WorkDirectory directory(directory_);
   const fs::path files = directory.path() / "picture";
   fs::create_directory(files);
   keep_file(files / "report", data.report.dump());
   keep_file(files / "pixels", data.picture.bytes(detail_of(data)).data.view());
-  const std::string name = file_of(kind);
-  const ChildEnd end = runner_.run(
-      {"picture", name, std::to_string(data.width), std::to_string(data.height)}, files, generous);
+  const std::string name = file_of(key.kind);
+  std::vector<std::string> words = {"picture", name, std::to_string(data.width),
+                                    std::to_string(data.height)};
+  const bool small = key.thumbnail_width > 0;
+  if (small) words.push_back("--thumbnail-width=" + std::to_string(key.thumbnail_width));
+  const ChildEnd end = runner_.run(words, files, generous);
   if (end.status != 0) throw RunError("making " + name + " failed: " + end.message);
-  return keep(files / name);
+  if (!small) {
+    picture.file = keep(files / name);
+  } else if (auto bytes = read_file(files / name)) {
+    picture.thumbnail = std::make_shared<const std::string>(*std::move(bytes));
+  } else {
+    throw RunError("reading " + name + " failed");
+  }
 }
 
 }  // namespace parray::http

@@ -46,37 +46,54 @@ class PictureCache {
         disk_(disk),
         directory_(std::move(directory)) {}
 
-  /// A file with its properties.
+  /// A file with its properties. A thumbnail is in memory: there are many, and each open file takes
+  /// a descriptor.
   struct File {
-    std::shared_ptr<const FileBody> file;
+    std::shared_ptr<const FileBody> file;            ///< null for a thumbnail
+    std::shared_ptr<const std::string> thumbnail{};  ///< null for other files
     std::string etag;
-    std::uint32_t width = 0;
-    std::uint32_t height = 0;
+    std::uint32_t width = 0;    ///< of the whole picture, in pixels
+    std::uint32_t height = 0;   ///< of the whole picture, in pixels
     std::uint64_t samples = 0;  ///< samples of all pixels together
     bool partial = false;       ///< the job is not done
   };
-  /// Returns the cached file, or makes it. `owner`: waits for its turn under this name. Throws
+  /// Returns the cached file, or makes it. `owner`: waits for its turn under this name.
+  /// `thumbnail_width`: for `png`, the width in pixels of a smaller copy, if the picture is wider;
+  /// 0: the whole picture. Throws
   /// Problem if the job does not exist, if it has no samples yet, or if an error map is requested
   /// before the job is done.
-  File get(const Sender& sender, const std::string& owner, JobId job, Kind kind);
+  File get(const Sender& sender, const std::string& owner, JobId job, Kind kind,
+           std::uint32_t thumbnail_width = 0);
 
  private:
+  /// What a file shows, and the width of a thumbnail or 0.
+  struct Key {
+    JobId job = 0;
+    Kind kind{};
+    std::uint32_t thumbnail_width = 0;
+    auto operator<=>(const Key&) const = default;
+  };
+  /// Limits of the cached thumbnails, or of all other files.
+  struct Limits {
+    std::size_t entries = 0;
+    std::size_t bytes = 0;
+  };
   struct Entry {
     std::mutex mutex;  ///< guards `picture`, `made_at` and `cost`
     File picture;
     Time made_at{};
     Time cost{};
-    std::atomic<std::size_t> size = 0;  ///< bytes of picture.file
+    std::atomic<std::size_t> size = 0;  ///< bytes of the file
     Time used_at{};                     ///< guarded by PictureCache::mutex_
   };
-  std::shared_ptr<Entry> entry_of(JobId job, Kind kind);
-  void drop_old(std::size_t entries, std::size_t bytes);
-  File make_any(const Sender& sender, JobId job, Kind kind);
-  File make(const Sender& sender, JobId job, Kind kind);
+  std::shared_ptr<Entry> entry_of(const Key& key);
+  void drop_old(bool thumbnails, const Limits& limits);
+  File make_any(const Sender& sender, const Key& key);
+  File make(const Sender& sender, const Key& key);
   File make_map(const Sender& sender, JobId job, Kind kind);
   std::shared_ptr<const FileBody> keep(const std::filesystem::path& file);
   std::shared_ptr<const FileBody> keep(std::string_view bytes);
-  std::shared_ptr<const FileBody> make_file(const msg::ImageData& data, Kind kind);
+  void make_file(File& picture, const msg::ImageData& data, const Key& key);
 
   LoopClient& loop_;
   const ChildRunner& runner_;
@@ -86,7 +103,7 @@ class PictureCache {
   const std::filesystem::path directory_;
   SteadyClock clock_;
   std::mutex mutex_;  // guards entries_
-  std::map<std::pair<JobId, Kind>, std::shared_ptr<Entry>> entries_;
+  std::map<Key, std::shared_ptr<Entry>> entries_;
 };
 
 }  // namespace parray::http

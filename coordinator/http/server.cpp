@@ -42,6 +42,7 @@ class Server::Impl {
  public:
   Impl(const std::string& address, const ServerLimits& limits, Callbacks callbacks)
       : answer_(std::move(callbacks.answer)),
+        answered_(std::move(callbacks.answered)),
         listener_(bind_address(address)),
         address_(address_text({parse_address(address).host, listener_.port})),
         manager_(listener_.socket, limits.seats,
@@ -50,7 +51,7 @@ class Server::Impl {
                     HandlerPool& pool = pool_for(*connection, head);
                     pool.give(std::move(connection));
                   },
-                  std::move(callbacks.warn)}),
+                  std::move(callbacks.warn), answered_}),
         requests_(limits.threads, limits.threads, [this] { return make_handler(); }),
         bodies_(limits.bodies, three_quarters(limits.bodies), [this] { return make_handler(); }),
         readiness_(2, 2, [this] { return make_handler(); }) {}
@@ -70,7 +71,7 @@ class Server::Impl {
   }
 
   HandlerPool::Handler make_handler() {
-    const auto conversation = std::make_shared<Conversation>(answer_);
+    const auto conversation = std::make_shared<Conversation>(answer_, answered_);
     return [this, conversation](const HandlerPool::SharedConnection& connection) {
       bool keep = false;
       try {
@@ -78,13 +79,14 @@ class Server::Impl {
         std::size_t ignored = 0;
         connection->flush(ignored);  // the connection manager sends the rest
       } catch (const std::exception&) {
-        connection->cut();  // there is not enough memory for an answer
+        connection->cut();  // memory is short, or a stream has failed
       }
       manager_.give_back(connection, keep);
     };
   }
 
   const std::function<Reply(const Request&)> answer_;
+  const std::function<void(int)> answered_;
   const Listener listener_;
   const std::string address_;
   ConnectionManager manager_;

@@ -31,6 +31,8 @@ class Server {
                                        bool reserve)>
         answer_early;
     std::function<void(const std::string&)> warn;
+    /// Called with the status of each answer. Callable from any thread.
+    std::function<void(int)> answered;
   };
 
   /// `address`: HOST:PORT; port 0 selects a free port. Throws InputError if `address` is invalid,

@@ -231,8 +231,8 @@ Upload UploadReader::receive(const Request& request) {
   const std::string type = media_type(request);
   const bool form = type == "multipart/form-data";
   if (!form && type != "application/json") {
-    throw Problem(415, "'" + printable(type) +
-                           "' is not supported: send application/json or multipart/form-data");
+    throw Problem(415, wrong_media_type(request) + ": send a scene with the header " + json_header +
+                           " (curl -H), or files as multipart/form-data (curl -F scene=@FILE)");
   }
   std::optional<Places::Entry> receiving;
   if (!request.is_whole) receiving.emplace(uploads_, owner_of(request));

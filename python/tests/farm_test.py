@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import os
 import socket
+import struct
 import subprocess
 import sys
 
@@ -86,6 +87,7 @@ class Jobs(FarmTest):
         self.assertEqual(so_far.shape, (300, 400, 3))
         self.assertGreater(so_far.pixels.max(), 0)
         self.assertEqual(job.png()[:4], b"\x89PNG")
+        self.assertEqual(struct.unpack_from(">2I", job.thumbnail(), 16), (64, 48))
         self.assertIn("%", job._repr_html_())
         job.set_priority(10)
         self.assertEqual(job.show()["priority"], 10)
@@ -102,7 +104,7 @@ class Jobs(FarmTest):
         job.cancel()
         job.forget()
         self.assertRaises(parray.ParRayError, job.show)
-        self.assertEqual(list(self.farm.jobs()), [])
+        self.assertEqual(self.farm.jobs(), [])
 
     def test_tasks_wait_side_by_side_and_cancel_what_they_render(self):
         self.start_worker()
@@ -139,7 +141,8 @@ class Tokens(FarmTest):
         job = self.farm.submit(SCENE, **SMALL)
         self.assertEqual(job.show()["user"], "ann")
         for token in (None, "guessed"):
-            self.refused(parray.RenderError, "token", parray.Farm(self.farm.url, token).submit, SCENE)
+            self.refused(parray.RenderError, "token", parray.Farm, self.farm.url, token)
+            self.refused(parray.RenderError, "token", parray.Farm(self.farm.url, token, check=False).submit, SCENE)
 
 
 class Document(FarmTest):

@@ -3,10 +3,12 @@
 import asyncio
 import email
 import http.server
+import itertools
 import json
 import re
 import socket
 import threading
+import unittest.mock
 
 from support import SCENE, SOURCE, Test, cloud, main, parray
 
@@ -74,8 +76,10 @@ class HttpTest(Test):
         self.server = Server()
         self.addCleanup(self.server.close)
         self.answers = self.server.answers
+        self.answers["GET /api/v1/server"] = [(200, {"version": "1", "user": "ann"})]
         self.answers["POST /api/v1/jobs"] = [(201, {"id": 7})]
         self.farm = parray.Farm(self.server.url, "secret", patience=5)
+        self.server.asked.clear()
 
     def names(self):
         return [name for name, _, _ in self.server.asked]
@@ -92,13 +96,19 @@ class Requests(HttpTest):
         for path in {path for _, path in known}:
             for method in ("GET", "POST", "PUT", "DELETE"):
                 self.answers[f"{method} {path}"] = [(200, JOB)]
+        self.answers["GET /api/v1/jobs/7/image.png?width=64"] = [(200, b"")]
         self.answers["GET /api/v1/workers"] = [(200, {"workers": []})]
         job = self.farm.job(7)
-        for act in (job.show, job.png, job.pause, job.resume, job.cancel, job.requeue, job.forget, self.farm.workers,
+        for act in (job.show, job.png, job.thumbnail, job.pause, job.resume, job.cancel, job.requeue, job.forget, self.farm.workers,
                     lambda: job.set_priority(3)):
             act()
-        asked = {tuple(name.split(" ", 1)) for name in self.names()}
-        self.assertLessEqual(asked | {("POST", "/api/v1/jobs"), ("GET", "/api/v1/jobs")}, known)
+        bulk = {name: path for name in ("pause", "resume", "cancel", "requeue", "forget", "priority")
+                if ("POST", path := f"/api/v1/jobs/{name}") in known}
+        for name, path in bulk.items():
+            self.answers[f"POST {path}"] = [(200, {"results": []})]
+            self.farm._steer(name, [7])
+        asked = {tuple(name.partition("?")[0].split(" ", 1)) for name in self.names()}
+        self.assertLessEqual(asked | {("POST", "/api/v1/jobs"), ("GET", "/api/v1/jobs"), ("GET", "/api/v1/server")}, known)
 
     def test_a_token_goes_with_every_request_and_to_no_other_server(self):
         other = Server()
@@ -130,12 +140,23 @@ class Requests(HttpTest):
     def test_a_farm_that_is_not_there_is_given_up_with_the_remedy(self):
         self.server.close()
         self.server.close = lambda: None
-        farm = parray.Farm(self.server.url, patience=0.3)
-        self.refused(parray.RenderError, "check that parray-coordinator --http listens there", lambda: list(farm.jobs()))
+        remedy = "check that parray-coordinator --http listens there"
+        self.refused(parray.RenderError, remedy, parray.Farm, self.server.url, patience=0.3)
+        farm = parray.Farm(self.server.url, patience=0.3, check=False)
+        self.refused(parray.RenderError, remedy, farm.jobs)
         for url in ("tcp://127.0.0.1:7400", "127.0.0.1:7480", "http://", "http://:80", "http://a:b", "http://me@a", ""):
             self.refused(parray.InputError, "give http://HOST:PORT", parray.Farm, url)
         for url in ("http://a", "https://a.b:7480", "http://[::1]:7480/", "https://a/farm/"):
-            parray.Farm(url)
+            parray.Farm(url, check=False)
+
+    def test_a_wrong_token_and_another_server_are_noticed_at_once(self):
+        for answer, text in ((problem(401, "this token is unknown"), "this token is unknown"),
+                             ((200, b"<html>"), "check that this is the address of parray-coordinator --http"),
+                             ((404, b"<html>"), "status 404")):
+            self.answers["GET /api/v1/server"] = [answer]
+            self.refused(parray.RenderError, text, parray.Farm, self.server.url)
+        self.answers["GET /api/v1/server"] = [problem(503, "busy")]
+        parray.Farm(self.server.url)  # it is there
 
     def test_an_answer_to_half_a_form_is_heard(self):
         """As that of a server to which it is too large."""
@@ -149,14 +170,45 @@ class Requests(HttpTest):
             thread = threading.Thread(target=answer)
             thread.start()
             self.addCleanup(thread.join)
-            farm = parray.Farm(f"http://127.0.0.1:{server.getsockname()[1]}", patience=0.2)
+            farm = parray.Farm(f"http://127.0.0.1:{server.getsockname()[1]}", patience=0.2, check=False)
             self.refused(parray.RenderError, "too large", farm.submit, *cloud(300000))
 
     def test_jobs_are_listed_page_by_page(self):
-        first = "GET /api/v1/jobs?limit=1000&state=queued,running"
-        self.answers[first] = [(200, {"jobs": [{"id": 9}, {"id": 8}], "next": 8})]
-        self.answers[first + "&before=8"] = [(200, {"jobs": [{"id": 5}], "next": None})]
-        self.assertEqual([job.id for job in self.farm.jobs(["queued", "running"])], [9, 8, 5])
+        first = "GET /api/v1/jobs?state=queued,running&limit=1000"
+        page = [{"id": id} for id in range(2000, 1000, -1)]
+        self.answers[first] = [(200, {"jobs": page, "next": 1001})]
+        self.answers[first + "&before=1001"] = [(200, {"jobs": [{"id": 5}], "next": None})]
+        jobs = self.farm.jobs(["queued", "running"])
+        self.assertEqual([job.id for job in jobs[-3:]], [1002, 1001, 5])
+        self.assertEqual(len(jobs), 1001)
+
+    def test_jobs_are_filtered_sorted_and_limited_by_the_server(self):
+        first = "GET /api/v1/jobs?state=done&user=ann&name=a+b&sort=taken&order=desc&limit="
+        page = [{"id": id} for id in range(1000)]
+        self.answers[first + "1000"] = [(200, {"jobs": page, "next": None})]
+        self.answers[first + "500&offset=1000"] = [(200, {"jobs": page[:500], "next": None})]
+        jobs = self.farm.jobs("done", user="ann", name="a b", sort="taken", order="desc", limit=1500)
+        self.assertEqual(len(jobs), 1500)
+        self.answers["GET /api/v1/jobs?limit=2"] = [(200, {"jobs": page[:2], "next": 1})]
+        self.assertEqual([job.id for job in self.farm.jobs(limit=2)], [0, 1])
+        self.assertEqual(self.farm.jobs(limit=0), [])
+
+    def test_many_jobs_are_steered_with_few_requests_and_refusals_are_told_at_the_end(self):
+        good = [{"id": id, "job": JOB} for id in range(1000)]
+        bad = [{"id": id, "problem": {"status": 403, "detail": f"job {id} is ann's"}} for id in range(5)]
+        self.answers["POST /api/v1/jobs/cancel"] = [(200, {"results": good}), (200, {"results": bad})]
+        self.refused(parray.RenderError, "refused for 5 of 1200 jobs: job 0: job 0 is ann's; ", self.farm.cancel,
+                     [self.farm.job(1), *range(2, 1201)])
+        bodies = [json.loads(body)["ids"] for _, _, body in self.server.asked]
+        self.assertEqual(bodies, [list(range(1, 1001)), list(range(1001, 1201))])
+        self.answers["POST /api/v1/jobs/priority"] = [(200, {"results": []})]
+        self.farm.set_priority([3], 90)
+        self.assertEqual(json.loads(self.server.asked[-1][2]), {"ids": [3], "priority": 90})
+        self.farm.cancel([])
+
+    def test_a_thumbnail_has_a_width(self):
+        self.answers["GET /api/v1/jobs/7/image.png?width=128"] = [(200, b"PNG")]
+        self.assertEqual(self.farm.job(7).thumbnail(128), b"PNG")
 
 
 class Forms(HttpTest):
@@ -225,6 +277,19 @@ class Waiting(HttpTest):
         self.assertEqual(picture.report, expected.report)
         self.states({}, {"state": "done"})
         self.assertEqual(asyncio.run(self.farm.render_async(SCENE)).error, expected.error)
+
+    def test_a_long_wait_is_one_request_and_a_busy_server_is_asked_again(self):
+        self.picture()
+        self.states({}, {"state": "done"})
+        wait = "GET /api/v1/jobs/7?wait=30"
+        self.answers[wait] = [problem(503, "busy"), (200, {**JOB, "state": "running"}), (200, {**JOB, "state": "done"})]
+        clock = itertools.count(0, 5)
+        with unittest.mock.patch("parray.farm.time") as time:
+            time.monotonic.side_effect = lambda: next(clock)
+            self.states(*[{}] * 9)
+            self.farm.job(7).wait()
+        self.assertEqual([name for name in self.names() if name.startswith("GET /api/v1/jobs/7?")], [wait] * 3)
+        time.sleep.assert_called_once()  # after the server was busy
 
     def test_the_picture_so_far_has_the_error_so_far(self):
         self.picture()

@@ -169,6 +169,8 @@ def handler_of(farm):
             if body:
                 farm.bodies[path] = body
                 farm.sent.append((path, body))
+            if path == "/api/v1/openapi.json":  # which needs no token
+                return self.reply(fake_console.openapi(farm))
             if farm.token and self.headers.get("Authorization") != "Bearer " + farm.token:
                 return self.problem(401, "a token is missing")
             if method != "GET" and farm.refusal and not path.endswith("/plan"):
@@ -195,8 +197,6 @@ def handler_of(farm):
                 return self.reply(fake_console.farm_history(farm) if parts[1:] else fake_console.farm_map(farm))
             if parts[0] == "plan":
                 return self.reply({**fake_console.plan_of(fake_console.options_of(body)), **farm.plan_fields})
-            if parts[0] == "openapi.json":
-                return self.reply(fake_console.openapi(farm))
             if parts[0] == "server":
                 return self.reply(fake_console.server_map(farm))
             if parts[0] == "events" and farm.streams:
@@ -271,7 +271,7 @@ def handler_of(farm):
             self.close_connection = True
 
         def asset(self, path):
-            file = PAGE / (path.lstrip("/") or "index.html")
+            file = PAGE / {"": "index.html", "api": "api.html"}.get(path.lstrip("/"), path.lstrip("/"))
             if file.parent != PAGE or not file.is_file():
                 return self.problem(404, "nothing is there")
             fields = {"Content_Security_Policy": POLICY} if file.suffix == ".html" else {}

@@ -56,7 +56,7 @@ OPTIONS = {
                                 "--background", "--quality", "--views", "--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet", "--progress",
                                 "--preview", "--display", "--on-end"],
     "submit": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + COORDINATOR + ["--background", "--quality", "--like", "--wait", "--output", "--aov", "--denoise", "--error-map", "--report",
-                                              "--priority", "--max-failures", "--quiet", "--progress",
+                                              "--name", "--priority", "--max-failures", "--quiet", "--progress",
                                               "--frames", "--camera-path",
                                               "--preview", "--display", "--on-end"],
     "jobs": COORDINATOR + ["--json"],

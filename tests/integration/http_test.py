@@ -394,7 +394,7 @@ class Description(WebCase):
             result = subprocess.run([SCHEMATHESIS, "--config-file", settings, "run",
                                      f"http://{farm.web}/api/v1/openapi.json", "--exclude-path-regex", "/events$",
                                      "--max-examples", "10", "--seed", "1", "--request-timeout", "60"],
-                                    capture_output=True, text=True, timeout=500, cwd=farm.directory)
+                                    capture_output=True, text=True, timeout=1000, cwd=farm.directory)
             self.assertEqual(result.returncode, 0, result.stdout[-6000:] + result.stderr[-2000:])
             self.assertIsNone(worker.poll())
             self.assertEqual(farm.ask("GET", "/readyz").status, 200)

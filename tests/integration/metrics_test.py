@@ -51,6 +51,18 @@ class Metrics(unittest.TestCase):
         time.sleep(1.5)  # not when somebody asked
         self.assertEqual(*(self.metrics()["process_start_time_seconds"] for _ in range(2)))
 
+    def test_http_requests_are_counted_by_status(self):
+        count = lambda status: self.metrics().get(("parray_http_requests_total", f'status="{status}"'), 0)
+        self.assertEqual((count(404), count(431)), (0, 0))
+        for _ in range(3):
+            self.farm.get("/jobs/77")
+        self.farm.ask("GET", "/healthz", headers={"X": "x" * 70000})  # refused before any handler reads it
+        self.assertEqual((count(404), count(431)), (3, 1))
+        before = count(200)
+        self.farm.ask("GET", "/healthz")
+        self.farm.get("/openapi.json")
+        self.assertEqual(count(200), before + 3)  # and the request of `before`
+
     def test_jobs_workers_and_samples_are_counted(self):
         before = self.metrics()
         self.assertEqual(before["parray_samples_total"], 0)

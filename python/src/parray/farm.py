@@ -11,14 +11,15 @@ import html
 import tempfile
 import time
 import uuid
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Optional
+from typing import TYPE_CHECKING, Any, Optional, Union
+from urllib.parse import urlencode
 
 import numpy.typing as npt
 
 from .errors import InputError, ParRayError, RenderError
-from .http import Form, Http
+from .http import Busy, Form, Http
 from .options import SubmitOptions, shows_keywords, split
 from .picture import Picture
 from .program import convert
@@ -30,13 +31,20 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
+_MOST_LISTED = 1000  # jobs in one answer, and in one request
+
+
 class Farm:
     """The coordinator at `url`, such as "http://127.0.0.1:7480". `parray keygen` makes the `token` of a user. Requests
-    fail if the coordinator does not answer for `patience` seconds."""
+    fail if the coordinator does not answer for `patience` seconds. The constructor asks the coordinator once, so that a
+    wrong address or token fails here, within two seconds; with `check=False` it does not."""
 
-    def __init__(self, url: str, token: Optional[str] = None, *, patience: float = 30) -> None:
+    def __init__(self, url: str, token: Optional[str] = None, *, patience: float = 30, check: bool = True) -> None:
         self._http = Http(url, token, patience)
         self.url = url
+        if check:
+            with contextlib.suppress(Busy):  # it is there
+                self._http.ask_once("/api/v1/server", min(patience, 2))
 
     @shows_keywords(SubmitOptions)
     def submit(
@@ -106,17 +114,70 @@ class Farm:
         """Returns a job by its number."""
         return Job(self, id)
 
-    def jobs(self, states: Sequence[str] = ()) -> Iterator[Job]:
-        """Yields the jobs, the newest first. With `states`, yields only jobs in one of these states."""
-        query = "?limit=1000" + (f"&state={','.join(states)}" if states else "")
-        before = ""
-        while True:
-            page = self._http.json("GET", f"/api/v1/jobs{query}{before}")
-            for job in page["jobs"]:
-                yield Job(self, job["id"])
-            if page["next"] is None:
-                return
-            before = f"&before={page['next']}"
+    def jobs(
+        self,
+        state: Union[str, Sequence[str]] = (),
+        *,
+        user: Optional[str] = None,
+        name: Optional[str] = None,
+        sort: Optional[str] = None,
+        order: Optional[str] = None,
+        limit: Optional[int] = None,
+    ) -> list[Job]:
+        """Returns the jobs, the newest first: those in one of the states `state`, of `user`, whose name contains `name`,
+        at most `limit`. `sort`: id, name, user, state, priority, submitted, finished, taken or progress. `order`: asc or
+        desc."""
+        states = state if isinstance(state, str) else ",".join(state)
+        chosen = {"state": states, "user": user, "name": name, "sort": sort, "order": order}
+        query = {key: value for key, value in chosen.items() if value}
+        by_offset = sort is not None or order is not None  # otherwise pages stay whole while jobs are submitted
+        found: list[Job] = []
+        most = float("inf") if limit is None else limit
+        while len(found) < most:
+            query["limit"] = str(int(min(_MOST_LISTED, most - len(found))))
+            page = self._http.json("GET", "/api/v1/jobs?" + urlencode(query, safe=","))
+            found += [Job(self, job["id"]) for job in page["jobs"]]
+            if len(page["jobs"]) < int(query["limit"]) or not by_offset and page["next"] is None:
+                break
+            query.update({"offset": str(len(found))} if by_offset else {"before": str(page["next"])})
+        return found
+
+    def pause(self, jobs: Iterable[Union[Job, int]]) -> None:
+        """Pauses many jobs with few requests. Each is a Job or its number. Raises RenderError, after all others are
+        paused, if some were refused."""
+        self._steer("pause", jobs)
+
+    def resume(self, jobs: Iterable[Union[Job, int]]) -> None:
+        """Resumes many jobs, as pause() pauses them."""
+        self._steer("resume", jobs)
+
+    def cancel(self, jobs: Iterable[Union[Job, int]]) -> None:
+        """Cancels many jobs, as pause() pauses them."""
+        self._steer("cancel", jobs)
+
+    def requeue(self, jobs: Iterable[Union[Job, int]]) -> None:
+        """Continues many jobs that failed or were cancelled, as pause() pauses them."""
+        self._steer("requeue", jobs)
+
+    def forget(self, jobs: Iterable[Union[Job, int]]) -> None:
+        """Deletes many jobs that have ended, with their pictures, as pause() pauses them."""
+        self._steer("forget", jobs)
+
+    def set_priority(self, jobs: Iterable[Union[Job, int]], priority: int) -> None:
+        """Sets the priority of many jobs, as pause() pauses them."""
+        self._steer("priority", jobs, priority=priority)
+
+    def _steer(self, action: str, jobs: Iterable[Union[Job, int]], **more: int) -> None:
+        ids = [job.id if isinstance(job, Job) else job for job in jobs]
+        refused = []
+        for begin in range(0, len(ids), _MOST_LISTED):
+            body = {"ids": ids[begin : begin + _MOST_LISTED], **more}
+            for result in self._http.json("POST", f"/api/v1/jobs/{action}", body)["results"]:
+                if "problem" in result:
+                    refused.append(f"job {result['id']}: {result['problem']['detail']}")
+        if refused:
+            others = f"; and {len(refused) - 3} others" if len(refused) > 3 else ""
+            raise RenderError(f"{action}: refused for {len(refused)} of {len(ids)} jobs: {'; '.join(refused[:3])}{others}")
 
     def workers(self) -> list[dict[str, Any]]:
         """Returns the connected workers in the form of `parray workers --json`."""
@@ -161,18 +222,22 @@ class Job:
         """Returns the same picture as a PNG file."""
         return self._http.body("GET", self._path + "/image.png")
 
+    def thumbnail(self, width: int = 64) -> bytes:
+        """Returns the same picture as a PNG file that is `width` pixels wide, 16 to 1024, or less if the picture is."""
+        return self._http.body("GET", f"{self._path}/image.png?width={width}")
+
     def wait(self, timeout: Optional[float] = None, progress: ProgressOption = None) -> Picture:
         """Waits until the job is done and returns its picture. `progress` is that of parray.render(). Raises RenderError
         if the job fails or is cancelled, and TimeoutError after `timeout` seconds. An exception does not stop the job."""
         with shower_for(progress) as shower:
-            for pause in self._looks(timeout, shower):
+            for pause in self._looks(timeout, shower, 30 if type(shower) is Shower else 2):
                 time.sleep(pause)
         return self.picture()
 
     async def wait_async(self, timeout: Optional[float] = None, progress: ProgressOption = None) -> Picture:
         """Does the same as wait() for asyncio."""
         with shower_for(progress) as shower:
-            looks = self._looks(timeout, shower)
+            looks = self._looks(timeout, shower, 2)  # a cancelled task leaves its thread for no longer than that
             while (pause := await asyncio.to_thread(next, looks, None)) is not None:
                 await asyncio.sleep(pause)
         return await asyncio.to_thread(self.picture)
@@ -180,11 +245,12 @@ class Job:
     def __await__(self) -> Generator[Any, None, Picture]:
         return self.wait_async().__await__()
 
-    def _looks(self, timeout: Optional[float], shower: Shower) -> Iterator[float]:
-        """Requests the state of the job until it is done. Yields the seconds to wait before the next request."""
+    def _looks(self, timeout: Optional[float], shower: Shower, patience: int) -> Iterator[float]:
+        """Requests the state of the job until it is done. Yields the seconds to wait before the next request. After some
+        seconds each request waits on the server, for at most `patience` seconds."""
         begin = time.monotonic()
+        job = self.show()
         while True:
-            job = self.show()
             now = Progress.of(job)
             shower.show(now)
             if now.ended:
@@ -195,8 +261,13 @@ class Job:
             waited = time.monotonic() - begin
             if timeout is not None and waited >= timeout:
                 raise TimeoutError(f"job {self.id} is not done after {timeout:g} s: the job continues")
-            pause = min(max(waited / 20, 0.05), 2)
-            yield pause if timeout is None else min(pause, timeout - waited)
+            left = float("inf") if timeout is None else timeout - waited
+            if waited >= 2 and left >= 1:
+                with contextlib.suppress(Busy):
+                    job = self._http.ask_once(f"{self._path}?wait={int(min(patience, left))}", self._http.patience)
+                    continue
+            yield min(max(waited / 20, 0.05), 2, left)
+            job = self.show()
         if now.state != "done":
             reason = f": {job['reason']}" if job["reason"] else ""
             raise RenderError(f"job {self.id} {'failed' if now.state == 'failed' else 'was cancelled'}{reason}")

@@ -62,6 +62,10 @@ class Form:
         yield self._end
 
 
+class Busy(RenderError):
+    """The server has no room for this request now (status 503)."""
+
+
 class Http:
     def __init__(self, url: str, token: Optional[str], patience: float) -> None:
         found = re.fullmatch(r"(https?)://(\[[0-9a-fA-F:.]+\]|[^][/?#@:]+)(?::([0-9]{1,5}))?(/[^?#]*)?", url)
@@ -73,11 +77,16 @@ class Http:
         self._host, self._port = host.strip("[]"), int(port) if port else None
         self._kind = http.client.HTTPSConnection if scheme == "https" else http.client.HTTPConnection
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
-        self._patience = patience
+        self.patience = patience
 
     def json(self, method: str, path: str, body: Any = None, headers: Mapping[str, str] = {}) -> Any:
         """Returns the JSON of the answer. `body` is a Form, or an object that is sent as JSON."""
-        return json.loads(self.body(method, path, body, headers))
+        return self._parsed(path, self.body(method, path, body, headers))
+
+    def ask_once(self, path: str, patience: float) -> Any:
+        """Returns the JSON of GET `path`. Waits for a server that does not answer only for `patience` seconds. Raises
+        Busy if it has no room."""
+        return self._parsed(path, self._repeat("GET", path, None, self._headers, patience, waits=False))
 
     def body(self, method: str, path: str, body: Any = None, headers: Mapping[str, str] = {}) -> bytes:
         """Returns the body of the answer. Repeats the request until an answer comes: all requests here are idempotent."""
@@ -85,7 +94,21 @@ class Http:
         if body is not None and not isinstance(body, Form):
             body = json.dumps(body).encode()
             headers["Content-Type"] = "application/json"
-        end = time.monotonic() + self._patience
+        return self._repeat(method, path, body, headers, self.patience)
+
+    def _parsed(self, path: str, answer: bytes) -> Any:
+        try:
+            return json.loads(answer)
+        except ValueError as error:
+            raise RenderError(
+                f"{self._url}{path}: the answer is not JSON: check that this is the address of parray-coordinator --http"
+            ) from error
+
+    def _repeat(
+        self, method: str, path: str, body: Any, headers: Mapping[str, str], patience: float, waits: bool = True
+    ) -> bytes:
+        """`waits`: repeats the request if the server has no room."""
+        end = time.monotonic() + patience
         pause = 0.1
         while True:
             last = time.monotonic() + pause > end
@@ -94,14 +117,17 @@ class Http:
             except (OSError, http.client.HTTPException) as error:
                 if last:
                     raise RenderError(
-                        f"no answer from {self._url} for {self._patience:g} s ({error or type(error).__name__}): "
+                        f"no answer from {self._url} for {patience:g} s ({error or type(error).__name__}): "
                         "check that parray-coordinator --http listens there"
                     ) from error
             else:
                 if status < 300:
                     return answer
+                problem = _problem(status, answer, self._url + path)
+                if status == 503 and not waits:
+                    raise Busy(str(problem))
                 if status != 503 or last:
-                    raise _problem(status, answer, self._url + path)
+                    raise problem
             time.sleep(pause)
             pause = min(2 * pause, 2)
 

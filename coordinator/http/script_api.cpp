@@ -1,0 +1,71 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "coordinator/http/api.h"
+#include "coordinator/http/frames_zip.h"
+
+/// Handlers for scripts that fetch many pictures.
+namespace parray::http {
+namespace {
+
+using nlohmann::json;
+
+struct DoneFrame {
+  std::uint32_t frame = 0;
+  JobId job = 0;
+};
+
+/// Returns the done frames of a series, by their numbers. Throws Problem 404 if there is no such
+/// job, 409 if it is no series.
+std::vector<DoneFrame> done_frames(LoopClient& loop, const Sender& sender, JobId series) {
+  std::vector<DoneFrame> done;
+  const auto listed = [&](std::uint32_t from) {
+    try {
+      return loop.ask<msg::Job>(sender, msg::ShowJob{0, series, from}).job;
+    } catch (const Problem& problem) {
+      if (problem.status() != 409) throw;
+      throw Problem(404, problem.what(), problem.exit_status());
+    }
+  };
+  for (std::uint32_t from = 0;;) {
+    const json shown = listed(from);
+    if (!shown.contains("frame_list")) {
+      throw Problem(409, fmt::format("job {} is not a series: its picture is image.png", series));
+    }
+    const json& frames = shown.at("frame_list");
+    for (const json& frame : frames) {
+      const bool is_done = frame.at("state") == "done";
+      if (is_done) done.push_back({frame.at("frame"), frame.at("job")});
+    }
+    if (frames.empty()) return done;
+    from = frames.back().at("frame").get<std::uint32_t>() + 1;
+  }
+}
+
+}  // namespace
+
+Reply Api::frames_zip(const Request& request, JobId series) {
+  const auto held = std::make_shared<const Places::Entry>(archives_, owner_of(request));
+  const std::vector<DoneFrame> frames = done_frames(loop_, request.sender, series);
+  if (frames.empty()) {
+    throw Problem(409, fmt::format("no frame of job {} is done: try again later", series));
+  }
+  std::vector<ZipStream::Member> members;
+  for (const DoneFrame& done : frames) {
+    members.push_back({fmt::format("frame-{:04}.png", done.frame),
+                       [this, job = done.job, sender = request.sender, owner = owner_of(request)] {
+                         return pictures_.get(sender, owner, job, PictureCache::Kind::png).file;
+                       }});
+  }
+  Reply reply;
+  reply.type = "application/zip";
+  reply.headers = {
+      {"Content-Disposition", fmt::format("attachment; filename=\"frames-{}.zip\"", series)}};
+  if (request.method != "HEAD") {
+    reply.stream = std::make_shared<ZipStream>(std::move(members), held);
+  }
+  return reply;
+}
+
+}  // namespace parray::http
