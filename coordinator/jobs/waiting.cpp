@@ -44,10 +44,10 @@ std::string lacking_worker(const WorkerRegistry& workers) {
   }
   const bool held_back =
       std::ranges::any_of(workers, [](const auto& w) { return w.second.held_back; });
-  return workers.size() == 0     ? "a worker: none is connected"
-         : workers.all_drained() ? "a worker: all are drained (parray workers readmit NAME)"
-         : held_back ? "a worker: all failed at leases that others traced (parray workers)"
-                     : "a worker: all are drained or in quarantine (parray workers)";
+  return workers.size() == 0     ? "a worker (none is connected)"
+         : workers.all_drained() ? "a worker (all are drained: parray workers readmit NAME)"
+         : held_back ? "a worker (all failed at leases that others traced: parray workers)"
+                     : "a worker (all are drained or in quarantine: parray workers)";
 }
 
 void add_wait(json& summary, const JobBook::Wait& wait) {
@@ -118,7 +118,7 @@ JobBook::Wait JobBook::queue_wait(const Job& job) {
   if (place->behind != 0) {
     wait.what = fmt::format("job {} of priority {}", place->behind, place->priority_behind);
   } else if (!means().room) {
-    wait.what = "a worker: all are busy";
+    wait.what = "a worker (all are busy)";
   }
   return wait;
 }

@@ -181,7 +181,7 @@ class Jobs(WebCase):
             job = farm.submitted(farm.post_scene())
             wait_for(lambda: farm.get(f"/jobs/{job}").json()["queue_place"] == 1, "its place in the queue")
             shown = farm.get(f"/jobs/{job}").json()
-            self.assertEqual(shown["waits_for"], "a worker: none is connected")
+            self.assertEqual(shown["waits_for"], "a worker (none is connected)")
             self.assertEqual((shown["waits_for_job"], shown["starts_in"]), (None, None))
 
     def test_a_quick_look_names_its_job_and_is_deleted_with_it(self):

@@ -53,7 +53,7 @@ TEST_CASE("the priority of an ended job cannot be changed") {
 TEST_CASE("wait_of() names what a waiting job lacks, as a noun") {
   FarmRig rig;
   Job& job = rig.add_job(5);
-  CHECK(rig.jobs.wait_of(job).what == "a worker: none is connected");
+  CHECK(rig.jobs.wait_of(job).what == "a worker (none is connected)");
   rig.join("peer", "one");
   rig.farm.now += seconds(1);
   CHECK(rig.jobs.wait_of(job).what.empty());
