@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,14 +22,13 @@ constexpr std::size_t most_jobs = 1000;
 
 struct SteeringCommand {
   std::vector<std::string> named;
-  std::uint32_t priority = 0;
   FarmOptions farm;
   bool as_json = false;
 };
 
 std::vector<std::uint64_t> jobs_in(const std::vector<std::string>& named) {
   if (named.size() > most_jobs) {
-    throw InputError("JOB: use at most " + std::to_string(most_jobs) + " jobs");
+    throw InputError("JOB: name at most " + std::to_string(most_jobs) + " jobs");
   }
   std::vector<std::uint64_t> jobs;
   for (const std::string& text : named) {
@@ -37,6 +37,16 @@ std::vector<std::uint64_t> jobs_in(const std::vector<std::string>& named) {
     jobs.push_back(*job);
   }
   return jobs;
+}
+
+/// Takes the last word, the priority, from the others, which are jobs.
+std::uint32_t take_priority(std::vector<std::string>& words) {
+  const auto priority = words.size() < 2 ? std::nullopt : natural_in(words.back());
+  if (!priority || *priority > 100) {
+    throw InputError("PRIORITY: end with a whole number from 0 to 100: parray priority JOB 80");
+  }
+  words.pop_back();
+  return static_cast<std::uint32_t>(*priority);
 }
 
 std::string outcome_text(const nlohmann::json& job, msg::JobAction action) {
@@ -61,13 +71,15 @@ int print_results(const nlohmann::json& results, msg::JobAction action) {
 }
 
 int steer(const SteeringCommand& command, msg::JobAction action) {
-  const std::vector<std::uint64_t> jobs = jobs_in(command.named);
+  std::vector<std::string> words = command.named;
+  const std::uint32_t priority = action == msg::JobAction::prioritise ? take_priority(words) : 50;
+  const std::vector<std::uint64_t> jobs = jobs_in(words);
   FarmClient client(command.farm);
   if (jobs.size() == 1) {
-    print_job(client->steer(jobs.front(), action, command.priority), command.as_json);
+    print_job(client->steer(jobs.front(), action, priority), command.as_json);
     return 0;
   }
-  const nlohmann::json results = client->steer(jobs, action, command.priority);
+  const nlohmann::json results = client->steer(jobs, action, priority);
   if (!command.as_json) return print_results(results, action);
   print_json(results);
   const auto refused = [](const nlohmann::json& result) { return !result.contains("job"); };
@@ -80,17 +92,14 @@ void add_action(CommandLine& line, Action& chosen, const char* help, const char*
   const std::string name(job_action_names[static_cast<std::size_t>(action)]);
   Command command = line.command(prioritise ? "priority" : name, help);
   const auto options = std::make_shared<SteeringCommand>();
-  command.option("JOB", options->named, "Numbers of jobs, as submit prints them")
+  command
+      .option("JOB", options->named,
+              prioritise ? "Numbers of jobs, then the priority from 0 to 100: among the jobs of a "
+                           "user, those with a higher priority are rendered first"
+                         : "Numbers of jobs, as submit prints them")
       .required()
-      .type_name("JOB")
+      .type_name(prioritise ? "JOB PRIORITY" : "JOB")
       .completes(Completes::jobs);
-  if (prioritise) {
-    add_whole_number(
-        command, "PRIORITY", 0, 100,
-        [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },
-        "Among the jobs of a user, those with a higher priority are rendered first")
-        .required();
-  }
   add_json(command, options->as_json);
   options->farm.add_to(command);
   command.example("parray " + std::string(prioritise ? "priority 7 80" : name + " 7"), example);

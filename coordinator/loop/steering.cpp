@@ -156,7 +156,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
     json summary = steer(now, m);
     answer_once(peer, content, msg::Job{m.request, std::move(summary)});
   } catch (const InputError& error) {
-    answer_once(peer, content, msg::Error{m.request, 2, error.what()});
+    farm_.fail_request(peer, m.request, 2, error.what());
   }
   note_steered();
 }
