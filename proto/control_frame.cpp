@@ -285,6 +285,18 @@ void ControlReader::epochs(const char* key,
   }
 }
 
+void ControlReader::numbers(const char* key, std::vector<std::uint64_t>& value,
+                            std::size_t most) const {
+  const json& list = at(key);
+  if (!list.is_array() || list.empty() || list.size() > most) {
+    malformed(key, ("is not a list of 1 to " + std::to_string(most)).c_str());
+  }
+  value.clear();
+  for (const json& number : list) {
+    value.push_back(unsigned_in(number, key, 0, UINT64_MAX));
+  }
+}
+
 void ControlReader::settings(const char* key, Boxed<RenderSettings>& value) const {
   value = settings_from_json(at(key));
 }

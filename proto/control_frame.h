@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/scene/settings_fwd.h"
 #include "proto/messages.h"
@@ -32,6 +33,14 @@ class ControlWriter {
   }
   void text_if_there(const char* key, std::string& value, std::size_t longest) {
     text(key, value, longest);
+  }
+  template <typename Enum, std::size_t N>
+  void word_if_there(const char* key, Enum& value, const std::array<std::string_view, N>& names) {
+    word(key, value, names);
+  }
+  /// Writes a list of numbers; ControlReader accepts 1 to `most` of them.
+  void numbers(const char* key, std::vector<std::uint64_t>& value, std::size_t /*most*/) {
+    map_[key] = value;
   }
   void real(const char* key, double& value) { map_[key] = value; }
   void duration(const char* key, double& value) { map_[key] = value; }
@@ -81,6 +90,12 @@ class ControlReader {
   void text_if_there(const char* key, std::string& value, std::size_t longest) const {
     if (map_.contains(key)) text(key, value, longest);
   }
+  template <typename Enum, std::size_t N>
+  void word_if_there(const char* key, Enum& value,
+                     const std::array<std::string_view, N>& names) const {
+    if (map_.contains(key)) word(key, value, names);
+  }
+  void numbers(const char* key, std::vector<std::uint64_t>& value, std::size_t most) const;
   void real(const char* key, double& value) const;
   /// Reads seconds: 0 to ten years.
   void duration(const char* key, double& value) const;

@@ -32,6 +32,8 @@ struct JobHead {
   std::string series{};
   std::uint32_t frame = 0;
   std::uint32_t frames = 0;
+  /// Number of the job or series of which this job is the quick look; 0: of none.
+  std::uint64_t preview_of = 0;
 };
 
 /// Describes the head for messages (ControlWriter, ControlReader) and for records.
@@ -48,6 +50,7 @@ void head_fields(F& f, JobHead& head) {
   f.text("series", head.series, 64);
   f.number("frame", head.frame, 0U, limits::max_frame);
   f.number("frames", head.frames, 0U, limits::max_frames);
+  f.number_if_there("preview_of", head.preview_of);
 }
 
 }  // namespace parray::proto

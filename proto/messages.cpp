@@ -141,11 +141,17 @@ void fields(F& f, msg::ListJobs& m) {
   f.number_if_there("before", m.before);
   f.number_if_there("limit", m.limit, 1U, msg::most_listed);
   f.text_if_there("states", m.states, max_name);
+  f.text_if_there("user", m.user, max_name);
+  f.text_if_there("name", m.name, max_name);
+  f.word_if_there("sort", m.sort, job_sort_names);
+  f.word_if_there("order", m.order, job_order_names);
+  f.number_if_there("offset", m.offset);
 }
 template <typename F>
 void fields(F& f, msg::Jobs& m) {
   f.number("request", m.request);
   f.list("jobs", m.jobs);
+  f.number_if_there("total", m.total);
 }
 template <typename F>
 void fields(F& f, msg::ShowJob& m) {
@@ -164,6 +170,18 @@ void fields(F& f, msg::SteerJob& m) {
   f.number("job", m.job);
   f.word("action", m.action, job_action_names);
   f.number("priority", m.priority, 0U, 100U);
+}
+template <typename F>
+void fields(F& f, msg::SteerJobs& m) {
+  f.number("request", m.request);
+  f.numbers("jobs", m.jobs, msg::most_steered);
+  f.word("action", m.action, job_action_names);
+  f.number("priority", m.priority, 0U, 100U);
+}
+template <typename F>
+void fields(F& f, msg::Steered& m) {
+  f.number("request", m.request);
+  f.list("results", m.results);
 }
 template <typename F>
 void fields(F& f, msg::Fetch& m) {
@@ -231,12 +249,13 @@ void fields(F& f, msg::Error& m) {
 
 /// Type names, in the order of the variant's alternatives.
 constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names = {
-    "hello",         "welcome",    "refuse",       "heartbeat",     "pulse",    "who",
-    "grant",         "need_scene", "scene_source", "need_chunk",    "chunk",    "chunk_later",
-    "no_scene",      "result",     "failed",       "verdict",       "revoke",   "bye",
-    "submit",        "submitted",  "list_jobs",    "jobs",          "show_job", "job",
-    "steer_job",     "fetch",      "image",        "fetch_journal", "journal",  "list_workers",
-    "steer_workers", "workers",    "show_farm",    "farm",          "error"};
+    "hello",     "welcome",      "refuse",        "heartbeat",  "pulse",     "who",
+    "grant",     "need_scene",   "scene_source",  "need_chunk", "chunk",     "chunk_later",
+    "no_scene",  "result",       "failed",        "verdict",    "revoke",    "bye",
+    "submit",    "submitted",    "list_jobs",     "jobs",       "show_job",  "job",
+    "steer_job", "steer_jobs",   "steered",       "fetch",      "image",     "fetch_journal",
+    "journal",   "list_workers", "steer_workers", "workers",    "show_farm", "farm",
+    "error"};
 
 // The bulk frame of the messages that have one.
 

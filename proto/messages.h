@@ -139,16 +139,36 @@ struct Submitted {
 };
 /// Maximum number of entries in a list.
 inline constexpr std::uint32_t most_listed = 1000;
+/// What a list of jobs is sorted by. Equal jobs: the newest first.
+enum class JobSort : std::uint8_t {
+  id,
+  name,
+  user,
+  state,
+  priority,
+  submitted,
+  finished,
+  taken,
+  progress
+};
+/// `newest`: the newest jobs by number, the oldest of them first.
+enum class JobOrder : std::uint8_t { newest, ascending, descending };
 struct ListJobs {
   std::uint64_t request = 0;
   std::uint64_t before = 0;           ///< lists only jobs with lower numbers; 0: all
   std::uint32_t limit = most_listed;  ///< lists only so many of the newest jobs
   /// States of the jobs, separated by commas; empty: all states.
   std::string states{};
+  std::string user{};  ///< lists only jobs of this user; empty: of all
+  std::string name{};  ///< lists only jobs with this part in their name, in any case
+  JobSort sort = JobSort::id;
+  JobOrder order = JobOrder::newest;
+  std::uint32_t offset = 0;  ///< skips so many jobs; only with `ascending` or `descending`
 };
 struct Jobs {
   std::uint64_t request = 0;
   nlohmann::json jobs;
+  std::uint64_t total = 0;  ///< number of jobs on all pages; 0 with JobOrder::newest
 };
 struct ShowJob {
   std::uint64_t request = 0;
@@ -165,6 +185,22 @@ struct SteerJob {
   std::uint64_t job = 0;
   JobAction action = JobAction::pause;
   std::uint32_t priority = 50;  ///< only for `prioritise`
+};
+/// Maximum number of jobs that one message changes.
+inline constexpr std::uint32_t most_steered = 500;
+struct SteerJobs {
+  std::uint64_t request = 0;
+  std::vector<std::uint64_t> jobs;
+  JobAction action = JobAction::pause;
+  std::uint32_t priority = 50;  ///< only for `prioritise`
+};
+/// Why a job was not changed.
+enum class Refusal : std::uint8_t { missing, forbidden, state, no_room };
+struct Steered {
+  std::uint64_t request = 0;
+  /// For each job, in the order of the request: `id`, and either `job`, a short map, or `refusal`
+  /// (a word of refusal_names) and `message`.
+  nlohmann::json results;
 };
 struct Fetch {
   std::uint64_t request = 0;
@@ -227,14 +263,13 @@ struct Error {
 
 }  // namespace msg
 
-using Message =
-    std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::HeartbeatAck,
-                 msg::Identify, msg::Grant, msg::NeedScene, msg::SceneSource, msg::NeedChunk,
-                 msg::Chunk, msg::ChunkLater, msg::NoScene, msg::Result, msg::Failed,
-                 msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit, msg::Submitted,
-                 msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob, msg::Fetch,
-                 msg::ImageData, msg::FetchJournal, msg::JournalData, msg::ListWorkers,
-                 msg::SteerWorkers, msg::Workers, msg::ShowFarm, msg::Farm, msg::Error>;
+using Message = std::variant<
+    msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::HeartbeatAck, msg::Identify,
+    msg::Grant, msg::NeedScene, msg::SceneSource, msg::NeedChunk, msg::Chunk, msg::ChunkLater,
+    msg::NoScene, msg::Result, msg::Failed, msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit,
+    msg::Submitted, msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob, msg::SteerJobs,
+    msg::Steered, msg::Fetch, msg::ImageData, msg::FetchJournal, msg::JournalData, msg::ListWorkers,
+    msg::SteerWorkers, msg::Workers, msg::ShowFarm, msg::Farm, msg::Error>;
 
 /// The message is malformed. `request` is set if it was readable, so that the client gets an
 /// `error`.
@@ -260,6 +295,11 @@ inline constexpr std::array<std::string_view, 4> verdict_names = {"accepted", "d
                                                                   "mismatch"};
 inline constexpr std::array<std::string_view, 6> job_action_names = {
     "pause", "resume", "cancel", "requeue", "forget", "prioritise"};
+inline constexpr std::array<std::string_view, 9> job_sort_names = {
+    "id", "name", "user", "state", "priority", "submitted", "finished", "taken", "progress"};
+inline constexpr std::array<std::string_view, 3> job_order_names = {"newest", "asc", "desc"};
+inline constexpr std::array<std::string_view, 4> refusal_names = {"missing", "forbidden", "state",
+                                                                  "no_room"};
 inline constexpr std::array<std::string_view, 2> worker_action_names = {"drain", "readmit"};
 
 }  // namespace parray::proto

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -9,6 +10,7 @@
 #include "cli/output/progress.h"
 #include "cli/output/text.h"
 #include "common/base/printable.h"
+#include "common/base/suggest.h"
 
 namespace parray::commands {
 namespace {
@@ -16,11 +18,25 @@ namespace {
 struct JobsCommand {
   FarmOptions farm;
   bool as_json = false;
+  msg::ListJobs wanted;
+  bool sorted = false;
 };
+
+/// Requests the jobs that the list ends with, so that the last line is the newest or the largest.
+nlohmann::json list_jobs(FarmClient& client, const JobsCommand& command) {
+  msg::ListJobs wanted = command.wanted;
+  if (command.sorted) wanted.order = msg::JobOrder::descending;
+  msg::Jobs answer = client->list(wanted);
+  if (command.sorted) std::ranges::reverse(answer.jobs);
+  if (answer.total > answer.jobs.size()) {
+    std::cerr << "parray: the last " << answer.jobs.size() << " of " << answer.total << " jobs\n";
+  }
+  return std::move(answer.jobs);
+}
 
 int jobs(const JobsCommand& command) {
   FarmClient client(command.farm);
-  const nlohmann::json list = client->jobs();
+  const nlohmann::json list = list_jobs(client, command);
   if (command.as_json) {
     print_json(list);
     return 0;
@@ -32,14 +48,15 @@ int jobs(const JobsCommand& command) {
     if (!job.waits_for.empty()) ++waiting[job.waits_for];
     rows.push_back({std::to_string(job.id),
                     printable(job.state) + (job.frames > 0 ? " " + frames_text(job) : ""),
-                    progress_cell(job), left_cell(job), error_cell(job),
+                    progress_cell(job), left_cell(job), queue_cell(job), error_cell(job),
                     std::to_string(job.priority),
                     std::to_string(job.width) + " x " + std::to_string(job.height),
                     std::to_string(job.samples_per_pixel),
                     printable(job.name) + (job.flag.empty() ? "" : "  (!)")});
   }
   std::cout << table_text(
-      {"JOB", "STATE", "DONE", "LEFT", "ERROR", "PRIORITY", "PIXELS", "SAMPLES", "SCENE"}, rows);
+      {"JOB", "STATE", "DONE", "LEFT", "QUEUE", "ERROR", "PRIORITY", "PIXELS", "SAMPLES", "SCENE"},
+      rows);
   std::cout << std::flush;
   for (const auto& [what, count] : waiting) {
     std::cerr << "parray: " + counted(count, "job") + (count == 1 ? " waits" : " wait") +
@@ -48,14 +65,37 @@ int jobs(const JobsCommand& command) {
   return 0;
 }
 
+void add_filters(Command& command, JobsCommand& options) {
+  command.option("--user", options.wanted.user, "List only jobs of this user")
+      .type_name("NAME")
+      .forbid_empty();
+  command.option("--name", options.wanted.name, "List only jobs with this part in their name")
+      .type_name("TEXT")
+      .forbid_empty();
+  const std::vector<std::string> words(job_sort_names.begin(), job_sort_names.end());
+  command
+      .option(
+          "--sort",
+          [&options](const std::string& word) {
+            options.sorted = true;
+            options.wanted.sort =
+                static_cast<msg::JobSort>(known_place("order", word, job_sort_names));
+          },
+          "Sort by this value, the largest last")
+      .words(words);
+}
+
 }  // namespace
 
 void add_jobs(CommandLine& line, Action& chosen) {
   Command command = line.command("jobs", "List the coordinator's jobs");
   const auto options = std::make_shared<JobsCommand>();
+  add_filters(command, *options);
   add_json(command, options->as_json);
   options->farm.add_to(command);
   command.example("parray jobs", "lists the jobs of the coordinator on this machine, newest last");
+  command.example("parray jobs --user ann --name water --sort progress",
+                  "lists ann's jobs with 'water' in their name, those that are almost done last");
   command.example("parray jobs --coordinator tcp://farm:7400 --json",
                   "asks a coordinator on another machine, for scripts");
   command.on_chosen([options, &chosen] { chosen = [options] { return jobs(*options); }; });

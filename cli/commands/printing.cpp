@@ -71,6 +71,12 @@ std::string left_cell(const JobStatus& job) {
   return job.ended() || job.seconds_left < 0 ? "" : duration_text(job.seconds_left);
 }
 
+std::string queue_cell(const JobStatus& job) {
+  if (job.queue_place == 0) return "";
+  const std::string place = std::to_string(job.queue_place);
+  return job.starts_in < 0 ? place : place + " (" + duration_text(job.starts_in) + ")";
+}
+
 std::string error_cell(const JobStatus& job) {
   if (!job.ended()) return target_text(job);
   return job.error.known() ? formatted("%.3g", job.error.rmse) : "";
@@ -116,6 +122,13 @@ void print_job(const json& map, bool as_json) {
     facts.emplace_back("time left", left_cell(job));
   }
   if (!job.waits_for.empty()) facts.emplace_back("waits for", printable(job.waits_for, 500));
+  if (job.queue_place > 0) {
+    facts.emplace_back(
+        "queue",
+        "place " + std::to_string(job.queue_place) +
+            (job.starts_in < 0 ? "" : ", begins in about " + duration_text(job.starts_in)));
+  }
+  if (!job.warning.empty()) facts.emplace_back("warning", printable(job.warning, 500));
   if (!job.flag.empty()) facts.emplace_back("flag", printable(job.flag, 500));
   if (!job.reason.empty()) facts.emplace_back("reason", printable(job.reason, 500));
   std::cout << list_text(facts);

@@ -40,6 +40,8 @@ std::string name_of(const ParticleFile& file);
 std::string progress_cell(const JobStatus& job);
 /// Returns the remaining time of a job, "12 s". Returns "" if it is unknown or the job has ended.
 std::string left_cell(const JobStatus& job);
+/// Returns the place in the queue, with the time until the job begins if it is known.
+std::string queue_cell(const JobStatus& job);
 /// Returns the RMSE of a job that has ended, "0.0098", or "" if it is unknown. For another job,
 /// returns target_text(): "error 0.021 of 0.01", or "" without a target.
 std::string error_cell(const JobStatus& job);

@@ -76,6 +76,13 @@ JobStatus job_status(const nlohmann::json& map) {
     map.at("samples_per_pixel").get_to(job.samples_per_pixel);
     job.whole = map.value("whole", false);
     job.waits_for = map.value("waits_for", std::string());
+    job.warning = map.value("warning", std::string());
+    if (const auto place = map.find("queue_place"); place != map.end() && !place->is_null()) {
+      place->get_to(job.queue_place);
+    }
+    if (const auto seconds = map.find("starts_in"); seconds != map.end() && !seconds->is_null()) {
+      seconds->get_to(job.starts_in);
+    }
     job.flag = map.value("flag", std::string());
     map.at("sampler").get_to(job.sampler);
     job.frames = map.value("frames", std::uint64_t{0});
@@ -209,7 +216,22 @@ nlohmann::json Client::steer(JobId job, msg::JobAction action, std::uint32_t pri
   return ask<msg::Job>(msg::SteerJob{0, job, action, priority}).job;
 }
 
-nlohmann::json Client::jobs() { return ask<msg::Jobs>(msg::ListJobs{}).jobs; }
+nlohmann::json Client::steer(const std::vector<JobId>& jobs, msg::JobAction action,
+                             std::uint32_t priority) {
+  auto results = nlohmann::json::array();
+  for (std::size_t begin = 0; begin < jobs.size(); begin += msg::most_steered) {
+    const auto first = jobs.begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto count = std::min<std::size_t>(msg::most_steered, jobs.size() - begin);
+    const auto end = first + static_cast<std::ptrdiff_t>(count);
+    const auto answer = ask<msg::Steered>(msg::SteerJobs{0, {first, end}, action, priority});
+    results.insert(results.end(), answer.results.begin(), answer.results.end());
+  }
+  return results;
+}
+
+msg::Jobs Client::list(msg::ListJobs wanted) { return ask<msg::Jobs>(std::move(wanted)); }
+
+nlohmann::json Client::jobs() { return list({}).jobs; }
 
 nlohmann::json Client::workers() { return ask<msg::Workers>(msg::ListWorkers{}).workers; }
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/output/picture/picture.h"
 #include "common/adaptive/error_estimate.h"
@@ -36,10 +37,13 @@ struct JobStatus {
   std::uint64_t priority = 0;
   double progress = 0;  ///< 0 to 1
   double samples_per_second = 0;
-  double seconds_left = -1;  ///< -1: unknown
-  std::string reason;        ///< why the job failed, was cancelled or is paused
-  std::string waits_for;     ///< what the job waits for; empty: nothing
-  std::string flag;          ///< errors in results that were found and repaired
+  double seconds_left = -1;       ///< -1: unknown
+  std::string reason;             ///< why the job failed, was cancelled or is paused
+  std::string waits_for;          ///< what the job waits for; empty: nothing
+  std::uint64_t queue_place = 0;  ///< 1: begins next; 0: not in the queue
+  double starts_in = -1;          ///< estimated seconds until it begins; -1: unknown
+  std::string warning;            ///< it will take very long; empty: it will not
+  std::string flag;               ///< errors in results that were found and repaired
   std::uint64_t width = 0;
   std::uint64_t height = 0;
   std::uint64_t samples_per_pixel = 0;
@@ -113,6 +117,11 @@ class Client {
   nlohmann::json show_series(JobId series, std::uint32_t from_frame);
   /// Changes a job and returns its map. `priority`: 0 to 100, for JobAction::prioritise.
   nlohmann::json steer(JobId job, msg::JobAction action, std::uint32_t priority = 0);
+  /// Changes many jobs. Returns the list `results` of PROTOCOL.md, in the order of `jobs`.
+  nlohmann::json steer(const std::vector<JobId>& jobs, msg::JobAction action,
+                       std::uint32_t priority = 0);
+  /// Returns job maps with their total number. `wanted`: which jobs, in which order.
+  msg::Jobs list(msg::ListJobs wanted);
   /// Return lists of the maps of PROTOCOL.md.
   nlohmann::json jobs();
   nlohmann::json workers();

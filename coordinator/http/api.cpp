@@ -4,12 +4,9 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <set>
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
-#include "common/base/suggest.h"
-#include "common/base/text.h"
 #include "coordinator/http/metrics.h"
 
 namespace parray::http {
@@ -18,8 +15,6 @@ namespace {
 using nlohmann::json;
 using Arguments = std::vector<std::string>;
 
-constexpr std::array<std::string_view, 7> states = {"queued", "running", "paused",   "finishing",
-                                                    "done",   "failed",  "cancelled"};
 constexpr JobId largest_job = (JobId{1} << 53) - 1;  // JavaScript rounds larger numbers
 
 std::string text_of(const json& value) {
@@ -51,21 +46,6 @@ std::string token_of(const Request& request, const std::string& digest) {
   std::string token = "http:";
   for (int i = 0; i < 4; ++i) token += std::to_string(device()) + ".";
   return token;
-}
-
-/// Returns the states of the query, separated by commas, each once; empty if the query has none.
-std::string states_in(const Request& request) {
-  const auto found = request.query.find("state");
-  if (found == request.query.end()) return "";
-  std::set<std::string_view> names;
-  for (const std::string_view name : split_at(',', found->second)) {
-    if (std::ranges::find(states, name) == states.end()) {
-      throw Problem(
-          400, "state: '" + printable(name) + "' is unknown: " + remedy_for_name(name, states), 2);
-    }
-    names.insert(name);
-  }
-  return joined(names, ",");
 }
 
 bool flag_in(const Request& request, const std::string& name) {
@@ -100,6 +80,7 @@ bool has_tag(const std::string& list, const std::string& etag) {
 
 void Api::add_to(Router& router) {
   add_jobs(router);
+  add_job_lists(router);
   add_pictures(router);
   add_workers(router);
   router.add("GET", "/api/v1/server",
@@ -129,9 +110,6 @@ void Api::add_to(Router& router) {
 void Api::add_jobs(Router& router) {
   router.add("POST", "/api/v1/jobs",
              [this](const Request& request, const Arguments&) { return submit(request); });
-  router.add("GET", "/api/v1/jobs",
-             [this](const Request& request, const Arguments&) { return list_jobs(request); },
-             {"limit", "before", "state"});
   router.add("GET", "/api/v1/jobs/{id}",
              [this](const Request& request, const Arguments& arguments) {
                return show_job(request, job_in(arguments));
@@ -226,18 +204,6 @@ Reply Api::submit(const Request& request) {
   Reply reply = json_reply(text_of({{"id", job}}), 201);
   reply.headers.emplace_back("Location", "/api/v1/jobs/" + std::to_string(job));
   return reply;
-}
-
-Reply Api::list_jobs(const Request& request) {
-  const auto limit =
-      static_cast<std::uint32_t>(number_parameter(request, "limit", 1, msg::most_listed, 100));
-  const JobId before = number_parameter(request, "before", 1, largest_job, 0);
-  json jobs =
-      loop_.ask<msg::Jobs>(request.sender, msg::ListJobs{0, before, limit, states_in(request)})
-          .jobs;
-  std::ranges::reverse(jobs);
-  const json next = jobs.size() < limit ? json() : jobs.back().at("id");
-  return json_reply(text_of({{"jobs", std::move(jobs)}, {"next", next}}));
 }
 
 Reply Api::show_job(const Request& request, JobId job) {

@@ -39,10 +39,12 @@ class Api {
 
  private:
   void add_jobs(Router& router);
+  void add_job_lists(Router& router);
   void add_pictures(Router& router);
   void add_workers(Router& router);
   Reply submit(const Request& request);
   Reply list_jobs(const Request& request);
+  Reply steer_many(const Request& request, msg::JobAction action);
   Reply show_job(const Request& request, JobId job);
   Reply steer(const Request& request, JobId job, msg::JobAction action);
   Reply forget(const Request& request, JobId job);

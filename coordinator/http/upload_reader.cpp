@@ -40,11 +40,10 @@ constexpr OptionType type_of(const Rule& /*rule*/) {
 
 const std::vector<KnownOption>& known_options() {
   static const std::vector<KnownOption> known = [] {
-    std::vector<KnownOption> options = {{"name", OptionType::text},
-                                        {"priority", OptionType::whole},
-                                        {"max_failures", OptionType::whole},
-                                        {"webhook", OptionType::text},
-                                        {"progressive", OptionType::flag}};
+    std::vector<KnownOption> options = {
+        {"name", OptionType::text},          {"priority", OptionType::whole},
+        {"max_failures", OptionType::whole}, {"webhook", OptionType::text},
+        {"preview_of", OptionType::whole},   {"progressive", OptionType::flag}};
     settings_fields([&options](const Setting& setting, const auto& rule) {
       if (setting.help != nullptr) options.push_back({keyword_of(setting), type_of(rule)});
     });
@@ -211,6 +210,14 @@ std::optional<std::uint64_t> whole_in(const json& value) {
   return whole ? std::optional(static_cast<std::uint64_t>(number)) : std::nullopt;
 }
 
+std::uint64_t preview_in_options(const std::string& options) {
+  const json map = json::parse(options, nullptr, false);
+  if (!map.is_object() || !map.contains("preview_of")) return 0;
+  const auto job = whole_in(map.at("preview_of"));
+  if (!job || *job == 0) fail_option("preview_of", "use the number of a job");
+  return *job;
+}
+
 std::vector<std::string> words_of_options(const std::string& options, std::string& webhook) {
   if (options.empty()) return {};
   const json map = json::parse(options, nullptr, false);
@@ -220,7 +227,7 @@ std::vector<std::string> words_of_options(const std::string& options, std::strin
     const std::string word = word_of(name, value);
     if (name == "webhook") {
       webhook = value.get<std::string>();
-    } else if (!word.empty()) {
+    } else if (!word.empty() && name != "preview_of") {
       words.push_back(word);
     }
   }
@@ -254,6 +261,7 @@ Upload UploadReader::read_scene(const fs::path& directory, const std::string& sc
                                 const std::string& options) const {
   Upload upload;
   std::vector<std::string> words = words_of_options(options, upload.webhook);
+  const std::uint64_t preview = preview_in_options(options);
   words.insert(words.begin(), {"submit", scene});
   const ChildEnd end = runner_.run(words, directory, limits_.child);
   if (end.status != 0) fail(end);
@@ -265,6 +273,7 @@ Upload UploadReader::read_scene(const fs::path& directory, const std::string& sc
     Message message = decode({Frame(read_file(made / "control").value_or("")),
                               Frame(read_file(made / "bulk").value_or(""))});
     upload.submit = std::move(std::get<msg::Submit>(message));
+    upload.submit.preview_of = preview;
   } catch (const Problem&) {
     throw;
   } catch (const std::exception& error) {

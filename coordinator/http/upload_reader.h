@@ -36,9 +36,13 @@ struct Upload {
 /// Returns the value if it is a whole number >= 0. JSON does not distinguish 20 from 20.0.
 std::optional<std::uint64_t> whole_in(const nlohmann::json& value);
 
-/// Converts the `options` of a request, a JSON map, to arguments of the command line. Stores the
-/// option `webhook` in `webhook` instead. Throws Problem 422 with the option in
-/// its message.
+/// Returns the option `preview_of` of a request: the job of which the submitted one is the quick
+/// look; 0: none. Throws Problem 422.
+std::uint64_t preview_in_options(const std::string& options);
+
+/// Converts the `options` of a request, a JSON map, to arguments of the command line. Leaves out
+/// `preview_of`. Stores the option `webhook` in `webhook` instead. Throws Problem 422 with the
+/// option in its message.
 std::vector<std::string> words_of_options(const std::string& options, std::string& webhook);
 
 /// Reads uploaded scenes. It writes the parts to a directory of the request. A child process with

@@ -7,11 +7,6 @@
 
 namespace parray::coordinator {
 
-/// Part of a user's time that goes to the express lane.
-static constexpr double express_part = 0.25;
-/// Part of a user's time that goes to starving jobs.
-static constexpr double starving_part = 0.05;
-
 void FairQueue::assign(const std::vector<Entry>& jobs) {
   std::map<std::string, std::vector<Entry>> by_user;
   for (const Entry& job : jobs) {

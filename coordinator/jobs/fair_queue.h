@@ -16,9 +16,9 @@ namespace parray::coordinator {
 /// MIT/LCS/TM-528, 1995). A user does not accumulate credit while having no jobs.
 ///
 /// Among the jobs of one user, the highest priority goes first, then the oldest job. However, a
-/// quarter of the user's time goes to an **express lane**: the job of highest priority with the
-/// least work left. If that job has had no lease yet, its turn is next. So a short job does not
-/// wait for a long one that came earlier.
+/// quarter of the user's time goes to an **express lane**: of the jobs of the highest priority, the
+/// one with the least work left. Jobs of a lower priority have no express lane. If that job has had
+/// no lease yet, its turn is next. So a short job does not wait for a long one that came earlier.
 ///
 /// No job starves: a twentieth of a user's time goes to jobs that have waited long, whatever their
 /// priority. The job that has waited longest gets it.
@@ -26,6 +26,13 @@ namespace parray::coordinator {
 /// Not thread-safe. A grant takes at most linear time in the number of users.
 class FairQueue {
  public:
+  /// Part of a user's time that goes to the express lane.
+  static constexpr double express_part = 0.25;
+  /// Part of a user's time that goes to starving jobs.
+  static constexpr double starving_part = 0.05;
+  /// Seconds without a regular turn after which a job starves.
+  static constexpr double starving_after = 600;
+
   /// A job that needs leases.
   struct Entry {
     JobId id = 0;

@@ -39,6 +39,12 @@ double Job::progress(Time now) const {
   return share_done(record.settings, *work, elapsed);
 }
 
+bool Job::samples_known() const {
+  const RenderSettings& s = record.settings;
+  const bool target = s.target_error > 0 || s.target_half_width > 0;
+  return !target || (work && work->plan && work->expected_samples > 0);
+}
+
 double Job::samples_left(Time now) const {
   const RenderSettings& s = record.settings;
   const double most = static_cast<double>(s.width) * s.height * s.samples_per_pixel;
@@ -93,6 +99,12 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
                   {"sampler", name_of(record.settings->sampler)},
                   {"whole", record.state == JobState::done || (job.work && job.work->whole)}};
   add_error(summary, job);
+  if (!record.warning.empty()) {
+    summary["warning"] = record.warning;
+  }
+  if (record.preview_of != 0) {
+    summary["preview_of"] = record.preview_of;
+  }
   if (record.series_id != 0) {
     summary["series"] = record.series_id;
     summary["frame"] = record.frame;

@@ -74,8 +74,13 @@ struct Job {
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return ended() ? picture_bytes + scene.size() : 0;
   }
-  /// Estimates the samples that are not traced yet.
+  /// Estimates the samples that are not traced yet. The upper bound while samples_known() is false.
   [[nodiscard]] double samples_left(Time now) const;
+
+  /// Returns whether the number of samples of the finished picture is known or estimated.
+  [[nodiscard]] bool samples_known() const;
+  /// Returns whether it has had a lease in this process.
+  [[nodiscard]] bool begun() const { return work && work->started != never; }
 
   [[nodiscard]] bool ended() const { return phase == JobPhase::ended; }
   [[nodiscard]] bool tracing() const { return phase == JobPhase::tracing; }

@@ -33,15 +33,6 @@ std::vector<Job*> JobBook::frames_of(JobId series) const {
   return frames;
 }
 
-json JobBook::summary_of(Time now, const Series& listed) const {
-  const Job& first = *listed.front();
-  if (first.record.series_id == 0) {
-    return job_summary(first, now, waits_for(first));
-  }
-  const Job* open = first_unfinished(listed);
-  return series_summary(listed, now, open == nullptr ? "" : waits_for(*open));
-}
-
 JobThread::Guarded JobBook::for_job(const Job& job, const std::string& doing) {
   return farm_.job_thread.guarded(
       [this, doing, id = job.record.id, generation = job.work->generation](const std::string& why) {
@@ -54,6 +45,7 @@ JobThread::Guarded JobBook::for_job(const Job& job, const std::string& doing) {
 /// The next grant rebuilds the queue, once for all changes.
 void JobBook::list_open_jobs() {
   farm_.queue_again_at = Time(0);
+  ++farm_.queue_changes;
   farm_.grants_due = true;
 }
 

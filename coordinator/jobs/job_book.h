@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "coordinator/jobs/queue_outlook.h"
 #include "coordinator/jobs/series.h"
 #include "coordinator/loop/farm.h"
 
@@ -45,9 +47,18 @@ class JobBook {
   /// Finds the frames of a series, in order. Empty: no series has this number.
   std::vector<Job*> frames_of(JobId series) const;
   /// Returns the job map of PROTOCOL.md of a job or a series.
-  [[nodiscard]] nlohmann::json summary_of(Time now, const Series& listed) const;
-  /// Returns what an unfinished job lacks, for people. Empty: nothing.
-  [[nodiscard]] std::string waits_for(const Job& job) const;
+  [[nodiscard]] nlohmann::json summary_of(Time now, const Series& listed);
+  /// Returns the job map of a job, even if it is a frame of a series.
+  [[nodiscard]] nlohmann::json summary_of(Time now, const Job& job);
+  /// What an unfinished job waits for.
+  struct Wait {
+    std::string what;                 ///< a noun phrase, for people; empty: nothing
+    JobId job = 0;                    ///< the job or series that goes first; 0: none
+    std::uint32_t place = 0;          ///< in the queue, from 1; 0: not in it
+    std::optional<double> starts_in;  ///< estimated seconds until it begins
+  };
+  /// Returns what a job waits for. The estimates may be a second old.
+  [[nodiscard]] Wait wait_of(const Job& job);
   /// Throws InputError if one more job like this would exceed a limit.
   void check_limits(const JobRecord& record) const;
 
@@ -99,7 +110,20 @@ class JobBook {
   void prioritise(Job& job, std::uint32_t priority);
   void note_damaged_rows(Job& job, const std::string& damage);
   void note_usage(Store::Usage usage);
+  [[nodiscard]] Wait general_wait(const Job& job);
+  [[nodiscard]] Wait series_wait(const Job& first_unfinished);
+  [[nodiscard]] Wait queue_wait(const Job& job);
+  struct Means {
+    Time at = never;           ///< when they were counted
+    std::uint64_t memory = 0;  ///< bytes in use
+    bool room = false;         ///< a worker can take a lease
+  };
+  const Means& means();
+  void renew_outlook();
+  void warn_of_long_jobs();
   void make_room_on_disk();
+  void forget_previews(JobId of);
+  void check_preview(const JobRecord& record) const;
   void keep_farm_notes();
   void restore_farm_notes();
 
@@ -113,6 +137,10 @@ class JobBook {
   std::uint64_t next_generation_ = 1;
   Store::Usage usage_;                            ///< of the store, at the last count
   std::map<std::string, std::uint64_t> disk_of_;  ///< of usage_, by user
+  QueueOutlook outlook_;
+  Time outlook_at_ = never;               ///< when outlook_ was made; never: it must be made
+  std::uint64_t outlook_of_changes_ = 0;  ///< Farm::queue_changes when it was made
+  Means means_;                           ///< of the current turn
   Time next_housekeeping_{};
   double uptime_kept_ = 0;     ///< seconds, as stored
   std::string progress_kept_;  ///< as stored

@@ -10,6 +10,10 @@ std::string JobBook::asker() const {
   return farm_.sender.name.empty() ? "a client" : "'" + farm_.sender.name + "'";
 }
 
+static InputError misfit(const Job& job, const char* rule) {
+  return InputError(fmt::format("job {} is {}: {}", job.record.id, job.shown_state(), rule));
+}
+
 void JobBook::steer(Job& job, const msg::SteerJob& m) {
   using enum msg::JobAction;
   switch (m.action) {
@@ -26,15 +30,25 @@ void JobBook::steer(Job& job, const msg::SteerJob& m) {
     case forget:
       break;
   }
+  const JobId id = job.record.id;
   if (!job.ended()) {
-    throw InputError("job " + std::to_string(job.record.id) +
-                     " has not ended yet: cancel it first");
+    throw InputError(fmt::format("job {0} has not ended yet: cancel it first", id));
+  }
+  const JobId series = job.record.series_id;
+  if (m.job == id && series != 0 && !has_ended(series_of(*farm_.index.listed_as(series)))) {
+    throw InputError(
+        fmt::format("job {} is a frame of series {}, which has not ended yet: cancel the series "
+                    "first, or delete it as a whole",
+                    id, series));
   }
 }
 
 /// Workers finish the leases that they hold. `named`: the number that the client used.
 void JobBook::pause(Job& job, JobId named) {
-  if (job.ended() || job.phase == JobPhase::finishing || job.record.state == JobState::paused) {
+  if (job.ended() || job.phase == JobPhase::finishing) {
+    throw misfit(job, "only unfinished jobs can be paused");
+  }
+  if (job.record.state == JobState::paused) {
     return;
   }
   job.record.state = JobState::paused;
@@ -46,7 +60,7 @@ void JobBook::pause(Job& job, JobId named) {
 
 void JobBook::resume(Job& job) {
   if (job.record.state != JobState::paused) {
-    return;
+    throw misfit(job, "only paused jobs can be resumed");
   }
   job.record.state = job.work && job.work->started != never ? JobState::running : JobState::queued;
   job.record.reason.clear();
@@ -56,21 +70,20 @@ void JobBook::resume(Job& job) {
 }
 
 void JobBook::cancel(Job& job) {
-  if (!job.ended()) {
-    end_job(job, JobState::cancelled, "cancelled by " + asker());
+  if (job.ended()) {
+    throw misfit(job, "only unfinished jobs can be cancelled");
   }
+  end_job(job, JobState::cancelled, "cancelled by " + asker());
 }
 
 /// Queues a failed or cancelled job again. It continues from its stored results.
 void JobBook::requeue(Job& job) {
-  const std::string number = std::to_string(job.record.id);
   if (!job.ended() || job.record.state == JobState::done) {
-    throw InputError("job " + number + " is " + std::string(name_of(job.record.state)) +
-                     ": only failed and cancelled jobs can be queued again");
+    throw misfit(job, "only failed and cancelled jobs can be queued again");
   }
   if (farm_.store == nullptr && job.scene.size() == 0) {
-    throw InputError("the coordinator no longer keeps the scene of job " + number +
-                     ": submit it again");
+    throw InputError(fmt::format(
+        "the coordinator no longer keeps the scene of job {}: submit it again", job.record.id));
   }
   job.record.state = JobState::queued;
   job.record.reason.clear();

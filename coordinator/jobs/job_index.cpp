@@ -12,6 +12,9 @@ void JobIndex::add(Job& job) {
   const JobRecord& record = job.record;
   tokens_[{record.user, name_in_token(record.token)}] = record.id;
   listed_[record.listed_as()][{record.frame, record.id}] = &job;
+  if (record.preview_of != 0) {
+    previews_.emplace(record.preview_of, record.id);
+  }
   if (!job.ended()) {
     note_open(job);
   } else if (open_pixels(record.user, record.listed_as()) == 0) {
@@ -23,6 +26,7 @@ void JobIndex::remove(const Job& job) {
   const JobRecord& record = job.record;
   note_ended(job);
   tokens_.erase({record.user, name_in_token(record.token)});
+  previews_.erase({record.preview_of, record.id});
   const auto found = listed_.find(record.listed_as());
   found->second.erase({record.frame, record.id});
   if (found->second.empty()) {
@@ -63,6 +67,15 @@ void JobIndex::note_ended(const Job& job) {
 JobId JobIndex::by_token(const std::string& user, const std::string& name) const {
   const auto found = tokens_.find({user, name});
   return found == tokens_.end() ? 0 : found->second;
+}
+
+std::vector<JobId> JobIndex::previews_of(JobId number) const {
+  std::vector<JobId> previews;
+  for (auto next = previews_.lower_bound({number, 0});
+       next != previews_.end() && next->first == number; ++next) {
+    previews.push_back(next->second);
+  }
+  return previews;
 }
 
 const JobIndex::Frames* JobIndex::listed_as(JobId number) const {

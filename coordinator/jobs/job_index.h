@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "coordinator/jobs/job.h"
 #include "coordinator/jobs/series.h"
@@ -37,6 +38,9 @@ class JobIndex {
   /// Returns the jobs that have not ended, oldest first.
   [[nodiscard]] const std::set<JobId>& open() const { return open_; }
 
+  /// Returns the quick looks of a job or series (JobHead::preview_of).
+  [[nodiscard]] std::vector<JobId> previews_of(JobId number) const;
+
   /// Returns the numbers under which no job is unfinished. A series may still get more frames.
   [[nodiscard]] const std::set<JobId>& ended() const { return ended_; }
 
@@ -64,6 +68,7 @@ class JobIndex {
   std::map<JobId, Frames> listed_;
   std::set<JobId> open_;
   std::set<JobId> ended_;
+  std::set<std::pair<JobId, JobId>> previews_;  ///< of which job, number of the quick look
   std::map<std::string, OfUser> users_;
 };
 

@@ -72,28 +72,4 @@ bool JobBook::fits_beside_scenes(std::uint64_t needed, std::uint64_t scene) cons
   return scenes + largest <= farm_.options.memory;
 }
 
-std::string JobBook::waits_for(const Job& job) const {
-  if (job.ended() || job.record.state == JobState::paused) {
-    return {};
-  }
-  if (!farm_.storage.empty()) {
-    return farm_.storage;
-  }
-  if (job.phase == JobPhase::finishing || job.phase == JobPhase::preparing) {
-    return {};
-  }
-  if (farm_.workers.usable() == 0) {
-    const bool held_back =
-        std::ranges::any_of(farm_.workers, [](const auto& w) { return w.second.held_back; });
-    return farm_.workers.size() == 0     ? "no workers connected"
-           : farm_.workers.all_drained() ? "workers: all are drained (parray workers readmit NAME)"
-           : held_back ? "workers: all failed at leases that others traced (parray workers)"
-                       : "workers: all are drained or in quarantine (parray workers)";
-  }
-  if (job.phase == JobPhase::waiting && memory_in_use() + memory_of(job) > farm_.options.memory) {
-    return "memory: the coordinator renders other jobs first";
-  }
-  return job.work ? disputes_.referee().wait(farm_.now, job.work->generation) : "";
-}
-
 }  // namespace parray::coordinator

@@ -10,6 +10,7 @@
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/loop/farm.h"
+#include "coordinator/loop/worker_desk.h"
 
 namespace parray::coordinator {
 namespace {
@@ -25,9 +26,11 @@ void JobBook::keep_house(Time now) {
   }
   next_housekeeping_ = now + between_looks;
   disputes_.end_quarantines();
+  warn_of_long_jobs();
   std::vector<JobId> old;
   for (const auto& [id, job] : farm_.jobs) {
-    if (job.ended() && farm_.uptime() - job.record.ended > farm_.options.limits.keep_seconds) {
+    if (job.ended() && farm_.uptime() - job.record.ended > farm_.options.limits.keep_seconds &&
+        farm_.index.ended().contains(job.record.listed_as())) {  // no hole in a running series
       old.push_back(id);
     }
   }
@@ -131,6 +134,10 @@ void JobBook::make_room_on_disk() {
 
 void JobBook::forget_job(JobId id, const std::string& why) {
   const auto found = farm_.jobs.find(id);
+  if (found == farm_.jobs.end()) {
+    return;  // a quick look is forgotten with its job
+  }
+  const JobId listed = found->second.record.listed_as();
   farm_.log->info("forgot job {} '{}' {}", id, found->second.record.name, why);
   const auto used = usage_.jobs.find(id);
   if (used != usage_.jobs.end()) {
@@ -146,6 +153,21 @@ void JobBook::forget_job(JobId id, const std::string& why) {
           store->drop_job(id);
           return {};
         });
+  }
+  if (farm_.index.listed_as(listed) == nullptr) {
+    forget_previews(listed);
+  }
+}
+
+void JobBook::forget_previews(JobId of) {
+  for (const JobId id : farm_.index.previews_of(of)) {
+    Job& preview = farm_.jobs.at(id);
+    if (!preview.ended()) {
+      end_job(preview, JobState::cancelled, "its job was deleted");
+      list_open_jobs();
+      worker_desk_.forget_scene(preview.record.scene);
+    }
+    forget_job(id, "with its job");
   }
 }
 

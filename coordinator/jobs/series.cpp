@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/printable.h"
+#include "coordinator/jobs/job_times.h"
 
 namespace parray::coordinator {
 namespace {
@@ -130,6 +131,7 @@ json series_summary(const Series& series, Time now, const std::string& waits_for
   summary["frames"] = frames;
   summary["frames_done"] = totals.done;
   summary["state"] = name_of(state);
+  summary["priority"] = priority_of(series);
   summary["progress"] = totals.progress / frames;
   summary["samples_per_second"] = totals.samples_per_second;
   summary["seconds_left"] =
@@ -144,16 +146,32 @@ json series_summary(const Series& series, Time now, const std::string& waits_for
   return summary;
 }
 
-json frame_list(const Series& series, std::uint32_t from) {
+JobState state_of(const Series& series, Time now) { return state_of(totals_of(series, now)); }
+
+double progress_of(const Series& series, Time now) {
+  return totals_of(series, now).progress / all_frames(series);
+}
+
+std::uint32_t priority_of(const Series& series) {
+  const Job* open = first_unfinished(series);
+  return (open != nullptr ? *open : *series.front()).record.priority;
+}
+
+json frame_list(const Series& series, Time now, std::uint32_t from, double seconds_now) {
   constexpr std::size_t most = 1000;
   constexpr std::size_t longest_reason = 200;
   json list = json::array();
   for (const Job* job : series) {
     if (job->record.frame >= from && list.size() < most) {
+      const auto taken = times_of(job->record).taken(seconds_now);
       list.push_back({{"frame", job->record.frame},
                       {"job", job->record.id},
                       {"state", job->shown_state()},
-                      {"reason", printable(job->record.reason, longest_reason)}});
+                      {"reason", printable(job->record.reason, longest_reason)},
+                      {"progress", job->progress(now)},
+                      {"seconds", taken ? json(*taken) : json()},
+                      {"rmse", job->error.known() ? json(job->error.rmse) : json()},
+                      {"has_picture", job->record.state == JobState::done}});
     }
   }
   return list;

@@ -22,7 +22,19 @@ const Job* first_unfinished(const Series& series);
 /// Returns a series' job map of PROTOCOL.md. `waits_for`: what the first unfinished frame lacks.
 nlohmann::json series_summary(const Series& series, Time now, const std::string& waits_for);
 
+/// Return values of a series in that map.
+JobState state_of(const Series& series, Time now);
+double progress_of(const Series& series, Time now);
+/// The priority of its first unfinished frame, or of its first if all have ended.
+std::uint32_t priority_of(const Series& series);
+
 /// Returns `frame_list` of that map: at most 1000 frames, from the number `from` on.
-nlohmann::json frame_list(const Series& series, std::uint32_t from);
+/// `seconds_now`: since 1970.
+nlohmann::json frame_list(const Series& series, Time now, std::uint32_t from, double seconds_now);
+
+/// Returns the history of a series, oldest first: its first submit and first lease, what clients
+/// did to the series, and what happened to single frames, except that they began and ended well. At
+/// most 64 events: the first 16 and the latest.
+std::vector<JobEvent> events_of(const Series& series);
 
 }  // namespace parray::coordinator

@@ -68,6 +68,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
   try {
     join_series(record);
     check_limits(record);
+    check_preview(record);
     if (m.settings->target_denoised && !farm_.options.judge_of) {
       throw InputError(
           "a coordinator does not trace and cannot estimate the error of a denoised picture: "
@@ -187,6 +188,36 @@ void JobBook::join_series(JobRecord& record) {
   if ((*open)->record.state == JobState::paused) {
     record.state = JobState::paused;
     record.reason = (*open)->record.reason;
+  }
+}
+
+/// Throws InputError if the job cannot be a quick look of the job that it names.
+void JobBook::check_preview(const JobRecord& record) const {
+  constexpr std::size_t most = 8;
+  const JobId of = record.preview_of;
+  if (of == 0) {
+    return;
+  }
+  const JobIndex::Frames* named = farm_.index.listed_as(of);
+  if (named == nullptr) {
+    throw InputError(
+        fmt::format("preview_of: no job {}: submit the job before its quick look", of));
+  }
+  const JobRecord& job = named->begin()->second->record;
+  if (job.user != record.user) {
+    throw InputError(
+        fmt::format("preview_of: job {} belongs to another user: name a job of your own", of));
+  }
+  if (job.preview_of != 0) {
+    throw InputError(
+        fmt::format("preview_of: job {} is itself a quick look: name job {}", of, job.preview_of));
+  }
+  if (!record.series.empty()) {
+    throw InputError("preview_of: a frame of a series cannot be a quick look: submit a single job");
+  }
+  if (farm_.index.previews_of(of).size() >= most) {
+    throw InputError(
+        fmt::format("preview_of: job {} has {} quick looks, the most: delete one first", of, most));
   }
 }
 

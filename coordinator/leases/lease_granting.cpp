@@ -9,9 +9,6 @@
 
 namespace parray::coordinator {
 
-/// A job starves if it has had no regular turn for this long.
-static constexpr Time starving_after = seconds(600);
-
 /// Rebuilds the queue with the current amounts of remaining work. A series counts as one job: its
 /// frames stand at the place of its first, with the remaining work of all of them.
 void LeaseDesk::queue_open_jobs() {
@@ -45,7 +42,8 @@ void LeaseDesk::queue_open_jobs() {
     for (; first != end; ++first) {
       const Job& job = **first;
       entries.push_back({job.record.id, job.record.user, job.record.share, job.record.priority,
-                         fresh, work_left, farm_.now - job.served >= starving_after,
+                         fresh, work_left,
+                         to_seconds(farm_.now - job.served) >= FairQueue::starving_after,
                          to_seconds(farm_.now - job.granted)});
     }
   }

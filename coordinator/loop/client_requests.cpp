@@ -3,12 +3,12 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
+#include "coordinator/jobs/job_list.h"
 #include "coordinator/leases/lease_desk.h"
 #include "coordinator/loop/farm.h"
 #include "coordinator/loop/worker_desk.h"
@@ -17,46 +17,29 @@ namespace parray::coordinator {
 
 using nlohmann::json;
 
-/// Returns whether the comma-separated list `names` contains `state`.
-static bool is_among(std::string_view names, std::string_view state) {
-  for (std::size_t begin = 0; begin < names.size();) {
-    const std::size_t end = std::min(names.find(',', begin), names.size());
-    if (names.substr(begin, end - begin) == state) return true;
-    begin = end + 1;
+void ClientRequests::on(Time now, const PeerId& peer, msg::ListJobs& m) {
+  const JobList found = list_of(farm_.index, m, now, farm_.since_1970(now));
+  auto list = json::array();
+  for (const JobIndex::Frames* frames : found.page) {
+    list.push_back(job_book_.summary_of(now, series_of(*frames)));
   }
-  return false;
+  farm_.send(peer, msg::Jobs{m.request, std::move(list), found.total});
 }
 
-void ClientRequests::on(Time now, const PeerId& peer, msg::ListJobs& m) {
-  auto list = json::array();
-  const auto& listed = farm_.index.listed();
-  const auto end = m.before == 0 ? listed.end() : listed.lower_bound(m.before);
-  for (auto entry = std::make_reverse_iterator(end);
-       entry != listed.rend() && list.size() < m.limit; ++entry) {
-    const Job& first = *entry->second.begin()->second;
-    const bool alone = first.record.series_id == 0;
-    if (!m.states.empty() && alone && !is_among(m.states, first.shown_state())) continue;
-    json summary = alone ? job_summary(first, now, job_book_.waits_for(first))
-                         : job_book_.summary_of(now, series_of(entry->second));
-    if (m.states.empty() || is_among(m.states, summary["state"].get<std::string>())) {
-      list.push_back(std::move(summary));
-    }
-  }
-  std::reverse(list.begin(), list.end());
-  farm_.send(peer, msg::Jobs{m.request, std::move(list)});
+std::string ClientRequests::no_job_text(JobId id) const {
+  return job_book_.frames_of(id).empty()
+             ? fmt::format("no job {}: parray jobs lists all jobs", id)
+             : fmt::format(
+                   "{} is a series of frames: write #### in the picture's name, or "
+                   "name the job of one frame (parray show {} lists them)",
+                   id, id);
 }
 
 /// Finds a job. If there is none, sends an error and returns null.
 Job* ClientRequests::find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id) {
   Job* job = farm_.job_of(id);
   if (job == nullptr) {
-    const bool series = !job_book_.frames_of(id).empty();
-    farm_.fail_request(
-        peer, request, 2,
-        series ? fmt::format("{} is a series of frames: write #### in the picture's name, or "
-                             "name the job of one frame (parray show {} lists them)",
-                             id, id)
-               : fmt::format("no job {}: parray jobs lists all jobs", id));
+    farm_.fail_request(peer, request, 2, no_job_text(id));
   }
   return job;
 }
@@ -66,10 +49,11 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ShowJob& m) {
   if (!frames.empty()) {
     const Series series(frames.begin(), frames.end());
     json summary = job_book_.summary_of(now, series);
-    summary["frame_list"] = frame_list(series, m.from_frame);
+    summary["frame_list"] = frame_list(series, now, m.from_frame, farm_.since_1970(now));
+    summary["events"] = events_to_json(events_of(series));
     farm_.send(peer, msg::Job{m.request, std::move(summary)});
   } else if (const Job* job = find_or_refuse(peer, m.request, m.job)) {
-    json summary = job_summary(*job, now, job_book_.waits_for(*job));
+    json summary = job_book_.summary_of(now, *job);
     summary["events"] = events_to_json(job->record.events);
     farm_.send(peer, msg::Job{m.request, std::move(summary)});
   }
@@ -143,88 +127,6 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ShowFarm& m) {
                    {"mismatch", farm_.tally.mismatch},
                    {"failed", farm_.tally.failed},
                    {"malformed", farm_.tally.malformed}}}}});
-}
-
-using nlohmann::json;
-
-/// Finds a job, or all frames of a series. If there is no such job, or it belongs to another user,
-/// sends an error and returns nothing.
-std::vector<Job*> ClientRequests::find_changeable(const PeerId& peer, std::uint64_t request,
-                                                  JobId id) {
-  std::vector<Job*> jobs = job_book_.frames_of(id);
-  if (jobs.empty()) {
-    Job* job = find_or_refuse(peer, request, id);
-    if (job == nullptr) {
-      return {};
-    }
-    jobs = {job};
-  }
-  const std::string& user = jobs.front()->record.user;
-  if (farm_.sender.role == Role::client && user != farm_.sender.name) {
-    farm_.fail_request(peer, request, 2,
-                       "job " + std::to_string(id) + " belongs to " +
-                           (user.empty() ? "no user" : "'" + user + "'") + ", not to '" +
-                           farm_.sender.name + "': ask its owner or an administrator");
-    return {};
-  }
-  return jobs;
-}
-
-void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
-  const std::vector<Job*> jobs = find_changeable(peer, m.request, m.job);
-  if (jobs.empty()) {
-    return;
-  }
-  const Series named(jobs.begin(), jobs.end());
-  if (m.action == msg::JobAction::requeue && !may_requeue(peer, m.request, named)) {
-    return;
-  }
-  std::string misfit;
-  std::size_t misfits = 0;
-  for (Job* job : jobs) {
-    try {
-      job_book_.steer(*job, m);
-    } catch (const InputError& error) {  // this frame of a series stays as it is
-      misfit = misfit.empty() ? error.what() : misfit;
-      ++misfits;
-    }
-  }
-  job_book_.list_open_jobs();
-  for (const Job* job : named) {
-    if (job->ended()) {
-      worker_desk_.forget_scene(job->record.scene);
-    }
-  }
-  job_book_.make_room(0);
-  const bool forget = m.action == msg::JobAction::forget;
-  if (misfits == jobs.size() || (forget && misfits > 0)) {
-    farm_.fail_request(peer, m.request, 2, misfit);
-    return;
-  }
-  json summary = jobs.front()->record.id == m.job
-                     ? job_summary(*jobs.front(), now, job_book_.waits_for(*jobs.front()))
-                     : job_book_.summary_of(now, named);
-  if (forget) {
-    const std::string why = "as " + job_book_.asker() + " requested";
-    jobs.front()->record.id == m.job ? job_book_.forget_job(m.job, why)
-                                     : job_book_.forget_all(named, why);
-  }
-  farm_.send(peer, msg::Job{m.request, std::move(summary)});
-}
-
-/// Returns whether there is room to queue the jobs again. If not, sends an error.
-bool ClientRequests::may_requeue(const PeerId& peer, std::uint64_t request, const Series& named) {
-  const auto again = std::ranges::find_if(
-      named, [](const Job* job) { return job->ended() && job->record.state != JobState::done; });
-  try {
-    if (again != named.end()) {
-      job_book_.check_limits((*again)->record);
-    }
-  } catch (const InputError& error) {
-    farm_.fail_request(peer, request, 2, error.what());
-    return false;
-  }
-  return true;
 }
 
 /// Gives leases again to workers of this name or host, whatever the reason they got none.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -34,13 +35,20 @@ class ClientRequests {
   void on(Time now, const PeerId& peer, msg::FetchJournal& m);
   void on(Time now, const PeerId& peer, msg::ListWorkers& m);
   void on(Time now, const PeerId& peer, msg::ShowFarm& m);
+  /// Answer a repeated request, whose answer may be lost, as before, and change nothing again.
   void on(Time now, const PeerId& peer, msg::SteerJob& m);
+  void on(Time now, const PeerId& peer, msg::SteerJobs& m);
   void on(Time now, const PeerId& peer, msg::SteerWorkers& m);
 
  private:
   Job* find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id);
-  std::vector<Job*> find_changeable(const PeerId& peer, std::uint64_t request, JobId id);
-  bool may_requeue(const PeerId& peer, std::uint64_t request, const Series& named);
+  [[nodiscard]] std::string no_job_text(JobId id) const;
+  std::vector<Job*> find_changeable(JobId id);
+  void check_room_to_requeue(const Series& named);
+  nlohmann::json steer(Time now, const msg::SteerJob& m);
+  void note_steered();
+  bool repeat_answer(const PeerId& peer, const std::string& content);
+  void answer_once(const PeerId& peer, const std::string& content, Message answer);
   void readmit(Time now, const msg::SteerWorkers& m);
   BulkLedger::Ticket admit_bulk(const PeerId& peer, std::uint64_t request, std::uint64_t bytes);
   void send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job);
@@ -48,11 +56,19 @@ class ClientRequests {
   void send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job);
   void note_picture_file(JobId id, const PictureFile& kept);
 
+  /// The latest change of jobs that a peer requested.
+  struct Answered {
+    PeerId peer;
+    std::string content;  ///< identifies the request
+    Message answer;
+  };
+
   Farm& farm_;
   JobBook& job_book_;
   LeaseDesk& leases_;
   DisputeDesk& disputes_;
   WorkerDesk& worker_desk_;
+  std::deque<Answered> answers_;  ///< the latest 32, at most one of each peer
 };
 
 }  // namespace parray::coordinator

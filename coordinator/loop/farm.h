@@ -87,16 +87,17 @@ struct Farm {
   BulkLedger scenes_waiting;  ///< scenes of submits that are not acknowledged yet
   Tally tally;
   std::vector<Delivery> outbox;
-  Sender sender;                ///< of the current message
-  Time now{};                   ///< of the current turn
-  Time began = never;           ///< the first tick
-  double wall_zero = 0;         ///< seconds since 1970 when `now` was 0; set by the first tick
-  double uptime_before = 0;     ///< seconds that earlier coordinators served this state
-  double price = 1e-7;          ///< thread-seconds a sample, of the latest results
-  std::string storage;          ///< why the store cannot commit; empty: it can
-  Time queue_again_at{};        ///< when the queue must be built again
-  Time grant_again_at = never;  ///< when a worker that was denied leases may get some
-  bool grants_due = true;       ///< something changed since the last round of grants
+  Sender sender;                    ///< of the current message
+  Time now{};                       ///< of the current turn
+  Time began = never;               ///< the first tick
+  double wall_zero = 0;             ///< seconds since 1970 when `now` was 0; set by the first tick
+  double uptime_before = 0;         ///< seconds that earlier coordinators served this state
+  double price = 1e-7;              ///< thread-seconds a sample, of the latest results
+  std::string storage;              ///< why the store cannot commit; empty: it can
+  Time queue_again_at{};            ///< when the queue must be built again
+  std::uint64_t queue_changes = 0;  ///< jobs were added, ended or changed so many times
+  Time grant_again_at = never;      ///< when a worker that was denied leases may get some
+  bool grants_due = true;           ///< something changed since the last round of grants
 };
 
 }  // namespace parray::coordinator

@@ -176,7 +176,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
   }
   const auto answer = std::make_shared<msg::JournalData>();
   answer->request = m.request;
-  answer->job = job_summary(*job, now, job_book_.waits_for(*job));
+  answer->job = job_book_.summary_of(now, *job);
   const bool done = job->record.state == JobState::done;
   const RenderSettings& s = job->record.settings;
   const auto ticket = admit_bulk(peer, m.request, picture_size(s.width, s.height, kept_detail(s)));

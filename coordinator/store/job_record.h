@@ -39,9 +39,10 @@ struct JobRecord : JobHead {
   /// Samples of each pass that has begun; see common/image/passes.h.
   std::vector<std::uint64_t> passes{};
   JobState state = JobState::queued;
-  std::string reason;  ///< why the job failed
-  std::string report;  ///< JSON, only of a done job
-  std::string flag;    ///< wrong results that were found and corrected; empty: none
+  std::string reason;     ///< why the job failed
+  std::string report;     ///< JSON, only of a done job
+  std::string warning{};  ///< it will take more than a day, says its forecast; empty: it will not
+  std::string flag;       ///< wrong results that were found and corrected; empty: none
   /// Number of the latest finding whose machine's results were removed; see FaultFindings.
   std::uint64_t fault_findings = 0;
   double share = 1;     ///< the user's share of the farm

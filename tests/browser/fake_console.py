@@ -1,5 +1,6 @@
 """What a fake farm says about itself: users, events, limits, histories, workers one by one, forecasts."""
 
+import copy
 import json
 import math
 import pathlib
@@ -98,8 +99,11 @@ def option_names():
 
 
 def openapi(farm):
-    """The part of the description that the form reads."""
-    return {"paths": {**OPENAPI["paths"], "/api/v1/plan": {}}, "components": {"schemas": {"Options": {"properties": dict.fromkeys(farm.options, {})}}}}
+    """The description, with the options that this farm takes."""
+    document = copy.deepcopy(OPENAPI)
+    options = document["components"]["schemas"]["Options"]
+    options["properties"] = {name: options["properties"].get(name, {}) for name in farm.options}
+    return document
 
 
 def options_of(body):

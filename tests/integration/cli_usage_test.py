@@ -59,7 +59,7 @@ OPTIONS = {
                                               "--name", "--priority", "--max-failures", "--quiet", "--progress",
                                               "--frames", "--camera-path",
                                               "--preview", "--display", "--on-end"],
-    "jobs": COORDINATOR + ["--json"],
+    "jobs": COORDINATOR + ["--user", "--name", "--sort", "--json"],
     "show": COORDINATOR + ["--json"],
     "watch": COORDINATOR + ["--quiet", "--progress", "--preview", "--display", "--on-end"],
     "cancel": COORDINATOR + ["--json"],
@@ -507,13 +507,13 @@ class Waiting(CliTest):
         with Farm() as farm:
             job = farm.submit(self.scene)
             self.assertEqual(farm.client("jobs").stderr,
-                             "parray: 1 job waits for: no workers connected\n")
-            self.assertIn("waits for  no workers connected", farm.client("show", job).stdout)
+                             "parray: 1 job waits for: a worker (none is connected)\n")
+            self.assertIn("waits for  a worker (none is connected)", farm.client("show", job).stdout)
             self.assertIn("no workers are connected: start parray-worker --coordinator "
                           + farm.address, farm.client("workers").stderr)
             watch = farm.start_client("watch", job, "--quiet")
             wait_for(lambda: watch.log.read_text() ==
-                     f"parray: job {job} waits for: no workers connected\n", "the quiet one's word")
+                     f"parray: job {job} waits for: a worker (none is connected)\n", "the quiet one's word")
             farm.start_worker("late")
             self.assertEqual(watch.wait(timeout=60), 0)
             done = farm.client("jobs")

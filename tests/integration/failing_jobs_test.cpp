@@ -278,7 +278,7 @@ TEST_CASE("only the lease being traced is blamed for a crash, and none for a `by
     service.turn();
     ann.say(msg::Heartbeat{});  // the grant has not arrived yet
     service.turn(seconds(6));
-    CHECK(service.job(job).at("waits_for") == "no workers connected");
+    CHECK(service.job(job).at("waits_for") == "a worker (none is connected)");
     CHECK(service.state(job) == "running");
   }
   SUBCASE("two leases") {

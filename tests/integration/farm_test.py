@@ -166,6 +166,25 @@ class Service(FarmCase):
         self.assertEqual(again["image_sha256"], limited["image_sha256"])
         self.assertEqual(again["stopped_by"], "passes")
 
+    def test_several_jobs_are_changed_listed_by_name_and_sorted_with_one_command(self):
+        with Farm() as farm:
+            jobs = [farm.submit(SCENE, *ENDLESS, "--priority", priority) for priority in ("10", "90", "50")]
+            listed = json.loads(farm.client("jobs", "--name", SCENE.stem[:3].upper(), "--sort", "priority", "--json").stdout)
+            self.assertEqual([job["id"] for job in listed], [jobs[0], jobs[2], jobs[1]])
+            self.assertEqual(json.loads(farm.client("jobs", "--name", "no such name", "--json").stdout), [])
+            self.assertEqual(farm.client("jobs", "--sort", "colour").returncode, 2)
+            raised = farm.client("priority", jobs[0], jobs[1], 70)
+            self.assertEqual(raised.stdout, f"job {jobs[0]}: priority 70\njob {jobs[1]}: priority 70\n")
+            self.assertEqual(farm.client("cancel", jobs[2]).returncode, 0)
+            cancelled = farm.client("cancel", *jobs, 999)
+            self.assertEqual(cancelled.returncode, 2)
+            self.assertEqual(cancelled.stdout, f"job {jobs[0]}: cancelled\njob {jobs[1]}: cancelled\n")
+            self.assertIn(f"job {jobs[2]} is cancelled: only unfinished jobs can be cancelled", cancelled.stderr)
+            self.assertIn("no job 999", cancelled.stderr)
+            again = farm.client("cancel", jobs[0])
+            self.assertEqual((again.returncode, again.stdout), (2, ""))
+            self.assertEqual(farm.client("forget", *jobs).stdout, "".join(f"job {job}: deleted\n" for job in jobs))
+
     def test_a_preview_shows_the_picture_before_it_is_done(self):
         with Farm() as farm:
             preview = farm.directory / "preview.png"

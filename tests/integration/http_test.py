@@ -141,12 +141,68 @@ class Jobs(WebCase):
             self.assert_problem(farm.get("/jobs?state=dnoe"), 400, "did you mean 'done'?")
             self.assert_problem(farm.get("/jobs?limits=2"), 400, "did you mean 'limit'?")
 
+    def test_jobs_are_listed_by_user_name_and_order(self):
+        with Web() as farm:
+            ids = [farm.submitted(farm.post_with(name=name, priority=priority))
+                   for name, priority in (("Water", 10), ("glass", 90), ("deep water", 50))]
+            listed = lambda query: [ids.index(job["id"]) for job in farm.get("/jobs?" + query).json()["jobs"]]
+            self.assertEqual(listed("name=wATer"), [2, 0])
+            self.assertEqual(listed("sort=priority"), [1, 2, 0])
+            self.assertEqual(listed("sort=priority&order=asc&limit=2"), [0, 2])
+            self.assertEqual(listed("sort=priority&order=asc&limit=2&offset=2"), [1])
+            self.assertEqual(listed("sort=name&order=asc"), [2, 1, 0])
+            page = farm.get("/jobs?name=water&limit=1&sort=name").json()
+            self.assertEqual((page["total"], page["next"]), (2, None))
+            self.assertEqual(listed("user=nobody"), [])
+            self.assert_problem(farm.get("/jobs?sort=nmae"), 400, "did you mean 'name'?")
+            self.assert_problem(farm.get("/jobs?order=down"), 400, "order")
+
+    def test_many_jobs_are_changed_with_one_request(self):
+        with Web() as farm:
+            ids = [farm.submitted(farm.post_scene()) for _ in range(3)]
+            json_type = {"Content-Type": "application/json"}
+            steer = lambda action, body: farm.ask("POST", f"/api/v1/jobs/{action}", json.dumps(body), json_type)
+            results = steer("cancel", {"ids": [ids[0], 999, ids[1]]}).json()["results"]
+            self.assertEqual([result["id"] for result in results], [ids[0], 999, ids[1]])
+            self.assertEqual(results[0]["job"]["state"], "cancelled")
+            self.assertEqual(results[1]["problem"]["status"], 404)
+            self.assertEqual(steer("cancel", {"ids": [ids[0]]}).json()["results"][0]["problem"]["status"], 409)
+            self.assertEqual(steer("priority", {"ids": [ids[2]], "priority": 80}).json()["results"][0]["job"]["priority"], 80)
+            self.assertIn("job", steer("forget", {"ids": ids[:1]}).json()["results"][0])
+            self.assert_problem(farm.get(f"/jobs/{ids[0]}"), 404)
+            self.assertEqual(len(steer("pause", {"ids": [ids[2]] * 1000}).json()["results"]), 1000)
+            for body in ({"ids": []}, {"ids": [1] * 1001}, {"ids": ["1"]}, {"ids": [0]}, {}, [], {"ids": [1], "x": 2}):
+                self.assert_problem(steer("pause", body), 422)
+            self.assert_problem(steer("priority", {"ids": [ids[2]]}), 422)
+            self.assert_problem(farm.ask("POST", "/api/v1/jobs/pause", '{"ids": [1]}'), 415)
+
+    def test_a_waiting_job_says_what_it_waits_for_and_its_place(self):
+        with Web() as farm:
+            job = farm.submitted(farm.post_scene())
+            wait_for(lambda: farm.get(f"/jobs/{job}").json()["queue_place"] == 1, "its place in the queue")
+            shown = farm.get(f"/jobs/{job}").json()
+            self.assertEqual(shown["waits_for"], "a worker (none is connected)")
+            self.assertEqual((shown["waits_for_job"], shown["starts_in"]), (None, None))
+
+    def test_a_quick_look_names_its_job_and_is_deleted_with_it(self):
+        with Web() as farm:
+            job = farm.submitted(farm.post_scene())
+            look = farm.submitted(farm.post_with(preview_of=job))
+            self.assertEqual(farm.get(f"/jobs/{look}").json()["preview_of"], job)
+            self.assert_problem(farm.post_with(preview_of=999), 422, "no job 999")
+            self.assert_problem(farm.post_with(preview_of=look), 422, "is itself a quick look")
+            self.assert_problem(farm.post_with(preview_of="7"), 422, "preview_of")
+            farm.ask("POST", f"/api/v1/jobs/{job}/cancel")
+            self.assertEqual(farm.ask("DELETE", f"/api/v1/jobs/{job}").status, 204)
+            self.assert_problem(farm.get(f"/jobs/{look}"), 404)
+
     def test_jobs_are_steered_and_forgotten(self):
         with Web() as farm:
             job = farm.submitted(farm.post_scene())
             steer = lambda action: farm.ask("POST", f"/api/v1/jobs/{job}/{action}")
             self.assertEqual(steer("pause").json()["state"], "paused")
             self.assertEqual(steer("resume").json()["state"], "queued")
+            self.assert_problem(steer("resume"), 409, "only paused jobs can be resumed")
             answer = farm.ask("PUT", f"/api/v1/jobs/{job}/priority", '{"priority": 99}', {"Content-Type": "application/json"})
             self.assertEqual(answer.json()["priority"], 99)
             for body in ('{"priority": 101}', '{"priority": "9"}', "[]", "{", '{"priority": 1, "x": 2}'):
@@ -156,6 +212,7 @@ class Jobs(WebCase):
             self.assertEqual(steer("cancel").json()["state"], "cancelled")
             self.assertEqual(steer("requeue").json()["state"], "queued")
             steer("cancel")
+            self.assert_problem(steer("cancel"), 409, "only unfinished jobs can be cancelled")
             self.assertEqual(farm.ask("DELETE", f"/api/v1/jobs/{job}").status, 204)
             self.assert_problem(farm.get(f"/jobs/{job}"), 404)
             self.assert_problem(steer("pause"), 404)

@@ -152,7 +152,7 @@ TEST_CASE("a waiting job always says for what, and prints no unknown time") {
   Recorder recorder(ProgressStyle::bar);
   JobStatus job = job_at(0);
   job.state = "queued";
-  job.waits_for = "no workers connected";
+  job.waits_for = "a worker (none is connected)";
   recorder.show(seconds(1), job);
   job = job_at(0.5, 12);
   recorder.show(seconds(2), job);

@@ -63,7 +63,7 @@ TEST_CASE("1000 waiting jobs of 4096 x 4096 hold no pictures, before and after a
   const auto jobs = service.ask<msg::Jobs>(msg::ListJobs{1}).jobs;
   CHECK(jobs.size() == 1000);
   CHECK(jobs.back().at("state") == "queued");
-  CHECK(jobs.back().at("waits_for") == "no workers connected");
+  CHECK(jobs.back().at("waits_for") == "a worker (none is connected)");
   CHECK(peak_address_space() - before < std::uint64_t{256} << 20);
 }
 
@@ -391,7 +391,7 @@ TEST_CASE("30 000 hellos of new processes, or malformed messages, write only a s
 TEST_CASE("a job says what it waits for") {
   Service service;
   const JobId job = service.submit(small_scene(), many_leases());
-  CHECK(service.job(job).at("waits_for") == "no workers connected");
+  CHECK(service.job(job).at("waits_for") == "a worker (none is connected)");
   Hand ann(service, "ann");
   service.turn();
   CHECK(service.job(job).at("waits_for") == "");

@@ -67,6 +67,10 @@ class Web(Farm):
         body, kind = form(*parts)
         return self.ask("POST", "/api/v1/jobs", body, {"Content-Type": kind, **headers})
 
+    def post_with(self, **options):
+        """Submits the usual scene with these options."""
+        return self.post_form(("scene", None, json.dumps(SCENE)), ("options", None, json.dumps(options)))
+
     def submitted(self, answer):
         assert answer.status == 201, answer.body
         return answer.json()["id"]

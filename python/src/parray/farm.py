@@ -280,7 +280,11 @@ class Job:
 
     def cancel(self) -> None:
         """Cancels the job. Has no effect on a job that has ended."""
-        self._http.json("POST", self._path + "/cancel")
+        try:
+            self._http.json("POST", self._path + "/cancel")
+        except ParRayError:
+            if self.state not in ("done", "failed", "cancelled"):
+                raise
 
     def requeue(self) -> None:
         """Continues a job that failed or was cancelled."""

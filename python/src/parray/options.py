@@ -122,6 +122,7 @@ class SubmitOptions(PictureOptions, total=False):
     priority: int
     max_failures: int
     webhook: str
+    preview_of: int
     progressive: bool
 
 

@@ -109,7 +109,8 @@ TEST_CASE("every message is equal after encoding and decoding") {
 
 /// Optional keys, which older programs do not send.
 static bool may_be_missing(const std::string& type, const std::string& key) {
-  return (type == "list_jobs" || type == "list_workers") && key != "request";
+  return ((type == "list_jobs" || type == "list_workers") && key != "request") ||
+         (type == "jobs" && key == "total") || (type == "submit" && key == "preview_of");
 }
 
 TEST_CASE("every key of a message is required, except later ones, and has its type") {
@@ -129,11 +130,24 @@ TEST_CASE("every key of a message is required, except later ones, and has its ty
       }
       CHECK(problem_with(row.type, key, nullptr) != "");
       CHECK(problem_with(row.type, key, json::array({nullptr})).empty() ==
-            (key == "jobs" || key == "workers"));
+            ((key == "jobs" && std::string(row.type) == "jobs") || key == "workers" ||
+             key == "results"));
       CHECK(problem_with(row.type, key, "text").empty() ==
-            (field->is_string() && key != "scene" && key != "verdict" && key != "action"));
+            (field->is_string() && key != "scene" && key != "verdict" && key != "action" &&
+             key != "sort" && key != "order"));
     }
   }
+}
+
+TEST_CASE("a change of many jobs names 1 to 500") {
+  const auto problem = [](std::size_t jobs) {
+    return problem_with("steer_jobs", "jobs", std::vector<std::uint64_t>(jobs, 7));
+  };
+  CHECK(problem(1) == "");
+  CHECK(problem(500) == "");
+  CHECK(problem(0) != "");
+  CHECK(problem(501) != "");
+  CHECK(problem_with("steer_jobs", "jobs", json::array({-1})) != "");
 }
 
 TEST_CASE("unknown keys are ignored, at any level") {
@@ -175,7 +189,10 @@ TEST_CASE("a number out of its range is refused, and the bounds are accepted") {
                              Range{"submit", "frame", 0, 999'999'999},
                              Range{"submit", "frames", 0, 10'000},
                              Range{"show_job", "from_frame", 0, 999'999'999},
-                             Range{"steer_job", "priority", 0, 100}}) {
+                             Range{"list_jobs", "offset", 0, UINT32_MAX},
+                             Range{"submit", "preview_of", 0, UINT64_MAX},
+                             Range{"steer_job", "priority", 0, 100},
+                             Range{"steer_jobs", "priority", 0, 100}}) {
     CAPTURE(range.type);
     CAPTURE(range.key);
     CHECK(problem_with(range.type, range.key, range.low) == "");

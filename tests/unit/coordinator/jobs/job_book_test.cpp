@@ -1,5 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
 #include "common/base/error.h"
 #include "tests/support/farm_rig.h"
 #include "tests/support/rooms.h"
@@ -46,14 +50,81 @@ TEST_CASE("the priority of an ended job cannot be changed") {
   CHECK_THROWS_AS(rig.jobs.steer(job, {1, 5, msg::JobAction::prioritise, 10}), InputError);
 }
 
-TEST_CASE("waits_for() names what a waiting job lacks") {
+TEST_CASE("wait_of() names what a waiting job lacks, as a noun") {
   FarmRig rig;
   Job& job = rig.add_job(5);
-  CHECK(rig.jobs.waits_for(job) == "no workers connected");
+  CHECK(rig.jobs.wait_of(job).what == "a worker (none is connected)");
   rig.join("peer", "one");
-  CHECK(rig.jobs.waits_for(job).empty());
+  rig.farm.now += seconds(1);
+  CHECK(rig.jobs.wait_of(job).what.empty());
+  CHECK(rig.jobs.wait_of(job).place == 1);
   rig.farm.storage = "the disk is full";
-  CHECK(rig.jobs.waits_for(job) == "the disk is full");
+  CHECK(rig.jobs.wait_of(job).what == "storage (the disk is full)");
+}
+
+TEST_CASE("a waiting job names the job of higher priority that goes first") {
+  FarmRig rig;
+  rig.join("peer", "one");
+  rig.add_job(5, "ann").record.priority = 50;
+  Job& behind = rig.add_job(6, "ann");
+  behind.record.priority = 10;
+  const JobBook::Wait wait = rig.jobs.wait_of(behind);
+  CHECK(wait.what == "job 5 of priority 50");
+  CHECK(wait.job == 5);
+  CHECK(wait.place == 2);
+  CHECK_FALSE(wait.starts_in);  // no result has shown the speed of the farm
+  behind.record.state = JobState::paused;
+  CHECK(rig.jobs.wait_of(behind).what.empty());
+  CHECK(rig.jobs.wait_of(behind).place == 0);
+}
+
+TEST_CASE("the queue of a list is made once a second, and soon after a change") {
+  FarmRig rig;
+  rig.join("peer", "one");
+  rig.add_job(5, "ann");
+  CHECK(rig.jobs.wait_of(rig.farm.jobs.at(5)).place == 1);
+  Job& later = rig.add_job(6, "ann");
+  CHECK(rig.jobs.wait_of(later).place == 0);
+  rig.jobs.list_open_jobs();
+  rig.farm.now += milliseconds(100);
+  CHECK(rig.jobs.wait_of(later).place == 2);
+}
+
+TEST_CASE("a job that will take more than a day gets one warning") {
+  FarmRig rig;
+  rig.join("peer", "one");
+  Job& job = rig.add_job(5);
+  job.phase = JobPhase::tracing;
+  job.work = std::make_unique<JobWork>();
+  job.work->started = rig.farm.now;
+  job.work->price = 1e6;  // thread-seconds per sample
+  rig.farm.at_work.insert(5);
+  rig.jobs.keep_house(rig.farm.now);
+  CHECK(job.record.warning.empty());  // too early to know
+  rig.farm.now += seconds(120);
+  rig.jobs.keep_house(rig.farm.now);
+  CHECK(job.record.warning.find("days of all 2 present threads") != std::string::npos);
+  const std::size_t events = job.record.events.size();
+  CHECK(events == 1);
+  rig.farm.now += seconds(120);
+  rig.jobs.keep_house(rig.farm.now);
+  CHECK(job.record.events.size() == events);
+  CHECK(rig.jobs.summary_of(rig.farm.now, job).at("warning") == job.record.warning);
+}
+
+TEST_CASE("a quick look is forgotten with its job, even if it is unfinished") {
+  FarmRig rig;
+  Job& job = rig.add_job(5, "ann");
+  Job preview;
+  preview.record.id = 6;
+  preview.record.user = "ann";
+  preview.record.preview_of = 5;
+  rig.farm.index.add(rig.farm.jobs.emplace(6, std::move(preview)).first->second);
+  CHECK(rig.jobs.summary_of(rig.farm.now, rig.farm.jobs.at(6)).at("preview_of") == 5);
+  rig.jobs.fail_job(job, "in a test");
+  rig.jobs.forget_job(5, "in a test");
+  CHECK(rig.farm.jobs.empty());
+  CHECK(rig.farm.index.open().empty());
 }
 
 TEST_CASE("jobs that ended long ago are forgotten, open ones are not") {

@@ -35,6 +35,45 @@ TEST_CASE("only an administrator may change the job of another user") {
   CHECK(job.record.state == JobState::paused);
 }
 
+TEST_CASE("many jobs are changed at once, with the checks of a single one") {
+  FarmRig rig;
+  rig.add_job(5, "bob");
+  rig.add_job(6, "ann");
+  rig.jobs.fail_job(rig.add_job(7, "bob"), "in a test");
+  rig.farm.sender = {Role::client, "bob"};
+  msg::SteerJobs cancel{3, {5, 6, 7, 8}, msg::JobAction::cancel, 50};
+  rig.clients.on(rig.farm.now, "client", cancel);
+  const auto answers = rig.sent<msg::Steered>();
+  REQUIRE(answers.size() == 1);
+  const nlohmann::json& results = answers[0].results;
+  REQUIRE(results.size() == 4);
+  CHECK(results[0].at("job").at("state") == "cancelled");
+  CHECK(results[1].at("refusal") == "forbidden");
+  CHECK(results[2].at("refusal") == "state");
+  CHECK(results[3].at("refusal") == "missing");
+  CHECK(rig.farm.jobs.at(6).record.state == JobState::queued);
+}
+
+TEST_CASE("an action that does not fit a job is refused, but not if the request is repeated") {
+  FarmRig rig;
+  rig.add_job(5);
+  const auto steer = [&](std::uint64_t request, msg::JobAction action) {
+    msg::SteerJob m{request, 5, action, 50};
+    rig.clients.on(rig.farm.now, "client", m);
+    return rig.sent<msg::Job>().size();
+  };
+  CHECK(steer(1, msg::JobAction::resume) == 0);
+  CHECK(steer(2, msg::JobAction::pause) == 1);
+  CHECK(steer(3, msg::JobAction::pause) == 1);  // as it was asked
+  CHECK(steer(4, msg::JobAction::resume) == 1);
+  CHECK(steer(4, msg::JobAction::resume) == 1);  // the first answer may be lost
+  CHECK(steer(5, msg::JobAction::resume) == 0);
+  CHECK(steer(6, msg::JobAction::cancel) == 1);
+  CHECK(steer(6, msg::JobAction::cancel) == 1);
+  CHECK(steer(7, msg::JobAction::cancel) == 0);
+  CHECK(steer(8, msg::JobAction::pause) == 0);
+}
+
 TEST_CASE("a client may not drain workers") {
   FarmRig rig;
   WorkerRecord& worker = rig.join("peer", "one");

@@ -1,0 +1,180 @@
+// Lists jobs, and changes many jobs with one request.
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/printable.h"
+#include "common/base/suggest.h"
+#include "common/base/text.h"
+#include "coordinator/http/api.h"
+
+namespace parray::http {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::array<std::string_view, 7> states = {"queued", "running", "paused",   "finishing",
+                                                    "done",   "failed",  "cancelled"};
+constexpr std::array<std::string_view, 2> directions = {"asc", "desc"};
+
+std::string list_json(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+[[noreturn]] void fail_word(const std::string& parameter, std::string_view word,
+                            std::span<const std::string_view> known) {
+  throw Problem(
+      400, parameter + ": '" + printable(word) + "' is unknown: " + remedy_for_name(word, known),
+      2);
+}
+
+/// Returns the states of the query, separated by commas, each once; empty if the query has none.
+std::string states_in(const Request& request) {
+  const auto found = request.query.find("state");
+  if (found == request.query.end()) return "";
+  std::set<std::string_view> names;
+  for (const std::string_view name : split_at(',', found->second)) {
+    if (std::ranges::find(states, name) == states.end()) fail_word("state", name, states);
+    names.insert(name);
+  }
+  return joined(names, ",");
+}
+
+/// Returns the place in `known` of the query's word. None: the query has no such parameter.
+std::optional<std::size_t> word_in(const Request& request, const std::string& parameter,
+                                   std::span<const std::string_view> known) {
+  const auto found = request.query.find(parameter);
+  if (found == request.query.end()) return {};
+  const auto word = std::ranges::find(known, found->second);
+  if (word == known.end()) fail_word(parameter, found->second, known);
+  return static_cast<std::size_t>(word - known.begin());
+}
+
+std::string text_parameter(const Request& request, const std::string& parameter) {
+  const auto found = request.query.find(parameter);
+  if (found == request.query.end()) return "";
+  if (found->second.size() > max_name) {
+    throw Problem(400, parameter + ": use at most " + std::to_string(max_name) + " bytes", 2);
+  }
+  return found->second;
+}
+
+/// Jobs to change, as the body of a request names them.
+struct Named {
+  std::vector<JobId> ids;
+  std::uint32_t priority = 50;
+};
+
+Named named_in(const Request& request, bool with_priority) {
+  constexpr std::size_t most_bytes = std::size_t{1} << 15;
+  constexpr std::size_t most_ids = 1000;
+  constexpr std::uint64_t largest_id = (std::uint64_t{1} << 53) - 1;
+  const std::string form =
+      with_priority ? R"({"ids": [3, 4], "priority": 70})" : R"({"ids": [3, 4]})";
+  if (media_type(request) != "application/json") {
+    throw Problem(415, "unsupported media type: send " + form + " as application/json");
+  }
+  const json body = json::parse(read_text(request, most_bytes), nullptr, false);
+  if (!body.is_object() || body.size() != (with_priority ? 2 : 1) || !body.contains("ids") ||
+      !body.at("ids").is_array()) {
+    throw Problem(422, "the body is not of this form: " + form, 2);
+  }
+  Named named;
+  for (const json& value : body.at("ids")) {
+    const auto id = whole_in(value);
+    if (!id || *id < 1 || *id > largest_id || named.ids.size() == most_ids) {
+      throw Problem(422, "ids: use 1 to " + std::to_string(most_ids) + " numbers of jobs", 2);
+    }
+    named.ids.push_back(*id);
+  }
+  if (named.ids.empty()) throw Problem(422, "ids: name at least one job", 2);
+  if (with_priority) {
+    const auto priority = whole_in(body.value("priority", json()));
+    if (!priority || *priority > 100) {
+      throw Problem(422, "priority: use a whole number from 0 to 100", 2);
+    }
+    named.priority = static_cast<std::uint32_t>(*priority);
+  }
+  return named;
+}
+
+int status_of(const std::string& refusal) {
+  return refusal == refusal_names[0] ? 404 : refusal == refusal_names[1] ? 403 : 409;
+}
+
+/// Returns the entry of `results` for an entry of msg::Steered.
+json http_result(json result) {
+  if (!result.contains("refusal")) return result;
+  return {
+      {"id", result.at("id")},
+      {"problem", {{"status", status_of(result.at("refusal"))}, {"detail", result.at("message")}}}};
+}
+
+}  // namespace
+
+void Api::add_job_lists(Router& router) {
+  router.add("GET", "/api/v1/jobs",
+             [this](const Request& request, const std::vector<std::string>&) {
+               return list_jobs(request);
+             },
+             {"limit", "before", "offset", "state", "user", "name", "sort", "order"});
+  for (std::size_t i = 0; i < job_action_names.size(); ++i) {
+    const auto action = static_cast<msg::JobAction>(i);
+    const bool prioritise = action == msg::JobAction::prioritise;
+    router.add("POST",
+               "/api/v1/jobs/" + std::string(prioritise ? "priority" : job_action_names.at(i)),
+               [this, action](const Request& request, const std::vector<std::string>&) {
+                 return steer_many(request, action);
+               });
+  }
+}
+
+Reply Api::list_jobs(const Request& request) {
+  constexpr std::uint64_t largest_id = (std::uint64_t{1} << 53) - 1;
+  msg::ListJobs asked;
+  asked.limit =
+      static_cast<std::uint32_t>(number_parameter(request, "limit", 1, msg::most_listed, 100));
+  asked.before = number_parameter(request, "before", 1, largest_id, 0);
+  asked.offset =
+      static_cast<std::uint32_t>(number_parameter(request, "offset", 0, 1'000'000'000, 0));
+  asked.states = states_in(request);
+  asked.user = text_parameter(request, "user");
+  asked.name = text_parameter(request, "name");
+  asked.sort = static_cast<msg::JobSort>(word_in(request, "sort", job_sort_names).value_or(0));
+  const bool descending = word_in(request, "order", directions).value_or(1) == 1;
+  asked.order = descending ? msg::JobOrder::descending : msg::JobOrder::ascending;
+  const bool by_id = asked.sort == msg::JobSort::id && descending && asked.offset == 0;
+  const std::uint32_t limit = asked.limit;
+  auto answer = loop_.ask<msg::Jobs>(request.sender, std::move(asked));
+  const json next =
+      by_id && answer.jobs.size() == limit ? json(answer.jobs.back().at("id")) : json();
+  return json_reply(
+      list_json({{"jobs", std::move(answer.jobs)}, {"next", next}, {"total", answer.total}}));
+}
+
+Reply Api::steer_many(const Request& request, msg::JobAction action) {
+  const Named named = named_in(request, action == msg::JobAction::prioritise);
+  json results = json::array();
+  for (std::size_t begin = 0; begin < named.ids.size(); begin += msg::most_steered) {
+    const std::size_t end = std::min<std::size_t>(begin + msg::most_steered, named.ids.size());
+    msg::SteerJobs asked;
+    asked.jobs.assign(named.ids.begin() + static_cast<std::ptrdiff_t>(begin),
+                      named.ids.begin() + static_cast<std::ptrdiff_t>(end));
+    asked.action = action;
+    asked.priority = named.priority;
+    for (json& result : loop_.ask<msg::Steered>(request.sender, std::move(asked)).results) {
+      if (action == msg::JobAction::forget && result.contains("job")) {
+        events_.forgotten(result.at("id"));
+      }
+      results.push_back(http_result(std::move(result)));
+    }
+  }
+  return json_reply(list_json({{"results", std::move(results)}}));
+}
+
+}  // namespace parray::http

@@ -1,0 +1,156 @@
+#include "coordinator/jobs/job_list.h"
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+
+#include "coordinator/jobs/job_times.h"
+
+namespace parray::coordinator {
+namespace {
+
+using Frames = JobIndex::Frames;
+
+/// Returns whether the comma-separated list `names` contains `state`.
+bool is_among(std::string_view names, std::string_view state) {
+  for (std::size_t begin = 0; begin < names.size();) {
+    const std::size_t end = std::min(names.find(',', begin), names.size());
+    if (names.substr(begin, end - begin) == state) return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+char in_lower_case(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+std::string in_lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](char c) { return in_lower_case(c); });
+  return text;
+}
+
+/// `part`: in lower case.
+bool contains(std::string_view text, std::string_view part) {
+  const auto same = [](char a, char b) { return in_lower_case(a) == b; };
+  return part.empty() || !std::ranges::search(text, part, same).empty();
+}
+
+/// A job or series with the values that a list needs.
+class Row {
+ public:
+  Row(const Frames& frames, Time now, double seconds_now)
+      : frames_(&frames), now_(now), seconds_now_(seconds_now) {}
+
+  [[nodiscard]] const Frames* frames() const { return frames_; }
+  [[nodiscard]] JobId id() const { return first().record.listed_as(); }
+  [[nodiscard]] const JobRecord& record() const { return first().record; }
+  [[nodiscard]] std::string_view state() const {
+    return is_series() ? name_of(state_of(series(), now_)) : first().shown_state();
+  }
+
+  /// Returns the value by which the list is sorted, if it is a number. Unknown: less than all.
+  [[nodiscard]] double number(msg::JobSort sort) const {
+    constexpr double unknown = -1;
+    const auto times = [this] { return is_series() ? times_of(series()) : times_of(record()); };
+    switch (sort) {
+      case msg::JobSort::priority:
+        return priority();
+      case msg::JobSort::submitted:
+        return times().submitted.value_or(unknown);
+      case msg::JobSort::finished:
+        return times().finished.value_or(unknown);
+      case msg::JobSort::taken:
+        return times().taken(seconds_now_).value_or(unknown);
+      case msg::JobSort::progress:
+        return is_series() ? progress_of(series(), now_) : first().progress(now_);
+      default:
+        return 0;
+    }
+  }
+  [[nodiscard]] std::string text(msg::JobSort sort) const {
+    switch (sort) {
+      case msg::JobSort::name:
+        return in_lower_case(record().name);
+      case msg::JobSort::user:
+        return record().user;
+      case msg::JobSort::state:
+        return std::string(state());
+      default:
+        return {};
+    }
+  }
+
+ private:
+  [[nodiscard]] const Job& first() const { return *frames_->begin()->second; }
+  [[nodiscard]] bool is_series() const { return record().series_id != 0; }
+  [[nodiscard]] Series series() const { return series_of(*frames_); }
+  [[nodiscard]] double priority() const {
+    return is_series() ? priority_of(series()) : record().priority;
+  }
+
+  const Frames* frames_;
+  Time now_;
+  double seconds_now_;
+};
+
+bool matches(const Row& row, const msg::ListJobs& request, const std::string& part) {
+  return (request.user.empty() || row.record().user == request.user) &&
+         contains(row.record().name, part) &&
+         (request.states.empty() || is_among(request.states, row.state()));
+}
+
+struct Sorted {
+  double number;
+  std::string text;
+  JobId id;
+  const Frames* frames;
+};
+
+void cut_page(std::vector<Sorted>& rows, const msg::ListJobs& request, JobList& list) {
+  const std::size_t begin = std::min<std::size_t>(request.offset, rows.size());
+  const std::size_t end = std::min<std::size_t>(begin + request.limit, rows.size());
+  const bool ascending = request.order == msg::JobOrder::ascending;
+  const auto before = [&](const Sorted& a, const Sorted& b) {
+    const auto key = [](const Sorted& row) { return std::tie(row.number, row.text); };
+    if (request.sort == msg::JobSort::id) return ascending ? a.id < b.id : b.id < a.id;
+    if (key(a) != key(b)) return ascending ? key(a) < key(b) : key(b) < key(a);
+    return b.id < a.id;
+  };
+  std::partial_sort(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(end), rows.end(),
+                    before);
+  for (std::size_t i = begin; i < end; ++i) list.page.push_back(rows[i].frames);
+}
+
+}  // namespace
+
+JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now, double seconds_now) {
+  const std::string part = in_lower_case(request.name);
+  const auto& listed = index.listed();
+  const auto end = request.before == 0 ? listed.end() : listed.lower_bound(request.before);
+  JobList list;
+  if (request.order == msg::JobOrder::newest) {
+    for (auto entry = std::make_reverse_iterator(end);
+         entry != listed.rend() && list.page.size() < request.limit; ++entry) {
+      if (matches({entry->second, now, seconds_now}, request, part)) {
+        list.page.push_back(&entry->second);
+      }
+    }
+    std::ranges::reverse(list.page);
+    return list;
+  }
+  std::vector<Sorted> rows;
+  for (const auto& [id, frames] : listed) {
+    const Row row(frames, now, seconds_now);
+    if (!matches(row, request, part)) continue;
+    ++list.total;
+    if (request.before == 0 || id < request.before) {
+      rows.push_back({row.number(request.sort), row.text(request.sort), id, &frames});
+    }
+  }
+  cut_page(rows, request, list);
+  return list;
+}
+
+}  // namespace parray::coordinator

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "coordinator/jobs/job_index.h"
+#include "proto/messages.h"
+
+namespace parray::coordinator {
+
+/// A page of the list of jobs.
+struct JobList {
+  std::vector<const JobIndex::Frames*> page;  ///< single jobs and series
+  std::uint64_t total = 0;  ///< jobs on all pages; not counted (0) with JobOrder::newest
+};
+
+/// Selects and sorts jobs as `request` says. `now`: of the loop; `seconds_now`: since 1970. Takes
+/// linear time in the number of jobs, plus the time to sort the jobs up to the end of the page.
+JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now, double seconds_now);
+
+}  // namespace parray::coordinator

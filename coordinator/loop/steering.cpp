@@ -1,0 +1,185 @@
+// Changes jobs as clients request: one job, a series, or many at once.
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "coordinator/jobs/job_book.h"
+#include "coordinator/loop/client_requests.h"
+#include "coordinator/loop/farm.h"
+#include "coordinator/loop/worker_desk.h"
+
+namespace parray::coordinator {
+
+using nlohmann::json;
+
+namespace {
+
+/// A job that stays as it is, and why.
+class Refused : public InputError {
+ public:
+  Refused(msg::Refusal why, const std::string& message) : InputError(message), why_(why) {}
+  [[nodiscard]] msg::Refusal why() const { return why_; }
+
+ private:
+  msg::Refusal why_;
+};
+
+/// Shortens a job map, so that an answer about msg::most_steered jobs fits into a message.
+json short_map(json map) {
+  constexpr std::size_t longest = 200;
+  for (const char* key : {"reason", "waits_for", "flag", "warning"}) {
+    if (map.contains(key)) {
+      map[key] = printable(map[key].get<std::string>(), longest);
+    }
+  }
+  return map;
+}
+
+/// Returns a text that differs for different requests.
+template <typename M>
+std::string content_of(const Sender& sender, const M& m, const std::vector<JobId>& jobs) {
+  std::string text =
+      fmt::format("{} {} {} {}", m.request, static_cast<int>(m.action), m.priority, sender.name);
+  for (const JobId job : jobs) text += " " + std::to_string(job);
+  return text;
+}
+
+}  // namespace
+
+/// Finds a job, or all frames of a series. Throws Refused if there is none, or if the sender may
+/// not change it.
+std::vector<Job*> ClientRequests::find_changeable(JobId id) {
+  std::vector<Job*> jobs = job_book_.frames_of(id);
+  if (jobs.empty()) {
+    Job* job = farm_.job_of(id);
+    if (job == nullptr) {
+      throw Refused(msg::Refusal::missing, no_job_text(id));
+    }
+    jobs = {job};
+  }
+  const std::string& user = jobs.front()->record.user;
+  if (farm_.sender.role == Role::client && user != farm_.sender.name) {
+    throw Refused(msg::Refusal::forbidden, "job " + std::to_string(id) + " belongs to " +
+                                               (user.empty() ? "no user" : "'" + user + "'") +
+                                               ", not to '" + farm_.sender.name +
+                                               "': ask its owner or an administrator");
+  }
+  return jobs;
+}
+
+/// Throws NoRoom or InputError if there is no room to queue the jobs again.
+void ClientRequests::check_room_to_requeue(const Series& named) {
+  const auto again = std::ranges::find_if(
+      named, [](const Job* job) { return job->ended() && job->record.state != JobState::done; });
+  if (again != named.end()) {
+    job_book_.check_limits((*again)->record);
+  }
+}
+
+/// Changes a job or a series and returns its map. Throws Refused, InputError.
+json ClientRequests::steer(Time now, const msg::SteerJob& m) {
+  const std::vector<Job*> jobs = find_changeable(m.job);
+  const Series named(jobs.begin(), jobs.end());
+  if (m.action == msg::JobAction::requeue) {
+    try {
+      check_room_to_requeue(named);
+    } catch (const InputError& error) {
+      throw Refused(msg::Refusal::no_room, error.what());
+    }
+  }
+  const bool whole_series = jobs.front()->record.id != m.job;
+  std::string misfit;
+  std::size_t misfits = 0;
+  for (Job* job : jobs) {
+    try {
+      job_book_.steer(*job, m);
+    } catch (const InputError& error) {  // this frame of a series stays as it is
+      misfit = misfit.empty() ? error.what() : misfit;
+      ++misfits;
+    }
+  }
+  const bool forget = m.action == msg::JobAction::forget;
+  if (misfits == jobs.size() || (forget && misfits > 0)) {
+    throw Refused(msg::Refusal::state, whole_series && jobs.size() > 1
+                                           ? fmt::format("series {}: {}", m.job, misfit)
+                                           : misfit);
+  }
+  for (const Job* job : named) {
+    if (job->ended()) {
+      worker_desk_.forget_scene(job->record.scene);
+    }
+  }
+  json summary =
+      whole_series ? job_book_.summary_of(now, named) : job_book_.summary_of(now, *jobs.front());
+  if (forget) {
+    const std::string why = "as " + job_book_.asker() + " requested";
+    whole_series ? job_book_.forget_all(named, why) : job_book_.forget_job(m.job, why);
+  }
+  return summary;
+}
+
+void ClientRequests::note_steered() {
+  job_book_.list_open_jobs();
+  job_book_.make_room(0);
+}
+
+/// Sends the answer again if the latest request of the peer had the same content. False: it had
+/// not.
+bool ClientRequests::repeat_answer(const PeerId& peer, const std::string& content) {
+  const auto found = std::ranges::find(answers_, peer, &Answered::peer);
+  if (found == answers_.end() || found->content != content) {
+    return false;
+  }
+  farm_.send(peer, found->answer);
+  return true;
+}
+
+void ClientRequests::answer_once(const PeerId& peer, const std::string& content, Message answer) {
+  constexpr std::size_t most = 32;
+  std::erase_if(answers_, [&](const Answered& earlier) { return earlier.peer == peer; });
+  if (answers_.size() == most) {
+    answers_.pop_front();
+  }
+  answers_.push_back({peer, content, answer});
+  farm_.send(peer, std::move(answer));
+}
+
+void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
+  const std::string content = content_of(farm_.sender, m, {m.job});
+  if (repeat_answer(peer, content)) {
+    return;
+  }
+  try {
+    json summary = steer(now, m);
+    answer_once(peer, content, msg::Job{m.request, std::move(summary)});
+  } catch (const InputError& error) {
+    farm_.fail_request(peer, m.request, 2, error.what());
+  }
+  note_steered();
+}
+
+void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJobs& m) {
+  const std::string content = content_of(farm_.sender, m, m.jobs);
+  if (repeat_answer(peer, content)) {
+    return;
+  }
+  json results = json::array();
+  for (const JobId id : m.jobs) {
+    try {
+      json job = short_map(steer(now, {m.request, id, m.action, m.priority}));
+      results.push_back({{"id", id}, {"job", std::move(job)}});
+    } catch (const Refused& refused) {
+      constexpr std::size_t longest = 400;
+      results.push_back({{"id", id},
+                         {"refusal", refusal_names[static_cast<std::size_t>(refused.why())]},
+                         {"message", printable(refused.what(), longest)}});
+    }
+  }
+  answer_once(peer, content, msg::Steered{m.request, std::move(results)});
+  note_steered();
+}
+
+}  // namespace parray::coordinator
