@@ -2,8 +2,10 @@
 
 #include <spdlog/logger.h>
 
+#include <cstddef>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/process/command_line.h"
 
@@ -22,5 +24,20 @@ struct LogOptions {
 /// with `time` (RFC 3339, with microseconds and the zone's offset), `level`, `logger` and
 /// `message`.
 std::shared_ptr<spdlog::logger> make_log(const std::string& name, const LogOptions& options);
+
+/// Keeps the last lines of a log in memory, whatever its format, for people. Any thread may call
+/// it.
+class RecentLines {
+ public:
+  /// Adds itself to `log`, which must not be in use by another thread yet.
+  RecentLines(spdlog::logger& log, std::size_t most);
+
+  /// Returns the lines, oldest first, without their ends.
+  [[nodiscard]] std::vector<std::string> lines() const;
+
+ private:
+  class Sink;
+  std::shared_ptr<Sink> sink_;
+};
 
 }  // namespace parray::log

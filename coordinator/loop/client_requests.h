@@ -33,11 +33,13 @@ class ClientRequests {
   void on(Time now, const PeerId& peer, msg::Fetch& m);
   void on(Time now, const PeerId& peer, msg::FetchJournal& m);
   void on(Time now, const PeerId& peer, msg::ListWorkers& m);
+  void on(Time now, const PeerId& peer, msg::ShowWorker& m);
   void on(Time now, const PeerId& peer, msg::ShowFarm& m);
   void on(Time now, const PeerId& peer, msg::SteerJob& m);
   void on(Time now, const PeerId& peer, msg::SteerWorkers& m);
 
  private:
+  [[nodiscard]] nlohmann::json farm_map(Time now);
   Job* find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id);
   std::vector<Job*> find_changeable(const PeerId& peer, std::uint64_t request, JobId id);
   bool may_requeue(const PeerId& peer, std::uint64_t request, const Series& named);
