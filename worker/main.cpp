@@ -151,7 +151,6 @@ class ConnectionLog {
 
 int work(const Arguments& a) {
   const auto log = make_log("worker", a.log);
-  const RecentLines recent(*log, msg::most_log_lines);
   std::optional<MemberKey> key;
   if (!a.keys.empty()) {
     key = read_member_key(a.keys, "worker");
@@ -170,7 +169,7 @@ int work(const Arguments& a) {
   options.processors = static_cast<std::uint32_t>(usable_cpus());
   options.memory_bytes = std::min(usable_memory(), msg::most_memory_bytes);
   options.load = load_average;
-  options.recent_log = [&recent] { return recent.lines(); };
+  options.recent_log = keep_lines(*log, msg::most_log_lines);
   options.threads = static_cast<std::uint32_t>(a.threads);
   options.fingerprint = trace_fingerprint();
   Worker worker(options, team);

@@ -51,23 +51,17 @@ std::shared_ptr<spdlog::logger> make_log(const std::string& name, const LogOptio
   return log;
 }
 
-class RecentLines::Sink final : public spdlog::sinks::ringbuffer_sink_mt {
- public:
-  using ringbuffer_sink_mt::ringbuffer_sink_mt;
-};
-
-RecentLines::RecentLines(spdlog::logger& log, std::size_t most)
-    : sink_(std::make_shared<Sink>(most)) {
-  sink_->set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %v");
-  log.sinks().push_back(sink_);
-}
-
-std::vector<std::string> RecentLines::lines() const {
-  std::vector<std::string> lines = sink_->last_formatted();
-  for (std::string& line : lines) {
-    line.erase(line.find_last_not_of("\r\n") + 1);
-  }
-  return lines;
+std::function<std::vector<std::string>()> keep_lines(spdlog::logger& log, std::size_t most) {
+  const auto sink = std::make_shared<spdlog::sinks::ringbuffer_sink_mt>(most);
+  sink->set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %v");
+  log.sinks().push_back(sink);
+  return [sink] {
+    std::vector<std::string> lines = sink->last_formatted();
+    for (std::string& line : lines) {
+      line.erase(line.find_last_not_of("\r\n") + 1);
+    }
+    return lines;
+  };
 }
 
 }  // namespace parray::log

@@ -3,6 +3,7 @@
 #include <spdlog/logger.h>
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,19 +26,9 @@ struct LogOptions {
 /// `message`.
 std::shared_ptr<spdlog::logger> make_log(const std::string& name, const LogOptions& options);
 
-/// Keeps the last lines of a log in memory, whatever its format, for people. Any thread may call
-/// it.
-class RecentLines {
- public:
-  /// Adds itself to `log`, which must not be in use by another thread yet.
-  RecentLines(spdlog::logger& log, std::size_t most);
-
-  /// Returns the lines, oldest first, without their ends.
-  [[nodiscard]] std::vector<std::string> lines() const;
-
- private:
-  class Sink;
-  std::shared_ptr<Sink> sink_;
-};
+/// Keeps the last `most` lines of a log in memory, as text. To be called before another thread uses
+/// `log`. Returns a function that returns the lines, oldest first, without their ends. Any thread
+/// may call it.
+std::function<std::vector<std::string>()> keep_lines(spdlog::logger& log, std::size_t most);
 
 }  // namespace parray::log
