@@ -10,8 +10,10 @@ void RateHistory::add(Time now, double amount) {
     number_ = number;
   }
   const auto passed = static_cast<std::size_t>(std::max<std::int64_t>(number - number_, 0));
-  for (std::size_t i = 0; i < std::min(passed, most); ++i) {
-    earlier_.push_back(i == 0 ? static_cast<float>(amount_) : 0.0F);
+  if (passed > 0) {
+    earlier_.push_back(static_cast<float>(amount_));
+    const std::size_t pause = std::min(passed - 1, most);
+    earlier_.insert(earlier_.end(), pause, 0.0F);
   }
   while (earlier_.size() > most) {
     earlier_.pop_front();

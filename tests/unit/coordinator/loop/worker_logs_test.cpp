@@ -95,7 +95,7 @@ TEST_CASE("a request about an unknown worker says what became of it") {
         std::string::npos);
 }
 
-TEST_CASE("at most 100 requests wait; a further client may try again later") {
+TEST_CASE("only a few requests wait for workers; a further client may try again later") {
   LogRig rig;
   for (std::uint64_t i = 0; i < WorkerLogs::most_waiting; ++i) {
     CHECK(rig.ask("client", i) != 0);
