@@ -34,8 +34,8 @@ std::vector<std::string> kinds_of(const json& farm) {
 
 TEST_CASE("users are listed with share, jobs and thread-seconds, the largest first") {
   FarmRig rig;
-  rig.add_job(1, "ann").record.share = 3;
-  rig.add_job(2, "ann").record.state = JobState::done;
+  rig.add_job(1, "ann").record.state = JobState::done;
+  rig.add_job(2, "ann").record.share = 3;  // the latest counts
   rig.add_job(3, "bob").record.state = JobState::failed;
   rig.farm.watch.account("bob").thread_seconds = 7;
   rig.farm.watch.account("carol").thread_seconds = 9;
