@@ -1,9 +1,8 @@
-#include "coordinator/http/metrics.h"
-
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
 
+#include "coordinator/http/metrics.h"
 #include "coordinator/loop/client_requests.h"
 #include "tests/support/farm_rig.h"
 #include "tests/support/rooms.h"
