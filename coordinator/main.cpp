@@ -1,6 +1,8 @@
 // parray-coordinator: the service that owns jobs, pictures and leases.
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <iostream>
 #include <memory>
@@ -342,10 +344,26 @@ void check(const Arguments& a) {
   }
 }
 
+/// Returns the address that workers of other machines use: that of this machine in place of all
+/// addresses. `names`: of this machine, for browsers.
+std::string worker_address(const std::string& endpoint, const std::vector<std::string>& names) {
+  for (const std::string_view any : {"tcp://0.0.0.0:", "tcp://[::]:"}) {
+    if (endpoint.starts_with(any)) {
+      std::array<char, 256> host{};
+      gethostname(host.data(), host.size() - 1);
+      return "tcp://" + (names.empty() ? std::string(host.data()) : names.front()) +
+             endpoint.substr(any.size() - 1);
+    }
+  }
+  return endpoint;
+}
+
 /// Starts the HTTP service. Returns null without --http.
 std::unique_ptr<http::HttpService> make_http_service(Arguments& a, InprocHub& hub,
+                                                     const std::string& endpoint,
                                                      const std::shared_ptr<spdlog::logger>& log) {
   if (a.http.address.empty()) return nullptr;
+  a.http.worker_address = worker_address(endpoint, a.http.hosts);
   a.http.keys = a.keys;
   a.http.state = a.state.state;
   a.http.requests = a.options.limits.requests;
@@ -406,7 +424,7 @@ void serve_jobs(Arguments& a, StateOwner& state, const std::shared_ptr<spdlog::l
   std::cout << server.endpoint() << std::endl;
   InprocHub hub([&server] { server.link().wake(); });
   MergedLink link(server.link(), hub.coordinator());
-  const auto service = make_http_service(a, hub, log);
+  const auto service = make_http_service(a, hub, server.endpoint(), log);
   KeyWatch key_watch(a.keys, log);
   DescriptorWatch descriptors(*log);
   run_actor(coordinator, link, clock, [&](Time now) {

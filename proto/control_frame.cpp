@@ -101,6 +101,16 @@ void ControlWriter::text(const char* key, std::string& value, std::size_t longes
   map_[key] = printable(value, longest);
 }
 
+void ControlWriter::lines(const char* key, std::vector<std::string>& value, std::size_t most,
+                          std::size_t longest) {
+  auto list = json::array();
+  const std::size_t first = value.size() - std::min(value.size(), most);
+  for (std::size_t i = first; i < value.size(); ++i) {
+    list.push_back(printable(value[i], longest));
+  }
+  map_[key] = std::move(list);
+}
+
 /// Writes the range and the numbers that make up the grid.
 void ControlWriter::batch(const char* key, CellBatch& value) {
   const GridShape& s = value.grid->shape();
@@ -185,6 +195,16 @@ void ControlReader::real(const char* key, double& value) const {
   }
 }
 
+void ControlReader::real_if_there(const char* key, double& value, double highest) const {
+  if (!map_.contains(key)) {
+    return;
+  }
+  real(key, value);
+  if (value < 0 || value > highest) {
+    malformed(key, "is out of its range");
+  }
+}
+
 void ControlReader::duration(const char* key, double& value) const {
   constexpr double ten_years = 3.2e8;
   real(key, value);
@@ -203,15 +223,32 @@ void ControlReader::flag(const char* key, bool& value) const {
 
 /// Text from other processes must not act on a terminal or a log. It must also be valid UTF-8,
 /// because it is written as JSON later.
-void ControlReader::text(const char* key, std::string& value, std::size_t longest,
-                         std::size_t shortest) const {
-  const json& found = at(key);
+static std::string text_in(const json& found, const char* key, std::size_t longest,
+                           std::size_t shortest) {
   if (!found.is_string()) {
     malformed(key, "is not a string");
   }
-  value = found.get<std::string>();
+  auto value = found.get<std::string>();
   if (value.size() < shortest || value.size() > longest || printable(value, longest) != value) {
     malformed(key, "is empty, too long or not printable");
+  }
+  return value;
+}
+
+void ControlReader::text(const char* key, std::string& value, std::size_t longest,
+                         std::size_t shortest) const {
+  value = text_in(at(key), key, longest, shortest);
+}
+
+void ControlReader::lines(const char* key, std::vector<std::string>& value, std::size_t most,
+                          std::size_t longest) const {
+  const json& list = at(key);
+  if (!list.is_array() || list.size() > most) {
+    malformed(key, "is not a list, or too long");
+  }
+  value.clear();
+  for (const json& line : list) {
+    value.push_back(text_in(line, key, longest, 0));
   }
 }
 

@@ -42,12 +42,20 @@ class ControlWriter {
   void numbers(const char* key, std::vector<std::uint64_t>& value, std::size_t /*most*/) {
     map_[key] = value;
   }
+  void flag_if_there(const char* key, bool& value) { flag(key, value); }
+  /// Writes a real number unless it is negative, which means that it is not known.
+  void real_if_there(const char* key, double& value, double /*highest*/) {
+    if (value >= 0) real(key, value);
+  }
   void real(const char* key, double& value) { map_[key] = value; }
   void duration(const char* key, double& value) { map_[key] = value; }
   void flag(const char* key, bool& value) { map_[key] = value; }
   /// Writes a text. Escapes characters that are not printable, and cuts a long text after a whole
   /// character.
   void text(const char* key, std::string& value, std::size_t longest, std::size_t shortest = 0);
+  /// Writes a list of texts. Keeps the last `most`.
+  void lines(const char* key, std::vector<std::string>& value, std::size_t most,
+             std::size_t longest);
   void digest(const char* key, std::string& value) { map_[key] = value; }
   void version(std::uint32_t& value) { map_["v"] = value; }
   void batch(const char* key, CellBatch& value);
@@ -96,12 +104,19 @@ class ControlReader {
     if (map_.contains(key)) word(key, value, names);
   }
   void numbers(const char* key, std::vector<std::uint64_t>& value, std::size_t most) const;
+  void flag_if_there(const char* key, bool& value) const {
+    if (map_.contains(key)) flag(key, value);
+  }
+  /// Reads a real number from 0 to `highest`, if the key is there.
+  void real_if_there(const char* key, double& value, double highest) const;
   void real(const char* key, double& value) const;
   /// Reads seconds: 0 to ten years.
   void duration(const char* key, double& value) const;
   void flag(const char* key, bool& value) const;
   void text(const char* key, std::string& value, std::size_t longest,
             std::size_t shortest = 0) const;
+  void lines(const char* key, std::vector<std::string>& value, std::size_t most,
+             std::size_t longest) const;
   void digest(const char* key, std::string& value) const;
   void version(std::uint32_t& value) const { value = protocol_; }
   void batch(const char* key, CellBatch& value) const;

@@ -29,6 +29,9 @@ void fields(F& f, msg::Hello& m) {
   f.text("host", m.host, max_name);
   f.number("share_port", m.share_port, 0U, 65535U);
   f.text("share_key", m.share_key, max_name);
+  f.text_if_there("release", m.release, max_name);
+  f.number_if_there("processors", m.processors, 0U, msg::most_processors);
+  f.number_if_there("memory_bytes", m.memory_bytes, std::uint64_t{0}, msg::most_memory_bytes);
 }
 template <typename F>
 void fields(F& f, msg::Welcome& m) {
@@ -44,6 +47,7 @@ void fields(F& f, msg::Heartbeat& m) {
   f.number("traced", m.traced);
   f.flag("preparing", m.preparing);
   f.epochs("epochs", m.epochs);
+  f.real_if_there("load", m.load, 1e6);
 }
 template <typename F>
 void fields(F& /*f*/, msg::HeartbeatAck& /*m*/) {}
@@ -233,11 +237,32 @@ void fields(F& f, msg::Workers& m) {
 template <typename F>
 void fields(F& f, msg::ShowFarm& m) {
   f.number("request", m.request);
+  f.flag_if_there("history", m.history);
 }
 template <typename F>
 void fields(F& f, msg::Farm& m) {
   f.number("request", m.request);
   f.object("farm", m.farm);
+}
+template <typename F>
+void fields(F& f, msg::ShowWorker& m) {
+  f.number("request", m.request);
+  f.text("name", m.name, max_name, 1);
+}
+template <typename F>
+void fields(F& f, msg::Worker& m) {
+  f.number("request", m.request);
+  f.object("worker", m.worker);
+}
+template <typename F>
+void fields(F& f, msg::ShowLog& m) {
+  f.number("request", m.request);
+  f.text("name", m.name, max_name, 1);
+}
+template <typename F>
+void fields(F& f, msg::Log& m) {
+  f.number("request", m.request);
+  f.lines("lines", m.lines, msg::most_log_lines, msg::most_log_line);
 }
 template <typename F>
 void fields(F& f, msg::Error& m) {
@@ -255,7 +280,7 @@ constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names 
     "submit",    "submitted",    "list_jobs",     "jobs",       "show_job",  "job",
     "steer_job", "steer_jobs",   "steered",       "fetch",      "image",     "fetch_journal",
     "journal",   "list_workers", "steer_workers", "workers",    "show_farm", "farm",
-    "error"};
+    "show_worker", "worker", "show_log", "log", "error"};
 
 // The bulk frame of the messages that have one.
 

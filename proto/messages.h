@@ -28,6 +28,9 @@ inline constexpr std::uint32_t trace_version = 5;
 
 namespace msg {
 
+/// Limits of Hello::processors and Hello::memory_bytes.
+inline constexpr std::uint32_t most_processors = 65536;
+inline constexpr std::uint64_t most_memory_bytes = std::uint64_t{1} << 50;
 struct Hello {
   std::uint32_t version = protocol_version;
   std::string name;
@@ -39,6 +42,10 @@ struct Hello {
   std::string host{};            ///< name of the machine, whose workers share scenes
   std::uint32_t share_port = 0;  ///< port for requests of scene chunks; 0: none
   std::string share_key{};       ///< CURVE key of that port
+  // Facts for people. Older workers do not send them: then they are empty or 0.
+  std::string release{};           ///< version of ParRay
+  std::uint32_t processors = 0;    ///< of the machine, as far as the worker may use them
+  std::uint64_t memory_bytes = 0;  ///< of the machine, as far as the worker may use it
 };
 struct Welcome {
   std::uint32_t heartbeat_ms = 1000;
@@ -51,6 +58,7 @@ struct Heartbeat {
   std::uint64_t traced = 0;
   bool preparing = false;
   std::vector<std::pair<std::uint64_t, std::uint64_t>> epochs;  ///< job, epoch
+  double load = -1;  ///< load average of the machine over the last minute; negative: not known
 };
 struct HeartbeatAck {};
 struct Identify {};
@@ -249,10 +257,31 @@ struct Workers {
 };
 struct ShowFarm {
   std::uint64_t request = 0;
+  bool history = false;  ///< asks for the last hour instead of the present state
 };
 struct Farm {
   std::uint64_t request = 0;
   nlohmann::json farm;
+};
+struct ShowWorker {
+  std::uint64_t request = 0;
+  std::string name;
+};
+struct Worker {
+  std::uint64_t request = 0;
+  nlohmann::json worker;
+};
+/// Limits of a `log`: number of lines, and bytes of a line.
+inline constexpr std::size_t most_log_lines = 100;
+inline constexpr std::size_t most_log_line = 500;
+/// A client asks the coordinator, and the coordinator asks the worker.
+struct ShowLog {
+  std::uint64_t request = 0;
+  std::string name;
+};
+struct Log {
+  std::uint64_t request = 0;
+  std::vector<std::string> lines;  ///< oldest first
 };
 struct Error {
   std::uint64_t request = 0;
@@ -269,7 +298,7 @@ using Message = std::variant<
     msg::NoScene, msg::Result, msg::Failed, msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit,
     msg::Submitted, msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob, msg::SteerJobs,
     msg::Steered, msg::Fetch, msg::ImageData, msg::FetchJournal, msg::JournalData, msg::ListWorkers,
-    msg::SteerWorkers, msg::Workers, msg::ShowFarm, msg::Farm, msg::Error>;
+    msg::SteerWorkers, msg::Workers, msg::ShowFarm, msg::Farm, msg::ShowWorker, msg::Worker, msg::ShowLog, msg::Log, msg::Error>;
 
 /// The message is malformed. `request` is set if it was readable, so that the client gets an
 /// `error`.

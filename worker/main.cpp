@@ -2,11 +2,14 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <random>
 
+#include "common/base/cgroup_limits.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/log/log.h"
@@ -72,6 +75,12 @@ std::string host_name() {
   std::array<char, 100> host{};
   gethostname(host.data(), host.size() - 1);
   return host.data();
+}
+
+/// Returns the load average of the last minute; negative: not known.
+double load_average() {
+  double load = -1;
+  return getloadavg(&load, 1) == 1 ? load : -1;
 }
 
 std::string new_instance() {
@@ -156,6 +165,11 @@ int work(const Arguments& a) {
   options.share_key = link.key();
   options.wake = wake;
   options.instance = new_instance();
+  options.release = PARRAY_VERSION;
+  options.processors = static_cast<std::uint32_t>(usable_cpus());
+  options.memory_bytes = std::min(usable_memory(), msg::most_memory_bytes);
+  options.load = load_average;
+  options.recent_log = keep_lines(*log, msg::most_log_lines);
   options.threads = static_cast<std::uint32_t>(a.threads);
   options.fingerprint = trace_fingerprint();
   Worker worker(options, team);

@@ -181,6 +181,12 @@ void MessageSource::on(Time now, msg::Identify& /*m*/) { on_forgotten(now); }
 
 void MessageSource::on(Time now, msg::Bye& /*m*/) { on_forgotten(now); }
 
+/// The message itself escapes and cuts the lines, and keeps only the last ones.
+void MessageSource::on(Time /*now*/, msg::ShowLog& m) {
+  send(msg::Log{m.request,
+                options_.recent_log ? options_.recent_log() : std::vector<std::string>()});
+}
+
 void MessageSource::on(Time now, msg::Grant& m) {
   // Ignores leases beyond the worker's capacity: their deadlines will pass.
   if (connected_ && !holds(key_of(m)) && waiting_.size() < options_.capacity) {
@@ -213,11 +219,13 @@ void MessageSource::send_heartbeat(Time now, const TeamState& team) {
   if (!connected_) {
     send(msg::Hello{protocol_version, options_.name, options_.instance, options_.threads,
                     options_.capacity, trace_version, options_.fingerprint, options_.host,
-                    options_.share_port, options_.share_key});
+                    options_.share_port, options_.share_key, options_.release, options_.processors,
+                    options_.memory_bytes});
     return;
   }
   msg::Heartbeat heartbeat;
   heartbeat.traced = team.traced;
+  heartbeat.load = options_.load ? options_.load() : -1;
   heartbeat.preparing = team.preparing || (!tracing_ && !waiting_.empty());
   if (tracing_) {
     heartbeat.epochs.push_back(*tracing_);

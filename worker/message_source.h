@@ -31,6 +31,14 @@ struct WorkerOptions {
   /// Port for the requests of other workers, and the public key of that port. 0: no port.
   std::uint32_t share_port = 0;
   std::string share_key{};
+  /// Facts about this program and its machine, for people: see msg::Hello.
+  std::string release{};
+  std::uint32_t processors = 0;
+  std::uint64_t memory_bytes = 0;
+  /// Returns the load average of the last minute; negative: not known. May be empty.
+  std::function<double()> load{};
+  /// Returns the last lines of this worker's log, oldest first. May be empty.
+  std::function<std::vector<std::string>()> recent_log{};
   /// Ends the link's wait from another thread. Without it, large scenes are opened in this thread.
   std::function<void()> wake{};
 };
@@ -84,6 +92,7 @@ class MessageSource final : public LeaseSource {
   void on(Time now, msg::ResultVerdict& m);
   void on(Time now, msg::Revoke& m);
   void on(Time now, msg::Bye& m);
+  void on(Time now, msg::ShowLog& m);
   template <typename Other>
   void on(Time /*now*/, Other& /*m*/) {}  // ignores messages that are not for workers
 

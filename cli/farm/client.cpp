@@ -235,6 +235,14 @@ nlohmann::json Client::jobs() { return list({}).jobs; }
 
 nlohmann::json Client::workers() { return ask<msg::Workers>(msg::ListWorkers{}).workers; }
 
+nlohmann::json Client::worker(const std::string& name) {
+  return ask<msg::Worker>(msg::ShowWorker{0, name}).worker;
+}
+
+std::vector<std::string> Client::worker_log(const std::string& name) {
+  return ask<msg::Log>(msg::ShowLog{0, name}).lines;
+}
+
 nlohmann::json Client::steer_workers(msg::WorkerAction action, const std::string& name, bool host) {
   return ask<msg::Workers>(msg::SteerWorkers{0, action, host, name}).workers;
 }

@@ -125,6 +125,12 @@ class Client {
   /// Return lists of the maps of PROTOCOL.md.
   nlohmann::json jobs();
   nlohmann::json workers();
+  /// Returns the map of one worker, with its history and its recent failures. Throws InputError if
+  /// no worker of this name is connected.
+  nlohmann::json worker(const std::string& name);
+  /// Returns the last lines of a worker's log, oldest first. Throws InputError if no worker of this
+  /// name is connected, RunError if it does not answer.
+  std::vector<std::string> worker_log(const std::string& name);
   /// Changes a worker, by name, or all workers of a host. Returns the maps of the connected ones.
   nlohmann::json steer_workers(msg::WorkerAction action, const std::string& name, bool host);
   /// Fetches the picture of a finished job and checks its SHA-256.

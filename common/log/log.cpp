@@ -1,6 +1,7 @@
 #include "common/log/log.h"
 
 #include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/ringbuffer_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -48,6 +49,19 @@ std::shared_ptr<spdlog::logger> make_log(const std::string& name, const LogOptio
     log->set_formatter(std::move(formatter));
   }
   return log;
+}
+
+std::function<std::vector<std::string>()> keep_lines(spdlog::logger& log, std::size_t most) {
+  const auto sink = std::make_shared<spdlog::sinks::ringbuffer_sink_mt>(most);
+  sink->set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %v");
+  log.sinks().push_back(sink);
+  return [sink] {
+    std::vector<std::string> lines = sink->last_formatted();
+    for (std::string& line : lines) {
+      line.erase(line.find_last_not_of("\r\n") + 1);
+    }
+    return lines;
+  };
 }
 
 }  // namespace parray::log

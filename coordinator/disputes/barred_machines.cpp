@@ -21,6 +21,8 @@ void DisputeDesk::drain(const std::string& name, bool host, const std::string& a
     apply_bars(worker);
   }
   farm_.log->info("{} drained {} '{}'", asker, host ? "host" : "worker", name);
+  farm_.announce(FarmEventKind::drained, host ? "" : name,
+                 fmt::format("{}drained by {}", host ? "host '" + name + "' " : "", asker));
 }
 
 /// Ends a quarantine for all workers of the machine.
@@ -99,6 +101,7 @@ void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
         "worker '{}' ({}) returned wrong bits: {}. Its machine gets no more leases, and others "
         "trace its cells again. Test that machine, then use parray workers readmit",
         name, known.name, reason);
+    farm_.announce(FarmEventKind::quarantined, name, fmt::format("{}: {}", known.name, reason));
   }
   const FaultFinding finding = fault_findings_.add(machine, name);
   keep_worker_notes();
@@ -232,6 +235,8 @@ void DisputeDesk::end_quarantines() {
     apply_bars(worker);
   }
   farm_.log->info("the quarantine of {} machines has ended", ended.size());
+  farm_.announce(FarmEventKind::readmitted, "",
+                 fmt::format("the quarantine of {} machines has ended", ended.size()));
   keep_worker_notes();
   farm_.grants_due = true;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -46,6 +47,10 @@ struct Merged {
   std::uint64_t accelerator_bytes = 0;
   std::string isa;
 
+  /// Returns the tracing time, at most the time that the worker had.
+  [[nodiscard]] double believable_seconds() const {
+    return std::clamp(arrived_at - granted_at, 0.0, seconds);
+  }
   /// Returns the entries for the job's journal.
   [[nodiscard]] std::vector<JournalEntry> entries(const Journal& journal, std::uint32_t pass,
                                                   std::uint64_t digest) const {

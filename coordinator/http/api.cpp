@@ -83,8 +83,7 @@ void Api::add_to(Router& router) {
   add_job_lists(router);
   add_pictures(router);
   add_workers(router);
-  router.add("GET", "/api/v1/server",
-             [this](const Request& request, const Arguments&) { return server(request); });
+  add_farm(router);
   router.add("GET", "/api/v1/events", [this](const Request& request, const Arguments&) {
     Reply reply;
     reply.type = "text/event-stream";
@@ -324,17 +323,6 @@ Reply Api::steer_workers(const Request& request, const std::string& name,
     if (problem.status() != 409) throw;
     throw Problem(403, problem.what(), problem.exit_status());
   }
-}
-
-Reply Api::server(const Request& request) const {
-  const Sender& sender = request.sender;
-  return json_reply(text_of({{"version", PARRAY_VERSION},
-                             {"user", sender.name},
-                             {"role", name_of(sender.role)},
-                             {"limits",
-                              {{"body_bytes", facts_.body_bytes},
-                               {"parts", facts_.parts},
-                               {"streams", facts_.streams}}}}));
 }
 
 }  // namespace parray::http

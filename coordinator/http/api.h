@@ -12,12 +12,15 @@
 
 namespace parray::http {
 
-/// Limits of the server, as GET /api/v1/server shows them: bytes of a body, parts of a form, event
-/// streams.
+/// Facts about the server, as GET /api/v1/server shows them.
 struct ApiFacts {
-  std::uint64_t body_bytes = 0;
-  std::size_t parts = 0;
-  std::size_t streams = 0;
+  std::uint64_t body_bytes = 0;  ///< limit of a body
+  std::size_t parts = 0;         ///< limit of the parts of a form
+  std::size_t streams = 0;       ///< limit of event streams
+  std::string worker_address{};  ///< that workers use: tcp://HOST:PORT
+  bool loopback = false;         ///< only workers of this machine can use it
+  bool keys = false;             ///< workers need a key
+  bool webhooks = false;         ///< some host may receive webhooks
 };
 
 /// Answers the requests that openapi.json describes. Callable from any thread.
@@ -42,6 +45,7 @@ class Api {
   void add_job_lists(Router& router);
   void add_pictures(Router& router);
   void add_workers(Router& router);
+  void add_farm(Router& router);  ///< in farm_api.cpp, as server()
   Reply submit(const Request& request);
   Reply list_jobs(const Request& request);
   Reply steer_many(const Request& request, msg::JobAction action);

@@ -19,6 +19,18 @@ std::string event_text(const char* name, const json& data) {
          "\ndata: " + data.dump(-1, ' ', false, json::error_handler_t::replace) + "\n\n";
 }
 
+/// Rounds what changes all the time, so that a heartbeat alone causes no event.
+void round_times(json& worker) {
+  const auto round = [](json& value, double step) {
+    if (value.is_number()) value = std::floor(value.get<double>() / step) * step;
+  };
+  round(worker.at("seconds_silent"), 10);
+  if (worker.contains("load")) round(worker["load"], 0.5);
+  if (worker.contains("tracing") && worker["tracing"].is_object()) {
+    round(worker["tracing"]["seconds"], 10);
+  }
+}
+
 std::string forgotten_event(JobId job) { return event_text("forgotten", {{"id", job}}); }
 
 }  // namespace
@@ -266,8 +278,7 @@ void Events::poll_workers() {
     for (json worker : answer.workers) {
       Announced& announced = workers_[worker.at("name")];
       announced.seen = true;
-      // Rounded, so that a heartbeat alone causes no event.
-      worker["seconds_silent"] = std::floor(worker.at("seconds_silent").get<double>() / 10) * 10;
+      round_times(worker);
       std::string event = event_text("worker", worker);
       if (event == announced.event) continue;
       announced.event = std::move(event);

@@ -18,6 +18,7 @@
 #include "coordinator/http/server.h"
 #include "coordinator/jobs/log_budget.h"
 #include "coordinator/loop/limits.h"
+#include "proto/zmq_link.h"
 
 namespace parray::http {
 namespace {
@@ -116,7 +117,9 @@ class HttpService::Impl {
             loop_, options.webhook_hosts,
             options.state.empty() ? fs::path() : fs::path(options.state) / "http" / "webhooks"),
         api_(loop_, uploads_, pictures_, events_, webhooks_, counts_,
-             {options.uploads.body_bytes, options.uploads.parts, options.streams}),
+             {options.uploads.body_bytes, options.uploads.parts, options.streams,
+              options.worker_address, is_loopback(options.worker_address), !options.keys.empty(),
+              !options.webhook_hosts.empty()}),
         warnings_(log_, 1),
         server_(options.address, server_limits(options),
                 {[this](const Request& request) { return answer(request); },

@@ -15,7 +15,8 @@ namespace parray::http {
 
 /// Settings of the HTTP interface.
 struct Options {
-  std::string address;  ///< HOST:PORT; empty: no HTTP interface
+  std::string address;         ///< HOST:PORT; empty: no HTTP interface
+  std::string worker_address;  ///< that workers use: tcp://HOST:PORT
   std::string keys;   ///< directory of the farm's keys; empty: no keys, and requests need no token
   std::string state;  ///< directory of the state; empty: nothing outlives the process
   std::vector<std::string> hosts;          ///< accepted host names besides localhost

@@ -22,7 +22,7 @@ class Text {
   void family(std::string_view name, std::string_view type, std::string_view help) {
     text_ += fmt::format("# HELP {} {}\n# TYPE {} {}\n", name, help, name, type);
   }
-  /// `labels`: empty, or in braces. Values need no escapes: this program defines them.
+  /// `labels`: empty, or in braces. See label_value().
   void sample(std::string_view name, std::string_view labels, double value) {
     text_ += fmt::format("{}{} {}\n", name, labels, value);
   }
@@ -95,6 +95,50 @@ void add_process(Text& text) {
               "Start time of the coordinator in seconds since 1970", started());
 }
 
+/// Returns the value of a label with the escapes of the format.
+std::string label_value(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '"' || c == '\\') escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
+void add_users(Text& text, const json& users) {
+  text.family("parray_user_jobs", "gauge",
+              "Jobs by user and state; open: queued, running or paused");
+  for (const json& user : users) {
+    const std::string name = label_value(user.at("user").get<std::string>());
+    for (const char* state : {"open", "done", "failed", "cancelled"}) {
+      text.sample("parray_user_jobs", fmt::format("{{user=\"{}\",state=\"{}\"}}", name, state),
+                  user.at(std::string(state) + "_jobs").get<double>());
+    }
+  }
+  text.family("parray_user_thread_seconds_total", "counter",
+              "Tracing time of accepted results by user, times the threads of their workers");
+  for (const json& user : users) {
+    const std::string name = label_value(user.at("user").get<std::string>());
+    text.sample("parray_user_thread_seconds_total", fmt::format("{{user=\"{}\"}}", name),
+                user.at("thread_seconds").get<double>());
+  }
+}
+
+void add_queue(Text& text, const json& farm) {
+  const json& since_start = farm.at("since_start");
+  text.family("parray_queue_seconds", "summary", "Time of jobs from the queue to the first lease");
+  text.sample("parray_queue_seconds_sum", "", since_start.at("queue_seconds").get<double>());
+  text.sample("parray_queue_seconds_count", "", since_start.at("jobs_begun").get<double>());
+  text.single("parray_oldest_queued_job_seconds", "gauge",
+              "Time since the oldest queued job was submitted; 0: no job is queued",
+              farm.at("oldest_queued_seconds").get<double>());
+  text.by("state", "parray_jobs_ended_total", "counter", "Jobs that ended, by state",
+          since_start.at("jobs_ended"));
+  text.single("parray_workers_lost_total", "counter",
+              "Workers that disappeared without goodbye: crashed, killed or unreachable",
+              since_start.at("workers_lost").get<double>());
+}
+
 void add_results(Text& text, const json& since_start) {
   json results;
   for (const char* verdict : {"accepted", "duplicate", "stale", "mismatch", "failed"}) {
@@ -129,6 +173,8 @@ std::string metrics_text(const json& farm) {
               "Estimated seconds that one thread needs for all unfinished jobs: divide by "
               "parray_worker_threads for the time left, or scale the number of workers by it",
               number("thread_seconds_left"));
+  add_queue(text, farm);
+  add_users(text, farm.at("users"));
   add_results(text, farm.at("since_start"));
   for (const auto& [key, what] :
        {std::pair("memory", "Memory of unfinished pictures and scenes in bytes"),

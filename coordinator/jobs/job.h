@@ -57,8 +57,10 @@ struct Job {
   JobPhase phase = JobPhase::waiting;
   ScenePayload scene;      ///< only without a store
   Time submitted = never;  ///< in this process; never: earlier
-  Time served = never;     ///< latest lease by a regular turn; never: not counted yet
-  Time granted = never;    ///< latest lease
+  /// When it was queued, in seconds since 1970. Negative: it had a lease since, or is not known.
+  double queued_at = -1;
+  Time served = never;   ///< latest lease by a regular turn; never: not counted yet
+  Time granted = never;  ///< latest lease
   Epoch next_epoch = 1;
   std::uint64_t spheres = 0;
   std::unique_ptr<JobWork> work;    ///< null while the job waits and when it has ended

@@ -62,6 +62,9 @@ void JobBook::restore_jobs() {
     if (job.record.series_id != 0) {
       series_[{job.record.user, job.record.series}] = job.record.series_id;
     }
+    if (job.record.state == JobState::queued && !job.record.events.empty()) {
+      job.queued_at = job.record.events.front().at;
+    }
     if (job.record.state == JobState::running) {
       job.record.state = JobState::queued;
     }
@@ -355,6 +358,7 @@ void JobBook::end_job(Job& job, JobState state, const std::string& reason) {
     farm_.note(job, fmt::format("{}: {}", name_of(state), reason));
     farm_.keep(job);
   }
+  farm_.announce_end(job);
   farm_.log->info("job {} '{}' is {}{}{}", job.record.id, job.record.name, name_of(state),
                   reason.empty() ? "" : ": ", reason);
 }

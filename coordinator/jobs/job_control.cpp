@@ -92,6 +92,7 @@ void JobBook::requeue(Job& job) {
   }
   job.phase = JobPhase::waiting;
   job.retry_at = never;
+  job.queued_at = farm_.since_1970(farm_.now);
   farm_.index.note_open(job);
   farm_.note(job, "queued again by " + asker());
   farm_.keep(job);

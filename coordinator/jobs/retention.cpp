@@ -17,6 +17,7 @@ namespace {
 
 constexpr Time between_looks = seconds(5);
 constexpr const char* progress_note = "progress";  // shares of unfinished jobs, by number, as JSON
+constexpr const char* users_note = "users";        // thread-seconds by user, as JSON
 
 }  // namespace
 
@@ -67,8 +68,10 @@ void JobBook::keep_farm_notes() {
   uptime_kept_ = later ? farm_.uptime() : uptime_kept_;
   progress_kept_ = text;
   farm_.for_log("storing the uptime and the progress of jobs")
-      .give([store = farm_.store, text, seconds_up = farm_.uptime()]() -> JobThread::Completion {
+      .give([store = farm_.store, text, users = farm_.watch.accounts_text(),
+             seconds_up = farm_.uptime()]() -> JobThread::Completion {
         store->put_note(progress_note, text);
+        store->put_note(users_note, users);
         store->put_note(uptime_note, std::to_string(static_cast<std::uint64_t>(seconds_up)));
         return {};
       });
@@ -77,6 +80,7 @@ void JobBook::keep_farm_notes() {
 /// Restores the farm's uptime and the progress of its jobs.
 void JobBook::restore_farm_notes() {
   farm_.uptime_before = uptime_kept_ = std::strtod(farm_.store->note(uptime_note).c_str(), nullptr);
+  farm_.watch.restore_accounts(farm_.store->note(users_note));
   const nlohmann::json progress =
       nlohmann::json::parse(farm_.store->note(progress_note), nullptr, false);
   for (auto& [id, job] : farm_.jobs) {

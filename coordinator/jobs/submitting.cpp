@@ -160,6 +160,7 @@ void JobBook::accept_job(const PeerId& peer, std::uint64_t request, Accepted& ac
   farm_.log->info("job {} '{}' submitted: {} spheres, {} x {} pixels, {} samples", job.record.id,
                   job.record.name, job.spheres, s.width, s.height, s.samples_per_pixel);
   farm_.send(peer, msg::Submitted{request, job.record.id});
+  job.queued_at = farm_.since_1970(farm_.now);
   const JobId id = job.record.id;
   farm_.index.add(farm_.jobs.emplace(id, std::move(job)).first->second);
   list_open_jobs();

@@ -150,6 +150,7 @@ bool LeaseDesk::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) 
         farm_.options.waiting_counts && job.submitted != never ? job.submitted : now;
     job.work->pass_began = now;
     farm_.note(job, "begun");
+    farm_.note_begun(job);
   }
   if (job.record.state == JobState::queued) {
     job.record.state = JobState::running;

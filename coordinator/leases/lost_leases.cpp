@@ -37,6 +37,7 @@ void LeaseDesk::expire_leases(Time now) {
       farm_.grants_due = true;
       if (WorkerRecord* worker = farm_.workers.by_id(expired.worker)) {
         --worker->held;
+        worker->note_failure(now, id, "it made no progress in time");
       }
       farm_.warnings.warn(now,
                           fmt::format("job {} lease {}: worker {} made no progress in time; "
@@ -62,6 +63,7 @@ void LeaseDesk::on(Time now, const PeerId& peer, msg::Failed& m) {
   }
   --worker->held;
   ++farm_.tally.failed;
+  worker->note_failure(now, m.job, m.reason);
   farm_.grants_due = true;
   // Other workers may be able to trace these cells and get leases of this job first.
   worker->denied_jobs[m.job] = now + farm_.options.heartbeat;
@@ -131,6 +133,9 @@ void LeaseDesk::hold_back(Time now) {
     if (until > now && worker.held_back_until != until) {
       farm_.log->warn("worker '{}' failed where others succeed: it gets no leases for {:.0f} s",
                       worker.hello.name, to_seconds(until - now));
+      farm_.announce(FarmEventKind::backoff, worker.hello.name,
+                     fmt::format("failed where others succeed: no leases for {:.0f} s",
+                                 to_seconds(until - now)));
     }
     if ((until > now) != worker.held_back || worker.held_back_until != until) {
       farm_.workers.hold_back(worker, until > now, until);

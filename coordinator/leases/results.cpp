@@ -187,9 +187,15 @@ void LeaseDesk::note_accepted(Job& job, const Merged& merged) {
   WorkerRecord* worker = farm_.workers.by_id(merged.worker);
   const double cost = merged.seconds * merged.threads;
   queue_.correct(job.record.user, cost - merged.charged);
+  UserAccount& account = farm_.watch.account(job.record.user);
+  account.share = job.record.share;
+  account.thread_seconds += merged.believable_seconds() * merged.threads;
+  const auto fresh = static_cast<double>(merged.taken.fresh_samples);
+  farm_.watch.samples.add(farm_.now, fresh);
   if (worker == nullptr) {
     return;
   }
+  worker->samples.add(farm_.now, fresh);
   farm_.workers.measure(*worker, merged.samples, merged.seconds);
   ++worker->accepted;
   if (merged.samples > 0) {

@@ -12,6 +12,7 @@
 #include "coordinator/leases/lease_desk.h"
 #include "coordinator/loop/farm.h"
 #include "coordinator/loop/worker_desk.h"
+#include "coordinator/loop/worker_map.h"
 
 namespace parray::coordinator {
 
@@ -67,7 +68,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
       break;
     }
     if (number++ >= m.offset) {
-      list.push_back(worker_summary(worker, now));
+      list.push_back(worker_summary(farm_, worker, now));
     }
   }
   const json elsewhere = disputes_.quarantined_elsewhere();
@@ -81,54 +82,6 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
   farm_.send(peer, msg::Workers{m.request, std::move(list), total});
 }
 
-/// Sends the farm map of PROTOCOL.md.
-void ClientRequests::on(Time now, const PeerId& peer, msg::ShowFarm& m) {
-  json jobs = json::object();
-  for (const JobState state : {JobState::queued, JobState::running, JobState::paused,
-                               JobState::done, JobState::failed, JobState::cancelled}) {
-    jobs[std::string(name_of(state))] = 0;
-  }
-  double seconds_left = 0;
-  for (const auto& [id, job] : farm_.jobs) {
-    auto& count = jobs[std::string(name_of(job.record.state))];
-    count = count.get<std::uint64_t>() + 1;
-    if (!job.ended()) seconds_left += job.samples_left(now) * farm_.price;
-  }
-  json workers = {
-      {"ready", 0}, {"backoff", 0}, {"draining", 0}, {"drained", 0}, {"quarantined", 0}};
-  std::uint64_t threads = 0;
-  std::uint64_t leases = 0;
-  double speed = 0;
-  for (const auto& [id, worker] : farm_.workers) {
-    auto& count = workers[std::string(worker.state())];
-    count = count.get<std::uint64_t>() + 1;
-    threads += worker.may_trace() ? worker.hello.threads : 0;
-    leases += worker.held;
-    speed += worker.held > 0 ? worker.samples_per_second : 0;
-  }
-  farm_.send(
-      peer,
-      msg::Farm{m.request,
-                {{"jobs", std::move(jobs)},
-                 {"workers", std::move(workers)},
-                 {"threads", threads},
-                 {"leases", leases},
-                 {"samples_per_second", speed},
-                 {"thread_seconds_left", seconds_left},
-                 {"memory", {{"used", job_book_.memory_in_use()}, {"most", farm_.options.memory}}},
-                 {"disk", {{"used", job_book_.disk_used()}, {"most", farm_.options.limits.disk}}},
-                 {"storage", farm_.storage},
-                 {"since_start",
-                  {{"samples", farm_.tally.samples},
-                   {"granted", farm_.tally.granted},
-                   {"accepted", farm_.tally.accepted},
-                   {"duplicate", farm_.tally.duplicate},
-                   {"stale", farm_.tally.stale},
-                   {"mismatch", farm_.tally.mismatch},
-                   {"failed", farm_.tally.failed},
-                   {"malformed", farm_.tally.malformed}}}}});
-}
-
 /// Gives leases again to workers of this name or host, whatever the reason they got none.
 void ClientRequests::readmit(Time now, const msg::SteerWorkers& m) {
   disputes_.readmit(m.name, m.host);
@@ -139,6 +92,9 @@ void ClientRequests::readmit(Time now, const msg::SteerWorkers& m) {
   }
   leases_.hold_back(now);
   farm_.log->info("{} readmitted {} '{}'", job_book_.asker(), m.host ? "host" : "worker", m.name);
+  farm_.announce(
+      FarmEventKind::readmitted, m.host ? "" : m.name,
+      fmt::format("{}readmitted by {}", m.host ? "host '" + m.name + "' " : "", job_book_.asker()));
 }
 
 void ClientRequests::on(Time now, const PeerId& peer, msg::SteerWorkers& m) {
@@ -155,7 +111,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::SteerWorkers& m) {
   auto list = json::array();
   for (const auto& [id, worker] : farm_.workers) {
     if ((m.host ? worker.hello.host : worker.hello.name) == m.name) {
-      list.push_back(worker_summary(worker, now));
+      list.push_back(worker_summary(farm_, worker, now));
     }
   }
   const std::uint64_t total = list.size();

@@ -34,6 +34,7 @@ class ClientRequests {
   void on(Time now, const PeerId& peer, msg::Fetch& m);
   void on(Time now, const PeerId& peer, msg::FetchJournal& m);
   void on(Time now, const PeerId& peer, msg::ListWorkers& m);
+  void on(Time now, const PeerId& peer, msg::ShowWorker& m);
   void on(Time now, const PeerId& peer, msg::ShowFarm& m);
   /// Answer a repeated request, whose answer may be lost, as before, and change nothing again.
   void on(Time now, const PeerId& peer, msg::SteerJob& m);
@@ -41,6 +42,7 @@ class ClientRequests {
   void on(Time now, const PeerId& peer, msg::SteerWorkers& m);
 
  private:
+  [[nodiscard]] nlohmann::json farm_map(Time now);
   Job* find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id);
   [[nodiscard]] std::string no_job_text(JobId id) const;
   std::vector<Job*> find_changeable(JobId id);

@@ -20,6 +20,7 @@ Coordinator::Coordinator(CoordinatorOptions options, Store* store,
       leases_(farm_, job_book_, disputes_, worker_desk_),
       disputes_(farm_, job_book_),
       clients_(farm_, job_book_, leases_, disputes_, worker_desk_),
+      worker_logs_(farm_),
       requests_(farm_.options.limits.requests),
       job_thread_(store, farm_.options.job_thread) {
   disputes_.restore_worker_notes();
@@ -37,6 +38,8 @@ void Coordinator::dispatch(Time now, const PeerId& peer, M& m) {
     job_book_.on(now, peer, m);
   } else if constexpr (requires { clients_.on(now, peer, m); }) {
     clients_.on(now, peer, m);
+  } else if constexpr (requires { worker_logs_.on(now, peer, m); }) {
+    worker_logs_.on(now, peer, m);
   } else {
     ++farm_.tally.malformed;
     farm_.warnings.warn(now, "dropped a message that is not meant for coordinators");
@@ -50,7 +53,8 @@ static bool is_worker_message(const Message& message) {
          std::holds_alternative<msg::NeedScene>(message) ||
          std::holds_alternative<msg::NeedChunk>(message) ||
          std::holds_alternative<msg::Result>(message) ||
-         std::holds_alternative<msg::Failed>(message) || std::holds_alternative<msg::Bye>(message);
+         std::holds_alternative<msg::Failed>(message) ||
+         std::holds_alternative<msg::Log>(message) || std::holds_alternative<msg::Bye>(message);
 }
 
 static bool may_send(Role role, const Message& message) {
@@ -120,10 +124,12 @@ void Coordinator::receive(Time now, Delivery delivery) {
 /// Looks for silent workers and expired leases only when all received messages are handled.
 Time Coordinator::tick(Time now, bool drained) {
   farm_.now = now;
-  farm_.began = std::min(farm_.began, now);
-  if (farm_.wall_zero == 0) {
+  if (farm_.began == never) {
+    farm_.began = now;
     farm_.wall_zero = farm_.options.wall_clock() - to_seconds(now);
+    farm_.announce(FarmEventKind::started, "", "the coordinator was started");
   }
+  farm_.note_history();
   farm_.job_thread.run_finished();
   const bool cases_open = !disputes_.referee().idle();
   disputes_.take_referee_turn(now);
@@ -143,14 +149,15 @@ Time Coordinator::tick(Time now, bool drained) {
   if (cases_open || farm_.grants_due) {
     disputes_.look_after_checks();
   }
+  const Time log_due = worker_logs_.expire(now);
   leases_.grant_leases(now);
   farm_.job_thread.run_finished();  // for passes that the job thread has just prepared
   if (!leases_.grant_leases(now)) {
     return now;
   }
-  Time next =
-      std::min({farm_.workers.size() > 0 ? now + farm_.options.heartbeat : never,
-                farm_.grant_again_at, disputes_.referee().next(now), leases_.next_deadline()});
+  Time next = std::min({farm_.workers.size() > 0 ? now + farm_.options.heartbeat : never,
+                        farm_.grant_again_at, log_due, disputes_.referee().next(now),
+                        leases_.next_deadline()});
   return next;
 }
 

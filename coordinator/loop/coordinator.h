@@ -13,6 +13,7 @@
 #include "coordinator/loop/farm.h"
 #include "coordinator/loop/limits.h"
 #include "coordinator/loop/worker_desk.h"
+#include "coordinator/loop/worker_logs.h"
 #include "proto/actor.h"
 
 namespace parray::coordinator {
@@ -47,6 +48,7 @@ class Coordinator final : public Actor {
   LeaseDesk leases_;
   DisputeDesk disputes_;
   ClientRequests clients_;
+  WorkerLogs worker_logs_;
   RequestBudget requests_;
   JobThread job_thread_;  ///< last: its tasks end before the parts that they report to
 };

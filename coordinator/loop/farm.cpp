@@ -2,7 +2,10 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <utility>
+
+#include "common/base/printable.h"
 
 namespace parray::coordinator {
 
@@ -62,6 +65,61 @@ Job* Farm::job_of(JobId id) {
 Job* Farm::job_at_work(JobId id, std::uint64_t generation) {
   Job* job = job_of(id);
   return job != nullptr && job->work && job->work->generation == generation ? job : nullptr;
+}
+
+void Farm::announce(FarmEventKind kind, const std::string& worker, const std::string& text) {
+  watch.note({now, kind, worker, 0, text});
+}
+
+void Farm::announce_end(const Job& job) {
+  const JobRecord& record = job.record;
+  const auto kind = record.state == JobState::done     ? FarmEventKind::job_done
+                    : record.state == JobState::failed ? FarmEventKind::job_failed
+                                                       : FarmEventKind::job_cancelled;
+  ++(record.state == JobState::done     ? tally.done
+     : record.state == JobState::failed ? tally.failed_jobs
+                                        : tally.cancelled);
+  const std::string reason = record.reason.empty() ? "" : ": " + record.reason;
+  watch.note({now, kind, "", record.listed_as(),
+              fmt::format("'{}' is {}{}", record.name, name_of(record.state), reason),
+              record.series_id != 0 ? std::size_t{1} : 0});
+}
+
+void Farm::note_begun(Job& job) {
+  if (job.queued_at < 0) {
+    return;
+  }
+  const double waited = std::max(since_1970(now) - job.queued_at, 0.0);
+  job.queued_at = -1;
+  tally.queue_seconds += waited;
+  ++tally.begun;
+  UserAccount& account = watch.account(job.record.user);
+  account.queue_seconds += waited;
+  ++account.begun;
+}
+
+void Farm::note_history() {
+  if (!watch.gauges_due(now)) {
+    return;
+  }
+  FarmWatch::Gauges gauges;
+  for (const auto& [peer, worker] : workers) {
+    gauges.busy_threads += worker.held > 0 ? worker.hello.threads : 0;
+    gauges.threads += worker.may_trace() ? worker.hello.threads : 0;
+  }
+  for (const JobId id : index.open()) {
+    gauges.queued += jobs.at(id).record.state == JobState::queued ? 1 : 0;
+  }
+  watch.note_gauges(now, gauges);
+}
+
+std::string Farm::why_no_worker(const std::string& name) const {
+  const auto found = std::ranges::find(watch.left(), name, &LeftWorker::name);
+  const std::string what = "no worker '" + printable(name) + "' is connected";
+  return found == watch.left().end()
+             ? what + ": parray workers lists those that are"
+             : fmt::format("{}: it {} {:.0f} s ago ({})", what, found->lost ? "was lost" : "left",
+                           to_seconds(now - found->at), found->reason);
 }
 
 void Farm::note(Job& job, const std::string& what) { job.record.note(options.wall_clock(), what); }

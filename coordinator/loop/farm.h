@@ -15,6 +15,7 @@
 #include "coordinator/jobs/log_budget.h"
 #include "coordinator/loop/bulk_ledger.h"
 #include "coordinator/loop/coordinator_options.h"
+#include "coordinator/loop/farm_watch.h"
 #include "coordinator/loop/job_thread.h"
 #include "coordinator/loop/scene_service.h"
 #include "coordinator/loop/worker_registry.h"
@@ -34,6 +35,12 @@ struct Tally {
   std::uint64_t mismatch = 0;
   std::uint64_t failed = 0;     ///< leases that a worker could not trace
   std::uint64_t malformed = 0;  ///< messages that were dropped
+  std::uint64_t lost = 0;       ///< workers that left without goodbye
+  std::uint64_t done = 0;       ///< jobs that ended as done; the next two also count jobs
+  std::uint64_t failed_jobs = 0;
+  std::uint64_t cancelled = 0;
+  double queue_seconds = 0;  ///< that jobs waited until their first lease
+  std::uint64_t begun = 0;   ///< number of these jobs
 };
 
 /// The state that the parts of a coordinator share: jobs, workers, time and outgoing messages.
@@ -56,6 +63,17 @@ struct Farm {
   [[nodiscard]] double since_1970(Time at) const { return wall_zero + to_seconds(at); }
   /// Seconds for which coordinators have served this state.
   [[nodiscard]] double uptime() const;
+
+  /// Notes an event for the operator of the farm.
+  void announce(FarmEventKind kind, const std::string& worker, const std::string& text);
+  /// Notes the end of a job for the operator. Frames of a series are one event.
+  void announce_end(const Job& job);
+  /// Notes that a job that was queued gets its first lease.
+  void note_begun(Job& job);
+  /// Notes the state of the farm if ten seconds have passed.
+  void note_history();
+  /// Returns why no worker of this name is connected, as an error message.
+  [[nodiscard]] std::string why_no_worker(const std::string& name) const;
 
   /// Finds a job by its number. Null: none has it.
   Job* job_of(JobId id);
@@ -86,6 +104,7 @@ struct Farm {
   BulkLedger bulk;            ///< pictures and journals on their way to clients
   BulkLedger scenes_waiting;  ///< scenes of submits that are not acknowledged yet
   Tally tally;
+  FarmWatch watch;
   std::vector<Delivery> outbox;
   Sender sender;                    ///< of the current message
   Time now{};                       ///< of the current turn

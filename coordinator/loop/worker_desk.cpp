@@ -60,6 +60,8 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Hello& m) {
     disputes_.note_joined(*known);
     leases_.hold_back(now);
     farm_.grants_due = true;
+    farm_.watch.note_joined(m.name);
+    farm_.announce(FarmEventKind::joined, m.name, fmt::format("joined with {} threads", m.threads));
     farm_.arrivals.info(
         now, fmt::format("worker {} '{}' joined with {} threads", known->id, m.name, m.threads));
   }
@@ -114,7 +116,11 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
       farm_.send(peer, msg::Revoke{job_id, epoch});  // the worker no longer holds this lease
     }
   }
+  if (!m.epochs.empty() && (!worker->tracing || worker->tracing->first != m.epochs.front().first)) {
+    worker->tracing_since = now;
+  }
   worker->tracing = m.epochs.empty() ? std::nullopt : std::optional(m.epochs.front());
+  worker->load = m.load;
   if (worker->pace == pace()) {
     farm_.send(peer, msg::HeartbeatAck{});
   } else {
@@ -189,6 +195,10 @@ void WorkerDesk::lose_worker(Time now, const PeerId& peer, const std::string& wh
   farm_.workers.remove(peer);
   farm_.scenes.forget_worker(worker.id);
   farm_.grants_due = true;
+  farm_.tally.lost += failed ? 1 : 0;
+  farm_.announce(failed ? FarmEventKind::lost : FarmEventKind::left, worker.hello.name, why);
+  farm_.watch.note_left(
+      {now, worker.hello.name, worker.hello.host, text_of(worker.machine), why, failed});
   const auto has_same_name = [&](const auto& other) {
     return other.second.hello.name == worker.hello.name;
   };

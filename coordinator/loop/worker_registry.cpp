@@ -1,15 +1,11 @@
 #include "coordinator/loop/worker_registry.h"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
+#include "common/base/printable.h"
 #include "coordinator/jobs/job_picture.h"
 
 namespace parray::coordinator {
-
-using nlohmann::json;
 
 std::string_view WorkerRecord::state() const {
   if (!quarantined.empty()) return "quarantined";
@@ -17,26 +13,14 @@ std::string_view WorkerRecord::state() const {
   return held > 0 ? "draining" : "drained";
 }
 
-json worker_summary(const WorkerRecord& worker, Time now) {
-  const double backoff =
-      worker.state() == "backoff" ? std::max(0.0, to_seconds(worker.held_back_until - now)) : 0.0;
-  const std::string reason =
-      backoff > 0
-          ? fmt::format("it failed at leases that others traced; it gets leases again in {:.0f} s",
-                        backoff)
-          : worker.quarantined;
-  return {{"name", worker.hello.name},
-          {"host", worker.hello.host},
-          {"threads", worker.hello.threads},
-          {"leases", worker.held},
-          {"accepted", worker.accepted},
-          {"samples_per_second", worker.samples_per_second},
-          {"state", worker.state()},
-          {"reason", reason},
-          {"backoff_seconds", backoff},
-          {"machine", text_of(worker.machine)},
-          {"quarantine_ends", worker.quarantine_ends},
-          {"seconds_silent", to_seconds(now - worker.last_heard)}};
+void WorkerRecord::note_failure(Time at, std::uint64_t job, const std::string& why) {
+  constexpr std::size_t most = 20;
+  constexpr std::size_t longest = 200;
+  ++failures;
+  recent_failures.push_front({at, job, printable(why, longest)});
+  if (recent_failures.size() > most) {
+    recent_failures.pop_back();
+  }
 }
 
 void WorkerRecord::note_grant(const Granted& grant) {
@@ -62,6 +46,16 @@ WorkerRecord* WorkerRegistry::at(const PeerId& peer) {
 WorkerRecord* WorkerRegistry::by_id(WorkerId id) {
   const auto found = peers_.find(id);
   return found == peers_.end() ? nullptr : at(found->second);
+}
+
+const WorkerRecord* WorkerRegistry::by_name(const std::string& name) const {
+  const WorkerRecord* latest = nullptr;
+  for (const auto& [peer, worker] : workers_) {
+    if (worker.hello.name == name && (latest == nullptr || worker.id > latest->id)) {
+      latest = &worker;
+    }
+  }
+  return latest;
 }
 
 std::vector<WorkerRecord*> WorkerRegistry::of_machine(TracerKey machine) {
@@ -103,6 +97,7 @@ WorkerRecord& WorkerRegistry::add(Time now, const PeerId& peer, const msg::Hello
   record.machine = machine_of(sender, hello.name);
   record.machine_key = machine_key(record.machine);
   record.ours = sender.ours;
+  record.joined = now;
   record.last_heard = now;
   record.traced_at = now;
   peers_[record.id] = peer;

@@ -4,7 +4,6 @@
 #include <deque>
 #include <functional>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -15,6 +14,7 @@
 #include "coordinator/leases/lease_table.h"
 #include "coordinator/leases/result_collector.h"
 #include "coordinator/loop/machine_id.h"
+#include "coordinator/loop/rate_history.h"
 #include "proto/clock.h"
 #include "proto/link.h"
 #include "proto/messages.h"
@@ -31,6 +31,7 @@ struct WorkerRecord {
   TracerKey machine_key = 0;
   bool ours = false;  ///< see Sender::ours
   TracerKey key = 0;  ///< of its process: tracer_key()
+  Time joined{};
   Time last_heard{};
   unsigned pace = 1;  ///< factor of its heartbeat that the coordinator sent last
   /// Silence after which it counts as lost. The longest that the coordinator sent, because a
@@ -44,6 +45,16 @@ struct WorkerRecord {
   std::size_t held = 0;           ///< leases, of all jobs
   /// Job and epoch of the lease that it was tracing at its last heartbeat.
   std::optional<std::pair<std::uint64_t, Epoch>> tracing;
+  Time tracing_since{};        ///< when it began to trace that job
+  double load = -1;            ///< of its machine, at its last heartbeat; negative: not known
+  RateHistory samples;         ///< its samples that were merged
+  std::uint64_t failures = 0;  ///< leases that it could not trace, or not in time
+  struct Failure {
+    Time at{};
+    std::uint64_t job = 0;
+    std::string reason{};
+  };
+  std::deque<Failure> recent_failures;  ///< the last 20, newest first
   /// When it got a lease.
   struct Granted {
     std::uint64_t job = 0;
@@ -60,6 +71,8 @@ struct WorkerRecord {
   /// Jobs at which it failed, and when it may get their leases again.
   std::map<std::uint64_t, Time> denied_jobs;
 
+  /// Counts a failure and remembers it.
+  void note_failure(Time at, std::uint64_t job, const std::string& why);
   /// Remembers a grant. Forgets the oldest of more than 32.
   void note_grant(const Granted& grant);
   /// Returns the grant of a lease. If it is forgotten: a grant at `otherwise` with a charge of 0.
@@ -71,15 +84,14 @@ struct WorkerRecord {
   [[nodiscard]] bool has_room() const { return may_trace() && held < hello.capacity; }
 };
 
-/// Returns the worker map of PROTOCOL.md.
-nlohmann::json worker_summary(const WorkerRecord& worker, Time now);
-
 /// The connected workers. Not thread-safe.
 class WorkerRegistry {
  public:
   /// Finds a worker. Null: it is not connected.
   WorkerRecord* at(const PeerId& peer);
   WorkerRecord* by_id(WorkerId id);
+  /// Finds the worker of this name that joined last. Null: none is connected.
+  [[nodiscard]] const WorkerRecord* by_name(const std::string& name) const;
   /// Returns the worker after `peer`, which may have left. end(): `peer` was the last.
   [[nodiscard]] auto after(const PeerId& peer) { return workers_.upper_bound(peer); }
   /// Adds a worker. No connected worker may have the same peer.

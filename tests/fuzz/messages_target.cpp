@@ -57,6 +57,8 @@ void promise_printable_as_json(const Message& message) {
   if (const auto* m = std::get_if<msg::Jobs>(&message)) dumps(m->jobs);
   if (const auto* m = std::get_if<msg::Job>(&message)) dumps(m->job);
   if (const auto* m = std::get_if<msg::Workers>(&message)) dumps(m->workers);
+  if (const auto* m = std::get_if<msg::Worker>(&message)) dumps(m->worker);
+  if (const auto* m = std::get_if<msg::Farm>(&message)) dumps(m->farm);
   if (const auto* m = std::get_if<msg::ImageData>(&message)) dumps(m->report);
 }
 

@@ -81,10 +81,27 @@ class Metrics(unittest.TestCase):
         self.assertEqual(after["parray_worker_threads"], 3)
         self.assertEqual(after["parray_work_left_thread_seconds"], 0)
         self.assertEqual(after["parray_leases_granted_total"], after[("parray_results_total", 'verdict="accepted"')])
+        self.assertEqual(after[("parray_jobs_ended_total", 'state="done"')], 1)
+        self.assertEqual(after[("parray_user_jobs", 'user="",state="done"')], 1)
+        self.assertGreater(after[("parray_user_thread_seconds_total", 'user=""')], 0)
+        self.assertEqual(after["parray_queue_seconds_count"], 1)
+        self.assertGreater(after["parray_queue_seconds_sum"], 0)
+        self.assertEqual(after["parray_oldest_queued_job_seconds"], 0)
         self.assertGreater(after["process_cpu_seconds_total"], 0)
         self.assertGreater(after["process_resident_memory_bytes"], 1e6)
 
+    def test_the_age_of_a_queued_job_grows_and_a_killed_worker_is_lost(self):
+        worker = self.farm.start_worker("one")
+        wait_for(lambda: self.metrics()["parray_worker_threads"] == 1, "the worker")
+        self.assertEqual(self.metrics()["parray_workers_lost_total"], 0)
+        worker.kill()
+        wait_for(lambda: self.metrics()["parray_workers_lost_total"] == 1, "its loss")
+        self.farm.submitted(self.farm.post_scene())
+        first = self.metrics()["parray_oldest_queued_job_seconds"]
+        wait_for(lambda: self.metrics()["parray_oldest_queued_job_seconds"] > first, "its age")
+
     def test_dashboards_and_alerts_name_only_metrics_that_there_are(self):
+        self.farm.submitted(self.farm.post_scene())  # for those of users
         there = {key if isinstance(key, str) else key[0] for key in self.metrics()} | {"up"}
         dashboard = json.loads((MONITORING / "grafana-dashboard.json").read_text())
         expressions = [target["expr"] for panel in dashboard["panels"] for target in panel["targets"]]

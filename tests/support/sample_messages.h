@@ -47,10 +47,11 @@ inline std::vector<Message> sample_messages() {
   const CellBatch batch = sample_batch();
   const nlohmann::json job = {{"id", 7}, {"name", "glass"}, {"progress", 0.5}};
   std::string pixels(72, '\x3f');  // 2 x 3 pixels
-  return {msg::Hello{protocol_version, "node 1", "12345", 16, 3, 9, "abc", "node", 7401, "key"},
+  return {msg::Hello{protocol_version, "node 1", "12345", 16, 3, 9, "abc", "node", 7401, "key",
+                     "1.2.3", 64, std::uint64_t{1} << 36},
           msg::Welcome{250, 4000},
           msg::Refuse{"another build"},
-          msg::Heartbeat{UINT64_MAX, true, {{1, 2}, {3, UINT64_MAX}}},
+          msg::Heartbeat{UINT64_MAX, true, {{1, 2}, {3, UINT64_MAX}}, 1.5},
           msg::HeartbeatAck{},
           msg::Identify{},
           msg::Grant{5, 1, 6, batch, digest, settings, 1.5},
@@ -89,8 +90,12 @@ inline std::vector<Message> sample_messages() {
           msg::ListWorkers{8, 1000, 500},
           msg::SteerWorkers{8, msg::WorkerAction::readmit, true, "node"},
           msg::Workers{8, nlohmann::json::array({{{"name", "node 1"}}}), 1500},
-          msg::ShowFarm{8},
+          msg::ShowFarm{8, true},
           msg::Farm{8, {{"threads", 16}}},
+          msg::ShowWorker{8, "node 1"},
+          msg::Worker{8, {{"name", "node 1"}}},
+          msg::ShowLog{8, "node 1"},
+          msg::Log{8, {"serving", "a scene has come"}},
           msg::Error{8, 2, "no room", true}};
 }
 

@@ -109,8 +109,13 @@ TEST_CASE("every message is equal after encoding and decoding") {
 
 /// Optional keys, which older programs do not send.
 static bool may_be_missing(const std::string& type, const std::string& key) {
-  return ((type == "list_jobs" || type == "list_workers") && key != "request") ||
-         (type == "jobs" && key == "total") || (type == "submit" && key == "preview_of");
+  if (type == "hello") {
+    return key == "release" || key == "processors" || key == "memory_bytes";
+  }
+  return ((type == "list_jobs" || type == "list_workers" || type == "show_farm") &&
+           key != "request") ||
+         (type == "heartbeat" && key == "load") || (type == "jobs" && key == "total") ||
+         (type == "submit" && key == "preview_of");
 }
 
 TEST_CASE("every key of a message is required, except later ones, and has its type") {
@@ -173,6 +178,8 @@ TEST_CASE("a number out of its range is refused, and the bounds are accepted") {
   for (const Range& range : {Range{"hello", "threads", 1, 4096},
                              Range{"hello", "capacity", 1, 16},
                              Range{"hello", "share_port", 0, 65535},
+                             Range{"hello", "processors", 0, 65536},
+                             Range{"hello", "memory_bytes", 0, std::uint64_t{1} << 50},
                              Range{"need_scene", "failed", 0, 1000},
                              Range{"scene_source", "bytes", 1, std::uint64_t{1} << 33},
                              Range{"scene_source", "chunk_bytes", 256, 1 << 20},
@@ -243,6 +250,34 @@ TEST_CASE("times lie between 0 and ten years, so that no speed is below 0 or inf
     CHECK(problem_with(type, key, -1e-9) != "");
     CHECK(problem_with(type, key, -1.0) != "");
   }
+}
+
+TEST_CASE("a load lies between 0 and a million; a worker that does not know it sends none") {
+  for (const double good : {0.0, 0.25, 1e6}) {
+    CHECK(problem_with("heartbeat", "load", good) == "");
+  }
+  for (const double bad : {-0.5, 1.1e6, std::numeric_limits<double>::quiet_NaN()}) {
+    CHECK(problem_with("heartbeat", "load", bad) != "");
+  }
+  CHECK_FALSE(map_of(encode(msg::Heartbeat{})).contains("load"));
+}
+
+TEST_CASE("a log has at most 100 printable lines of at most 500 bytes") {
+  using Lines = std::vector<std::string>;
+  CHECK(problem_with("log", "lines", Lines(100, std::string(500, 'x'))) == "");
+  CHECK(problem_with("log", "lines", Lines{""}) == "");
+  CHECK(problem_with("log", "lines", Lines(101, "x")) != "");
+  CHECK(problem_with("log", "lines", Lines{std::string(501, 'x')}) != "");
+  CHECK(problem_with("log", "lines", Lines{"\x1b[2J"}) != "");
+  CHECK(problem_with("log", "lines", json::array({7})) != "");
+  CHECK(problem_with("log", "lines", {{"0", "x"}}) != "");
+
+  Lines many(150, "old");
+  many.back() = "\x1b[2J" + std::string(600, 'x');
+  const auto arrived = std::get<msg::Log>(decode(encode(msg::Log{1, many}))).lines;
+  REQUIRE(arrived.size() == 100);
+  CHECK(arrived.back().substr(0, 5) == "\\x1b[");
+  CHECK(arrived.back().size() <= 500);
 }
 
 TEST_CASE("texts must be printable, and names neither empty nor long") {

@@ -1,0 +1,225 @@
+// Answers requests about the farm as a whole and about one worker.
+#include <algorithm>
+#include <array>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "coordinator/jobs/job_book.h"
+#include "coordinator/loop/client_requests.h"
+#include "coordinator/loop/farm.h"
+#include "coordinator/loop/worker_map.h"
+
+namespace parray::coordinator {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr std::size_t job_states = 6;
+
+/// The jobs of a user, or of all users.
+struct JobCounts {
+  std::array<std::uint64_t, job_states> in_state{};
+  double share = 0;  ///< of the latest job; 0: there is none
+
+  [[nodiscard]] std::uint64_t in(JobState state) const {
+    return in_state[static_cast<std::size_t>(state)];
+  }
+  [[nodiscard]] std::uint64_t open() const {
+    return in(JobState::queued) + in(JobState::running) + in(JobState::paused);
+  }
+};
+
+/// What one walk over all jobs finds.
+struct JobSurvey {
+  JobCounts all;
+  std::map<std::string_view, JobCounts> users;
+  double thread_seconds_left = 0;
+  double oldest_queued = -1;  ///< seconds since 1970; negative: no job is queued
+};
+
+JobSurvey survey_jobs(const Farm& farm, Time now) {
+  JobSurvey survey;
+  for (const auto& [id, job] : farm.jobs) {
+    const auto state = static_cast<std::size_t>(job.record.state);
+    JobCounts& user = survey.users[job.record.user];
+    ++survey.all.in_state[state];
+    ++user.in_state[state];
+    user.share = job.record.share;
+    if (!job.ended()) {
+      survey.thread_seconds_left += job.samples_left(now) * farm.price;
+    }
+    if (job.record.state == JobState::queued && job.queued_at >= 0 &&
+        (survey.oldest_queued < 0 || job.queued_at < survey.oldest_queued)) {
+      survey.oldest_queued = job.queued_at;
+    }
+  }
+  return survey;
+}
+
+json count_map(const JobCounts& counts) {
+  json map = json::object();
+  for (std::size_t state = 0; state < job_states; ++state) {
+    map[std::string(name_of(static_cast<JobState>(state)))] = counts.in_state[state];
+  }
+  return map;
+}
+
+/// Lists the users with jobs or an account: those with the most thread-seconds first, then by name.
+json users_list(const Farm& farm, const JobSurvey& survey) {
+  std::map<std::string_view, UserAccount> users;
+  for (const auto& [name, account] : farm.watch.accounts()) {
+    users[name] = account;
+  }
+  for (const auto& [name, counts] : survey.users) {
+    users[name].share = counts.share;
+  }
+  std::vector<std::pair<std::string_view, UserAccount>> order(users.begin(), users.end());
+  std::ranges::stable_sort(order, std::greater<>(),
+                           [](const auto& user) { return user.second.thread_seconds; });
+  order.resize(std::min(order.size(), FarmWatch::most_users));
+  json list = json::array();
+  for (const auto& [name, account] : order) {
+    const auto found = survey.users.find(name);
+    const JobCounts counts = found == survey.users.end() ? JobCounts{} : found->second;
+    list.push_back(
+        {{"user", name},
+         {"share", account.share},
+         {"open_jobs", counts.open()},
+         {"done_jobs", counts.in(JobState::done)},
+         {"failed_jobs", counts.in(JobState::failed)},
+         {"cancelled_jobs", counts.in(JobState::cancelled)},
+         {"thread_seconds", account.thread_seconds},
+         {"queue_seconds_mean",
+          account.begun > 0 ? json(account.queue_seconds / static_cast<double>(account.begun))
+                            : json()}});
+  }
+  return list;
+}
+
+json events_list(const Farm& farm) {
+  json list = json::array();
+  for (const FarmEvent& event : farm.watch.events()) {
+    json map = {
+        {"at", farm.since_1970(event.at)},
+        {"kind", farm_event_names[static_cast<std::size_t>(event.kind)]},
+        {"text", event.frames > 1 ? fmt::format("{} frames; the last: {}", event.frames, event.text)
+                                  : event.text}};
+    if (!event.worker.empty()) {
+      map["worker"] = event.worker;
+    }
+    if (event.job != 0) {
+      map["job"] = event.job;
+    }
+    list.push_back(std::move(map));
+  }
+  return list;
+}
+
+json left_list(const Farm& farm) {
+  json list = json::array();
+  for (const LeftWorker& worker : farm.watch.left()) {
+    list.push_back({{"name", worker.name},
+                    {"host", worker.host},
+                    {"at", farm.since_1970(worker.at)},
+                    {"reason", worker.reason},
+                    {"machine", worker.machine},
+                    {"lost", worker.lost}});
+  }
+  return list;
+}
+
+json since_start(const Tally& tally) {
+  return {{"samples", tally.samples},
+          {"granted", tally.granted},
+          {"accepted", tally.accepted},
+          {"duplicate", tally.duplicate},
+          {"stale", tally.stale},
+          {"mismatch", tally.mismatch},
+          {"failed", tally.failed},
+          {"malformed", tally.malformed},
+          {"workers_lost", tally.lost},
+          {"jobs_ended",
+           {{"done", tally.done}, {"failed", tally.failed_jobs}, {"cancelled", tally.cancelled}}},
+          {"jobs_begun", tally.begun},
+          {"queue_seconds", tally.queue_seconds}};
+}
+
+/// Returns the last hour, in intervals of ten seconds.
+json history_map(const Farm& farm) {
+  const FarmWatch& watch = farm.watch;
+  json busy = json::array();
+  json threads = json::array();
+  json queued = json::array();
+  for (const FarmWatch::Gauges& gauges : watch.gauges()) {
+    busy.push_back(gauges.busy_threads);
+    threads.push_back(gauges.threads);
+    queued.push_back(gauges.queued);
+  }
+  const std::int64_t end = watch.end_of_history();
+  return {{"interval", to_seconds(RateHistory::interval)},
+          {"end", farm.since_1970(end * RateHistory::interval)},
+          {"samples_per_second", watch.samples.before(end, watch.gauges().size())},
+          {"busy_threads", std::move(busy)},
+          {"threads", std::move(threads)},
+          {"queued", std::move(queued)}};
+}
+
+}  // namespace
+
+/// Returns the farm map of PROTOCOL.md.
+json ClientRequests::farm_map(Time now) {
+  farm_.watch.forget_old(now);
+  const JobSurvey survey = survey_jobs(farm_, now);
+  json workers = {
+      {"ready", 0}, {"backoff", 0}, {"draining", 0}, {"drained", 0}, {"quarantined", 0}};
+  std::uint64_t threads = 0;
+  std::uint64_t leases = 0;
+  double speed = 0;
+  for (const auto& [id, worker] : farm_.workers) {
+    auto& count = workers[std::string(worker.state())];
+    count = count.get<std::uint64_t>() + 1;
+    threads += worker.may_trace() ? worker.hello.threads : 0;
+    leases += worker.held;
+    speed += worker.held > 0 ? worker.samples_per_second : 0;
+  }
+  const double left = survey.thread_seconds_left;
+  const json seconds_left = left == 0     ? json(0.0)
+                            : threads > 0 ? json(left / static_cast<double>(threads))
+                                          : json();
+  const double queued_for =
+      survey.oldest_queued < 0 ? 0 : std::max(farm_.since_1970(now) - survey.oldest_queued, 0.0);
+  return {{"jobs", count_map(survey.all)},
+          {"workers", std::move(workers)},
+          {"threads", threads},
+          {"leases", leases},
+          {"samples_per_second", speed},
+          {"contribution", farm_.watch.samples.last_minute(now, farm_.began)},
+          {"thread_seconds_left", left},
+          {"seconds_left", seconds_left},
+          {"oldest_queued_seconds", queued_for},
+          {"memory", {{"used", job_book_.memory_in_use()}, {"most", farm_.options.memory}}},
+          {"disk", {{"used", job_book_.disk_used()}, {"most", farm_.options.limits.disk}}},
+          {"storage", farm_.storage},
+          {"since_start", since_start(farm_.tally)},
+          {"users", users_list(farm_, survey)},
+          {"events", events_list(farm_)},
+          {"left", left_list(farm_)}};
+}
+
+void ClientRequests::on(Time now, const PeerId& peer, msg::ShowFarm& m) {
+  farm_.note_history();
+  farm_.send(peer, msg::Farm{m.request, m.history ? history_map(farm_) : farm_map(now)});
+}
+
+void ClientRequests::on(Time now, const PeerId& peer, msg::ShowWorker& m) {
+  const WorkerRecord* worker = farm_.workers.by_name(m.name);
+  if (worker == nullptr) {
+    farm_.fail_request(peer, m.request, 2, farm_.why_no_worker(m.name));
+    return;
+  }
+  farm_.send(peer, msg::Worker{m.request, worker_details(farm_, *worker, now)});
+}
+
+}  // namespace parray::coordinator
