@@ -56,14 +56,14 @@ class PictureCache {
     bool partial = false;       ///< the job is not done
   };
   /// Returns the cached file, or makes it. `owner`: waits for its turn under this name. Throws
-  /// Problem if the job does not exist, if it has no samples yet, or if an error map is requested
-  /// before the job is done.
+  /// Problem if the job does not exist, or if it has no samples.
   File get(const Sender& sender, const std::string& owner, JobId job, Kind kind);
 
  private:
   struct Entry {
-    std::mutex mutex;  ///< guards `picture`, `made_at` and `cost`
+    std::mutex mutex;  ///< guards the members down to `cost`
     File picture;
+    std::string version;  ///< of the job, see version_of()
     Time made_at{};
     Time cost{};
     std::atomic<std::size_t> size = 0;  ///< bytes of picture.file

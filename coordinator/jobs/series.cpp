@@ -101,6 +101,28 @@ std::string flag_of(const Series& series) {
              : fmt::format("frame {}: {}", (*found)->record.frame, (*found)->record.flag);
 }
 
+/// Adds the times and the samples of a series.
+void add_course(json& summary, const Series& series, Time now) {
+  double started = 0;
+  double latest = 0;  // the latest time at which a frame was traced
+  double samples = 0;
+  for (const Job* job : series) {
+    const JobCourse& course = job->record.course;
+    samples += job->samples_a_pixel();
+    if (course.started <= 0) continue;
+    started = started > 0 ? std::min(started, course.started) : course.started;
+    latest = std::max(latest, job->ended() && course.finished > 0
+                                  ? course.finished
+                                  : course.started + job->seconds_taken(now));
+  }
+  summary["started"] = started > 0 ? json(started) : json();
+  summary["finished"] = has_ended(series) && latest > 0 ? json(latest) : json();
+  summary["seconds_taken"] = started > 0 ? json(latest - started) : json();
+  summary["samples_taken"] = samples / static_cast<double>(series.size());
+  summary["has_picture"] = false;  // each frame has its own
+  summary.erase("ended_by");
+}
+
 }  // namespace
 
 bool has_ended(const Series& series) {
@@ -137,6 +159,7 @@ json series_summary(const Series& series, Time now, const std::string& waits_for
   summary["reason"] = reason_of(series, totals);
   summary["flag"] = flag_of(series);
   summary["whole"] = false;
+  add_course(summary, series, now);
   if (totals.unfinished == 0 && state == JobState::queued) {
     summary["waits_for"] = fmt::format(
         "{} of {} frames: repeat the same parray submit to submit them", totals.missing, frames);

@@ -71,6 +71,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ShowJob& m) {
   } else if (const Job* job = find_or_refuse(peer, m.request, m.job)) {
     json summary = job_summary(*job, now, job_book_.waits_for(*job));
     summary["events"] = events_to_json(job->record.events);
+    summary["passes"] = curve_to_json(job->record.course.curve);
     farm_.send(peer, msg::Job{m.request, std::move(summary)});
   }
 }
