@@ -82,7 +82,7 @@ std::string samples_cell(const JobStatus& job) {
 }
 
 /// Returns the limit of the samples and the number so far.
-static std::string samples_text(const JobStatus& job) {
+static std::string job_samples_text(const JobStatus& job) {
   const std::string limit =
       job.samples_per_pixel > 0 ? counted(job.samples_per_pixel, "sample") + " each" : "";
   const bool so_far = job.samples_per_pixel == 0 || (job.state != "done" && job.samples_taken > 0);
@@ -137,7 +137,7 @@ void print_job(const json& map, bool as_json) {
       {"state", printable(job.state)},
       {"priority", std::to_string(job.priority)},
       {"picture", std::to_string(job.width) + " x " + std::to_string(job.height) + " pixels, " +
-                      samples_text(job) + " (" + printable(job.sampler) + ")"},
+                      job_samples_text(job) + " (" + printable(job.sampler) + ")"},
       {"progress", progress_cell(job)}};
   if (job.error.known()) {
     facts.emplace_back(job.ended() ? "error" : "error so far", figures_text(job.error));

@@ -129,11 +129,11 @@ void JobBook::keep_unfinished(const Job& job, std::shared_ptr<JobRun> run) {
              ended = job.record.ended]() -> JobThread::Completion {
         const auto parts = std::make_shared<const PictureParts>(parts_so_far(run->picture(), true));
         return {[this, fits, bytes, id, ended, parts] {
-                  Job* job = farm_.job_of(id);
-                  if (job != nullptr && job->ended() && job->record.state != JobState::done &&
-                      job->record.ended == ended && fits()) {
-                    job->picture = PicturePayload(parts);
-                    job->picture_bytes = bytes;
+                  Job* there = farm_.job_of(id);
+                  if (there != nullptr && there->ended() && there->record.state != JobState::done &&
+                      there->record.ended == ended && fits()) {
+                    there->picture = PicturePayload(parts);
+                    there->picture_bytes = bytes;
                   }
                 },
                 {}};
