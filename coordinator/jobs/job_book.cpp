@@ -201,12 +201,12 @@ void JobBook::trace_prepared(Job& job, Prepared& prepared) {
 void JobBook::begin_tracing(Job& job, const RunState& state,
                             const std::vector<CellRange>& missing) {
   JobWork& work = *job.work;
-  const double shown = state.samples < work.samples ? 0 : job.progress(farm_.now);
+  const bool began_again = state.samples < work.samples;
+  work.pass_progress = began_again ? 0 : job.progress(farm_.now);
   static_cast<RunState&>(work) = state;
-  work.pass_progress = shown;
   work.pass_samples = state.samples;
   job.record.passes = state.passes;
-  job.error = state.error.known() ? state.error : job.error;
+  job.error = state.error.known() || began_again ? state.error : job.error;
   job.phase = JobPhase::tracing;
   if (job.record.settings->in_passes() && work.started != never) {
     work.deciding = work.pass_ended == never ? 0 : to_seconds(farm_.now - work.pass_ended);
@@ -229,7 +229,7 @@ void JobBook::begin_tracing(Job& job, const RunState& state,
   work.leases.emplace(ChunkSizer(job.record.settings->schedule, *work.plan, length), missing,
                       job.next_epoch, most_cells);
   farm_.grants_due = true;
-  if (job.record.settings->in_passes() && work.started != never && work.pass > 0) {
+  if (state.error.known() && work.started != never && work.pass > 0) {
     note_error(job, work.samples);
   }
   disputes_.retract_later_faulty(job);

@@ -30,7 +30,8 @@ struct RunState {
   ErrorFigures error;
 };
 /// Returns the finished share of the work, 0 to 1. `elapsed`: the part of the time limit that has
-/// passed, in seconds. For a job in passes the share is an estimate, which may fall.
+/// passed, in seconds. For a job in passes the share is an estimate, which falls if a later pass
+/// needs more samples.
 double share_done(const RenderSettings& settings, const RunState& state, double elapsed);
 
 /// One job from its first pass to its finished picture: its record, its picture, and the copies of
