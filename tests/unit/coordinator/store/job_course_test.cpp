@@ -8,6 +8,7 @@
 #include "common/scene/settings.h"
 #include "coordinator/store/job_record.h"
 #include "tests/support/rooms.h"
+#include "tests/support/sample_scenes.h"
 
 namespace parray {
 namespace {
@@ -59,6 +60,7 @@ TEST_CASE("a course survives being stored; unknown errors are null") {
 TEST_CASE("a record keeps its course, and may lack it") {
   JobRecord job;
   job.id = 7;
+  job.settings = test::small_settings(test::small_scene());
   job.course.taken = 3;
   json record = json::parse(record_to_json(job));
   CHECK(record_from_json(7, record.dump()).course.taken == 3);
