@@ -146,7 +146,8 @@ bool LeaseDesk::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) 
   if (!lease) {
     return false;
   }
-  if (job.work->started == never) {
+  const bool begins = job.work->started == never;
+  if (begins) {
     job.work->started = now;
     job.work->clock_began =
         farm_.options.waiting_counts && job.submitted != never ? job.submitted : now;
@@ -159,6 +160,9 @@ bool LeaseDesk::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) 
   }
   if (job.record.state == JobState::queued) {
     job.record.state = JobState::running;
+  }
+  if (begins) {
+    farm_.keep(job);  // its start
   }
   ++farm_.tally.granted;
   ++worker.held;

@@ -181,7 +181,7 @@ TEST_CASE("the history says when the coordinator was started again, and a cancel
   work(service, {{&hand, honest}}, id, 2);
   service.restart();
   hand.join();
-  work(service, {{&hand, honest}}, id, 1);
+  service.turn();
   service.steer(id, msg::JobAction::cancel);
   CHECK(history(service, id) == std::vector<std::string>{"submitted", "started",
                                                          "the coordinator was started again",
