@@ -6,10 +6,10 @@
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"
+#include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
 #include "cli/output/picture/image_file.h"
-#include "cli/output/text.h"
 #include "common/base/error.h"
 #include "common/process/stop_signal.h"
 
@@ -33,8 +33,8 @@ int write_partial(const Picture& picture, const OutputPaths& outputs) {
   write_image(outputs.image, picture.image,
               {{"Software", "ParRay " PARRAY_VERSION}, {"parray:partial", std::uint64_t{1}}});
   const auto pixels = static_cast<double>(picture.image.width) * picture.image.height;
-  std::cerr << "parray: " << outputs.image.string() << " is incomplete: "
-            << formatted("%.3g", picture.report.value("samples", 0.0) / pixels)
+  std::cerr << "parray: " << outputs.image.string()
+            << " is incomplete: " << mean_text(picture.report.value("samples", 0.0) / pixels)
             << " samples per pixel\n";
   return 0;
 }

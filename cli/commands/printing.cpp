@@ -76,9 +76,13 @@ std::string error_cell(const JobStatus& job) {
   return job.error.known() ? formatted("%.3g", job.error.rmse) : "";
 }
 
+std::string mean_text(double samples) {
+  return formatted(samples < 1000 ? "%.3g" : "%.0f", samples);
+}
+
 std::string samples_cell(const JobStatus& job) {
   if (job.samples_per_pixel > 0) return std::to_string(job.samples_per_pixel);
-  return job.samples_taken > 0 ? formatted("%.3g", job.samples_taken) : "";
+  return job.samples_taken > 0 ? mean_text(job.samples_taken) : "";
 }
 
 /// Returns the limit of the samples and the number so far.
@@ -87,7 +91,7 @@ static std::string job_samples_text(const JobStatus& job) {
       job.samples_per_pixel > 0 ? counted(job.samples_per_pixel, "sample") + " each" : "";
   const bool so_far = job.samples_per_pixel == 0 || (job.state != "done" && job.samples_taken > 0);
   if (!so_far) return limit;
-  return limit + (limit.empty() ? "" : ", ") + formatted("%.4g", job.samples_taken) +
+  return limit + (limit.empty() ? "" : ", ") + mean_text(job.samples_taken) +
          (job.state == "done" ? " samples each" : " traced");
 }
 

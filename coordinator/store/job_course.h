@@ -11,6 +11,8 @@ struct ErrorPoint {
   double seconds = 0;  ///< time that the job had taken
   double samples = 0;  ///< mean per pixel
   double rmse = -1;    ///< negative: unknown
+
+  friend bool operator==(const ErrorPoint&, const ErrorPoint&) = default;
 };
 
 /// The times of a job, and what it has of its picture. Lists of jobs show them, so they must not
@@ -30,6 +32,8 @@ struct JobCourse {
   /// Adds a point. Removes later points with as many samples, because their picture was changed. If
   /// there are too many points, removes every second one.
   void add(const ErrorPoint& point);
+
+  friend bool operator==(const JobCourse&, const JobCourse&) = default;
 };
 
 /// Returns the curve as the list `passes` of a job map.

@@ -90,7 +90,11 @@ struct RecordWriter : HeadFields<RecordWriter> {
   json map;
 
   void value(const char* key, const auto& value) { map[key] = to_json(value); }
-  void optional(const char* key, const auto& value) { map[key] = to_json(value); }
+  /// Leaves out a value that is still the default.
+  template <typename T>
+  void optional(const char* key, const T& value) {
+    if (value != T{}) map[key] = to_json(value);
+  }
   template <typename T>
   void number(const char* key, T value, T /*lowest*/ = 0, T /*highest*/ = 0) {
     map[key] = value;
