@@ -1,3 +1,4 @@
+#include <iostream>
 #include <memory>
 #include <utility>
 
@@ -5,8 +6,11 @@
 #include "cli/commands/farm.h"
 #include "cli/commands/options.h"
 #include "cli/commands/prepare.h"
+#include "cli/commands/printing.h"
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
+#include "cli/output/picture/image_file.h"
+#include "common/base/error.h"
 #include "common/process/stop_signal.h"
 
 namespace parray::commands {
@@ -14,18 +18,42 @@ namespace {
 
 struct FetchCommand {
   std::uint64_t job = 0;
+  bool partial = false;
   OutputOptions output;
   FarmOptions farm;
 };
+
+/// Writes the picture of a job that is not done, as it is now.
+int write_partial(const Picture& picture, const OutputPaths& outputs) {
+  if (!outputs.report.empty() || !outputs.error_map.empty() || !outputs.aovs.empty()) {
+    throw InputError(
+        "the job is not done, and only the image of an incomplete picture can be written: leave "
+        "out --report, --error-map and --aov");
+  }
+  write_image(outputs.image, picture.image,
+              {{"Software", "ParRay " PARRAY_VERSION}, {"parray:partial", std::uint64_t{1}}});
+  const auto pixels = static_cast<double>(picture.image.width) * picture.image.height;
+  std::cerr << "parray: " << outputs.image.string()
+            << " is incomplete: " << mean_text(picture.report.value("samples", 0.0) / pixels)
+            << " samples per pixel\n";
+  return 0;
+}
 
 int fetch(const FetchCommand& command) {
   const OutputPaths outputs = command.output.paths();
   check_request({RenderMode::fetch, {}, {}, command.output, {}, 1});
   const bool series = has_frame_number(outputs.image.string());
+  if (series && command.partial) {
+    throw InputError("--partial writes the picture of one job: give the number of a frame's job");
+  }
   if (!series) check_outputs(outputs);
   FarmClient client(command.farm);
   const DeferredInterrupts deferred;
   if (series) return fetch_series(*client, command.job, outputs);
+  if (command.partial) {
+    const Picture picture = client->fetch_partial(command.job);
+    if (picture.report.value("partial", false)) return write_partial(picture, outputs);
+  }
   Picture picture = fetch_picture(*client, command.job, outputs);
   add_channels(picture, extra_channels(outputs));
   return write_outputs(std::move(picture), outputs, {});
@@ -41,9 +69,13 @@ void add_fetch(CommandLine& line, Action& chosen) {
   add_job(command, options->job);
   options->output.add_to(command, true);
   options->output.add_aov_to(command);
+  command.flag("--partial", options->partial,
+               "Write the incomplete picture of a job that is not done, also of a cancelled one");
   options->farm.add_to(command);
   command.example("parray fetch 7 -o glass.exr", "writes the picture of a finished job");
   command.example("parray fetch 7 -o 'frame-####.png'", "writes the finished frames of a series");
+  command.example("parray fetch 7 --partial -o so-far.png",
+                  "writes what a running, cancelled or failed job has");
   command.on_chosen([options, &chosen] { chosen = [options] { return fetch(*options); }; });
 }
 

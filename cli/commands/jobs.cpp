@@ -51,8 +51,7 @@ int jobs(const JobsCommand& command) {
                     progress_cell(job), left_cell(job), queue_cell(job), error_cell(job),
                     std::to_string(job.priority),
                     std::to_string(job.width) + " x " + std::to_string(job.height),
-                    std::to_string(job.samples_per_pixel),
-                    printable(job.name) + (job.flag.empty() ? "" : "  (!)")});
+                    samples_cell(job), printable(job.name) + (job.flag.empty() ? "" : "  (!)")});
   }
   std::cout << table_text(
       {"JOB", "STATE", "DONE", "LEFT", "QUEUE", "ERROR", "PRIORITY", "PIXELS", "SAMPLES", "SCENE"},

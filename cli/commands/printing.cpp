@@ -82,6 +82,48 @@ std::string error_cell(const JobStatus& job) {
   return job.error.known() ? formatted("%.3g", job.error.rmse) : "";
 }
 
+std::string mean_text(double samples) {
+  return formatted(samples < 1000 ? "%.3g" : "%.0f", samples);
+}
+
+std::string samples_cell(const JobStatus& job) {
+  if (job.samples_per_pixel > 0) return std::to_string(job.samples_per_pixel);
+  return job.samples_taken > 0 ? mean_text(job.samples_taken) : "";
+}
+
+/// Returns the limit of the samples and the number so far.
+static std::string job_samples_text(const JobStatus& job) {
+  const std::string limit =
+      job.samples_per_pixel > 0 ? counted(job.samples_per_pixel, "sample") + " each" : "";
+  const bool so_far = job.samples_per_pixel == 0 || (job.state != "done" && job.samples_taken > 0);
+  if (!so_far) return limit;
+  return limit + (limit.empty() ? "" : ", ") + mean_text(job.samples_taken) +
+         (job.state == "done" ? " samples each" : " traced");
+}
+
+/// Returns what ended a job that is done, for people. Empty: its number of samples.
+static std::string end_text(const json& map) {
+  const std::string ended_by = map.value("ended_by", std::string());
+  return ended_by == "target_error"        ? "the target of the error"
+         : ended_by == "target_half_width" ? "the target of the half-width"
+         : ended_by == "time_limit"        ? "the time limit"
+                                           : "";
+}
+
+/// Adds the times of a job that it already has.
+static void add_times(std::vector<std::pair<std::string, std::string>>& facts, const json& map) {
+  const auto number = [&map](const char* key) {
+    const json value = map.value(key, json());
+    return value.is_number() ? value.get<double>() : -1;
+  };
+  for (const char* key : {"submitted", "started", "finished"}) {
+    if (number(key) > 0) facts.emplace_back(key, moment_text(number(key)));
+  }
+  if (number("seconds_taken") >= 0) {
+    facts.emplace_back("time taken", duration_text(number("seconds_taken")));
+  }
+}
+
 static void print_frames(const json& list) {
   if (list.empty()) return;
   std::vector<std::vector<std::string>> rows;
@@ -105,13 +147,14 @@ void print_job(const json& map, bool as_json) {
       {"state", printable(job.state)},
       {"priority", std::to_string(job.priority)},
       {"picture", std::to_string(job.width) + " x " + std::to_string(job.height) + " pixels, " +
-                      counted(job.samples_per_pixel, "sample") + " each (" +
-                      printable(job.sampler) + ")"},
+                      job_samples_text(job) + " (" + printable(job.sampler) + ")"},
       {"progress", progress_cell(job)}};
   if (job.error.known()) {
     facts.emplace_back(job.ended() ? "error" : "error so far", figures_text(job.error));
   }
   if (!target_text(job).empty()) facts.emplace_back("target", target_text(job));
+  if (!end_text(map).empty()) facts.emplace_back("ended by", end_text(map));
+  add_times(facts, map);
   if (job.frames > 0) facts.emplace_back("frames", frames_text(job) + " done");
   if (map.contains("frame")) {
     facts.emplace_back("frame", map.at("frame").dump() + " of series " + map.at("series").dump());

@@ -97,7 +97,7 @@ static JobStatus follow(Client& client, JobId job, const ProgressOptions& follow
     progress.show(now, status);
     if (status.ended()) return status;
     waiting.note(now, status);
-    preview.follow(clock, status, [&] { return client.fetch_partial(job); });
+    preview.follow(clock, status, [&] { return client.fetch_partial(job).image; });
     client.rest(polling_interval(now - begin));
   }
 }

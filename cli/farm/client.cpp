@@ -73,7 +73,10 @@ JobStatus job_status(const nlohmann::json& map) {
     map.at("reason").get_to(job.reason);
     map.at("width").get_to(job.width);
     map.at("height").get_to(job.height);
-    map.at("samples_per_pixel").get_to(job.samples_per_pixel);
+    const nlohmann::json& limit = map.at("samples_per_pixel");
+    job.samples_per_pixel = limit.is_null() ? 0 : limit.get<std::uint64_t>();
+    job.samples_taken = map.value("samples_taken", 0.0);
+    job.has_picture = map.value("has_picture", false);
     job.whole = map.value("whole", false);
     job.waits_for = map.value("waits_for", std::string());
     job.warning = map.value("warning", std::string());
@@ -256,12 +259,11 @@ static Picture picture_of(msg::ImageData answer) {
   }
 }
 
-Image Client::fetch_partial(JobId job) {
+Picture Client::fetch_partial(JobId job) {
   const JobStatus status = job_status(show(job));
   return picture_of(
-             ask<msg::ImageData>(msg::Fetch{0, job, true, false},
-                                 picture_size(status.width, status.height, PictureDetail::image)))
-      .image;
+      ask<msg::ImageData>(msg::Fetch{0, job, true, false},
+                          picture_size(status.width, status.height, PictureDetail::image)));
 }
 
 Picture Client::fetch(JobId job, PictureDetail detail) {

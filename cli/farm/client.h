@@ -46,8 +46,10 @@ struct JobStatus {
   std::string flag;               ///< errors in results that were found and repaired
   std::uint64_t width = 0;
   std::uint64_t height = 0;
-  std::uint64_t samples_per_pixel = 0;
-  bool whole = false;  ///< every pixel has a sample
+  std::uint64_t samples_per_pixel = 0;  ///< the limit; 0: none
+  double samples_taken = 0;             ///< mean of the samples per pixel
+  bool has_picture = false;             ///< a complete or an incomplete picture can be fetched
+  bool whole = false;                   ///< every pixel has a sample
   std::string sampler;
   std::uint64_t frames = 0;  ///< number of frames of a series; 0: the job is not a series
   std::uint64_t frames_done = 0;
@@ -135,8 +137,9 @@ class Client {
   nlohmann::json steer_workers(msg::WorkerAction action, const std::string& name, bool host);
   /// Fetches the picture of a finished job and checks its SHA-256.
   Picture fetch(JobId job, PictureDetail detail = PictureDetail::image);
-  /// Fetches the unfinished picture of a job.
-  Image fetch_partial(JobId job);
+  /// Fetches the picture of a job as it is now. Its report has `partial` and `samples`, if the job
+  /// is not done.
+  Picture fetch_partial(JobId job);
 
   /// The journal of a job; see coordinator/jobs/journal.h.
   struct JobJournal {

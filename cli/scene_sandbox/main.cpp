@@ -119,15 +119,15 @@ int picture(const Arguments& a) {
   if (a.thumbnail_width > 0) {
     write_image(a.wanted, thumbnail(picture.image, static_cast<std::uint32_t>(a.thumbnail_width)),
                 {{"Software", "ParRay " PARRAY_VERSION}});
-  } else if (picture.report.value("partial", false)) {
-    write_image(a.wanted, picture.image,
-                {{"Software", "ParRay " PARRAY_VERSION}, {"parray:partial", std::uint64_t{1}}});
   } else if (a.wanted == "error.png") {
     write_error_map(a.wanted, picture);
   } else if (a.wanted == "error.f32") {
     const std::vector<float> widths = half_widths_of(picture.statistics, a.width * a.height);
     keep_file(a.wanted,
               {reinterpret_cast<const char*>(widths.data()), widths.size() * sizeof(float)});
+  } else if (picture.report.value("partial", false)) {
+    write_image(a.wanted, picture.image,
+                {{"Software", "ParRay " PARRAY_VERSION}, {"parray:partial", std::uint64_t{1}}});
   } else {
     if (can_hold_channels(a.wanted)) add_sample_counts(picture);
     write_picture(a.wanted, picture);

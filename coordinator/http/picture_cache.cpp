@@ -71,6 +71,16 @@ const char* file_of(Kind kind) {
   return "pixels";
 }
 
+/// Returns a text that is the same as long as the picture of a job does not change. Empty: it
+/// changes, because the job has not ended.
+std::string version_of(const json& job) {
+  const std::string state = job.at("state");
+  const bool stopped = state == name_of(JobState::failed) || state == name_of(JobState::cancelled);
+  return state == name_of(JobState::done) ? state
+         : stopped ? job.at("finished").dump() + job.at("samples_taken").dump()
+                   : "";
+}
+
 /// Returns the bytes as they are sent: little-endian.
 template <typename T>
 std::string_view bytes_of(const std::vector<T>& values) {
@@ -122,14 +132,15 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
   const bool small = thumbnail_width > 0;
   const Places::Entry entrance(places_, owner);
   const json shown = loop_.ask<msg::Job>(sender, msg::ShowJob{0, job}).job;
-  const bool done = shown.at("state") == name_of(JobState::done);
+  const std::string version = version_of(shown);
   const auto entry = entry_of(key);
   const std::scoped_lock one_maker(entry->mutex);
   File& picture = entry->picture;
   const Time now = clock_.now();
   const Time rest = std::max<Time>(seconds(1), 20 * entry->cost);
   const bool made = picture.file || picture.thumbnail;
-  const bool fresh = made && picture.partial != done && (done || now - entry->made_at < rest);
+  const bool fresh = made && (version.empty() ? picture.partial && now - entry->made_at < rest
+                                              : version == entry->version);
   if (!fresh) {
     picture = {};
     const Places::Place place(entrance);
@@ -139,6 +150,7 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
       picture = make_any(sender, key);
     }
     give_memory_back(needed);
+    entry->version = version;
     entry->made_at = clock_.now();
     entry->cost = entry->made_at - now;
     entry->size = small ? picture.thumbnail->size() : picture.file->bytes().size();
@@ -155,8 +167,7 @@ PictureCache::File PictureCache::make_any(const Sender& sender, const Key& key) 
 PictureCache::File PictureCache::make(const Sender& sender, const Key& key) {
   const auto [job, kind, thumbnail_width] = key;
   const bool statistics = is_error_map(kind) || kind == Kind::exr;
-  const auto data =
-      loop_.ask<msg::ImageData>(sender, msg::Fetch{0, job, !is_error_map(kind), statistics, false});
+  const auto data = loop_.ask<msg::ImageData>(sender, msg::Fetch{0, job, true, statistics, false});
   File picture;
   picture.width = data.width;
   picture.height = data.height;

@@ -59,9 +59,7 @@ class PictureCache {
   };
   /// Returns the cached file, or makes it. `owner`: waits for its turn under this name.
   /// `thumbnail_width`: for `png`, the width in pixels of a smaller copy, if the picture is wider;
-  /// 0: the whole picture. Throws
-  /// Problem if the job does not exist, if it has no samples yet, or if an error map is requested
-  /// before the job is done.
+  /// 0: the whole picture. Throws Problem if the job does not exist, or if it has no samples.
   File get(const Sender& sender, const std::string& owner, JobId job, Kind kind,
            std::uint32_t thumbnail_width = 0);
 
@@ -79,8 +77,9 @@ class PictureCache {
     std::size_t bytes = 0;
   };
   struct Entry {
-    std::mutex mutex;  ///< guards `picture`, `made_at` and `cost`
+    std::mutex mutex;  ///< guards the members down to `cost`
     File picture;
+    std::string version;  ///< of the job, see version_of()
     Time made_at{};
     Time cost{};
     std::atomic<std::size_t> size = 0;  ///< bytes of the file

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "common/adaptive/passes.h"
+#include "common/scene/limits.h"
 #include "common/scene/settings.h"
 #include "coordinator/jobs/report.h"
 
@@ -21,22 +23,41 @@ void add_error(json& summary, const Job& job) {
   if (s.target_half_width > 0) {
     summary["target_half_width"] = s.target_half_width;
   }
-  if (job.error.known()) {
+  if (job.error.known() || job.record.state == JobState::done) {
     summary["error"] = error_to_json(job.error);
   }
 }
 
 }  // namespace
 
-double Job::progress(Time now) const {
+/// Returns the share of the work that is not done, by the latest forecast.
+double Job::share_left(Time now) const {
   if (record.state == JobState::done) {
-    return 1;
+    return 0;
   }
   if (!work || !work->plan) {
-    return kept_progress;
+    return 1 - record.course.progress;
   }
   const double elapsed = work->started == never ? 0 : to_seconds(now - work->clock_began);
-  return share_done(record.settings, *work, elapsed);
+  return 1 - share_done(record.settings, *work, elapsed);
+}
+
+double Job::progress(Time now) const {
+  const double share = 1 - share_left(now);
+  const RenderSettings& s = record.settings;
+  const bool forecast = s.target_error > 0 || s.target_half_width > 0;
+  if (!forecast || record.state == JobState::done || !work || !work->plan) {
+    return share;
+  }
+  // The forecast of a later pass may need more samples. So each pass divides the share that was
+  // left at its begin.
+  constexpr double most = 0.99;
+  const double before = work->pass_progress;
+  const auto since = static_cast<double>(work->samples) - static_cast<double>(work->pass_samples);
+  const auto needed =
+      static_cast<double>(work->expected_samples) - static_cast<double>(work->pass_samples);
+  const double of_pass = needed > 0 ? std::clamp(since / needed, 0.0, 1.0) : 0;
+  return std::min(std::max(share, before + (1 - before) * of_pass), most);
 }
 
 bool Job::samples_known() const {
@@ -49,8 +70,68 @@ double Job::samples_left(Time now) const {
   const RenderSettings& s = record.settings;
   const double most = static_cast<double>(s.width) * s.height * s.samples_per_pixel;
   return work && work->plan && work->expected_samples > 0
-             ? static_cast<double>(work->expected_samples) * (1 - progress(now))
-             : most * (1 - progress(now));
+             ? static_cast<double>(work->expected_samples) * share_left(now)
+             : most * share_left(now);
+}
+
+double Job::seconds_left(Time now) const {
+  const double speed = samples_per_second(now);
+  if (speed <= 0) {
+    return -1;
+  }
+  const RenderSettings& s = record.settings;
+  const double traced = static_cast<double>(work->samples);
+  const double by_samples =
+      work->expected_samples > 0
+          ? std::max(static_cast<double>(work->expected_samples) - traced, 0.0) / speed
+          : -1;
+  if (s.time_limit <= 0) {
+    return by_samples;
+  }
+  const double by_time = std::max(s.time_limit - to_seconds(now - work->clock_began), 0.0);
+  return by_samples < 0 ? by_time : std::min(by_samples, by_time);
+}
+
+std::uint64_t Job::samples() const {
+  return work && work->plan ? work->samples : record.course.samples;
+}
+
+double Job::samples_a_pixel() const {
+  return static_cast<double>(samples()) / static_cast<double>(pixel_count(record.settings));
+}
+
+double Job::seconds_taken(Time now) const {
+  return record.course.taken + (traced_since == never ? 0 : to_seconds(now - traced_since));
+}
+
+void Job::count_time(Time now, bool counts) {
+  record.course.taken = seconds_taken(now);
+  traced_since = counts ? now : never;
+}
+
+bool Job::has_picture() const {
+  if (work) {
+    return work->plan && work->samples > 0;
+  }
+  const bool in_store = record.state == JobState::done || record.course.samples > 0;
+  return stored ? in_store : picture_bytes > 0;
+}
+
+void Job::read_report() {
+  const json map = json::parse(record.report, nullptr, false);
+  if (!map.is_object()) {
+    return;
+  }
+  error = error_from_json(map.value("error", json()));
+  const json stopped = map.value("stopped_by", json());
+  const json samples = map.value("samples", json());
+  ended_by = stopped == name_of(StopReason::error)        ? "target_error"
+             : stopped == name_of(StopReason::half_width) ? "target_half_width"
+             : stopped == name_of(StopReason::time)       ? "time_limit"
+                                                          : "samples";
+  record.course.samples =
+      samples.is_number_unsigned() ? samples.get<std::uint64_t>() : record.course.samples;
+  record.course.progress = 1;
 }
 
 PassTimes Job::times(Time now) const {
@@ -77,11 +158,19 @@ std::string_view Job::shown_state() const {
 
 double Job::samples_per_second(Time now) const {
   const bool begun = work && work->started != never && now > work->started;
-  return begun ? static_cast<double>(work->samples) / to_seconds(now - work->started) : 0;
+  if (!begun || work->samples <= work->samples_before) {
+    return 0;
+  }
+  return static_cast<double>(work->samples - work->samples_before) /
+         to_seconds(now - work->started);
 }
 
 json job_summary(const Job& job, Time now, const std::string& waits_for) {
   const JobRecord& record = job.record;
+  const JobCourse& course = record.course;
+  const RenderSettings& settings = record.settings;
+  const auto known = [](double time) { return time > 0 ? json(time) : json(); };
+  const bool limited = settings.samples_per_pixel < limits::max_samples_per_pixel;
   json summary = {{"id", record.id},
                   {"name", record.name},
                   {"user", record.user},
@@ -89,14 +178,21 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
                   {"priority", record.priority},
                   {"progress", job.progress(now)},
                   {"samples_per_second", job.samples_per_second(now)},
-                  {"seconds_left", -1.0},
+                  {"seconds_left", job.seconds_left(now)},
+                  {"submitted", known(course.submitted)},
+                  {"started", known(course.started)},
+                  {"finished", job.ended() ? known(course.finished) : json()},
+                  {"seconds_taken", course.started > 0 ? json(job.seconds_taken(now)) : json()},
                   {"reason", job.pause_reason.empty() ? record.reason : job.pause_reason},
                   {"waits_for", waits_for},
                   {"flag", record.flag},
-                  {"width", record.settings->width},
-                  {"height", record.settings->height},
-                  {"samples_per_pixel", record.settings->samples_per_pixel},
-                  {"sampler", name_of(record.settings->sampler)},
+                  {"width", settings.width},
+                  {"height", settings.height},
+                  {"samples_per_pixel",
+                   limited || !settings.in_passes() ? json(settings.samples_per_pixel) : json()},
+                  {"samples_taken", job.samples_a_pixel()},
+                  {"sampler", name_of(settings.sampler)},
+                  {"has_picture", job.has_picture()},
                   {"whole", record.state == JobState::done || (job.work && job.work->whole)}};
   add_error(summary, job);
   if (!record.warning.empty()) {
@@ -105,14 +201,12 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
   if (record.preview_of != 0) {
     summary["preview_of"] = record.preview_of;
   }
+  if (!job.ended_by.empty()) {
+    summary["ended_by"] = job.ended_by;
+  }
   if (record.series_id != 0) {
     summary["series"] = record.series_id;
     summary["frame"] = record.frame;
-  }
-  const double progress = summary["progress"];
-  if (job.samples_per_second(now) > 0) {
-    const double elapsed = to_seconds(now - job.work->started);
-    summary["seconds_left"] = progress > 0 ? elapsed * (1 - progress) / progress : -1;
   }
   return summary;
 }

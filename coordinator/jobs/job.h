@@ -40,9 +40,13 @@ struct JobWork : RunState {
   Time started = never;      ///< first grant
   Time clock_began = never;  ///< when the time limit began to count
   Time pass_began = never;
-  Time pass_ended = never;  ///< all results were merged
-  double deciding = 0;      ///< seconds that the latest decision on a pass took
-  double price = 0;         ///< thread-seconds per sample of the latest results; 0: not known yet
+  Time pass_ended = never;           ///< all results were merged
+  Time error_at = never;             ///< latest estimate of the error within a pass
+  std::uint64_t samples_before = 0;  ///< samples at the first grant
+  double pass_progress = 0;          ///< Job::progress() at the begin of the pass
+  std::uint64_t pass_samples = 0;    ///< samples at the begin of the pass
+  double deciding = 0;               ///< seconds that the latest decision on a pass took
+  double price = 0;  ///< thread-seconds per sample of the latest results; 0: not known yet
 
   std::set<WorkerId> contributors;
   RenderFacts facts;
@@ -69,8 +73,10 @@ struct Job {
   PicturePayload picture;           ///< of a done job, only without a store
   std::string journal;              ///< of a done job, only without a store
   std::uint64_t picture_bytes = 0;  ///< of `picture` and `journal`
-  double kept_progress = 0;         ///< of an earlier process, until this one has resumed the job
-  ErrorFigures error;               ///< of the complete passes; for a done job, from its report
+  ErrorFigures error;               ///< the latest estimate; for a done job, from its report
+  std::string ended_by;             ///< of a done job, as in a job map; from its report
+  bool stored = false;              ///< its results are in a store
+  Time traced_since = never;        ///< JobCourse::taken lacks the time since then; never: none
 
   /// Returns the bytes of memory that an ended job keeps for later requests.
   [[nodiscard]] std::uint64_t kept_bytes() const {
@@ -78,6 +84,17 @@ struct Job {
   }
   /// Estimates the samples that are not traced yet. The upper bound while samples_known() is false.
   [[nodiscard]] double samples_left(Time now) const;
+  /// Estimates the seconds until the end. -1: unknown.
+  [[nodiscard]] double seconds_left(Time now) const;
+  /// Returns the number of merged samples.
+  [[nodiscard]] std::uint64_t samples() const;
+  [[nodiscard]] double samples_a_pixel() const;
+  /// Returns the seconds between its first lease and its end or now, without pauses.
+  [[nodiscard]] double seconds_taken(Time now) const;
+  /// Begins or stops counting seconds_taken().
+  void count_time(Time now, bool counts);
+  /// Returns whether its picture can be fetched now, complete or not.
+  [[nodiscard]] bool has_picture() const;
 
   /// Returns whether the number of samples of the finished picture is known or estimated.
   [[nodiscard]] bool samples_known() const;
@@ -88,13 +105,19 @@ struct Job {
   [[nodiscard]] bool tracing() const { return phase == JobPhase::tracing; }
   /// Returns the state that clients see: that of the record, or a temporary one.
   [[nodiscard]] std::string_view shown_state() const;
-  /// Returns the mean speed since the first lease. 0: not known yet.
+  /// Returns the mean speed since the first lease in this process. 0: not known yet.
   [[nodiscard]] double samples_per_second(Time now) const;
-  /// Returns the share of the work that is done, 0 to 1. If the picture has an error target: 0 in
-  /// the first pass, then an estimate from the current error, which may decrease.
+  /// Returns the share of the work that is done, 0 to 1. With an error target it is an estimate
+  /// from the current error, below 1 until the job is done. It decreases only if results are
+  /// removed.
   [[nodiscard]] double progress(Time now) const;
   /// Returns the times that determine the size of the next pass under a time limit.
   [[nodiscard]] PassTimes times(Time now) const;
+  /// Takes over what its report says about the picture of a done job.
+  void read_report();
+
+ private:
+  [[nodiscard]] double share_left(Time now) const;
 };
 
 /// Returns the job map of PROTOCOL.md. `waits_for`: what an unfinished job lacks; empty: nothing.

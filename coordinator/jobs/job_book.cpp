@@ -69,7 +69,14 @@ void JobBook::restore_jobs() {
       job.record.state = JobState::queued;
     }
     job.phase = is_unfinished(job.record.state) ? JobPhase::waiting : JobPhase::ended;
-    job.error = error_in(job.record.report);
+    job.stored = true;
+    job.read_report();
+    if (!job.ended() && job.record.course.started > 0) {
+      farm_.note(job, "the coordinator was started again");
+    }
+    if (!job.error.known() && !job.record.course.curve.empty()) {
+      job.error.rmse = job.record.course.curve.back().rmse;
+    }
     farm_.index.add(farm_.jobs.emplace(id, std::move(job)).first->second);
   }
   restore_farm_notes();
@@ -189,9 +196,12 @@ void JobBook::trace_prepared(Job& job, Prepared& prepared) {
 void JobBook::begin_tracing(Job& job, const RunState& state,
                             const std::vector<CellRange>& missing) {
   JobWork& work = *job.work;
+  const bool began_again = state.samples < work.samples;
+  work.pass_progress = began_again ? 0 : job.progress(farm_.now);
   static_cast<RunState&>(work) = state;
+  work.pass_samples = state.samples;
   job.record.passes = state.passes;
-  job.error = state.error;
+  job.error = state.error.known() || began_again ? state.error : job.error;
   job.phase = JobPhase::tracing;
   if (job.record.settings->in_passes() && work.started != never) {
     work.deciding = work.pass_ended == never ? 0 : to_seconds(farm_.now - work.pass_ended);
@@ -214,6 +224,9 @@ void JobBook::begin_tracing(Job& job, const RunState& state,
   work.leases.emplace(ChunkSizer(job.record.settings->schedule, *work.plan, length), missing,
                       job.next_epoch, most_cells);
   farm_.grants_due = true;
+  if (state.error.known() && work.started != never && work.pass > 0) {
+    note_error(job, work.samples);
+  }
   disputes_.retract_later_faulty(job);
 }
 
@@ -267,13 +280,26 @@ struct JobBook::FinishedJob {
   std::string journal;
   std::string report;
   std::vector<JobEvent> events;
+  JobCourse course;
   std::string failure;
   std::string full;  ///< why the store cannot commit it now; empty: it can
 };
 
+/// Notes in the record of a run that its picture is complete. `at`: seconds since 1970.
+static void note_done(JobRun& run, double at, const std::string& report) {
+  JobCourse& course = run.record().course;
+  const auto pixels = static_cast<double>(pixel_count(run.record().settings));
+  course.finished = at;
+  course.samples = run.picture().framebuffer().counts().samples;
+  course.progress = 1;
+  course.add({course.taken, static_cast<double>(course.samples) / pixels, error_in(report).rmse});
+  run.record().note(at, "done");
+}
+
 void JobBook::finish_job(Job& job) {
   job.phase = JobPhase::finishing;
   job.work->facts.render_seconds = to_seconds(farm_.now - job.work->started);
+  job.count_time(farm_.now, false);
   const auto finished = std::make_shared<FinishedJob>();
   for_job(job, "finishing the picture")
       .give([this, finished, record = job.record, run = job.work->run, facts = job.work->facts,
@@ -284,12 +310,13 @@ void JobBook::finish_job(Job& job) {
         try {
           run->put(std::move(record));
           FinishedPicture made = finish_picture(run->picture(), run->record(), facts);
-          run->record().note(clock(), "done");
+          note_done(*run, clock(), made.report);
           run->record().ended = ended;
           const std::string& journal = run->picture().journal().bytes();
           run->finish(made.picture.image, made.picture.statistics, made.report, journal);
           finished->report = std::move(made.report);
           finished->events = run->record().events;
+          finished->course = run->record().course;
           if (in_memory) {
             const RenderSettings& s = run->record().settings;
             finished->bytes = picture_size(s.width, s.height, kept_detail(s)) + journal.size();
@@ -323,18 +350,33 @@ void JobBook::note_finished(Job& job, FinishedJob& finished) {
     fail_job(job, finished.failure);
     return;
   }
-  job.error = error_in(finished.report);
   job.record.report = std::move(finished.report);
   job.record.events = std::move(finished.events);
+  job.record.course = std::move(finished.course);
+  job.read_report();
   job.picture = std::move(finished.picture);
   job.picture_bytes = finished.bytes;
   job.journal = std::move(finished.journal);
   close_job(job, JobState::done, "");
 }
 
+/// Keeps what an ended job shows of its work. A done job has it from finish_job().
+void JobBook::note_end(Job& job, JobState state) {
+  if (state == JobState::done) {
+    return;
+  }
+  JobCourse& course = job.record.course;
+  course.progress = job.progress(farm_.now);
+  course.samples = job.samples();
+  course.finished = farm_.wall_now();
+  job.count_time(farm_.now, false);
+}
+
 /// Ends a job. Keeps its record, its picture and, while there is room, what a requeue needs. The
 /// caller calls list_open_jobs().
 void JobBook::end_job(Job& job, JobState state, const std::string& reason) {
+  const std::shared_ptr<JobRun> run = job.work && job.has_picture() ? job.work->run : nullptr;
+  note_end(job, state);
   job.record.state = state;
   job.record.reason = reason;
   job.phase = JobPhase::ended;
@@ -355,8 +397,12 @@ void JobBook::end_job(Job& job, JobState state, const std::string& reason) {
   if (state == JobState::done) {
     job.scene = {};  // only its record and picture stay
   } else {
-    farm_.note(job, fmt::format("{}: {}", name_of(state), reason));
+    const bool said = reason.starts_with(name_of(state));
+    farm_.note(job, said ? reason : fmt::format("{}: {}", name_of(state), reason));
     farm_.keep(job);
+    if (run && !job.stored) {
+      keep_unfinished(job, run);
+    }
   }
   farm_.announce_end(job);
   farm_.log->info("job {} '{}' is {}{}{}", job.record.id, job.record.name, name_of(state),

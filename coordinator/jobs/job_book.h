@@ -108,6 +108,11 @@ class JobBook {
   void cancel(Job& job);
   void requeue(Job& job);
   void prioritise(Job& job, std::uint32_t priority);
+  void estimate_errors();
+  void note_end(Job& job, JobState state);
+  void note_error(Job& job, std::uint64_t samples);
+  void keep_unfinished(const Job& job, std::shared_ptr<JobRun> run);
+  void drop_unfinished(std::uint64_t& in_use);
   void note_damaged_rows(Job& job, const std::string& damage);
   void note_usage(Store::Usage usage);
   [[nodiscard]] Wait general_wait(const Job& job);

@@ -53,6 +53,7 @@ void JobBook::pause(Job& job, JobId named) {
   }
   job.record.state = JobState::paused;
   job.record.reason = "paused by " + asker() + ": parray resume " + std::to_string(named);
+  job.count_time(farm_.now, false);
   farm_.note(job, "paused by " + asker());
   farm_.keep(job);
   farm_.log->info("job {} '{}' is paused", job.record.id, job.record.name);
@@ -64,6 +65,7 @@ void JobBook::resume(Job& job) {
   }
   job.record.state = job.work && job.work->started != never ? JobState::running : JobState::queued;
   job.record.reason.clear();
+  job.count_time(farm_.now, job.record.state == JobState::running);
   farm_.note(job, "resumed by " + asker());
   farm_.keep(job);
   farm_.log->info("job {} '{}' is resumed", job.record.id, job.record.name);
@@ -89,6 +91,11 @@ void JobBook::requeue(Job& job) {
   job.record.reason.clear();
   if (farm_.store == nullptr) {
     job.record.passes = {};  // the results that determined them are gone
+    job.record.course.progress = 0;
+    job.record.course.samples = 0;
+    job.picture = {};
+    job.picture_bytes = 0;
+    job.error = {};
   }
   job.phase = JobPhase::waiting;
   job.retry_at = never;

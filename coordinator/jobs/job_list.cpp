@@ -40,8 +40,7 @@ bool contains(std::string_view text, std::string_view part) {
 /// A job or series with the values that a list needs.
 class Row {
  public:
-  Row(const Frames& frames, Time now, double seconds_now)
-      : frames_(&frames), now_(now), seconds_now_(seconds_now) {}
+  Row(const Frames& frames, Time now) : frames_(&frames), now_(now) {}
 
   [[nodiscard]] const Frames* frames() const { return frames_; }
   [[nodiscard]] JobId id() const { return first().record.listed_as(); }
@@ -53,7 +52,7 @@ class Row {
   /// Returns the value by which the list is sorted, if it is a number. Unknown: less than all.
   [[nodiscard]] double number(msg::JobSort sort) const {
     constexpr double unknown = -1;
-    const auto times = [this] { return is_series() ? times_of(series()) : times_of(record()); };
+    const auto times = [this] { return is_series() ? times_of(series(), now_) : times_of(first(), now_); };
     switch (sort) {
       case msg::JobSort::priority:
         return priority();
@@ -62,7 +61,7 @@ class Row {
       case msg::JobSort::finished:
         return times().finished.value_or(unknown);
       case msg::JobSort::taken:
-        return times().taken(seconds_now_).value_or(unknown);
+        return times().taken.value_or(unknown);
       case msg::JobSort::progress:
         return is_series() ? progress_of(series(), now_) : first().progress(now_);
       default:
@@ -92,7 +91,6 @@ class Row {
 
   const Frames* frames_;
   Time now_;
-  double seconds_now_;
 };
 
 bool matches(const Row& row, const msg::ListJobs& request, const std::string& part) {
@@ -125,7 +123,7 @@ void cut_page(std::vector<Sorted>& rows, const msg::ListJobs& request, JobList& 
 
 }  // namespace
 
-JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now, double seconds_now) {
+JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now) {
   const std::string part = in_lower_case(request.name);
   const auto& listed = index.listed();
   const auto end = request.before == 0 ? listed.end() : listed.lower_bound(request.before);
@@ -133,7 +131,7 @@ JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now, d
   if (request.order == msg::JobOrder::newest) {
     for (auto entry = std::make_reverse_iterator(end);
          entry != listed.rend() && list.page.size() < request.limit; ++entry) {
-      if (matches({entry->second, now, seconds_now}, request, part)) {
+      if (matches({entry->second, now}, request, part)) {
         list.page.push_back(&entry->second);
       }
     }
@@ -142,7 +140,7 @@ JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now, d
   }
   std::vector<Sorted> rows;
   for (const auto& [id, frames] : listed) {
-    const Row row(frames, now, seconds_now);
+    const Row row(frames, now);
     if (!matches(row, request, part)) continue;
     ++list.total;
     if (request.before == 0 || id < request.before) {

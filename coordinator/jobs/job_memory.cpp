@@ -12,6 +12,7 @@ bool JobBook::make_room(std::uint64_t bytes) {
     return memory_in_use() + bytes <= farm_.options.memory;  // the store keeps ended jobs
   }
   std::uint64_t in_use = memory_in_use() + bytes;
+  drop_unfinished(in_use);
   std::uint64_t kept = 0;
   std::size_t pictures = 0;
   bool at_work = false;
@@ -47,8 +48,8 @@ std::uint64_t JobBook::memory_of(const Job& job) const {
 }
 
 std::uint64_t JobBook::memory_in_use() const {
-  std::uint64_t bytes =
-      disputes_.referee().memory() + farm_.bulk.bytes() + farm_.scenes_waiting.bytes();
+  std::uint64_t bytes = disputes_.referee().memory() + farm_.bulk.bytes() +
+                        farm_.log_pictures.bytes() + farm_.scenes_waiting.bytes();
   for (const JobId id : farm_.at_work) {
     bytes += memory_of(farm_.jobs.at(id));
   }

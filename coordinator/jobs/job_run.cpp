@@ -57,7 +57,9 @@ std::string JobRun::replay(OnDamage on_damage) {
       throw;
     }
     damage = error.what();
-    store_->keep_rows(record_.id, sound);
+    if (on_damage == OnDamage::cut) {
+      store_->keep_rows(record_.id, sound);
+    }
   };
   try {
     if (store_ != nullptr) {

@@ -30,7 +30,8 @@ struct RunState {
   ErrorFigures error;
 };
 /// Returns the finished share of the work, 0 to 1. `elapsed`: the part of the time limit that has
-/// passed, in seconds. For a job in passes the share is an estimate, which may fall.
+/// passed, in seconds. For a job in passes the share is an estimate, which falls if a later pass
+/// needs more samples.
 double share_done(const RenderSettings& settings, const RunState& state, double elapsed);
 
 /// One job from its first pass to its finished picture: its record, its picture, and the copies of
@@ -41,8 +42,9 @@ double share_done(const RenderSettings& settings, const RunState& state, double 
 class JobRun {
  public:
   using OpenStore = std::function<Store*()>;
-  /// What replay() does at a damaged entry of the log: throw, or remove the rest of the log.
-  enum class OnDamage : std::uint8_t { fail, cut };
+  /// What replay() does at a damaged entry of the log: throw, remove the rest of the log, or ignore
+  /// the rest.
+  enum class OnDamage : std::uint8_t { fail, cut, stop };
 
   /// Makes a run that adds each result to `store` at once. Null: the run saves nothing.
   explicit JobRun(JobRecord record, Store* store = nullptr)
@@ -55,7 +57,8 @@ class JobRun {
   /// Makes the picture, without samples. Call it first. The arguments are those of JobPicture.
   void create_picture(const SceneFacts& scene, bool large_pages = true, PictureJudge judge = {});
   /// Merges the results of earlier runs. At a damaged entry of the log, `fail` throws RunError or
-  /// DecodeError; `cut` removes this entry and all later ones. Returns the damage. Empty: none.
+  /// DecodeError; `cut` removes this entry and all later ones; `stop` leaves the log as it is.
+  /// Returns the damage. Empty: none.
   std::string replay(OnDamage on_damage);
   /// Begins the next pass, unless the current one is unfinished. Returns false if the picture is
   /// complete. `at`: seconds since 1970. Without it the journal gets no entry.

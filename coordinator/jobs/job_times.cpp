@@ -4,40 +4,33 @@
 
 namespace parray::coordinator {
 
-std::optional<double> JobTimes::taken(double now) const {
-  return begun ? std::optional(std::max(0.0, finished.value_or(now) - *begun)) : std::nullopt;
-}
-
-JobTimes times_of(const JobRecord& job) {
-  JobTimes times;
-  if (job.events.empty()) {
-    return times;
-  }
-  times.submitted = job.events.front().at;
-  const auto begun = std::ranges::find(job.events, "begun", &JobEvent::what);
-  if (begun != job.events.end()) {
-    times.begun = begun->at;
-  }
-  if (!is_unfinished(job.state)) {
-    times.finished = job.events.back().at;
+JobTimes times_of(const Job& job, Time now) {
+  const JobCourse& course = job.record.course;
+  const auto known = [](double time) { return time > 0 ? std::optional(time) : std::nullopt; };
+  JobTimes times{known(course.submitted), known(course.started), known(course.finished), {}};
+  if (times.started) {
+    times.taken = job.seconds_taken(now);
   }
   return times;
 }
 
-JobTimes times_of(const Series& series) {
-  const bool ended = has_ended(series);
+JobTimes times_of(const Series& series, Time now) {
   JobTimes times;
-  const auto take = [](std::optional<double>& kept, const std::optional<double>& next,
-                       auto choose) {
-    if (next) kept = kept ? choose(*kept, *next) : *next;
+  double latest = 0;  // the latest time at which a frame was traced
+  const auto take_least = [](std::optional<double>& kept, const std::optional<double>& next) {
+    if (next) kept = std::min(kept.value_or(*next), *next);
   };
-  const auto least = [](double a, double b) { return std::min(a, b); };
-  const auto most = [](double a, double b) { return std::max(a, b); };
   for (const Job* job : series) {
-    const JobTimes frame = times_of(job->record);
-    take(times.submitted, frame.submitted, least);
-    take(times.begun, frame.begun, least);
-    if (ended) take(times.finished, frame.finished, most);
+    const JobTimes frame = times_of(*job, now);
+    take_least(times.submitted, frame.submitted);
+    take_least(times.started, frame.started);
+    if (frame.started) {
+      latest = std::max(latest, frame.finished.value_or(*frame.started + *frame.taken));
+    }
+  }
+  if (times.started) {
+    times.taken = latest - *times.started;
+    times.finished = has_ended(series) ? std::optional(latest) : std::nullopt;
   }
   return times;
 }

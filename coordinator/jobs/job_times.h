@@ -3,21 +3,22 @@
 #include <optional>
 
 #include "coordinator/jobs/series.h"
+#include "proto/clock.h"
 
 namespace parray::coordinator {
 
-/// When a job or a series was submitted, begun and ended, in seconds since 1970, from its history.
+/// When a job or a series was submitted, started and ended, in seconds since 1970. Nothing:
+/// unknown, or it has not happened.
 struct JobTimes {
   std::optional<double> submitted;
-  std::optional<double> begun;     ///< its first lease
+  std::optional<double> started;   ///< its first lease
   std::optional<double> finished;  ///< only if it has ended
-
-  /// Returns the seconds from the first lease to the end, or to `now` (seconds since 1970).
-  [[nodiscard]] std::optional<double> taken(double now) const;
+  /// Seconds from the start to the end or to now; without pauses of a single job.
+  std::optional<double> taken;
 };
 
-JobTimes times_of(const JobRecord& job);
+JobTimes times_of(const Job& job, Time now);
 /// Takes linear time in the number of frames.
-JobTimes times_of(const Series& series);
+JobTimes times_of(const Series& series, Time now);
 
 }  // namespace parray::coordinator

@@ -16,8 +16,10 @@ namespace parray::coordinator {
 namespace {
 
 constexpr Time between_looks = seconds(5);
-constexpr const char* progress_note = "progress";  // shares of unfinished jobs, by number, as JSON
-constexpr const char* users_note = "users";        // thread-seconds by user, as JSON
+/// JSON: of each unfinished job, by number, its progress, seconds taken and samples.
+constexpr const char* progress_note = "progress";
+constexpr double longest_taken = 1e12;  // seconds
+constexpr const char* users_note = "users";  // thread-seconds by user, as JSON
 
 }  // namespace
 
@@ -38,6 +40,7 @@ void JobBook::keep_house(Time now) {
   for (const JobId id : old) {
     forget_job(id, "because of its age (--keep-days)");
   }
+  estimate_errors();
   if (farm_.store == nullptr) {
     return;
   }
@@ -55,8 +58,9 @@ void JobBook::keep_farm_notes() {
   nlohmann::json progress = nlohmann::json::object();
   for (const auto& [id, job] : farm_.jobs) {
     const double share = job.ended() ? 0 : job.progress(farm_.now);
-    if (share > 0) {
-      progress[std::to_string(id)] = std::round(share * 1e4) / 1e4;
+    if (share > 0 || (!job.ended() && job.samples() > 0)) {
+      progress[std::to_string(id)] = {std::round(share * 1e4) / 1e4,
+                                      std::round(job.seconds_taken(farm_.now)), job.samples()};
     }
   }
   constexpr double between = 60;  // seconds
@@ -84,9 +88,17 @@ void JobBook::restore_farm_notes() {
   const nlohmann::json progress =
       nlohmann::json::parse(farm_.store->note(progress_note), nullptr, false);
   for (auto& [id, job] : farm_.jobs) {
-    const std::string name = std::to_string(id);
-    if (progress.is_object() && progress.contains(name) && progress.at(name).is_number()) {
-      job.kept_progress = std::clamp(progress.at(name).get<double>(), 0.0, 1.0);
+    const auto found = progress.is_object() ? progress.find(std::to_string(id)) : progress.end();
+    if (found == progress.end() || job.ended()) {
+      continue;
+    }
+    JobCourse& course = job.record.course;
+    const bool list = found->is_array() && found->size() == 3;  // older versions: the share alone
+    const nlohmann::json share = list ? found->at(0) : *found;
+    course.progress = share.is_number() ? std::clamp(share.get<double>(), 0.0, 1.0) : 0;
+    if (list && found->at(1).is_number() && found->at(2).is_number_unsigned()) {
+      course.taken = std::max(course.taken, std::min(found->at(1).get<double>(), longest_taken));
+      course.samples = found->at(2).get<std::uint64_t>();
     }
   }
 }

@@ -102,6 +102,23 @@ std::string flag_of(const Series& series) {
              : fmt::format("frame {}: {}", (*found)->record.frame, (*found)->record.flag);
 }
 
+/// Adds the times and the samples of a series.
+void add_course(json& summary, const Series& series, Time now) {
+  const auto known = [](const std::optional<double>& time) { return time ? json(*time) : json(); };
+  const JobTimes times = times_of(series, now);
+  summary["submitted"] = known(times.submitted);
+  summary["started"] = known(times.started);
+  summary["finished"] = known(times.finished);
+  summary["seconds_taken"] = known(times.taken);
+  double samples = 0;
+  for (const Job* job : series) {
+    samples += job->samples_a_pixel();
+  }
+  summary["samples_taken"] = samples / static_cast<double>(series.size());
+  summary["has_picture"] = false;  // each frame has its own
+  summary.erase("ended_by");
+}
+
 }  // namespace
 
 bool has_ended(const Series& series) {
@@ -139,6 +156,7 @@ json series_summary(const Series& series, Time now, const std::string& waits_for
   summary["reason"] = reason_of(series, totals);
   summary["flag"] = flag_of(series);
   summary["whole"] = false;
+  add_course(summary, series, now);
   if (totals.unfinished == 0 && state == JobState::queued) {
     summary["waits_for"] = fmt::format(
         "{} of {} frames: repeat the same parray submit to submit them", totals.missing, frames);
@@ -157,13 +175,13 @@ std::uint32_t priority_of(const Series& series) {
   return (open != nullptr ? *open : *series.front()).record.priority;
 }
 
-json frame_list(const Series& series, Time now, std::uint32_t from, double seconds_now) {
+json frame_list(const Series& series, Time now, std::uint32_t from) {
   constexpr std::size_t most = 1000;
   constexpr std::size_t longest_reason = 200;
   json list = json::array();
   for (const Job* job : series) {
     if (job->record.frame >= from && list.size() < most) {
-      const auto taken = times_of(job->record).taken(seconds_now);
+      const auto taken = times_of(*job, now).taken;
       list.push_back({{"frame", job->record.frame},
                       {"job", job->record.id},
                       {"state", job->shown_state()},
@@ -171,7 +189,7 @@ json frame_list(const Series& series, Time now, std::uint32_t from, double secon
                       {"progress", job->progress(now)},
                       {"seconds", taken ? json(*taken) : json()},
                       {"rmse", job->error.known() ? json(job->error.rmse) : json()},
-                      {"has_picture", job->record.state == JobState::done}});
+                      {"has_picture", job->has_picture()}});
     }
   }
   return list;

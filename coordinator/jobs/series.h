@@ -29,8 +29,7 @@ double progress_of(const Series& series, Time now);
 std::uint32_t priority_of(const Series& series);
 
 /// Returns `frame_list` of that map: at most 1000 frames, from the number `from` on.
-/// `seconds_now`: since 1970.
-nlohmann::json frame_list(const Series& series, Time now, std::uint32_t from, double seconds_now);
+nlohmann::json frame_list(const Series& series, Time now, std::uint32_t from);
 
 /// Returns the history of a series, oldest first: its first submit and first lease, what clients
 /// did to the series, and what happened to single frames, except that they began and ended well. At

@@ -64,6 +64,8 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
   record.share = farm_.sender.share;
   record.fault_findings = disputes_.latest_finding();
   record.scene_bytes = m.scene.size();
+  record.course.submitted = farm_.wall_now();
+  accepted->job.stored = farm_.store != nullptr;
   record.note(farm_.options.wall_clock(), "submitted" + (user.empty() ? "" : " by " + user));
   try {
     join_series(record);

@@ -144,16 +144,24 @@ bool LeaseDesk::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) 
   if (!lease) {
     return false;
   }
-  if (job.work->started == never) {
+  const bool begins = job.work->started == never;
+  if (begins) {
     job.work->started = now;
     job.work->clock_began =
         farm_.options.waiting_counts && job.submitted != never ? job.submitted : now;
     job.work->pass_began = now;
-    farm_.note(job, "begun");
+    job.work->samples_before = job.work->samples;
+    const bool again = job.record.course.started > 0;
+    job.record.course.started = again ? job.record.course.started : farm_.wall_now();
+    job.count_time(now, true);
+    farm_.note(job, again ? "continued" : "started");
     farm_.note_begun(job);
   }
   if (job.record.state == JobState::queued) {
     job.record.state = JobState::running;
+  }
+  if (begins) {
+    farm_.keep(job);  // its start
   }
   ++farm_.tally.granted;
   ++worker.held;

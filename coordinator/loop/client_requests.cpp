@@ -19,7 +19,7 @@ namespace parray::coordinator {
 using nlohmann::json;
 
 void ClientRequests::on(Time now, const PeerId& peer, msg::ListJobs& m) {
-  const JobList found = list_of(farm_.index, m, now, farm_.since_1970(now));
+  const JobList found = list_of(farm_.index, m, now);
   auto list = json::array();
   for (const JobIndex::Frames* frames : found.page) {
     list.push_back(job_book_.summary_of(now, series_of(*frames)));
@@ -50,12 +50,13 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ShowJob& m) {
   if (!frames.empty()) {
     const Series series(frames.begin(), frames.end());
     json summary = job_book_.summary_of(now, series);
-    summary["frame_list"] = frame_list(series, now, m.from_frame, farm_.since_1970(now));
+    summary["frame_list"] = frame_list(series, now, m.from_frame);
     summary["events"] = events_to_json(events_of(series));
     farm_.send(peer, msg::Job{m.request, std::move(summary)});
   } else if (const Job* job = find_or_refuse(peer, m.request, m.job)) {
     json summary = job_book_.summary_of(now, *job);
     summary["events"] = events_to_json(job->record.events);
+    summary["passes"] = curve_to_json(job->record.course.curve);
     farm_.send(peer, msg::Job{m.request, std::move(summary)});
   }
 }

@@ -56,6 +56,8 @@ class ClientRequests {
   void send_picture(const PeerId& peer, const msg::Fetch& m, const Job& job);
   void send_kept_picture(const PeerId& peer, const msg::Fetch& m, const Job& job);
   void send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job);
+  void send_from_log(const PeerId& peer, const msg::Fetch& m, const Job& job,
+                     const BulkLedger::Ticket& ticket);
   void note_picture_file(JobId id, const PictureFile& kept);
 
   /// The latest change of jobs that a peer requested.

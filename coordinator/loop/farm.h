@@ -2,6 +2,7 @@
 
 #include <spdlog/logger.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -61,6 +62,8 @@ struct Farm {
   [[nodiscard]] Epoch lease_number(Epoch epoch) const { return epoch - options.first_epoch + 1; }
   /// Converts a time of the loop to seconds since 1970, by the clock at the first tick.
   [[nodiscard]] double since_1970(Time at) const { return wall_zero + to_seconds(at); }
+  /// Returns seconds since 1970 by the system's clock, for records; 1 if there is no clock.
+  [[nodiscard]] double wall_now() const { return std::max(options.wall_clock(), 1.0); }
   /// Seconds for which coordinators have served this state.
   [[nodiscard]] double uptime() const;
 
@@ -102,6 +105,7 @@ struct Farm {
   std::set<JobId> at_work;  ///< jobs with JobWork
   Machines machines;
   BulkLedger bulk;            ///< pictures and journals on their way to clients
+  BulkLedger log_pictures;    ///< pictures that the job thread makes from logs, for one client
   BulkLedger scenes_waiting;  ///< scenes of submits that are not acknowledged yet
   Tally tally;
   FarmWatch watch;

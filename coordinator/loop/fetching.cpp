@@ -11,6 +11,7 @@
 #include "common/scene/settings.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/jobs/picture_file.h"
+#include "coordinator/jobs/unfinished_pictures.h"
 #include "coordinator/loop/client_requests.h"
 #include "coordinator/loop/farm.h"
 
@@ -20,6 +21,27 @@ using nlohmann::json;
 
 static std::string no_picture_left(JobId id) {
   return fmt::format("the coordinator no longer keeps the picture of job {}: render it again", id);
+}
+
+/// Returns why there is no complete picture, and what a client can do.
+static std::string why_not_done(const Job& job) {
+  const std::string state =
+      fmt::format("job {} is {}, not done: ", job.record.id, name_of(job.record.state));
+  if (!job.ended()) {
+    return state + "parray watch shows its progress";
+  }
+  return state + (job.has_picture()
+                      ? fmt::format("parray fetch --partial {} writes what it has", job.record.id)
+                      : fmt::format("parray requeue {} continues it", job.record.id));
+}
+
+/// Returns why a job has not even an incomplete picture.
+static std::string why_no_partial(const Job& job) {
+  return job.ended() ? fmt::format(
+                           "job {} is {}, and no picture of it is kept: parray requeue {} "
+                           "renders it",
+                           job.record.id, name_of(job.record.state), job.record.id)
+                     : fmt::format("job {} has no picture yet: try again later", job.record.id);
 }
 
 /// Returns the answer to a fetch, without the picture and its report.
@@ -39,15 +61,12 @@ void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
   if (job == nullptr) {
     return;
   }
-  if (m.partial && !job->ended()) {
-    send_partial(peer, m, *job);
-  } else if (job->record.state != JobState::done) {
-    farm_.fail_request(peer, m.request, 2,
-                       "job " + std::to_string(m.job) + " is " +
-                           std::string(name_of(job->record.state)) +
-                           ", not done: parray watch shows its progress");
-  } else {
+  if (job->record.state == JobState::done) {
     send_picture(peer, m, *job);
+  } else if (m.partial) {
+    send_partial(peer, m, *job);
+  } else {
+    farm_.fail_request(peer, m.request, 2, why_not_done(*job));
   }
 }
 
@@ -132,39 +151,88 @@ void ClientRequests::note_picture_file(JobId id, const PictureFile& kept) {
   }
 }
 
-/// Sends the picture of an unfinished job as it is now.
+/// Returns the answer with an incomplete picture, and counts its bytes under `ticket`.
+static std::shared_ptr<msg::ImageData> partial_answer(const msg::Fetch& m,
+                                                      const JobPicture& picture,
+                                                      const BulkLedger::Ticket& ticket) {
+  const auto parts = std::make_shared<PictureParts>(parts_so_far(picture, m.statistics));
+  const json report = {{"partial", true}, {"samples", picture.framebuffer().counts().samples}};
+  auto answer = std::make_shared<msg::ImageData>(
+      msg::ImageData{m.request, report, parts->image.width, parts->image.height, m.statistics,
+                     false, PicturePayload(parts)});
+  if (ticket) {
+    Bulk bytes = answer->picture.bytes(detail_of(*answer));
+    bytes.data = with_ticket(std::move(bytes.data), ticket);
+    answer->picture = PicturePayload(std::move(bytes));
+  }
+  return answer;
+}
+
+/// Sends the picture of a job that is not done, as it is now.
 void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const Job& job) {
-  if (!job.work || !job.work->plan) {
-    farm_.fail_request(peer, m.request, 2,
-                       "job " + std::to_string(m.job) + " has no picture yet: try again later");
+  if (!job.has_picture()) {
+    farm_.fail_request(peer, m.request, 2, why_no_partial(job));
+    return;
+  }
+  if (!job.work && !job.stored) {
+    msg::ImageData answer = answer_to(m, job.record);
+    answer.replicates = false;
+    answer.report = {{"partial", true}, {"samples", job.samples()}};
+    answer.picture = job.picture;
+    farm_.send(peer, std::move(answer));
     return;
   }
   // Without a store the client is in this process: the answer copies nothing and needs no limit.
   const RenderSettings& s = job.record.settings;
+  const PictureDetail detail = m.statistics ? PictureDetail::statistics : PictureDetail::image;
   const BulkLedger::Ticket ticket =
-      farm_.store == nullptr
-          ? nullptr
-          : admit_bulk(peer, m.request, picture_size(s.width, s.height, PictureDetail::image));
+      farm_.store == nullptr ? nullptr
+                             : admit_bulk(peer, m.request, picture_size(s.width, s.height, detail));
   if (farm_.store != nullptr && !ticket) {
+    return;
+  }
+  if (!job.work) {
+    send_from_log(peer, m, job, ticket);
     return;
   }
   const std::string doing = fmt::format("reading the picture of job {}", m.job);
   farm_.for_client(peer, m.request, doing)
-      .give([this, peer, ticket, request = m.request,
-             run = job.work->run]() -> JobThread::Completion {
-        auto parts = std::make_shared<PictureParts>();
-        parts->image = shown_image(run->picture()).image;
-        const json report = {{"partial", true},
-                             {"samples", run->picture().framebuffer().counts().samples}};
-        const auto answer = std::make_shared<msg::ImageData>(
-            msg::ImageData{request, report, parts->image.width, parts->image.height, false, false,
-                           PicturePayload(parts)});
-        if (ticket) {
-          Bulk bytes = answer->picture.bytes(PictureDetail::image);
-          bytes.data = with_ticket(std::move(bytes.data), ticket);
-          answer->picture = PicturePayload(std::move(bytes));
-        }
+      .give([this, peer, ticket, m, run = job.work->run]() -> JobThread::Completion {
+        const auto answer = partial_answer(m, run->picture(), ticket);
         return {[this, answer, peer] { farm_.send(peer, std::move(*answer)); }, {}};
+      });
+}
+
+/// Sends the picture of a job that is not in memory, from its log. Makes one such picture at a
+/// time.
+void ClientRequests::send_from_log(const PeerId& peer, const msg::Fetch& m, const Job& job,
+                                   const BulkLedger::Ticket& ticket) {
+  const std::uint64_t needed = job_book_.memory_of(job);
+  const bool fits = job_book_.make_room(needed);
+  const BulkLedger::Ticket memory = fits ? farm_.log_pictures.admit({}, needed) : nullptr;
+  if (!memory) {
+    farm_.send(peer, msg::Error{m.request, 2,
+                                fits ? "another picture is being read from its log: try again"
+                                     : "the coordinator's memory is full of other pictures: try "
+                                       "again when a job has ended, or raise --memory",
+                                true});
+    return;
+  }
+  const std::string doing = fmt::format("reading the results of job {}", m.job);
+  farm_.for_client(peer, m.request, doing)
+      .give([this, peer, ticket, memory, m, store = farm_.store,
+             record = job.record]() -> JobThread::Completion {
+        JobRun run = run_from_log(*store, record);
+        if (!run.picture().has_begun()) {
+          throw RunError("its log has no results: parray requeue " + std::to_string(record.id) +
+                         " renders it");
+        }
+        const auto answer = partial_answer(m, run.picture(), ticket);
+        return {[this, answer, peer] {
+                  farm_.grants_due = true;  // a job may wait for the memory
+                  farm_.send(peer, std::move(*answer));
+                },
+                {}};
       });
 }
 

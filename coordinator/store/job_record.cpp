@@ -62,7 +62,8 @@ void fields(F& f, JobRecord& job) {
   f.value("share", job.share);
   f.value("ended", job.ended);
   f.value("events", job.events);
-  f.value_if_there("warning", job.warning);
+  f.optional("warning", job.warning);
+  f.optional("course", job.course);
 }
 
 /// The members that head_fields() calls. `Record` must have value(key, value) and
@@ -74,7 +75,7 @@ struct HeadFields {
     self().value(key, value);
   }
   void duration(const char* key, double& value) { self().value(key, value); }
-  void number_if_there(const char* key, std::uint64_t& value) { self().value_if_there(key, value); }
+  void number_if_there(const char* key, std::uint64_t& value) { self().optional(key, value); }
   void settings(const char* key, Boxed<RenderSettings>& value) { self().value(key, value); }
 
  private:
@@ -84,13 +85,18 @@ struct HeadFields {
 json to_json(const Boxed<RenderSettings>& value) { return settings_to_json(value); }
 json to_json(JobState value) { return static_cast<int>(value); }
 json to_json(const std::vector<JobEvent>& value) { return events_to_json(value); }
+json to_json(const JobCourse& value) { return course_to_json(value); }
 json to_json(const auto& value) { return value; }
 
 struct RecordWriter : HeadFields<RecordWriter> {
   json map;
 
   void value(const char* key, const auto& value) { map[key] = to_json(value); }
-  void value_if_there(const char* key, const auto& value) { map[key] = to_json(value); }
+  /// Leaves out a value that is still the default.
+  template <typename T>
+  void optional(const char* key, const T& value) {
+    if (value != T{}) map[key] = to_json(value);
+  }
   template <typename T>
   void number(const char* key, T value, T /*lowest*/ = 0, T /*highest*/ = 0) {
     map[key] = value;
@@ -107,6 +113,7 @@ void read(const json& from, JobState& value) {
 void read(const json& from, std::vector<JobEvent>& value) {
   for (const json& event : from) value.push_back({event.at("at"), event.at("what")});
 }
+void read(const json& from, JobCourse& value) { value = course_from_json(from); }
 void read(const json& from, auto& value) { from.get_to(value); }
 
 /// Reads a record. Throws if a value is missing, has the wrong type or is out of range.
@@ -115,12 +122,12 @@ struct RecordReader : HeadFields<RecordReader> {
 
   explicit RecordReader(json record) : map(std::move(record)) {}
   void value(const char* key, auto& value) const { read(map.at(key), value); }
-  /// Keeps the default if an earlier version has written the record.
-  void value_if_there(const char* key, auto& value) const {
-    if (map.contains(key)) read(map.at(key), value);
-  }
-  void value_if_there(const char* key, std::uint64_t& value) const {
+  void optional(const char* key, std::uint64_t& value) const {
     if (map.contains(key)) value = natural_in(map, key, std::numeric_limits<std::uint64_t>::max());
+  }
+  /// Reads a value that a record may lack.
+  void optional(const char* key, auto& value) const {
+    if (map.contains(key)) read(map.at(key), value);
   }
   void value(const char* key, std::vector<std::uint64_t>& value) const {
     value = naturals_in(map, key);

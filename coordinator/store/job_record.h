@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "coordinator/store/job_course.h"
 #include "proto/job_head.h"
 
 namespace parray::store {
@@ -49,6 +50,7 @@ struct JobRecord : JobHead {
   JobId series_id = 0;  ///< number of the series, unique among jobs; 0: a single job
   double ended = 0;     ///< uptime of the farm at its end in s; 0: not ended or not known
   std::vector<JobEvent> events{};  ///< the first 16 and the latest 48
+  JobCourse course{};
 
   /// Returns the number under which lists show the job: that of its series, or its own.
   [[nodiscard]] JobId listed_as() const { return series_id != 0 ? series_id : id; }

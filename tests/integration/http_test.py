@@ -79,7 +79,6 @@ class Jobs(WebCase):
             job = farm.submitted(farm.post_form(
                 ("scene", None, json.dumps(SCENE)),
                 ("options", None, json.dumps({"spp": 100000, "width": 200, "height": 100, "progressive": True}))))
-            self.assert_problem(farm.get(f"/jobs/{job}/error.png"), 409, "not done: parray watch shows its progress")
             def shown():
                 answer = farm.get(f"/jobs/{job}/pixels.f32")
                 return answer if answer.status == 200 and int(answer.headers["Parray-Samples"]) > 0 else None
@@ -90,10 +89,28 @@ class Jobs(WebCase):
             second = wait_for(lambda: (lambda a: a if a.headers["ETag"] != first.headers["ETag"] else None)(shown()),
                               "another picture")
             self.assertGreater(int(second.headers["Parray-Samples"]), int(first.headers["Parray-Samples"]))
+            wait_for(lambda: farm.get(f"/jobs/{job}").json()["samples_taken"] >= 2, "two samples of each pixel")
+            widths = farm.get(f"/jobs/{job}/error.f32")
+            self.assertEqual((len(widths.body), widths.headers["Parray-Partial"]), (200 * 100 * 4, "1"))
+            self.assertGreater(max(struct.unpack("<20000f", widths.body)), 0)
+            self.assertEqual(farm.get(f"/jobs/{job}/error.png").body[1:4], b"PNG")
             farm.ask("POST", f"/api/v1/jobs/{job}/pause")
             worker.kill()
 
             self.assertEqual(farm.state(job), "paused")
+            taken = farm.get(f"/jobs/{job}").json()["progress"]
+            cancelled = farm.ask("POST", f"/api/v1/jobs/{job}/cancel").json()
+            self.assertEqual((cancelled["has_picture"], cancelled["progress"]), (True, taken))
+            kept = farm.get(f"/jobs/{job}/image.png")
+            self.assertEqual((kept.body[1:4], kept.headers["Parray-Partial"]), (b"PNG", "1"))
+            self.assertEqual(farm.get(f"/jobs/{job}/image.exr").body[:4], b"\x76\x2f\x31\x01")
+
+    def test_a_job_without_a_sample_has_no_picture(self):
+        with Web() as farm:
+            job = farm.submitted(farm.post_scene())
+            self.assertIs(farm.get(f"/jobs/{job}").json()["has_picture"], False)
+            for name in ("image.png", "error.png", "image.exr"):
+                self.assert_problem(farm.get(f"/jobs/{job}/{name}"), 409, "has no picture yet: try again later")
 
     def test_particle_files_come_as_parts_and_options_are_the_command_lines(self):
         with Web() as farm:

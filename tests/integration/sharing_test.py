@@ -21,7 +21,7 @@ class Sharing(unittest.TestCase):
             short = farm.submit(SCENE, *QUICK)
             farm.finish(short)
             events = farm.job(short)["events"]
-            self.assertEqual([e["what"] for e in events][1:], ["begun", "done"])
+            self.assertEqual([e["what"] for e in events][1:], ["started", "done"])
             self.assertEqual(farm.job(long)["state"], "running")
             # Its worker held two leases of half a second at most.
             self.assertLess(events[1]["at"] - events[0]["at"], 10)

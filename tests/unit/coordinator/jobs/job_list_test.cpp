@@ -34,7 +34,7 @@ struct ListRig : FarmRig {
     record.priority = priority;
     record.note(100.0 - static_cast<double>(id), "submitted");
   }
-  JobList list(const msg::ListJobs& request) { return list_of(farm.index, request, farm.now, 0); }
+  JobList list(const msg::ListJobs& request) { return list_of(farm.index, request, farm.now); }
 };
 
 }  // namespace

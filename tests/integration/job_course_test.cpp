@@ -1,0 +1,191 @@
+// What a coordinator says about a job on its way: times, the curve of its error, and the picture of
+// a job that did not come to its end.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "common/scene/settings.h"
+#include "coordinator/store/disk_store.h"
+#include "tests/support/rooms.h"
+#include "tests/support/service.h"
+#include "tests/support/temporary_directory.h"
+
+namespace parray::test {
+namespace {
+
+using nlohmann::json;
+
+CoordinatorOptions with_clock() {
+  CoordinatorOptions options = service_options();
+  options.wall_clock = [now = std::make_shared<double>(1e9)] { return *now += 1; };
+  return options;
+}
+
+RenderSettings towards(double error) {
+  RenderSettings settings = small_settings(small_scene());
+  settings.samples_per_pixel = 1'000'000;
+  settings.adaptive = true;
+  settings.target_error = error;
+  return settings;
+}
+
+std::vector<std::string> history(Service& service, JobId id) {
+  std::vector<std::string> lines;
+  const json job = service.job(id);
+  for (const json& event : job.at("events")) lines.push_back(event.at("what"));
+  return lines;
+}
+
+msg::ImageData partial(Service& service, JobId id, bool statistics = false) {
+  return service.ask<msg::ImageData>(msg::Fetch{1, id, true, statistics});
+}
+
+}  // namespace
+
+TEST_CASE("the curve of the error has a point for each pass, and survives a restart") {
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  Service service(with_clock(), &store);
+  Hand hand(service, "a", 4);
+  const JobId id = service.submit(small_scene(), towards(0.004));
+  double shown = 0;
+  while (service.state(id) != "done") {
+    const double progress = service.job(id).at("progress");
+    CHECK(progress >= shown);
+    shown = progress;
+    work(service, {{&hand, honest}}, id, 1);
+  }
+  const json curve = service.job(id).at("passes");
+  REQUIRE(curve.size() >= 3);
+  for (std::size_t i = 1; i < curve.size(); ++i) {
+    CHECK(curve[i].at("samples") > curve[i - 1].at("samples"));
+    CHECK(curve[i].at("seconds") >= curve[i - 1].at("seconds"));
+    CHECK(curve[i].at("rmse").is_number());
+  }
+  CHECK(curve.back().at("rmse") == service.job(id).at("error").at("rmse"));
+  CHECK(service.job(id).at("ended_by") == "target_error");
+  service.restart();
+  CHECK(service.job(id).at("passes") == curve);
+  CHECK(service.job(id).at("ended_by") == "target_error");
+}
+
+TEST_CASE("a done job has its times, also after a restart") {
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  Service service(with_clock(), &store);
+  const JobId id = service.submit(small_scene(), many_leases());
+  CHECK(service.job(id).at("started").is_null());
+  Hand hand(service, "a", 4);
+  work(service, {{&hand, honest}}, id);
+  const json job = service.job(id);
+  CHECK(job.at("submitted") > 1e9);
+  CHECK(job.at("started") > job.at("submitted"));
+  CHECK(job.at("finished") > job.at("started"));
+  CHECK(job.at("seconds_taken") > 0);
+  CHECK(job.at("samples_taken") == 4);
+  CHECK(job.at("has_picture") == true);
+  service.restart();
+  for (const char* key :
+       {"submitted", "started", "finished", "seconds_taken", "samples_taken", "has_picture"}) {
+    CHECK(service.job(id).at(key) == job.at(key));
+  }
+}
+
+TEST_CASE("the error of a running job without a target is estimated on its way") {
+  Service service(with_clock());
+  Hand hand(service, "a", 4);
+  const JobId id = service.submit(small_scene(), in_passes());
+  while (service.job(id).at("samples_taken") < 4) work(service, {{&hand, honest}}, id, 1);
+  CHECK_FALSE(service.job(id).contains("error"));
+  work(service, {{&hand, idle}}, id, 6, seconds(1));
+  const json job = service.job(id);
+  REQUIRE(job.at("state") == "running");
+  CHECK(job.at("error").at("rmse").is_number());
+  CHECK(job.at("passes").size() == 1);
+}
+
+TEST_CASE("a cancelled job keeps its progress and serves its picture from its log") {
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  Service service(with_clock(), &store);
+  Hand hand(service, "a", 4);
+  const JobId id = service.submit(small_scene(), many_leases());
+  work(service, {{&hand, honest}}, id, 5);
+  const json before = service.job(id);
+  const auto running = partial(service, id);
+  REQUIRE(before.at("progress") > 0);
+  service.steer(id, msg::JobAction::cancel);
+  for (const bool restarted : {false, true}) {
+    CAPTURE(restarted);
+    if (restarted) service.restart();
+    const json job = service.job(id);
+    CHECK(job.at("progress") == before.at("progress"));
+    CHECK(job.at("samples_taken") == before.at("samples_taken"));
+    CHECK(job.at("has_picture") == true);
+    const auto kept = partial(service, id);
+    CHECK(kept.report == running.report);
+    CHECK(kept.picture.bytes(PictureDetail::image).data.view() ==
+          running.picture.bytes(PictureDetail::image).data.view());
+  }
+  CHECK(service.refusal(msg::Fetch{1, id, false, false}).find("parray fetch --partial") !=
+        std::string::npos);
+}
+
+TEST_CASE("without a store a cancelled job keeps its picture until it is queued again") {
+  Service service(with_clock());
+  Hand hand(service, "a", 4);
+  const JobId id = service.submit(small_scene(), many_leases());
+  work(service, {{&hand, honest}}, id, 5);
+  const auto running = partial(service, id);
+  service.steer(id, msg::JobAction::cancel);
+  service.turn();
+  CHECK(service.job(id).at("has_picture") == true);
+  const auto kept = partial(service, id, true);
+  CHECK(kept.report == running.report);
+  CHECK(kept.picture.picture(kept.width, kept.height)->image.rgb ==
+        running.picture.picture(running.width, running.height)->image.rgb);
+  service.steer(id, msg::JobAction::requeue);
+  CHECK(service.job(id).at("progress") == 0);
+  CHECK(service.job(id).at("has_picture") == false);
+}
+
+TEST_CASE("a job cancelled before its first sample has no picture, and says so") {
+  Service service(with_clock());
+  const JobId id = service.submit(small_scene(), many_leases());
+  service.steer(id, msg::JobAction::cancel);
+  CHECK(service.job(id).at("has_picture") == false);
+  CHECK(service.refusal(msg::Fetch{1, id, true, false}).find("no picture of it is kept") !=
+        std::string::npos);
+}
+
+TEST_CASE("the half-widths of a running picture can be fetched") {
+  Service service(with_clock());
+  Hand hand(service, "a", 4);
+  RenderSettings settings = in_passes();
+  const JobId id = service.submit(small_scene(), settings);
+  while (service.job(id).at("samples_taken") < 5) work(service, {{&hand, honest}}, id, 1);
+  const auto data = partial(service, id, true);
+  CHECK(data.statistics);
+  const auto parts = data.picture.picture(data.width, data.height);
+  CHECK(std::ranges::all_of(parts->statistics.half_width,
+                            [](float width) { return width >= 0 && width < 1e3F; }));
+  CHECK(std::ranges::all_of(parts->statistics.samples, [](auto n) { return n >= 4; }));
+}
+
+TEST_CASE("the history says when the coordinator was started again, and a cancel once") {
+  const TemporaryDirectory directory;
+  DiskStore store(directory.path());
+  Service service(with_clock(), &store);
+  Hand hand(service, "a", 4);
+  const JobId id = service.submit(small_scene(), many_leases());
+  work(service, {{&hand, honest}}, id, 2);
+  service.restart();
+  hand.join();
+  service.turn();
+  service.steer(id, msg::JobAction::cancel);
+  CHECK(history(service, id) == std::vector<std::string>{"submitted", "started",
+                                                         "the coordinator was started again",
+                                                         "continued", "cancelled by a client"});
+}
+
+}  // namespace parray::test

@@ -1,0 +1,72 @@
+#include "coordinator/store/job_course.h"
+
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/error.h"
+#include "common/scene/settings.h"
+#include "coordinator/store/job_record.h"
+#include "tests/support/rooms.h"
+#include "tests/support/sample_scenes.h"
+
+namespace parray {
+namespace {
+
+using nlohmann::json;
+
+TEST_CASE("the curve of the error is bounded, and keeps its order and its last point") {
+  JobCourse course;
+  for (int i = 1; i <= 5000; ++i) {
+    course.add({static_cast<double>(i), 2.0 * i, 1.0 / i});
+  }
+  CHECK(course.curve.size() <= JobCourse::most_points);
+  CHECK(course.curve.size() >= JobCourse::most_points / 2);
+  CHECK(course.curve.back().samples == 10000);
+  for (std::size_t i = 1; i < course.curve.size(); ++i) {
+    CHECK(course.curve[i - 1].samples < course.curve[i].samples);
+  }
+}
+
+TEST_CASE("a picture that lost samples loses the points of its curve that had them") {
+  JobCourse course;
+  for (const double samples : {2.0, 4.0, 8.0}) {
+    course.add({samples, samples, 0.5});
+  }
+  course.add({9, 4, 0.25});
+  REQUIRE(course.curve.size() == 2);
+  CHECK(course.curve[1].rmse == 0.25);
+}
+
+TEST_CASE("a course survives being stored; unknown errors are null") {
+  JobCourse course;
+  course.submitted = 1e9;
+  course.started = 1e9 + 1;
+  course.finished = 1e9 + 2.5;
+  course.taken = 1.25;
+  course.progress = 0.5;
+  course.samples = 77;
+  course.add({0.5, 2, -1});
+  course.add({1, 4, 0.125});
+  CHECK(curve_to_json(course.curve)[0].at("rmse").is_null());
+  const json stored = course_to_json(course);
+  CHECK(course_to_json(course_from_json(stored)) == stored);
+  CHECK(course_from_json(json::object()).curve.empty());
+  json wrong = stored;
+  wrong["taken"] = -1;
+  CHECK_THROWS_AS(course_from_json(wrong), RunError);
+}
+
+TEST_CASE("a record keeps its course, and may lack it") {
+  JobRecord job;
+  job.id = 7;
+  job.settings = test::small_settings(test::small_scene());
+  job.course.taken = 3;
+  json record = json::parse(record_to_json(job));
+  CHECK(record_from_json(7, record.dump()).course.taken == 3);
+  record.erase("course");
+  CHECK(record_from_json(7, record.dump()).course.taken == 0);
+}
+
+}  // namespace
+}  // namespace parray
