@@ -39,7 +39,7 @@ std::vector<JobEvent> events_of(const Series& series) {
       if (event.what == "done") continue;
       if (event.what.starts_with("submitted")) {
         keep_earliest(submitted, event);
-      } else if (event.what == "begun") {
+      } else if (event.what == "started") {
         keep_earliest(begun, event);
       } else {
         const auto [entry, is_new] =

@@ -153,7 +153,7 @@ class JobFarm(FakeFarm):
         return True
 
     def details(self, job, first):
-        taken = [f"submitted by '{job['user']}'"] + ["begun"] * bool(job.get("started")) + \
+        taken = [f"submitted by '{job['user']}'"] + ["started"] * bool(job.get("started")) + \
             [{"paused": "paused by 'ann'", "cancelled": "cancelled: cancelled by 'ann'", "done": "done",
               "failed": "failed: " + job["reason"]}.get(job["state"])]
         more = {"events": [{"at": self.began + 60 * index, "what": what} for index, what in enumerate(filter(None, taken))],

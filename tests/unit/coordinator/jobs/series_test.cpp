@@ -74,7 +74,7 @@ TEST_CASE("an old frame stays as long as another frame of its series is unfinish
 TEST_CASE("the list of frames states what each took and its error") {
   SeriesRig rig;
   Job& first = rig.farm.jobs.at(11);
-  first.record.note(110, "begun");
+  first.record.note(110, "started");
   first.record.note(150, "done");
   first.record.state = JobState::done;
   first.error.rmse = 0.25;
@@ -94,12 +94,12 @@ TEST_CASE("the history of a series merges what happened to all frames and names 
   Job& first = rig.farm.jobs.at(11);
   Job& second = rig.farm.jobs.at(12);
   for (Job* job : {&first, &second}) {
-    job->record.note(110, "begun");
+    job->record.note(110, "started");
     job->record.note(120, "paused by ann");
   }
   first.record.note(130, "done");
   second.record.note(140, "failed: out of memory");
-  CHECK(rig.history() == std::vector<std::string>{"submitted by ann", "begun", "paused by ann",
+  CHECK(rig.history() == std::vector<std::string>{"submitted by ann", "started", "paused by ann",
                                                   "frame 1: failed: out of memory"});
 }
 
