@@ -33,6 +33,7 @@ class ControlWriter {
   void text_if_there(const char* key, std::string& value, std::size_t longest) {
     text(key, value, longest);
   }
+  void flag_if_there(const char* key, bool& value) { flag(key, value); }
   void real(const char* key, double& value) { map_[key] = value; }
   void duration(const char* key, double& value) { map_[key] = value; }
   void flag(const char* key, bool& value) { map_[key] = value; }
@@ -80,6 +81,9 @@ class ControlReader {
   }
   void text_if_there(const char* key, std::string& value, std::size_t longest) const {
     if (map_.contains(key)) text(key, value, longest);
+  }
+  void flag_if_there(const char* key, bool& value) const {
+    if (map_.contains(key)) flag(key, value);
   }
   void real(const char* key, double& value) const;
   /// Reads seconds: 0 to ten years.

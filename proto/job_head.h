@@ -32,6 +32,9 @@ struct JobHead {
   std::string series{};
   std::uint32_t frame = 0;
   std::uint32_t frames = 0;
+  /// Pictures of the finished job are denoised when they are written. The coordinator keeps the
+  /// scene of such a job, because the denoiser needs it.
+  bool denoise = false;
 };
 
 /// Describes the head for messages (ControlWriter, ControlReader) and for records.
@@ -48,6 +51,7 @@ void head_fields(F& f, JobHead& head) {
   f.text("series", head.series, 64);
   f.number("frame", head.frame, 0U, limits::max_frame);
   f.number("frames", head.frames, 0U, limits::max_frames);
+  f.flag_if_there("denoise", head.denoise);
 }
 
 }  // namespace parray::proto

@@ -194,6 +194,16 @@ struct JournalData {
   nlohmann::json report;  ///< only of a done job
   Bulk journal;           ///< see coordinator/jobs/journal.h
 };
+/// Asks for the scene of a job, which must not be done, unless it has JobHead::denoise.
+struct FetchScene {
+  std::uint64_t request = 0;
+  std::uint64_t job = 0;
+};
+struct SceneData {
+  std::uint64_t request = 0;
+  Boxed<RenderSettings> settings;  ///< of the job
+  ScenePayload scene;
+};
 struct ListWorkers {
   std::uint64_t request = 0;
   std::uint32_t offset = 0;
@@ -234,7 +244,8 @@ using Message =
                  msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit, msg::Submitted,
                  msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob, msg::Fetch,
                  msg::ImageData, msg::FetchJournal, msg::JournalData, msg::ListWorkers,
-                 msg::SteerWorkers, msg::Workers, msg::ShowFarm, msg::Farm, msg::Error>;
+                 msg::SteerWorkers, msg::Workers, msg::ShowFarm, msg::Farm, msg::Error, msg::FetchScene,
+                 msg::SceneData>;
 
 /// The message is malformed. `request` is set if it was readable, so that the client gets an
 /// `error`.

@@ -1,4 +1,5 @@
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "cli/commands/commands.h"
@@ -15,6 +16,7 @@ namespace {
 struct FetchCommand {
   std::uint64_t job = 0;
   OutputOptions output;
+  std::optional<bool> denoise;
   FarmOptions farm;
 };
 
@@ -25,10 +27,8 @@ int fetch(const FetchCommand& command) {
   if (!series) check_outputs(outputs);
   FarmClient client(command.farm);
   const DeferredInterrupts deferred;
-  if (series) return fetch_series(*client, command.job, outputs);
-  Picture picture = fetch_picture(*client, command.job, outputs);
-  add_channels(picture, extra_channels(outputs));
-  return write_outputs(std::move(picture), outputs, {});
+  if (series) return fetch_series(*client, command.job, outputs, command.denoise);
+  return fetch_and_write(*client, command.job, outputs, command.denoise);
 }
 
 }  // namespace
@@ -41,6 +41,11 @@ void add_fetch(CommandLine& line, Action& chosen) {
   add_job(command, options->job);
   options->output.add_to(command, true);
   options->output.add_aov_to(command);
+  command
+      .on_off("--denoise", options->denoise,
+              "Denoise the picture. An EXR file also stores the picture before denoising (default: "
+              "on for a job that was submitted with --denoise, or by HTTP with denoise)")
+      .group(output_group);
   options->farm.add_to(command);
   command.example("parray fetch 7 -o glass.exr", "writes the picture of a finished job");
   command.example("parray fetch 7 -o 'frame-####.png'", "writes the finished frames of a series");

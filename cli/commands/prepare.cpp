@@ -226,6 +226,7 @@ PreparedRender prepare(const RenderRequest& request) {
   settings.progressive = request.following.shows_picture();
   if (outputs.denoise) {
     ask_for_denoising(settings, request.mode, !request.render.has_target_error());
+    submission.denoise = request.mode == RenderMode::wait || request.mode == RenderMode::submit;
   }
   ExtraChannels extra =
       extra_channels(outputs, settings, submission.scene, static_cast<int>(request.threads));

@@ -129,6 +129,34 @@ Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
   return lacks_samples ? client.fetch(job, PictureDetail::statistics) : picture;
 }
 
+/// Returns the scene of a job for its denoising.
+static Client::JobScene scene_for_denoising(Client& client, JobId job) {
+  try {
+    return client.scene(job);
+  } catch (const InputError& error) {
+    throw InputError(std::string(error.what()) +
+                     "; --denoise off fetches the picture before denoising");
+  }
+}
+
+int fetch_and_write(Client& client, JobId job, OutputPaths outputs, std::optional<bool> denoise) {
+  const bool asked = job_status(client.show(job)).denoise;
+  if (denoise.value_or(false) && !asked) {
+    throw InputError("--denoise on: job " + std::to_string(job) +
+                     " was submitted without --denoise, so the coordinator lacks what the "
+                     "denoiser needs: submit it again with --denoise");
+  }
+  outputs.denoise = denoise.value_or(asked);
+  Picture picture = fetch_picture(client, job, outputs);
+  ExtraChannels extra = extra_channels(outputs);
+  if (outputs.denoise) {
+    const Client::JobScene scene = scene_for_denoising(client, job);
+    extra = extra_channels(outputs, scene.settings, scene.scene, static_cast<int>(usable_cpus()));
+  }
+  add_channels(picture, extra);
+  return write_outputs(std::move(picture), outputs, {});
+}
+
 int wait_and_write(Client& client, JobId job, const OutputPaths& outputs,
                    const ProgressOptions& following, const ExtraChannels& extra,
                    std::optional<CommandTimes> times) {

@@ -50,6 +50,7 @@ struct JobStatus {
   ErrorFigures error{};          ///< of the complete passes, or of the finished picture
   double target_error = 0;       ///< 0: none
   double target_half_width = 0;  ///< 0: none
+  bool denoise = false;          ///< its finished pictures are denoised when they are written
 
   /// Returns whether the job is done, failed or cancelled.
   [[nodiscard]] bool ended() const;
@@ -122,6 +123,14 @@ class Client {
   Picture fetch(JobId job, PictureDetail detail = PictureDetail::image);
   /// Fetches the unfinished picture of a job.
   Image fetch_partial(JobId job);
+
+  /// The scene of a job and its settings.
+  struct JobScene {
+    Boxed<RenderSettings> settings;
+    std::shared_ptr<const Scene> scene;
+  };
+  /// Fetches the scene of a job of this user whose pictures are denoised.
+  JobScene scene(JobId job);
 
   /// The journal of a job; see coordinator/jobs/journal.h.
   struct JobJournal {

@@ -91,6 +91,7 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
                   {"height", record.settings->height},
                   {"samples_per_pixel", record.settings->samples_per_pixel},
                   {"sampler", name_of(record.settings->sampler)},
+                  {"denoise", record.denoise},
                   {"whole", record.state == JobState::done || (job.work && job.work->whole)}};
   add_error(summary, job);
   if (record.series_id != 0) {

@@ -73,6 +73,7 @@ struct HeadFields {
     self().value(key, value);
   }
   void duration(const char* key, double& value) { self().value(key, value); }
+  void flag_if_there(const char* key, bool& value) { self().value_if_there(key, value); }
   void settings(const char* key, Boxed<RenderSettings>& value) { self().value(key, value); }
 
  private:
@@ -88,6 +89,7 @@ struct RecordWriter : HeadFields<RecordWriter> {
   json map;
 
   void value(const char* key, const auto& value) { map[key] = to_json(value); }
+  void value_if_there(const char* key, const auto& value) { map[key] = to_json(value); }
   template <typename T>
   void number(const char* key, T value, T /*lowest*/ = 0, T /*highest*/ = 0) {
     map[key] = value;
@@ -112,6 +114,10 @@ struct RecordReader : HeadFields<RecordReader> {
 
   explicit RecordReader(json record) : map(std::move(record)) {}
   void value(const char* key, auto& value) const { read(map.at(key), value); }
+  /// Keeps the default if an earlier version has written the record.
+  void value_if_there(const char* key, auto& value) const {
+    if (map.contains(key)) read(map.at(key), value);
+  }
   void value(const char* key, std::vector<std::uint64_t>& value) const {
     value = naturals_in(map, key);
   }

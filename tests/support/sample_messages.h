@@ -67,7 +67,7 @@ inline std::vector<Message> sample_messages() {
           msg::ResultVerdict{5, 6, msg::Verdict::mismatch},
           msg::Revoke{5, 6},
           msg::Bye{"stopped"},
-          msg::Submit{{"glass", 99, settings, "asked for", 0.25, 0.5, 3, 4, "dance", 7, 9},
+          msg::Submit{{"glass", 99, settings, "asked for", 0.25, 0.5, 3, 4, "dance", 7, 9, true},
                       8,
                       "token-1",
                       ScenePayload(Bulk::of("scene")),
@@ -88,7 +88,9 @@ inline std::vector<Message> sample_messages() {
           msg::Workers{8, nlohmann::json::array({{{"name", "node 1"}}}), 1500},
           msg::ShowFarm{8},
           msg::Farm{8, {{"threads", 16}}},
-          msg::Error{8, 2, "no room", true}};
+          msg::Error{8, 2, "no room", true},
+          msg::FetchScene{8, 5},
+          msg::SceneData{8, settings, ScenePayload(Bulk::of("scene"))}};
 }
 
 }  // namespace parray::test
