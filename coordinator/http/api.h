@@ -39,7 +39,10 @@ class Api {
   void add_jobs(Router& router);
   void add_pictures(Router& router);
   void add_workers(Router& router);
+  // In submit_api.cpp:
   Reply submit(const Request& request);
+  Reply plan(const Request& request);
+  JobId submit_job(const Request& request, Upload& upload, const std::string& series);
   Reply list_jobs(const Request& request);
   Reply show_job(const Request& request, JobId job);
   Reply steer(const Request& request, JobId job, msg::JobAction action);

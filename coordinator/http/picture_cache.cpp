@@ -13,6 +13,7 @@
 #include "common/base/files.h"
 #include "common/image/picture_bytes.h"
 #include "coordinator/jobs/work_map.h"
+#include "proto/settings_json.h"
 
 namespace parray::http {
 namespace {
@@ -31,10 +32,24 @@ constexpr std::size_t most_bytes = std::size_t{256} << 20;  // bytes on the disk
 bool is_work_map(Kind kind) {
   return kind == Kind::cost || kind == Kind::worker_numbers || kind == Kind::worker_names;
 }
-/// Returns the memory in bytes that this process needs while it makes the file.
-std::uint64_t memory_of(const json& job, Kind kind) {
+bool is_error_map(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
+
+/// Returns whether the file shows a picture that is to be denoised.
+bool is_denoised(const json& job, Kind kind) {
+  return job.at("state") == name_of(JobState::done) && job.value("denoise", false) &&
+         !is_work_map(kind) && !is_error_map(kind);
+}
+
+/// Returns the memory in bytes that this process needs while it makes the file. Of a denoised
+/// picture, also what the child process needs beside its scene.
+std::uint64_t memory_of(const json& job, Kind kind, bool denoise) {
   const auto width = job.at("width").get<std::uint64_t>();
   const auto height = job.at("height").get<std::uint64_t>();
+  constexpr std::uint64_t of_denoised_pixel = 400;
+  if (denoise) {
+    return 2 * picture_size(width, height, PictureDetail::replicates) +
+           of_denoised_pixel * width * height;
+  }
   const bool small = kind == Kind::png || kind == Kind::pixels;
   return 2 * picture_size(width, height, small ? PictureDetail::image : PictureDetail::statistics);
 }
@@ -44,8 +59,6 @@ void give_memory_back(std::uint64_t freed) {
   constexpr std::uint64_t little = std::uint64_t{8} << 20;
   if (freed >= little) malloc_trim(0);
 }
-
-bool is_error_map(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
 
 const char* file_of(Kind kind) {
   switch (kind) {
@@ -66,7 +79,7 @@ const char* file_of(Kind kind) {
     case Kind::pixels:
       break;
   }
-  return "pixels";
+  return "pixels.f32";
 }
 
 /// Returns the bytes as they are sent: little-endian.
@@ -120,10 +133,11 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
   if (!fresh) {
     picture = {};
     const Places::Place place(entrance);
-    const auto needed = memory_of(shown, kind);
+    const bool denoise = is_denoised(shown, kind);
+    const auto needed = memory_of(shown, kind, denoise);
     {
       const auto held = memory_.hold(needed, patience, "another picture");
-      picture = make_any(sender, job, kind);
+      picture = make_any(sender, job, kind, denoise);
     }
     give_memory_back(needed);
     entry->made_at = clock_.now();
@@ -134,14 +148,15 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
   return picture;
 }
 
-PictureCache::File PictureCache::make_any(const Sender& sender, JobId job, Kind kind) {
-  return is_work_map(kind) ? make_map(sender, job, kind) : make(sender, job, kind);
+PictureCache::File PictureCache::make_any(const Sender& sender, JobId job, Kind kind,
+                                          bool denoise) {
+  return is_work_map(kind) ? make_map(sender, job, kind) : make(sender, job, kind, denoise);
 }
 
-PictureCache::File PictureCache::make(const Sender& sender, JobId job, Kind kind) {
+PictureCache::File PictureCache::make(const Sender& sender, JobId job, Kind kind, bool denoise) {
   const bool statistics = is_error_map(kind) || kind == Kind::exr;
-  const auto data =
-      loop_.ask<msg::ImageData>(sender, msg::Fetch{0, job, !is_error_map(kind), statistics, false});
+  const auto data = loop_.ask<msg::ImageData>(
+      sender, msg::Fetch{0, job, !is_error_map(kind), statistics, denoise});
   File picture;
   picture.width = data.width;
   picture.height = data.height;
@@ -150,10 +165,11 @@ PictureCache::File PictureCache::make(const Sender& sender, JobId job, Kind kind
   picture.etag = '"' +
                  (picture.partial ? std::to_string(job) + "-" + std::to_string(picture.samples)
                                   : data.report.value("image_sha256", "").substr(0, 32)) +
-                 "-" + file_of(kind) + '"';
+                 (denoise ? "-denoised-" : "-") + file_of(kind) + '"';
   try {
-    picture.file = kind == Kind::pixels ? keep(data.picture.bytes(PictureDetail::image).data.view())
-                                        : make_file(data, kind);
+    picture.file = kind == Kind::pixels && !denoise
+                       ? keep(data.picture.bytes(PictureDetail::image).data.view())
+                       : make_file(data, job, kind, denoise);
   } catch (const ChecksumError&) {
     throw RunError("the picture of job " + std::to_string(job) + " is damaged");
   }
@@ -198,15 +214,34 @@ std::shared_ptr<const FileBody> PictureCache::keep(std::string_view bytes) {
   return keep(directory.path() / "file");
 }
 
-std::shared_ptr<const FileBody> PictureCache::make_file(const msg::ImageData& data, Kind kind) {
+/// Writes what the denoiser needs beside the picture. Every user sees denoised pictures, but only
+/// the owner may get the scene, so this process asks for itself.
+void PictureCache::keep_scene(JobId job, const fs::path& files) {
+  const auto answer = loop_.ask<msg::SceneData>({}, msg::FetchScene{0, job});
+  keep_file(files / "settings", settings_to_json(answer.settings).dump());
+  keep_file(files / "scene", answer.scene.bytes().data.view());
+}
+
+std::shared_ptr<const FileBody> PictureCache::make_file(const msg::ImageData& data, JobId job,
+                                                        Kind kind, bool denoise) {
   const WorkDirectory directory(directory_);
   const fs::path files = directory.path() / "picture";
   fs::create_directory(files);
   keep_file(files / "report", data.report.dump());
   keep_file(files / "pixels", data.picture.bytes(detail_of(data)).data.view());
   const std::string name = file_of(kind);
-  const ChildEnd end = runner_.run(
-      {"picture", name, std::to_string(data.width), std::to_string(data.height)}, files, generous);
+  std::vector<std::string> words = {"picture", name, std::to_string(data.width),
+                                    std::to_string(data.height)};
+  if (denoise) {
+    keep_scene(job, files);
+    words.emplace_back("--denoise");
+  }
+  const ChildEnd end = runner_.run(words, files, generous);
+  if (end.timed_out && denoise) {
+    throw Problem(503, "denoising took more than " + std::to_string(generous.seconds) +
+                           " seconds: parray fetch " + std::to_string(job) +
+                           " denoises on your machine");
+  }
   if (end.status != 0) throw RunError("making " + name + " failed: " + end.message);
   return keep(files / name);
 }

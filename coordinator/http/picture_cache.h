@@ -19,8 +19,8 @@ namespace parray::http {
 
 /// Makes and caches files of pictures, including those of unfinished jobs. The loop delivers the
 /// data, and a child process makes the file, which all clients share. An unfinished job gets a new
-/// file at most once per second, and making files takes at most 5 % of the time. Callable from any
-/// thread.
+/// file at most once per second, and making files takes at most 5 % of the time. The pictures of a
+/// done job are denoised if the job asks for it. Callable from any thread.
 class PictureCache {
  public:
   enum class Kind : std::uint8_t {
@@ -71,12 +71,14 @@ class PictureCache {
   };
   std::shared_ptr<Entry> entry_of(JobId job, Kind kind);
   void drop_old(std::size_t entries, std::size_t bytes);
-  File make_any(const Sender& sender, JobId job, Kind kind);
-  File make(const Sender& sender, JobId job, Kind kind);
+  File make_any(const Sender& sender, JobId job, Kind kind, bool denoise);
+  File make(const Sender& sender, JobId job, Kind kind, bool denoise);
   File make_map(const Sender& sender, JobId job, Kind kind);
   std::shared_ptr<const FileBody> keep(const std::filesystem::path& file);
   std::shared_ptr<const FileBody> keep(std::string_view bytes);
-  std::shared_ptr<const FileBody> make_file(const msg::ImageData& data, Kind kind);
+  void keep_scene(JobId job, const std::filesystem::path& files);
+  std::shared_ptr<const FileBody> make_file(const msg::ImageData& data, JobId job, Kind kind,
+                                            bool denoise);
 
   LoopClient& loop_;
   const ChildRunner& runner_;

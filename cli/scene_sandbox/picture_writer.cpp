@@ -1,0 +1,75 @@
+#include "cli/scene_sandbox/picture_writer.h"
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "cli/output/error_map.h"
+#include "cli/output/extra_channels.h"
+#include "cli/output/picture/image_file.h"
+#include "cli/output/write_outputs.h"
+#include "common/base/cpu_count.h"
+#include "common/image/picture_bytes.h"
+#include "common/scene/scene_bytes.h"
+#include "common/scene/settings.h"
+#include "proto/settings_json.h"
+
+namespace parray::scene_sandbox {
+namespace {
+
+using nlohmann::json;
+
+Picture read_picture(const PictureRequest& request) {
+  Picture picture;
+  picture.report = json::parse(kept_bytes("report"));
+  PictureParts parts =
+      picture_from_bytes(static_cast<std::uint32_t>(request.width),
+                         static_cast<std::uint32_t>(request.height), kept_bytes("pixels"));
+  picture.image = std::move(parts.image);
+  picture.statistics = std::move(parts.statistics);
+  return picture;
+}
+
+/// Denoises the picture as `parray fetch` does.
+void denoise(Picture& picture) {
+  constexpr int most_threads = 2;  // the server has other work
+  const auto settings = settings_from_json(json::parse(kept_bytes("settings")));
+  const auto scene = std::make_shared<const Scene>(scene_from_bytes(kept_bytes("scene")));
+  OutputPaths outputs;
+  outputs.denoise = true;
+  add_channels(picture,
+               extra_channels(outputs, settings, scene, std::min(usable_cpus(), most_threads)));
+}
+
+void keep_floats(const std::string& file, std::span<const float> values) {
+  keep_bytes(file, {reinterpret_cast<const char*>(values.data()), values.size_bytes()});
+}
+
+}  // namespace
+
+void write_picture_file(const PictureRequest& request, const ChildResources& resources) {
+  constexpr std::uint64_t most_of_head = std::uint64_t{1} << 20;
+  constexpr std::uint64_t most_of_pixel = 128;
+  const std::string& wanted = request.wanted;
+  confine(resources, most_of_head + most_of_pixel * request.width * request.height);
+  Picture picture = read_picture(request);
+  if (request.denoise) denoise(picture);
+  if (wanted == "pixels.f32") {
+    keep_floats(wanted, picture.image.rgb);
+  } else if (picture.report.value("partial", false)) {
+    write_image(wanted, picture.image,
+                {{"Software", "ParRay " PARRAY_VERSION}, {"parray:partial", std::uint64_t{1}}});
+  } else if (wanted == "error.png") {
+    write_error_map(wanted, picture);
+  } else if (wanted == "error.f32") {
+    keep_floats(wanted, half_widths_of(picture.statistics, request.width * request.height));
+  } else {
+    if (can_hold_channels(wanted)) add_sample_counts(picture);
+    write_picture(wanted, picture);
+  }
+}
+
+}  // namespace parray::scene_sandbox
