@@ -123,6 +123,9 @@ class SubmitOptions(PictureOptions, total=False):
     max_failures: int
     webhook: str
     progressive: bool
+    denoise: bool
+    quality: Literal["draft", "good", "print"]
+    frames: Union[str, int, Sequence[int]]
 
 
 # Options that make the scene. All others are passed on by their names.
