@@ -202,6 +202,7 @@ template <typename F>
 void fields(F& f, msg::SceneData& m) {
   f.number("request", m.request);
   f.settings("settings", m.settings);
+  f.text_if_there("drawing", m.drawing, max_drawing);
 }
 template <typename F>
 void fields(F& f, msg::ListWorkers& m) {
@@ -246,16 +247,16 @@ constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names 
     "no_scene",      "result",     "failed",       "verdict",       "revoke",   "bye",
     "submit",        "submitted",  "list_jobs",    "jobs",          "show_job", "job",
     "steer_job",     "fetch",      "image",        "fetch_journal", "journal",  "list_workers",
-    "steer_workers", "workers",    "show_farm",    "farm",          "error",
-    "fetch_scene",   "scene"};
+    "steer_workers", "workers",    "show_farm",    "farm",          "error",    "fetch_scene",
+    "scene"};
 
 // The bulk frame of the messages that have one.
 
 template <typename M>
 constexpr bool has_bulk = std::is_same_v<M, msg::Grant> || std::is_same_v<M, msg::Chunk> ||
                           std::is_same_v<M, msg::Result> || std::is_same_v<M, msg::Submit> ||
-                          std::is_same_v<M, msg::ImageData> || std::is_same_v<M, msg::JournalData> ||
-                          std::is_same_v<M, msg::SceneData>;
+                          std::is_same_v<M, msg::ImageData> ||
+                          std::is_same_v<M, msg::JournalData> || std::is_same_v<M, msg::SceneData>;
 
 Bulk bulk_of(const msg::Grant& m) {
   const std::vector<SampleRange>& samples = m.cells.samples;

@@ -194,7 +194,7 @@ struct JournalData {
   nlohmann::json report;  ///< only of a done job
   Bulk journal;           ///< see coordinator/jobs/journal.h
 };
-/// Asks for the scene of a job, which must not be done, unless it has JobHead::denoise.
+/// Asks for the scene of a job, which must not be done, except with JobHead::keeps_scene().
 struct FetchScene {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
@@ -203,6 +203,7 @@ struct SceneData {
   std::uint64_t request = 0;
   Boxed<RenderSettings> settings;  ///< of the job
   ScenePayload scene;
+  std::string drawing{};  ///< JobHead::drawing
 };
 struct ListWorkers {
   std::uint64_t request = 0;
@@ -237,15 +238,13 @@ struct Error {
 
 }  // namespace msg
 
-using Message =
-    std::variant<msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::HeartbeatAck,
-                 msg::Identify, msg::Grant, msg::NeedScene, msg::SceneSource, msg::NeedChunk,
-                 msg::Chunk, msg::ChunkLater, msg::NoScene, msg::Result, msg::Failed,
-                 msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit, msg::Submitted,
-                 msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob, msg::Fetch,
-                 msg::ImageData, msg::FetchJournal, msg::JournalData, msg::ListWorkers,
-                 msg::SteerWorkers, msg::Workers, msg::ShowFarm, msg::Farm, msg::Error, msg::FetchScene,
-                 msg::SceneData>;
+using Message = std::variant<
+    msg::Hello, msg::Welcome, msg::Refuse, msg::Heartbeat, msg::HeartbeatAck, msg::Identify,
+    msg::Grant, msg::NeedScene, msg::SceneSource, msg::NeedChunk, msg::Chunk, msg::ChunkLater,
+    msg::NoScene, msg::Result, msg::Failed, msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit,
+    msg::Submitted, msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob, msg::Fetch,
+    msg::ImageData, msg::FetchJournal, msg::JournalData, msg::ListWorkers, msg::SteerWorkers,
+    msg::Workers, msg::ShowFarm, msg::Farm, msg::Error, msg::FetchScene, msg::SceneData>;
 
 /// The message is malformed. `request` is set if it was readable, so that the client gets an
 /// `error`.

@@ -160,7 +160,10 @@ void complete_submission(LoadedSubmission& loaded, RenderMode mode, const std::s
   submission.name = scene_file == standard_input_argument
                         ? "standard input"
                         : printable(std::filesystem::path(scene_file).filename().string(), 100);
-  if (file.transparent) require(mode, Feature::transparency, submission.name + ": transparent");
+  const bool only_replaced = mode == RenderMode::http && file.background;  // when it is drawn
+  if (file.transparent && !only_replaced) {
+    require(mode, Feature::transparency, submission.name + ": transparent");
+  }
   submission.priority = priority;
   submission.settings = resolved.settings;
   submission.precision_reason = resolved.precision_reason;

@@ -84,6 +84,7 @@ JobStatus job_status(const nlohmann::json& map) {
     job.target_error = map.value("target_error", 0.0);
     job.target_half_width = map.value("target_half_width", 0.0);
     job.denoise = map.value("denoise", false);
+    job.drawn = map.value("drawn", false);
   } catch (const nlohmann::json::exception& error) {
     throw RunError(std::string("reading the coordinator's answer: ") + error.what());
   }
@@ -252,7 +253,7 @@ Picture Client::fetch(JobId job, PictureDetail detail) {
 Client::JobScene Client::scene(JobId job) {
   const auto answer = ask<msg::SceneData>(msg::FetchScene{0, job});
   try {
-    return {answer.settings, answer.scene.scene()};
+    return {answer.settings, answer.scene.scene(), answer.drawing};
   } catch (const DecodeError& error) {
     throw RunError(std::string("the coordinator's answer is damaged: ") + error.what());
   }

@@ -51,6 +51,7 @@ struct JobStatus {
   double target_error = 0;       ///< 0: none
   double target_half_width = 0;  ///< 0: none
   bool denoise = false;          ///< its finished pictures are denoised when they are written
+  bool drawn = false;            ///< its finished 8-bit pictures have JobHead::drawing
 
   /// Returns whether the job is done, failed or cancelled.
   [[nodiscard]] bool ended() const;
@@ -128,8 +129,9 @@ class Client {
   struct JobScene {
     Boxed<RenderSettings> settings;
     std::shared_ptr<const Scene> scene;
+    std::string drawing;  ///< JobHead::drawing
   };
-  /// Fetches the scene of a job of this user whose pictures are denoised.
+  /// Fetches the scene of a job of this user whose pictures are denoised or have labels.
   JobScene scene(JobId job);
 
   /// The journal of a job; see coordinator/jobs/journal.h.

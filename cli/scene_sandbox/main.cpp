@@ -73,6 +73,7 @@ void declare_picture(CommandLine& line, Arguments& a, Action& chosen) {
   command.number("WIDTH", a.picture.width, 1, std::size_t{1} << 32, "").required();
   command.number("HEIGHT", a.picture.height, 1, std::size_t{1} << 32, "").required();
   command.flag("--denoise", a.picture.denoise, "Denoise the picture first");
+  command.flag("--draw", a.picture.draw, "Draw labels and outlines");
   command.on_chosen([&] {
     chosen = [&a] {
       write_picture_file(a.picture, a.resources);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/commands/drawing.h"
 #include "cli/output/error_map.h"
 #include "cli/output/extra_channels.h"
 #include "cli/output/picture/image_file.h"
@@ -33,15 +34,18 @@ Picture read_picture(const PictureRequest& request) {
   return picture;
 }
 
-/// Denoises the picture as `parray fetch` does.
-void denoise(Picture& picture) {
+/// Denoises the picture, and prepares what is drawn on it, as `parray fetch` does.
+void use_scene(const PictureRequest& request, Picture& picture, OutputPaths& outputs) {
   constexpr int most_threads = 2;  // the server has other work
   const auto settings = settings_from_json(json::parse(kept_bytes("settings")));
   const auto scene = std::make_shared<const Scene>(scene_from_bytes(kept_bytes("scene")));
-  OutputPaths outputs;
-  outputs.denoise = true;
-  add_channels(picture,
-               extra_channels(outputs, settings, scene, std::min(usable_cpus(), most_threads)));
+  outputs.image = request.wanted;
+  outputs.denoise = request.denoise;
+  if (request.draw) add_drawing(outputs, kept_bytes("drawing"), scene, settings);
+  ExtraChannels extra =
+      extra_channels(outputs, settings, scene, std::min(usable_cpus(), most_threads));
+  extra.denoise = request.denoise;
+  add_channels(picture, extra);
 }
 
 void keep_floats(const std::string& file, std::span<const float> values) {
@@ -56,7 +60,8 @@ void write_picture_file(const PictureRequest& request, const ChildResources& res
   const std::string& wanted = request.wanted;
   confine(resources, most_of_head + most_of_pixel * request.width * request.height);
   Picture picture = read_picture(request);
-  if (request.denoise) denoise(picture);
+  OutputPaths outputs;
+  if (request.denoise || request.draw) use_scene(request, picture, outputs);
   if (wanted == "pixels.f32") {
     keep_floats(wanted, picture.image.rgb);
   } else if (picture.report.value("partial", false)) {
@@ -68,7 +73,7 @@ void write_picture_file(const PictureRequest& request, const ChildResources& res
     keep_floats(wanted, half_widths_of(picture.statistics, request.width * request.height));
   } else {
     if (can_hold_channels(wanted)) add_sample_counts(picture);
-    write_picture(wanted, picture);
+    write_picture(wanted, picture, outputs);
   }
 }
 

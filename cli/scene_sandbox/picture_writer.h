@@ -12,9 +12,10 @@ struct PictureRequest {
   std::string wanted;  ///< its name, which determines its kind: image.png, error.f32 ...
   std::size_t width = 0;
   std::size_t height = 0;
-  /// Denoises the picture first. `pixels` then also contains the replicates, and two more files
-  /// exist: `scene`, the bytes of the scene, and `settings`, JSON.
+  /// Denoises the picture first. `pixels` then also contains the replicates.
   bool denoise = false;
+  bool draw = false;  ///< draws what the file `drawing` says (cli/commands/drawing.h)
+  // With either, two more files exist: `scene`, the bytes of the scene, and `settings`, JSON.
 };
 
 /// Writes the file `wanted` from `pixels` and `report` in the current directory. Throws RunError.

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "cli/commands/drawing.h"
 #include "cli/commands/frame_scenes.h"
 #include "cli/commands/prepare.h"
 #include "common/base/error.h"
@@ -55,11 +56,29 @@ bool wants_denoising(const UploadRequest& request, const RenderSettings& setting
   return request.denoise.value_or(usual);
 }
 
+/// Returns what is drawn on the picture. If the labels of the scene itself do not fit a small
+/// picture, such as a preview, leaves them out.
+std::string drawing_of(const UploadRequest& request, SceneFile& file, const Submission& job) {
+  const auto text = [&] {
+    return drawing_text(request.labels, request.postprocessing, file, job.scene, job.settings);
+  };
+  try {
+    return text();
+  } catch (const InputError&) {
+    const bool asked =
+        !request.labels.first_given().empty() || !request.postprocessing.first_given().empty();
+    if (asked || !file.labels.any()) throw;
+  }
+  file.labels = {};
+  return text();
+}
+
 Submission submission_of(const UploadRequest& request, LoadedSubmission loaded) {
   Submission submission = std::move(loaded.submission);
   submission.max_failures = request.max_failures;
   submission.settings->progressive = request.progressive;
   if (!request.name.empty()) submission.name = request.name;
+  submission.drawing = drawing_of(request, loaded.rest, submission);
   submission.denoise = wants_denoising(request, submission.settings);
   if (submission.denoise) {
     ask_for_denoising(submission.settings, RenderMode::http, !request.render.has_target_error());
@@ -138,6 +157,8 @@ void add_upload_options(Command& command, UploadRequest& request) {
       "(first, last, step). A file of particles alone has the camera of its first frame");
   request.render.add_to(command);
   request.render.add_quality_to(command);
+  request.postprocessing.add_to(command, nullptr);
+  request.labels.add_to(command, nullptr, request.render);
 }
 
 Submission first_submission(const UploadRequest& request, std::size_t& frames) {

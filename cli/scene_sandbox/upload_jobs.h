@@ -29,6 +29,8 @@ struct UploadRequest {
   std::uint32_t max_failures = 0;
   bool progressive = false;
   std::optional<bool> denoise;
+  LabelOptions labels;
+  PostprocessOptions postprocessing;
   std::optional<ChosenFrames> frames;  ///< not given: a single job
 };
 

@@ -34,26 +34,6 @@ bool is_work_map(Kind kind) {
 }
 bool is_error_map(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
 
-/// Returns whether the file shows a picture that is to be denoised.
-bool is_denoised(const json& job, Kind kind) {
-  return job.at("state") == name_of(JobState::done) && job.value("denoise", false) &&
-         !is_work_map(kind) && !is_error_map(kind);
-}
-
-/// Returns the memory in bytes that this process needs while it makes the file. Of a denoised
-/// picture, also what the child process needs beside its scene.
-std::uint64_t memory_of(const json& job, Kind kind, bool denoise) {
-  const auto width = job.at("width").get<std::uint64_t>();
-  const auto height = job.at("height").get<std::uint64_t>();
-  constexpr std::uint64_t of_denoised_pixel = 400;
-  if (denoise) {
-    return 2 * picture_size(width, height, PictureDetail::replicates) +
-           of_denoised_pixel * width * height;
-  }
-  const bool small = kind == Kind::png || kind == Kind::pixels;
-  return 2 * picture_size(width, height, small ? PictureDetail::image : PictureDetail::statistics);
-}
-
 /// Returns freed memory to the system: the C library keeps it in each thread's arena.
 void give_memory_back(std::uint64_t freed) {
   constexpr std::uint64_t little = std::uint64_t{8} << 20;
@@ -97,6 +77,28 @@ void keep_file(const fs::path& file, std::string_view bytes) {
 
 }  // namespace
 
+/// Returns the steps for a file of a job: none unless it is done.
+PictureCache::Steps PictureCache::steps_of(const json& job, Kind kind) {
+  if (job.at("state") != name_of(JobState::done) || is_work_map(kind) || is_error_map(kind)) {
+    return {};
+  }
+  return {job.value("denoise", false), kind == Kind::png && job.value("drawn", false)};
+}
+
+/// Returns the memory in bytes that this process needs while it makes the file. With steps, also
+/// what the child process needs beside the scene.
+std::uint64_t PictureCache::memory_of(const json& job, Kind kind, Steps steps) {
+  const auto width = job.at("width").get<std::uint64_t>();
+  const auto height = job.at("height").get<std::uint64_t>();
+  constexpr std::uint64_t of_pixel_in_steps = 400;
+  const bool small = (kind == Kind::png || kind == Kind::pixels) && !steps.draw;
+  return 2 * picture_size(width, height,
+                          steps.denoise ? PictureDetail::replicates
+                          : small       ? PictureDetail::image
+                                        : PictureDetail::statistics) +
+         (steps.any() ? of_pixel_in_steps * width * height : 0);
+}
+
 std::shared_ptr<PictureCache::Entry> PictureCache::entry_of(JobId job, Kind kind) {
   const std::scoped_lock lock(mutex_);
   std::shared_ptr<Entry>& entry = entries_[{job, kind}];
@@ -133,11 +135,11 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
   if (!fresh) {
     picture = {};
     const Places::Place place(entrance);
-    const bool denoise = is_denoised(shown, kind);
-    const auto needed = memory_of(shown, kind, denoise);
+    const Steps steps = steps_of(shown, kind);
+    const auto needed = memory_of(shown, kind, steps);
     {
       const auto held = memory_.hold(needed, patience, "another picture");
-      picture = make_any(sender, job, kind, denoise);
+      picture = make_any(sender, job, kind, steps);
     }
     give_memory_back(needed);
     entry->made_at = clock_.now();
@@ -148,15 +150,14 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
   return picture;
 }
 
-PictureCache::File PictureCache::make_any(const Sender& sender, JobId job, Kind kind,
-                                          bool denoise) {
-  return is_work_map(kind) ? make_map(sender, job, kind) : make(sender, job, kind, denoise);
+PictureCache::File PictureCache::make_any(const Sender& sender, JobId job, Kind kind, Steps steps) {
+  return is_work_map(kind) ? make_map(sender, job, kind) : make(sender, job, kind, steps);
 }
 
-PictureCache::File PictureCache::make(const Sender& sender, JobId job, Kind kind, bool denoise) {
-  const bool statistics = is_error_map(kind) || kind == Kind::exr;
+PictureCache::File PictureCache::make(const Sender& sender, JobId job, Kind kind, Steps steps) {
+  const bool statistics = is_error_map(kind) || kind == Kind::exr || steps.draw;
   const auto data = loop_.ask<msg::ImageData>(
-      sender, msg::Fetch{0, job, !is_error_map(kind), statistics, denoise});
+      sender, msg::Fetch{0, job, !is_error_map(kind), statistics, steps.denoise});
   File picture;
   picture.width = data.width;
   picture.height = data.height;
@@ -165,11 +166,11 @@ PictureCache::File PictureCache::make(const Sender& sender, JobId job, Kind kind
   picture.etag = '"' +
                  (picture.partial ? std::to_string(job) + "-" + std::to_string(picture.samples)
                                   : data.report.value("image_sha256", "").substr(0, 32)) +
-                 (denoise ? "-denoised-" : "-") + file_of(kind) + '"';
+                 (steps.denoise ? "-denoised-" : "-") + file_of(kind) + '"';
   try {
-    picture.file = kind == Kind::pixels && !denoise
+    picture.file = kind == Kind::pixels && !steps.denoise
                        ? keep(data.picture.bytes(PictureDetail::image).data.view())
-                       : make_file(data, job, kind, denoise);
+                       : make_file(data, job, kind, steps);
   } catch (const ChecksumError&) {
     throw RunError("the picture of job " + std::to_string(job) + " is damaged");
   }
@@ -214,16 +215,17 @@ std::shared_ptr<const FileBody> PictureCache::keep(std::string_view bytes) {
   return keep(directory.path() / "file");
 }
 
-/// Writes what the denoiser needs beside the picture. Every user sees denoised pictures, but only
-/// the owner may get the scene, so this process asks for itself.
+/// Writes what the steps need beside the picture. Every user sees their results, but only the owner
+/// may get the scene, so this process asks for itself.
 void PictureCache::keep_scene(JobId job, const fs::path& files) {
   const auto answer = loop_.ask<msg::SceneData>({}, msg::FetchScene{0, job});
   keep_file(files / "settings", settings_to_json(answer.settings).dump());
   keep_file(files / "scene", answer.scene.bytes().data.view());
+  keep_file(files / "drawing", answer.drawing);
 }
 
 std::shared_ptr<const FileBody> PictureCache::make_file(const msg::ImageData& data, JobId job,
-                                                        Kind kind, bool denoise) {
+                                                        Kind kind, Steps steps) {
   const WorkDirectory directory(directory_);
   const fs::path files = directory.path() / "picture";
   fs::create_directory(files);
@@ -232,12 +234,11 @@ std::shared_ptr<const FileBody> PictureCache::make_file(const msg::ImageData& da
   const std::string name = file_of(kind);
   std::vector<std::string> words = {"picture", name, std::to_string(data.width),
                                     std::to_string(data.height)};
-  if (denoise) {
-    keep_scene(job, files);
-    words.emplace_back("--denoise");
-  }
+  if (steps.any()) keep_scene(job, files);
+  if (steps.denoise) words.emplace_back("--denoise");
+  if (steps.draw) words.emplace_back("--draw");
   const ChildEnd end = runner_.run(words, files, generous);
-  if (end.timed_out && denoise) {
+  if (end.timed_out && steps.denoise) {
     throw Problem(503, "denoising took more than " + std::to_string(generous.seconds) +
                            " seconds: parray fetch " + std::to_string(job) +
                            " denoises on your machine");

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "coordinator/http/budget.h"
@@ -20,7 +21,8 @@ namespace parray::http {
 /// Makes and caches files of pictures, including those of unfinished jobs. The loop delivers the
 /// data, and a child process makes the file, which all clients share. An unfinished job gets a new
 /// file at most once per second, and making files takes at most 5 % of the time. The pictures of a
-/// done job are denoised if the job asks for it. Callable from any thread.
+/// done job are denoised, and the PNG file gets labels, if the job asks for it. Callable from any
+/// thread.
 class PictureCache {
  public:
   enum class Kind : std::uint8_t {
@@ -71,14 +73,23 @@ class PictureCache {
   };
   std::shared_ptr<Entry> entry_of(JobId job, Kind kind);
   void drop_old(std::size_t entries, std::size_t bytes);
-  File make_any(const Sender& sender, JobId job, Kind kind, bool denoise);
-  File make(const Sender& sender, JobId job, Kind kind, bool denoise);
+  /// What happens to a picture before its file is written.
+  struct Steps {
+    bool denoise = false;
+    bool draw = false;  ///< labels, outlines, background
+
+    [[nodiscard]] bool any() const { return denoise || draw; }
+  };
+  static Steps steps_of(const nlohmann::json& job, Kind kind);
+  static std::uint64_t memory_of(const nlohmann::json& job, Kind kind, Steps steps);
+  File make_any(const Sender& sender, JobId job, Kind kind, Steps steps);
+  File make(const Sender& sender, JobId job, Kind kind, Steps steps);
   File make_map(const Sender& sender, JobId job, Kind kind);
   std::shared_ptr<const FileBody> keep(const std::filesystem::path& file);
   std::shared_ptr<const FileBody> keep(std::string_view bytes);
   void keep_scene(JobId job, const std::filesystem::path& files);
   std::shared_ptr<const FileBody> make_file(const msg::ImageData& data, JobId job, Kind kind,
-                                            bool denoise);
+                                            Steps steps);
 
   LoopClient& loop_;
   const ChildRunner& runner_;

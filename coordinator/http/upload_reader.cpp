@@ -292,8 +292,13 @@ std::string message_about_options(const std::string& message,
   text = text.substr(0, text.find(" See `parray"));
   constexpr std::string_view unknown = "unknown option --";
   const bool is_unknown = text.starts_with(unknown);
-  if (!is_unknown && !text.starts_with("--")) return text;
-  const std::size_t begin = is_unknown ? unknown.size() : 2;
+  // Messages begin with the option, or with the file: "a.xyz: --color-by: ...".
+  const std::size_t after_file = text.find(": --");
+  const std::size_t start = text.starts_with("--")            ? 0
+                            : after_file != std::string::npos ? after_file + 2
+                                                              : std::string::npos;
+  if (!is_unknown && start == std::string::npos) return text;
+  const std::size_t begin = is_unknown ? unknown.size() : start + 2;
   const std::size_t end =
       std::min(text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-", begin), text.size());
   std::string name = text.substr(begin, end - begin);
@@ -315,7 +320,7 @@ std::string message_about_options(const std::string& message,
     return "options: /" + as_key(name) + ": unknown option" + problem;
   }
   return "options: /" + as_key(name) + ": " +
-         (problem.starts_with(": ") ? problem.substr(2) : text);
+         (problem.starts_with(": ") ? text.substr(0, start) + problem.substr(2) : text);
 }
 
 /// A request whose parts lie in a directory.

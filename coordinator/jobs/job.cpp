@@ -93,6 +93,7 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
                   {"sampler", name_of(record.settings->sampler)},
                   {"denoise", record.denoise},
                   {"whole", record.state == JobState::done || (job.work && job.work->whole)}};
+  if (!record.drawing.empty()) summary["drawn"] = true;
   add_error(summary, job);
   if (record.series_id != 0) {
     summary["series"] = record.series_id;

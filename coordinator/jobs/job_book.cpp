@@ -358,7 +358,7 @@ void JobBook::end_job(Job& job, JobState state, const std::string& reason) {
   farm_.at_work.erase(job.record.id);
   farm_.index.note_ended(job);
   if (state == JobState::done) {
-    if (!job.record.denoise) job.scene = {};  // only its record and picture stay
+    if (!job.record.keeps_scene()) job.scene = {};  // only its record and picture stay
   } else {
     farm_.note(job, fmt::format("{}: {}", name_of(state), reason));
     farm_.keep(job);

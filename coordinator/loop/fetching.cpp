@@ -212,7 +212,8 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
       });
 }
 
-/// Sends the scene of a job to its owner, for denoising. A worker gets scenes by `need_scene`.
+/// Sends the scene of a job to its owner, for denoising and labels. A worker gets scenes by
+/// `need_scene`.
 void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::FetchScene& m) {
   const Job* job = find_or_refuse(peer, m.request, m.job);
   if (job == nullptr) return;
@@ -225,7 +226,7 @@ void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::FetchScene& m) {
   }
   const std::string gone =
       fmt::format("the coordinator no longer keeps the scene of job {}: submit it again", m.job);
-  if (!store::needs_scene(record.state, record.denoise) ||
+  if (!store::needs_scene(record.state, record.keeps_scene()) ||
       (farm_.store == nullptr && job->scene.size() == 0)) {
     farm_.fail_request(peer, m.request, 2, gone);
     return;
@@ -233,6 +234,7 @@ void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::FetchScene& m) {
   const auto answer = std::make_shared<msg::SceneData>();
   answer->request = m.request;
   answer->settings = record.settings;
+  answer->drawing = record.drawing;
   if (farm_.store == nullptr) {
     answer->scene = job->scene;
     farm_.send(peer, std::move(*answer));

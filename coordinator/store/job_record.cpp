@@ -74,6 +74,9 @@ struct HeadFields {
   }
   void duration(const char* key, double& value) { self().value(key, value); }
   void flag_if_there(const char* key, bool& value) { self().value_if_there(key, value); }
+  void text_if_there(const char* key, std::string& value, std::size_t /*longest*/) {
+    self().value_if_there(key, value);
+  }
   void settings(const char* key, Boxed<RenderSettings>& value) { self().value(key, value); }
 
  private:

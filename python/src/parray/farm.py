@@ -24,7 +24,7 @@ from .options import SubmitOptions, shows_keywords, split
 from .picture import Picture
 from .program import convert
 from .progress import Progress, ProgressOption, Shower, shower_for
-from .scene import prepare, safe_name, scene_bytes
+from .scene import prepare, safe_name, scene_bytes, with_labels_of
 from .several import is_series
 
 if TYPE_CHECKING:
@@ -155,6 +155,7 @@ def _form_of(
         raise InputError("frames: only a file, or a scene that names one, has frames: call submit() for each frame")
     with tempfile.TemporaryDirectory(prefix="parray-") as folder:
         work = prepare(source, radii, colors, scene_options, settings, Path(folder), convert, as_file=True)
+        settings = with_labels_of(work, settings, lambda _: True)
         scene, files = work.parts()
         asked = dict(work.asked)
         if "topology" in asked:
