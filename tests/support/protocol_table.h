@@ -105,7 +105,9 @@ inline const std::vector<TypeRow>& protocol() {
         {"max_failures", 4},
         {"series", "dance"},
         {"frame", 7},
-        {"frames", 9}},
+        {"frames", 9},
+        {"denoise", true},
+        {"drawing", "{}"}},
        true},
       {"submitted", {{"request", 8}, {"job", 5}}},
       {"list_jobs", {{"request", 8}, {"before", 70}, {"limit", 10}, {"states", "done,failed"}}},
@@ -135,7 +137,9 @@ inline const std::vector<TypeRow>& protocol() {
        {{"request", 8}, {"workers", json::array({{{"name", "node 1"}}})}, {"total", 1500}}},
       {"show_farm", {{"request", 8}}},
       {"farm", {{"request", 8}, {"farm", {{"threads", 16}}}}},
-      {"error", {{"request", 8}, {"status", 2}, {"message", "no room"}, {"later", true}}}};
+      {"error", {{"request", 8}, {"status", 2}, {"message", "no room"}, {"later", true}}},
+      {"fetch_scene", {{"request", 8}, {"job", 5}}},
+      {"scene", {{"request", 8}, {"settings", settings}, {"drawing", "{}"}}, true}};
   return table;
 }
 
