@@ -117,7 +117,7 @@ std::vector<std::string> notes_of(const UploadRequest& request, const Submission
   const RenderSettings& settings = job.settings;
   std::vector<std::string> notes = {
       "One thread of the server traced a part of the picture. The interval allows for workers "
-      "whose threads are 1.5 times faster or slower."};
+      "whose threads are 1.5 times faster or slower. It assumes that their processors are free."};
   if (threads == 0) notes.emplace_back("No workers are connected.");
   if (settings.target_half_width > 0) {
     notes.emplace_back(settings.target_error > 0 || settings.time_limit > 0

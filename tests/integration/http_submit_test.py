@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 from exr import read_exr
-from farm import SCENES, wait_for
+from farm import SCENES, run, wait_for
 from png import read_rgb
 from web import SCENE, WATER, Web, WebCase, form
 
@@ -160,6 +160,42 @@ class Particles(SubmitCase):
             self.assertEqual(farm.get("/jobs").json()["jobs"], [])
 
 
+class Labels(SubmitCase):
+    CASES = (({"color_by": "z", "legend": True, "style": "publication", "view": "front", "text": "helix", "depth_cue": 0.4},
+              ["--color-by", "z", "--legend", "--style", "publication", "--view", "front", "--text", "helix",
+               "--depth-cue", "0.4"]),
+             ({"background": "white", "scale_bar": True, "denoise": True},
+              ["--background", "white", "--scale-bar", "--denoise"]))
+
+    def test_a_finished_png_has_labels_outlines_and_background_as_the_command_line_draws_them(self):
+        size = {"width": 240, "height": 180, "spp": 8}
+        with tempfile.TemporaryDirectory() as state, Web("--state", state) as farm:
+            farm.start_worker("one")
+            for given, words in self.CASES:
+                job = self.done(farm, farm.post_form(("f", "helix.pdb", HELIX.read_bytes()), options(**size, **given)))
+                self.assertIs(farm.get(f"/jobs/{job}").json()["drawn"], True)
+                shown = read_rgb(self.kept(farm, "shown.png", farm.get(f"/jobs/{job}/image.png")))
+                for name, result in (
+                        ("fetched.png", farm.client("fetch", job, "-o", farm.directory / "fetched.png")),
+                        ("local.png", run("render", HELIX, "-q", "--width", "240", "--height", "180", "--spp", "8", *words,
+                                          "-o", farm.directory / "local.png"))):
+                    self.assertEqual(result.returncode, 0, result.stderr)
+                    self.assertEqual(shown, read_rgb(farm.directory / name), (name, given))
+                self.assertEqual(farm.get(f"/jobs/{job}/image.exr").status, 200)
+
+    def test_labels_of_options_must_fit_and_those_of_a_scene_are_left_out_if_they_do_not(self):
+        with Web() as farm:
+            helix = "f", "helix.pdb", HELIX.read_bytes()
+            self.assert_problem(farm.post_form(helix, options(width=20, height=15, spp=1, color_by="z", legend=True)), 422)
+            self.assertIn("options: /legend_title", self.assert_problem(
+                farm.post_form(helix, options(legend_title="depth")), 422, "has no effect without a legend"))
+            labelled = {**SCENE, "labels": {"text": "a long text that fits no small picture"}, "image": {"width": 8, "height": 8}}
+            small = farm.submitted(farm.post_scene(labelled))
+            self.assertNotIn("drawn", farm.get(f"/jobs/{small}").json())
+            large = farm.submitted(farm.post_scene({**labelled, "image": {"width": 900, "height": 600}}))
+            self.assertIs(farm.get(f"/jobs/{large}").json()["drawn"], True)
+
+
 class Frames(SubmitCase):
     def frames_of(self, farm, series):
         return {entry["frame"]: entry["job"] for entry in farm.get(f"/jobs/{series}").json()["frame_list"]}
@@ -271,13 +307,13 @@ class Plans(SubmitCase):
         with Web() as farm:
             farm.start_worker("one")
             wait_for(lambda: farm.get("/workers").json()["total"] == 1, "the worker")
-            run = ("f", "run.xyz", trajectory(20))
-            series = self.plan(farm, run, options(**SMALL, frames="all"))
-            single = self.plan(farm, run, options(**SMALL))
+            moving = ("f", "run.xyz", trajectory(20))
+            series = self.plan(farm, moving, options(**SMALL, frames="all"))
+            single = self.plan(farm, moving, options(**SMALL))
             self.assertGreater(series["thread_seconds"], 4 * single["thread_seconds"])
             answer = farm.ask("POST", "/api/v1/plan", "{}", {"Content-Type": "application/json"})
             self.assert_problem(answer, 422)
-            half_width = self.plan(farm, run, options(target_half_width=0.01, target_error=0.01))
+            half_width = self.plan(farm, moving, options(target_half_width=0.01, target_error=0.01))
             self.assertIn("The forecast ignores the target half-width.", half_width["notes"])
 
 
