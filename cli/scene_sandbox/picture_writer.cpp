@@ -42,6 +42,7 @@ void use_scene(const PictureRequest& request, Picture& picture, OutputPaths& out
   outputs.image = request.wanted;
   outputs.denoise = request.denoise;
   if (request.draw) add_drawing(outputs, kept_bytes("drawing"), scene, settings);
+  if (!outputs.legends.empty()) picture.report["legends"] = json::parse(outputs.legends);
   ExtraChannels extra =
       extra_channels(outputs, settings, scene, std::min(usable_cpus(), most_threads));
   extra.denoise = request.denoise;

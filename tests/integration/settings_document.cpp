@@ -93,9 +93,12 @@ json upload_options() {
     std::ranges::replace(name, '-', '_');
     const bool on_off = option.value.empty() || option.value == "on|off";
     const bool number = option.value == "N" || option.value == "DEG" || option.value == "FACTOR";
-    json one = {{"type", on_off   ? json("boolean")
-                         : number ? json("number")
-                                  : json::array({"string", "number", "array"})},
+    const bool switched = option.value.starts_with("on|off|");
+    json one = {{"type", on_off           ? json("boolean")
+                         : number         ? json("number")
+                         : switched       ? json::array({"boolean", "number", "string"})
+                         : name == "show" ? json::array({"string", "object", "array"})
+                                          : json::array({"string", "number", "array"})},
                 {"description", option.text}};
     if (!on_off && !option.words.empty()) one["examples"] = option.words;
     options[name] = one;
