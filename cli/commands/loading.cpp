@@ -113,8 +113,10 @@ SceneFile automatic_scene_of_frames(const std::string& file, const RenderOptions
                                    fs::path(file).filename().string());
   scene.background = options.auto_scene().background();
   scene.transparent = options.view().transparent(scene.transparent) || scene.background;
+  // complete_scene() sets these anew.
   scene.particle_files.clear();
   scene.legends.clear();
+  scene.cell.reset();
   return scene;
 }
 
