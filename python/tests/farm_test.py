@@ -167,6 +167,7 @@ class Options(FarmTest):
             self.assertEqual([entry["frame"] for entry in series["frame_list"]], list(numbers))
         self.refused(parray.InputError, "equal distances", self.farm.submit, run, frames=[0, 1, 5])
         self.refused(parray.InputError, "only a file", self.farm.submit, *cloud(), frames="all")
+        self.refused(parray.InputError, "use submit()", self.farm.render, run, frames="all")
 
     @contextlib.contextmanager
     def without_program(self):

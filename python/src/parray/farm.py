@@ -90,6 +90,7 @@ class Farm:
         **options: Unpack[SubmitOptions],
     ) -> Picture:
         """Submits a scene, waits for the picture and returns it. Ctrl-C and other exceptions cancel the job."""
+        _require_one_picture(options)
         job = self.submit(source, radii, colors, **options)
         try:
             return job.wait(progress=progress)
@@ -108,6 +109,7 @@ class Farm:
         **options: Unpack[SubmitOptions],
     ) -> Picture:
         """Does the same as render() for asyncio. Cancelling the task cancels the job."""
+        _require_one_picture(options)
         job = await asyncio.to_thread(self.submit, source, radii, colors, **options)
         try:
             return await job.wait_async(progress=progress)
@@ -170,6 +172,11 @@ def _form_of(
             # With several files, the one of the particles must be the scene.
             form.file(name, path, "scene" if len(files) > 1 and path == work.source else "file")
         yield form
+
+
+def _require_one_picture(options: Mapping[str, Any]) -> None:
+    if options.get("frames") is not None:
+        raise InputError("frames: render() returns one picture: use submit(), which returns the series")
 
 
 def frames_text(frames: Union[str, int, Sequence[int]]) -> str:
