@@ -87,7 +87,8 @@ json upload_options() {
   scene_sandbox::UploadRequest request;
   scene_sandbox::add_upload_options(command, request);
   json options = json::object();
-  for (const OptionText& option : line.description().commands.front().options) {
+  const ProgramText program = line.description();
+  for (const OptionText& option : program.commands.front().options) {
     std::string name = option.names.back().substr(2);
     if (name == "help" || name == "transparent") continue;  // of the program; not for farms
     std::ranges::replace(name, '-', '_');
