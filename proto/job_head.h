@@ -12,6 +12,7 @@ namespace parray::proto {
 /// Longest texts on the wire.
 inline constexpr std::size_t max_name = 128;
 inline constexpr std::size_t max_line = 2000;
+inline constexpr std::size_t max_drawing = 12000;
 
 /// The properties of a job that a client states. Every stored form of a job contains them: its
 /// submission, the message and the record.
@@ -34,6 +35,15 @@ struct JobHead {
   std::uint32_t frames = 0;
   /// Number of the job or series of which this job is the quick look; 0: of none.
   std::uint64_t preview_of = 0;
+  /// Pictures of the finished job are denoised when they are written. The coordinator keeps the
+  /// scene of such a job, because the denoiser needs it.
+  bool denoise = false;
+  /// What is drawn on 8-bit pictures of the finished job: JSON that only clients read
+  /// (cli/commands/drawing.h). Empty: nothing. The coordinator keeps the scene for this, too.
+  std::string drawing{};
+
+  /// Returns whether pictures of the finished job need its scene.
+  [[nodiscard]] bool keeps_scene() const { return denoise || !drawing.empty(); }
 };
 
 /// Describes the head for messages (ControlWriter, ControlReader) and for records.
@@ -51,6 +61,8 @@ void head_fields(F& f, JobHead& head) {
   f.number("frame", head.frame, 0U, limits::max_frame);
   f.number("frames", head.frames, 0U, limits::max_frames);
   f.number_if_there("preview_of", head.preview_of);
+  f.flag_if_there("denoise", head.denoise);
+  f.text_if_there("drawing", head.drawing, max_drawing);
 }
 
 }  // namespace parray::proto

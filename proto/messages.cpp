@@ -216,6 +216,17 @@ void fields(F& f, msg::JournalData& m) {
   f.object("report", m.report);
 }
 template <typename F>
+void fields(F& f, msg::FetchScene& m) {
+  f.number("request", m.request);
+  f.number("job", m.job);
+}
+template <typename F>
+void fields(F& f, msg::SceneData& m) {
+  f.number("request", m.request);
+  f.settings("settings", m.settings);
+  f.text_if_there("drawing", m.drawing, max_drawing);
+}
+template <typename F>
 void fields(F& f, msg::ListWorkers& m) {
   f.number("request", m.request);
   f.number_if_there("offset", m.offset);
@@ -274,20 +285,22 @@ void fields(F& f, msg::Error& m) {
 
 /// Type names, in the order of the variant's alternatives.
 constexpr std::array<std::string_view, std::variant_size_v<Message>> type_names = {
-    "hello",     "welcome",      "refuse",        "heartbeat",  "pulse",     "who",
-    "grant",     "need_scene",   "scene_source",  "need_chunk", "chunk",     "chunk_later",
-    "no_scene",  "result",       "failed",        "verdict",    "revoke",    "bye",
-    "submit",    "submitted",    "list_jobs",     "jobs",       "show_job",  "job",
-    "steer_job", "steer_jobs",   "steered",       "fetch",      "image",     "fetch_journal",
-    "journal",   "list_workers", "steer_workers", "workers",    "show_farm", "farm",
-    "show_worker", "worker", "show_log", "log", "error"};
+    "hello",       "welcome",      "refuse",        "heartbeat",  "pulse",     "who",
+    "grant",       "need_scene",   "scene_source",  "need_chunk", "chunk",     "chunk_later",
+    "no_scene",    "result",       "failed",        "verdict",    "revoke",    "bye",
+    "submit",      "submitted",    "list_jobs",     "jobs",       "show_job",  "job",
+    "steer_job",   "steer_jobs",   "steered",       "fetch",      "image",     "fetch_journal",
+    "journal",     "list_workers", "steer_workers", "workers",    "show_farm", "farm",
+    "show_worker", "worker",       "show_log",      "log",        "error",     "fetch_scene",
+    "scene"};
 
 // The bulk frame of the messages that have one.
 
 template <typename M>
 constexpr bool has_bulk = std::is_same_v<M, msg::Grant> || std::is_same_v<M, msg::Chunk> ||
                           std::is_same_v<M, msg::Result> || std::is_same_v<M, msg::Submit> ||
-                          std::is_same_v<M, msg::ImageData> || std::is_same_v<M, msg::JournalData>;
+                          std::is_same_v<M, msg::ImageData> ||
+                          std::is_same_v<M, msg::JournalData> || std::is_same_v<M, msg::SceneData>;
 
 Bulk bulk_of(const msg::Grant& m) {
   const std::vector<SampleRange>& samples = m.cells.samples;
@@ -297,6 +310,7 @@ Bulk bulk_of(const msg::Grant& m) {
 Bulk bulk_of(const msg::Chunk& m) { return m.content; }
 Bulk bulk_of(const msg::Result& m) { return m.cells.packed(*m.grid); }
 Bulk bulk_of(const msg::Submit& m) { return m.scene.bytes(); }
+Bulk bulk_of(const msg::SceneData& m) { return m.scene.bytes(); }
 Bulk bulk_of(const msg::JournalData& m) { return m.journal; }
 Bulk bulk_of(const msg::ImageData& m) { return m.picture.bytes(detail_of(m)); }
 
@@ -328,6 +342,7 @@ void set_bulk(msg::Grant& m, const Bulk& bulk) {
 void set_bulk(msg::Chunk& m, Bulk bulk) { m.content = std::move(bulk); }
 void set_bulk(msg::Result& m, Bulk bulk) { m.cells = CellsPayload(std::move(bulk)); }
 void set_bulk(msg::Submit& m, Bulk bulk) { m.scene = ScenePayload(std::move(bulk)); }
+void set_bulk(msg::SceneData& m, Bulk bulk) { m.scene = ScenePayload(std::move(bulk)); }
 void set_bulk(msg::JournalData& m, Bulk bulk) { m.journal = std::move(bulk); }
 void set_bulk(msg::ImageData& m, Bulk bulk) {
   if (bulk.data.size() != picture_size(m.width, m.height, detail_of(m))) {

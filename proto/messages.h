@@ -238,6 +238,17 @@ struct JournalData {
   nlohmann::json report;  ///< only of a done job
   Bulk journal;           ///< see coordinator/jobs/journal.h
 };
+/// Asks for the scene of a job, which must not be done, except with JobHead::keeps_scene().
+struct FetchScene {
+  std::uint64_t request = 0;
+  std::uint64_t job = 0;
+};
+struct SceneData {
+  std::uint64_t request = 0;
+  Boxed<RenderSettings> settings;  ///< of the job
+  ScenePayload scene;
+  std::string drawing{};  ///< JobHead::drawing
+};
 struct ListWorkers {
   std::uint64_t request = 0;
   std::uint32_t offset = 0;
@@ -298,7 +309,8 @@ using Message = std::variant<
     msg::NoScene, msg::Result, msg::Failed, msg::ResultVerdict, msg::Revoke, msg::Bye, msg::Submit,
     msg::Submitted, msg::ListJobs, msg::Jobs, msg::ShowJob, msg::Job, msg::SteerJob, msg::SteerJobs,
     msg::Steered, msg::Fetch, msg::ImageData, msg::FetchJournal, msg::JournalData, msg::ListWorkers,
-    msg::SteerWorkers, msg::Workers, msg::ShowFarm, msg::Farm, msg::ShowWorker, msg::Worker, msg::ShowLog, msg::Log, msg::Error>;
+    msg::SteerWorkers, msg::Workers, msg::ShowFarm, msg::Farm, msg::ShowWorker, msg::Worker,
+    msg::ShowLog, msg::Log, msg::Error, msg::FetchScene, msg::SceneData>;
 
 /// The message is malformed. `request` is set if it was readable, so that the client gets an
 /// `error`.

@@ -89,12 +89,13 @@ PostprocessStep label_step(const LabelSettings& labels, LabelContent content) {
 
 }  // namespace
 
-void LabelOptions::add_to(Command& command, const Option& image, RenderOptions& render) {
+void LabelOptions::add_to(Command& command, const Option* image, RenderOptions& render) {
   const auto sized = [this, &render] { render.print_width(printed_width()); };
   label_fields(
       [&](const Setting& setting, const auto& rule, auto& value) {
         Option option = add_setting(command, setting, rule, value, sized);
-        option.group(labels_group).needs(image);
+        option.group(labels_group);
+        if (image != nullptr) option.needs(*image);
         if (rarely_needed(setting)) option.special();
       },
       settings_);

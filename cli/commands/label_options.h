@@ -25,9 +25,9 @@ inline constexpr const char* labels_group = "Labels, drawn on a PNG picture (def
 class LabelOptions {
  public:
   /// Declares the options. They pass the width in pixels that follows from the size in print to
-  /// `render`, and the places that automatic scenes keep free.
-  /// Neither object may move while the command line is parsed.
-  void add_to(Command& command, const Option& image, RenderOptions& render);
+  /// `render`, and the places that automatic scenes keep free. `image`: the option that they need;
+  /// null: none. Neither object may move while the command line is parsed.
+  void add_to(Command& command, const Option* image, RenderOptions& render);
 
   /// Returns the first given option that asks for a label: "--legend". Empty: none.
   [[nodiscard]] std::string first_given() const;

@@ -17,12 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool may_hold_frames(const fs::path& path) {
-  PackedFile file(path);
-  const ParticleFormat* const format = particle_format_of(file);
-  return format != nullptr && format->frames;
-}
-
 void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file) {
   bool chosen = false;
   for (ParticleSource& source : scene.particles) {
@@ -38,15 +32,11 @@ void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
   }
 }
 
-void check_beside(const SceneFile& scene, const std::string& file) {
-  for (const ParticleSource& source : scene.particles) {
-    for (const std::string& named : {source.file, source.topology}) {
-      if (fs::path(named).filename() == named) continue;
-      throw InputError(printable(file, 4096) + ":" + std::to_string(source.file_line) + ": '" +
-                       printable(named) +
-                       "' is a path: send the file beside the scene and write its name alone");
-    }
-  }
+/// Throws InputError if the options of a file of particles name a file in another folder.
+void check_topology_beside(const ParticleSource& given) {
+  if (fs::path(given.topology).filename() == given.topology) return;
+  throw InputError("--topology: '" + printable(given.topology) +
+                   "' is a path: send the file beside the particles and write its name alone");
 }
 
 /// Removes duplicates among spheres that were added after the reader of the scene file removed its
@@ -60,18 +50,24 @@ void remove_more_duplicates(SceneFile& scene, int threads) {
   }
 }
 
+/// Makes an automatic scene of a file of particles.
+AutoScene automatic_scene(PackedFile& file, const ParticleSource& source,
+                          const RenderOptions& options, NamedFiles named, int threads) {
+  if (named == NamedFiles::beside) check_topology_beside(source);
+  Viewing viewing = options.auto_scene().viewing();
+  const bool transparent = options.view().transparent(false);
+  viewing.transparent = transparent || options.auto_scene().background();
+  RenderSettings settings = auto_scene_settings();
+  if (options.can_stop()) settings.target_error = auto_scene_error;
+  return auto_scene(file, source, options.over(settings), viewing, threads);
+}
+
 SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameChange& change,
                    NamedFiles named, int threads) {
   const std::string& name = file.name();
   if (particle_format_of(file) != nullptr) {
-    Viewing viewing = options.auto_scene().viewing();
-    const bool transparent = options.view().transparent(false);
-    viewing.transparent = transparent || options.auto_scene().background();
-    RenderSettings settings = auto_scene_settings();
-    if (options.can_stop()) settings.target_error = auto_scene_error;
     SceneFile scene =
-        auto_scene(file, options.particles().source(), options.over(settings), viewing, threads)
-            .file;
+        automatic_scene(file, options.particles().source(), options, named, threads).file;
     scene.background = options.auto_scene().background();
     remove_more_duplicates(scene, threads);
     return scene;
@@ -90,6 +86,44 @@ SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameCh
 }
 
 }  // namespace
+
+bool may_hold_frames(const fs::path& path) {
+  PackedFile file(path);
+  const ParticleFormat* const format = particle_format_of(file);
+  return format != nullptr && format->frames;
+}
+
+void check_beside(const SceneFile& scene, const std::string& file) {
+  for (const ParticleSource& source : scene.particles) {
+    for (const std::string& named : {source.file, source.topology}) {
+      if (fs::path(named).filename() == named) continue;
+      throw InputError(printable(file, 4096) + ":" + std::to_string(source.file_line) + ": '" +
+                       printable(named) +
+                       "' is a path: send the file beside the scene and write its name alone");
+    }
+  }
+}
+
+SceneFile automatic_scene_of_frames(const std::string& file, const RenderOptions& options,
+                                    std::uint64_t frame, NamedFiles named) {
+  PackedFile opened{fs::path(file)};
+  ParticleSource source = options.particles().source();
+  source.frame = FrameChoice{frame, false};
+  SceneFile scene = with_reference(automatic_scene(opened, source, options, named, usable_cpus()),
+                                   fs::path(file).filename().string());
+  scene.background = options.auto_scene().background();
+  scene.transparent = options.view().transparent(scene.transparent) || scene.background;
+  // complete_scene() sets these anew.
+  scene.particle_files.clear();
+  scene.legends.clear();
+  scene.cell.reset();
+  return scene;
+}
+
+void complete_scene(SceneFile& scene, const std::string& file) {
+  expand_particles(scene, file, usable_cpus());
+  remove_more_duplicates(scene, usable_cpus());
+}
 
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change,
                      NamedFiles named) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -30,6 +31,19 @@ enum class NamedFiles : std::uint8_t {
 /// standard input; with NamedFiles::beside it is a file of this name.
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change = {}, NamedFiles named = NamedFiles::anywhere);
+
+/// Returns the automatic scene of a file of particles without the particles of `frame`, which
+/// determine its camera. It refers to the file: choose a frame in its only source, then call
+/// complete_scene().
+SceneFile automatic_scene_of_frames(const std::string& file, const RenderOptions& options,
+                                    std::uint64_t frame, NamedFiles named);
+/// Adds the particles that the scene refers to.
+void complete_scene(SceneFile& scene, const std::string& file);
+
+/// Returns whether the file is one of particles whose format has several frames.
+bool may_hold_frames(const std::filesystem::path& path);
+/// Throws InputError if the scene of `file` names a file in another folder.
+void check_beside(const SceneFile& scene, const std::string& file);
 
 /// Loads a file that is already open.
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change = {},

@@ -358,13 +358,13 @@ void OutputOptions::add_aov_to(Command& command) {
       .special();
 }
 
-void OutputOptions::add_denoise_to(Command& command) {
-  command
-      .flag("--denoise", denoise_,
-            "Denoise the picture, and state the remaining error. An EXR file also stores the "
-            "picture before denoising, in the channels raw.R, raw.G, raw.B")
-      .group(output_group)
-      .needs(image_option_);
+void OutputOptions::add_denoise_to(Command& command, bool alone) {
+  Option denoise =
+      command.flag("--denoise", denoise_,
+                   "Denoise the picture, and state the remaining error. An EXR file also stores "
+                   "the picture before denoising, in the channels raw.R, raw.G, raw.B");
+  denoise.group(output_group);
+  if (!alone) denoise.needs(image_option_);
 }
 
 void add_quiet(Command& command, bool& quiet) {

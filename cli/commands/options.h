@@ -146,12 +146,12 @@ class OutputOptions {
   void add_to(Command& command, bool image_required);
   /// Declares --aov and --error-map, for commands that have the statistics of a picture.
   void add_aov_to(Command& command);
-  /// Declares --denoise, for commands that also have the scene.
-  void add_denoise_to(Command& command);
+  /// Declares --denoise, for commands that also have the scene. `alone`: also without -o.
+  void add_denoise_to(Command& command, bool alone = false);
   /// Declares postprocessing and labels, for commands that have the scene.
   void add_labels_to(Command& command, RenderOptions& render) {
-    postprocessing_.add_to(command, image_option_);
-    labels_.add_to(command, image_option_, render);
+    postprocessing_.add_to(command, &image_option_);
+    labels_.add_to(command, &image_option_, render);
   }
   [[nodiscard]] const PostprocessOptions& postprocessing() const { return postprocessing_; }
   [[nodiscard]] const LabelOptions& labels() const { return labels_; }

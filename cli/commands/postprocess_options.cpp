@@ -75,11 +75,12 @@ PostprocessStep outline_step(const Seen& seen, double width) {
 
 }  // namespace
 
-void PostprocessOptions::add_to(Command& command, const Option& image) {
+void PostprocessOptions::add_to(Command& command, const Option* image) {
   postprocessing_fields(
       [&](const Setting& setting, const auto& rule, auto& value) {
         Option option = add_setting(command, setting, rule, value);
-        option.group(postprocess_group).needs(image);
+        option.group(postprocess_group);
+        if (image != nullptr) option.needs(*image);
         if (rarely_needed(setting)) option.special();
       },
       given_);

@@ -16,8 +16,9 @@ namespace parray::commands {
 class PostprocessOptions {
  public:
   /// Declares the options, for commands that have the scene of the picture that they write.
-  /// `image`: the option that names it. The object must not move while the command line is parsed.
-  void add_to(Command& command, const Option& image);
+  /// `image`: the option that names it; null: none. The object must not move while the command line
+  /// is parsed.
+  void add_to(Command& command, const Option* image);
   [[nodiscard]] Postprocessing over(const Postprocessing& of_scene) const {
     return given_.over(of_scene);
   }

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/commands/frame_scenes.h"
 #include "cli/commands/label_options.h"
 #include "cli/commands/postprocess_options.h"
 #include "cli/commands/printing.h"
@@ -92,22 +93,6 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options, const 
   return file;
 }
 
-/// Requests the samples that the denoiser needs, and applies a target error to the denoised
-/// picture. A target error that no option gives (`usual`) stays that of the picture before
-/// denoising if the mode can do no better. Throws InputError if that is impossible.
-void ask_for_denoising(RenderSettings& settings, RenderMode mode, bool usual) {
-  settings.replicates = true;
-  settings.target_denoised = settings.target_error > 0 && settings.passes.empty() &&
-                             !(usual && !can_have(mode, Feature::denoised_target));
-  if (!settings.target_denoised) return;
-  require(mode, Feature::denoised_target, "--target-error with --denoise");
-  if (settings.target_half_width > 0) {
-    throw InputError(
-        "--target-error with --denoise excludes --target-half-width: a denoised picture has no "
-        "half-widths: leave one of the three out");
-  }
-}
-
 /// Returns the outputs that the request and its scene ask for.
 OutputPaths outputs_of(const RenderRequest& request, const LoadedSubmission& loaded) {
   const Submission& submission = loaded.submission;
@@ -147,17 +132,26 @@ void require(RenderMode mode, Feature feature, const std::string& name) {
                    remedy_of(mode, feature));
 }
 
-LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
-                                 const RenderOptions& options, std::uint32_t priority,
-                                 const FrameChange& change) {
-  const SteadyClock clock;
-  const Time begin = clock.now();
-  LoadedSubmission loaded;
+void ask_for_denoising(RenderSettings& settings, RenderMode mode, bool usual) {
+  settings.replicates = true;
+  settings.target_denoised = settings.target_error > 0 && settings.passes.empty() &&
+                             !(usual && !can_have(mode, Feature::denoised_target));
+  if (!settings.target_denoised) return;
+  require(mode, Feature::denoised_target, "--target-error with --denoise");
+  if (settings.target_half_width > 0) {
+    throw InputError(
+        "--target-error with --denoise excludes --target-half-width: a denoised picture has no "
+        "half-widths: leave one of the three out");
+  }
+}
+
+namespace {
+
+/// Makes a submission of the loaded scene of `scene_file`. Loading began at `begin`.
+void complete_submission(LoadedSubmission& loaded, RenderMode mode, const std::string& scene_file,
+                         std::uint32_t priority, const SteadyClock& clock, Time begin) {
   Submission& submission = loaded.submission;
   SceneFile& file = loaded.rest;
-  file = load_like(scene_file, options, change,
-                   mode == RenderMode::http ? NamedFiles::beside : NamedFiles::anywhere,
-                   loaded.original_sha256);
   const ResolvedSettings resolved =
       resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings);
   submission.scene = std::make_shared<const Scene>(std::exchange(file.scene, {}));
@@ -166,12 +160,39 @@ LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
   submission.name = scene_file == standard_input_argument
                         ? "standard input"
                         : printable(std::filesystem::path(scene_file).filename().string(), 100);
-  if (file.transparent) require(mode, Feature::transparency, submission.name + ": transparent");
+  const bool only_replaced = mode == RenderMode::http && file.background;  // when it is drawn
+  if (file.transparent && !only_replaced) {
+    require(mode, Feature::transparency, submission.name + ": transparent");
+  }
   submission.priority = priority;
   submission.settings = resolved.settings;
   submission.precision_reason = resolved.precision_reason;
   submission.duplicates_removed = file.duplicates.count;
   submission.load_seconds = to_seconds(clock.now() - begin);
+}
+
+}  // namespace
+
+LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
+                                 const RenderOptions& options, std::uint32_t priority,
+                                 const FrameChange& change) {
+  const SteadyClock clock;
+  const Time begin = clock.now();
+  LoadedSubmission loaded;
+  loaded.rest = load_like(scene_file, options, change,
+                          mode == RenderMode::http ? NamedFiles::beside : NamedFiles::anywhere,
+                          loaded.original_sha256);
+  complete_submission(loaded, mode, scene_file, priority, clock, begin);
+  return loaded;
+}
+
+LoadedSubmission load_frame(RenderMode mode, FrameScenes& scenes, std::uint64_t frame,
+                            std::uint32_t priority) {
+  const SteadyClock clock;
+  const Time begin = clock.now();
+  LoadedSubmission loaded;
+  loaded.rest = scenes.at(frame);
+  complete_submission(loaded, mode, scenes.file(), priority, clock, begin);
   return loaded;
 }
 
@@ -226,6 +247,7 @@ PreparedRender prepare(const RenderRequest& request) {
   settings.progressive = request.following.shows_picture();
   if (outputs.denoise) {
     ask_for_denoising(settings, request.mode, !request.render.has_target_error());
+    submission.denoise = request.mode == RenderMode::wait || request.mode == RenderMode::submit;
   }
   ExtraChannels extra =
       extra_channels(outputs, settings, submission.scene, static_cast<int>(request.threads));

@@ -64,6 +64,16 @@ LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
                                  const RenderOptions& options, std::uint32_t priority,
                                  const FrameChange& change = {});
 
+class FrameScenes;
+/// Does the same for a frame of a trajectory.
+LoadedSubmission load_frame(RenderMode mode, FrameScenes& scenes, std::uint64_t frame,
+                            std::uint32_t priority);
+
+/// Requests the samples that the denoiser needs, and applies a target error to the denoised
+/// picture. A target error that no option gives (`usual`) stays that of the picture before
+/// denoising if the mode can do no better. Throws InputError if that is impossible.
+void ask_for_denoising(RenderSettings& settings, RenderMode mode, bool usual);
+
 /// The request of a command line. The objects behind the references must outlive it.
 struct RenderRequest {
   RenderMode mode;

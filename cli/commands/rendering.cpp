@@ -6,6 +6,7 @@
 #include <iostream>
 #include <utility>
 
+#include "cli/commands/drawing.h"
 #include "cli/commands/label_options.h"
 #include "cli/commands/postprocess_options.h"
 #include "cli/commands/printing.h"
@@ -127,6 +128,38 @@ Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs) {
                              (can_hold_channels(outputs.image) || outputs.transparent) &&
                              samples_differ(picture.report);
   return lacks_samples ? client.fetch(job, PictureDetail::statistics) : picture;
+}
+
+/// Returns the scene of a job, for denoising and labels.
+static Client::JobScene scene_for_picture(Client& client, JobId job) {
+  try {
+    return client.scene(job);
+  } catch (const InputError& error) {
+    throw InputError(std::string(error.what()) +
+                     "; an EXR file with --denoise off does not need the scene");
+  }
+}
+
+int fetch_and_write(Client& client, JobId job, OutputPaths outputs, std::optional<bool> denoise) {
+  const JobStatus status = job_status(client.show(job));
+  const bool asked = status.denoise;
+  const bool drawn = status.drawn && outputs.has_png();
+  if (denoise.value_or(false) && !asked) {
+    throw InputError("--denoise on: job " + std::to_string(job) +
+                     " was submitted without --denoise, so the coordinator lacks what the "
+                     "denoiser needs: submit it again with --denoise");
+  }
+  outputs.denoise = denoise.value_or(asked);
+  ExtraChannels extra = extra_channels(outputs);
+  if (outputs.denoise || drawn) {
+    const Client::JobScene scene = scene_for_picture(client, job);
+    if (drawn) add_drawing(outputs, scene.drawing, scene.scene, scene.settings);
+    extra = extra_channels(outputs, scene.settings, scene.scene, static_cast<int>(usable_cpus()));
+    extra.denoise = outputs.denoise;
+  }
+  Picture picture = fetch_picture(client, job, outputs);
+  add_channels(picture, extra);
+  return write_outputs(std::move(picture), outputs, {});
 }
 
 int wait_and_write(Client& client, JobId job, const OutputPaths& outputs,

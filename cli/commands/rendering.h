@@ -37,6 +37,12 @@ void wait_until_done(Client& client, JobId job, const ProgressOptions& following
 /// Fetches the picture of a finished job, with the statistics that `outputs` need.
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs);
 
+/// Fetches the picture of a finished job, denoises it if the job asks for that, and writes the
+/// files. `denoise`: replaces the job's own choice. Returns the exit status. Throws InputError if
+/// the job cannot be denoised.
+int fetch_and_write(Client& client, JobId job, OutputPaths outputs,
+                    std::optional<bool> denoise = {});
+
 /// Does wait_until_done(), fetches the picture, adds the extra channels and writes the files.
 /// Returns the exit status. `times`: as for write_outputs().
 int wait_and_write(Client& client, JobId job, const OutputPaths& outputs,

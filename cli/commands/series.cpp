@@ -69,11 +69,9 @@ OutputPaths outputs_of(const OutputPaths& outputs, std::uint32_t frame) {
 }
 
 /// Fetches and writes one frame. Returns the exit status. Throws InputError or RunError.
-int deliver_frame(Client& client, const ListedFrame& frame, const OutputPaths& outputs) {
-  const OutputPaths numbered = outputs_of(outputs, frame.frame);
-  Picture picture = fetch_picture(client, frame.job, numbered);
-  add_channels(picture, extra_channels(outputs));
-  return write_outputs(std::move(picture), numbered, {});
+int deliver_frame(Client& client, const ListedFrame& frame, const OutputPaths& outputs,
+                  std::optional<bool> denoise = {}) {
+  return fetch_and_write(client, frame.job, outputs_of(outputs, frame.frame), denoise);
 }
 
 /// Frames without a picture, and the reasons.
@@ -355,7 +353,8 @@ int submit_series(Client& client, const SeriesRequest& request) {
   }
 }
 
-int fetch_series(Client& client, JobId series, const OutputPaths& outputs) {
+int fetch_series(Client& client, JobId series, const OutputPaths& outputs,
+                 std::optional<bool> denoise) {
   check_frame_outputs(outputs);
   Failures failures;
   int status = 0;
@@ -364,7 +363,7 @@ int fetch_series(Client& client, JobId series, const OutputPaths& outputs) {
     if (frames.empty()) return std::max(report_failures(failures), status);
     for (const ListedFrame& frame : frames) {
       if (frame.done()) {
-        status = std::max(status, deliver_frame(client, frame, outputs));
+        status = std::max(status, deliver_frame(client, frame, outputs, denoise));
       } else {
         failures[frame.frame] = frame.why();
       }

@@ -96,7 +96,7 @@ void add_submit(CommandLine& line, Action& chosen) {
   options->render.add_like_to(command);
   options->output.add_to(command, false);
   options->output.add_aov_to(command);
-  options->output.add_denoise_to(command);
+  options->output.add_denoise_to(command, true);
   options->output.add_labels_to(command, options->render);
   add_following(command, options->following);
   constexpr const char* frames_group = "Series of frames";

@@ -165,6 +165,7 @@ double reserve_time(TimeShare& share, PreparedRender& render) {
   if (outputs.denoise && (share.without_denoising || !add_if_it_fits(cost.denoising))) {
     leave_out(share, &TimeShare::without_denoising, "denoising", cost.denoising * share.parts);
     outputs.denoise = extra.denoise = settings.replicates = settings.target_denoised = false;
+    submission.denoise = false;
     extra.settings = settings;
   }
   if (cost.channels > 0 && (share.without_channels || !add_if_it_fits(cost.channels))) {

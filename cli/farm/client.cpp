@@ -93,6 +93,8 @@ JobStatus job_status(const nlohmann::json& map) {
     job.error = error_from_json(map.value("error", nlohmann::json()));
     job.target_error = map.value("target_error", 0.0);
     job.target_half_width = map.value("target_half_width", 0.0);
+    job.denoise = map.value("denoise", false);
+    job.drawn = map.value("drawn", false);
   } catch (const nlohmann::json::exception& error) {
     throw RunError(std::string("reading the coordinator's answer: ") + error.what());
   }
@@ -280,6 +282,15 @@ Picture Client::fetch(JobId job, PictureDetail detail) {
   return picture;
 }
 
+Client::JobScene Client::scene(JobId job) {
+  const auto answer = ask<msg::SceneData>(msg::FetchScene{0, job});
+  try {
+    return {answer.settings, answer.scene.scene(), answer.drawing};
+  } catch (const DecodeError& error) {
+    throw RunError(std::string("the coordinator's answer is damaged: ") + error.what());
+  }
+}
+
 Client::JobJournal Client::journal(JobId job) {
   auto answer = ask<msg::JournalData>(msg::FetchJournal{0, job});
   try {
@@ -350,6 +361,8 @@ static void check_bulk(const Answer& answer) {
     answer.picture.verify();
   } else if constexpr (std::is_same_v<Answer, msg::JournalData>) {
     (void)answer.journal.verified();
+  } else if constexpr (std::is_same_v<Answer, msg::SceneData>) {
+    if (answer.scene.held_bytes() != nullptr) (void)answer.scene.held_bytes()->verified();
   }
 }
 

@@ -56,6 +56,8 @@ struct JobStatus {
   ErrorFigures error{};          ///< of the complete passes, or of the finished picture
   double target_error = 0;       ///< 0: none
   double target_half_width = 0;  ///< 0: none
+  bool denoise = false;          ///< its finished pictures are denoised when they are written
+  bool drawn = false;            ///< its finished 8-bit pictures have JobHead::drawing
 
   /// Returns whether the job is done, failed or cancelled.
   [[nodiscard]] bool ended() const;
@@ -140,6 +142,15 @@ class Client {
   /// Fetches the picture of a job as it is now. Its report has `partial` and `samples`, if the job
   /// is not done.
   Picture fetch_partial(JobId job);
+
+  /// The scene of a job and its settings.
+  struct JobScene {
+    Boxed<RenderSettings> settings;
+    std::shared_ptr<const Scene> scene;
+    std::string drawing;  ///< JobHead::drawing
+  };
+  /// Fetches the scene of a job of this user whose pictures are denoised or have labels.
+  JobScene scene(JobId job);
 
   /// The journal of a job; see coordinator/jobs/journal.h.
   struct JobJournal {

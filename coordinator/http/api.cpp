@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
-#include <random>
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -23,29 +22,6 @@ std::string text_of(const json& value) {
 
 JobId job_in(const Arguments& arguments) {
   return whole_number("id", arguments.at(0), 1, largest_job);
-}
-
-/// Returns the submit token, which identifies a job before it has a number. `digest`: SHA-256 of
-/// the upload's content. Throws Problem 400 if the Idempotency-Key is invalid.
-std::string token_of(const Request& request, const std::string& digest) {
-  constexpr std::size_t longest = 48;
-  const std::string key = request.field("idempotency-key");
-  if (!key.empty()) {
-    const bool plain = key.size() <= longest && std::ranges::all_of(key, [](char c) {
-                         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                                (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-';
-                       });
-    if (!plain) {
-      throw Problem(400, "Idempotency-Key: '" + printable(key) +
-                             "' is invalid: use 1 to 48 letters, digits, '_', '.' or '-'");
-    }
-    constexpr std::size_t digits = 10;  // enough to detect mistakes, not forgeries
-    return "http-" + key + "#" + digest.substr(0, digits);
-  }
-  std::random_device device;
-  std::string token = "http:";
-  for (int i = 0; i < 4; ++i) token += std::to_string(device()) + ".";
-  return token;
 }
 
 bool flag_in(const Request& request, const std::string& name) {
@@ -109,6 +85,8 @@ void Api::add_to(Router& router) {
 void Api::add_jobs(Router& router) {
   router.add("POST", "/api/v1/jobs",
              [this](const Request& request, const Arguments&) { return submit(request); });
+  router.add("POST", "/api/v1/plan",
+             [this](const Request& request, const Arguments&) { return plan(request); });
   router.add("GET", "/api/v1/jobs/{id}",
              [this](const Request& request, const Arguments& arguments) {
                return show_job(request, job_in(arguments));
@@ -184,25 +162,6 @@ void Api::add_workers(Router& router) {
                },
                {"host"});
   }
-}
-
-Reply Api::submit(const Request& request) {
-  token_of(request, "");  // refuses a bad key before the body is read
-  Upload upload = uploads_.receive(request);
-  if (!upload.webhook.empty()) webhooks_.check(upload.webhook);
-  upload.submit.token = token_of(request, upload.digest);
-  upload.submit.user.clear();
-  JobId job = 0;
-  try {
-    job = loop_.ask<msg::Submitted>(request.sender, std::move(upload.submit)).job;
-  } catch (const Problem& problem) {
-    if (problem.status() != 409) throw;
-    throw Problem(422, problem.what(), problem.exit_status());  // a limit, or the scene
-  }
-  if (!upload.webhook.empty()) webhooks_.add(job, upload.webhook);
-  Reply reply = json_reply(text_of({{"id", job}}), 201);
-  reply.headers.emplace_back("Location", "/api/v1/jobs/" + std::to_string(job));
-  return reply;
 }
 
 Reply Api::show_job(const Request& request, JobId job) {

@@ -46,7 +46,10 @@ class Api {
   void add_pictures(Router& router);
   void add_workers(Router& router);
   void add_farm(Router& router);  ///< in farm_api.cpp, as server()
+  // In submit_api.cpp:
   Reply submit(const Request& request);
+  Reply plan(const Request& request);
+  JobId submit_job(const Request& request, Upload& upload, const std::string& series);
   Reply list_jobs(const Request& request);
   Reply steer_many(const Request& request, msg::JobAction action);
   Reply show_job(const Request& request, JobId job);

@@ -26,7 +26,8 @@ class LoopClient {
     Answer answer;
     const std::unique_ptr<Link> link = hub_.connect_as(sender);
     request.request = 1;
-    constexpr bool bulk = std::is_same_v<Asked, msg::Submit> || std::is_same_v<Asked, msg::Fetch>;
+    constexpr bool bulk = std::is_same_v<Asked, msg::Submit> || std::is_same_v<Asked, msg::Fetch> ||
+                          std::is_same_v<Asked, msg::FetchScene>;
     constexpr Time patience = bulk ? seconds(60) : seconds(10);
     wait_for(*link, patience, link->seal(Message(std::move(request))), [&](Message& message) {
       auto* found = std::get_if<Answer>(&message);

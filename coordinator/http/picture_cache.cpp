@@ -13,6 +13,7 @@
 #include "common/base/files.h"
 #include "common/image/picture_bytes.h"
 #include "coordinator/jobs/work_map.h"
+#include "proto/settings_json.h"
 
 namespace parray::http {
 namespace {
@@ -33,21 +34,13 @@ constexpr std::size_t most_thumbnail_bytes = std::size_t{32} << 20;  // in memor
 bool is_work_map(Kind kind) {
   return kind == Kind::cost || kind == Kind::worker_numbers || kind == Kind::worker_names;
 }
-/// Returns the memory in bytes that this process needs while it makes the file.
-std::uint64_t memory_of(const json& job, Kind kind) {
-  const auto width = job.at("width").get<std::uint64_t>();
-  const auto height = job.at("height").get<std::uint64_t>();
-  const bool small = kind == Kind::png || kind == Kind::pixels;
-  return 2 * picture_size(width, height, small ? PictureDetail::image : PictureDetail::statistics);
-}
+bool is_error_map(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
 
 /// Returns freed memory to the system: the C library keeps it in each thread's arena.
 void give_memory_back(std::uint64_t freed) {
   constexpr std::uint64_t little = std::uint64_t{8} << 20;
   if (freed >= little) malloc_trim(0);
 }
-
-bool is_error_map(Kind kind) { return kind == Kind::error_png || kind == Kind::error_pixels; }
 
 const char* file_of(Kind kind) {
   switch (kind) {
@@ -68,7 +61,7 @@ const char* file_of(Kind kind) {
     case Kind::pixels:
       break;
   }
-  return "pixels";
+  return "pixels.f32";
 }
 
 /// Returns a text that is the same as long as the picture of a job does not change. Empty: it
@@ -95,6 +88,30 @@ void keep_file(const fs::path& file, std::string_view bytes) {
 }
 
 }  // namespace
+
+/// Returns the steps for a file of a job: none unless it is done.
+PictureCache::Steps PictureCache::steps_of(const json& job, const Key& key) {
+  if (job.at("state") != name_of(JobState::done) || is_work_map(key.kind) ||
+      is_error_map(key.kind)) {
+    return {};
+  }
+  const bool draws = key.kind == Kind::png && key.thumbnail_width == 0;
+  return {job.value("denoise", false), draws && job.value("drawn", false)};
+}
+
+/// Returns the memory in bytes that this process needs while it makes the file. With steps, also
+/// what the child process needs beside the scene.
+std::uint64_t PictureCache::memory_of(const json& job, Kind kind, Steps steps) {
+  const auto width = job.at("width").get<std::uint64_t>();
+  const auto height = job.at("height").get<std::uint64_t>();
+  constexpr std::uint64_t of_pixel_in_steps = 400;
+  const bool small = (kind == Kind::png || kind == Kind::pixels) && !steps.draw;
+  return 2 * picture_size(width, height,
+                          steps.denoise ? PictureDetail::replicates
+                          : small       ? PictureDetail::image
+                                        : PictureDetail::statistics) +
+         (steps.any() ? of_pixel_in_steps * width * height : 0);
+}
 
 std::shared_ptr<PictureCache::Entry> PictureCache::entry_of(const Key& key) {
   const std::scoped_lock lock(mutex_);
@@ -144,10 +161,11 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
   if (!fresh) {
     picture = {};
     const Places::Place place(entrance);
-    const auto needed = memory_of(shown, kind);
+    const Steps steps = steps_of(shown, key);
+    const auto needed = memory_of(shown, kind, steps);
     {
       const auto held = memory_.hold(needed, patience, "another picture");
-      picture = make_any(sender, key);
+      picture = make_any(sender, key, steps);
     }
     give_memory_back(needed);
     entry->version = version;
@@ -160,14 +178,15 @@ PictureCache::File PictureCache::get(const Sender& sender, const std::string& ow
   return picture;
 }
 
-PictureCache::File PictureCache::make_any(const Sender& sender, const Key& key) {
-  return is_work_map(key.kind) ? make_map(sender, key.job, key.kind) : make(sender, key);
+PictureCache::File PictureCache::make_any(const Sender& sender, const Key& key, Steps steps) {
+  return is_work_map(key.kind) ? make_map(sender, key.job, key.kind) : make(sender, key, steps);
 }
 
-PictureCache::File PictureCache::make(const Sender& sender, const Key& key) {
+PictureCache::File PictureCache::make(const Sender& sender, const Key& key, Steps steps) {
   const auto [job, kind, thumbnail_width] = key;
-  const bool statistics = is_error_map(kind) || kind == Kind::exr;
-  const auto data = loop_.ask<msg::ImageData>(sender, msg::Fetch{0, job, true, statistics, false});
+  const bool statistics = is_error_map(kind) || kind == Kind::exr || steps.draw;
+  const auto data =
+      loop_.ask<msg::ImageData>(sender, msg::Fetch{0, job, true, statistics, steps.denoise});
   File picture;
   picture.width = data.width;
   picture.height = data.height;
@@ -176,13 +195,13 @@ PictureCache::File PictureCache::make(const Sender& sender, const Key& key) {
   picture.etag = '"' +
                  (picture.partial ? std::to_string(job) + "-" + std::to_string(picture.samples)
                                   : data.report.value("image_sha256", "").substr(0, 32)) +
-                 "-" + file_of(kind) +
+                 (steps.denoise ? "-denoised-" : "-") + file_of(kind) +
                  (thumbnail_width > 0 ? "-" + std::to_string(thumbnail_width) : "") + '"';
   try {
-    if (kind == Kind::pixels) {
+    if (kind == Kind::pixels && !steps.denoise) {
       picture.file = keep(data.picture.bytes(PictureDetail::image).data.view());
     } else {
-      make_file(picture, data, key);
+      make_file(picture, data, key, steps);
     }
   } catch (const ChecksumError&) {
     throw RunError("the picture of job " + std::to_string(job) + " is damaged");
@@ -228,8 +247,18 @@ std::shared_ptr<const FileBody> PictureCache::keep(std::string_view bytes) {
   return keep(directory.path() / "file");
 }
 
+/// Writes what the steps need beside the picture. Every user sees their results, but only the owner
+/// may get the scene, so this process asks for itself.
+void PictureCache::keep_scene(JobId job, const fs::path& files) {
+  const auto answer = loop_.ask<msg::SceneData>({}, msg::FetchScene{0, job});
+  keep_file(files / "settings", settings_to_json(answer.settings).dump());
+  keep_file(files / "scene", answer.scene.bytes().data.view());
+  keep_file(files / "drawing", answer.drawing);
+}
+
 /// Makes the file in a child process, and puts it into `picture`.
-void PictureCache::make_file(File& picture, const msg::ImageData& data, const Key& key) {
+void PictureCache::make_file(File& picture, const msg::ImageData& data, const Key& key,
+                             Steps steps) {
   const WorkDirectory directory(directory_);
   const fs::path files = directory.path() / "picture";
   fs::create_directory(files);
@@ -240,7 +269,15 @@ void PictureCache::make_file(File& picture, const msg::ImageData& data, const Ke
                                     std::to_string(data.height)};
   const bool small = key.thumbnail_width > 0;
   if (small) words.push_back("--thumbnail-width=" + std::to_string(key.thumbnail_width));
+  if (steps.any()) keep_scene(key.job, files);
+  if (steps.denoise) words.emplace_back("--denoise");
+  if (steps.draw) words.emplace_back("--draw");
   const ChildEnd end = runner_.run(words, files, generous);
+  if (end.timed_out && steps.denoise) {
+    throw Problem(503, "denoising took more than " + std::to_string(generous.seconds) +
+                           " seconds: parray fetch " + std::to_string(key.job) +
+                           " denoises on your machine");
+  }
   if (end.status != 0) throw RunError("making " + name + " failed: " + end.message);
   if (!small) {
     picture.file = keep(files / name);

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "coordinator/http/budget.h"
@@ -19,7 +20,8 @@ namespace parray::http {
 
 /// Makes and caches files of pictures, including those of unfinished jobs. The loop delivers the
 /// data, and a child process makes the file, which all clients share. An unfinished job gets a new
-/// file at most once per second, and making files takes at most 5 % of the time. Callable from any
+/// file at most once per second, and making files takes at most 5 % of the time. The pictures of a
+/// done job are denoised, and the PNG file gets labels, if the job asks for it. Callable from any
 /// thread.
 class PictureCache {
  public:
@@ -85,14 +87,24 @@ class PictureCache {
     std::atomic<std::size_t> size = 0;  ///< bytes of the file
     Time used_at{};                     ///< guarded by PictureCache::mutex_
   };
+  /// What happens to a picture before its file is written.
+  struct Steps {
+    bool denoise = false;
+    bool draw = false;  ///< labels, outlines, background
+
+    [[nodiscard]] bool any() const { return denoise || draw; }
+  };
+  static Steps steps_of(const nlohmann::json& job, const Key& key);
+  static std::uint64_t memory_of(const nlohmann::json& job, Kind kind, Steps steps);
   std::shared_ptr<Entry> entry_of(const Key& key);
   void drop_old(bool thumbnails, const Limits& limits);
-  File make_any(const Sender& sender, const Key& key);
-  File make(const Sender& sender, const Key& key);
+  File make_any(const Sender& sender, const Key& key, Steps steps);
+  File make(const Sender& sender, const Key& key, Steps steps);
   File make_map(const Sender& sender, JobId job, Kind kind);
   std::shared_ptr<const FileBody> keep(const std::filesystem::path& file);
   std::shared_ptr<const FileBody> keep(std::string_view bytes);
-  void make_file(File& picture, const msg::ImageData& data, const Key& key);
+  void keep_scene(JobId job, const std::filesystem::path& files);
+  void make_file(File& picture, const msg::ImageData& data, const Key& key, Steps steps);
 
   LoopClient& loop_;
   const ChildRunner& runner_;

@@ -1,6 +1,7 @@
 #include "coordinator/http/upload_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -8,12 +9,12 @@
 #include <set>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 #include "common/base/error.h"
 #include "common/base/files.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
-#include "common/base/suggest.h"
 #include "common/scene/settings_fields.h"
 
 namespace parray::http {
@@ -43,7 +44,8 @@ const std::vector<KnownOption>& known_options() {
     std::vector<KnownOption> options = {
         {"name", OptionType::text},          {"priority", OptionType::whole},
         {"max_failures", OptionType::whole}, {"webhook", OptionType::text},
-        {"preview_of", OptionType::whole},   {"progressive", OptionType::flag}};
+        {"preview_of", OptionType::whole},   {"denoise", OptionType::boolean},
+        {"progressive", OptionType::flag}};
     settings_fields([&options](const Setting& setting, const auto& rule) {
       if (setting.help != nullptr) options.push_back({keyword_of(setting), type_of(rule)});
     });
@@ -56,12 +58,61 @@ const std::vector<KnownOption>& known_options() {
   throw Problem(422, "options: /" + printable(name) + ": " + problem, 2);
 }
 
-OptionType kind_of(const std::string& name) {
+/// Returns the type of an option that this process knows.
+std::optional<OptionType> kind_of(const std::string& name) {
   const auto found = std::ranges::find(known_options(), name, &KnownOption::name);
-  if (found != known_options().end()) return found->kind;
-  std::vector<std::string_view> names;
-  for (const KnownOption& option : known_options()) names.emplace_back(option.name);
-  fail_option(name, "unknown option: " + remedy_for_name(name, names));
+  return found == known_options().end() ? std::nullopt : std::optional(found->kind);
+}
+
+/// Returns the option of the command line. Throws Problem if the name could mean anything else.
+std::string option_named(const std::string& name) {
+  constexpr std::array<std::string_view, 3> of_programs{"help", "version", "describe"};
+  constexpr std::size_t longest = 40;
+  const bool plain = !name.empty() && name.size() <= longest && name.front() != '_' &&
+                     std::ranges::all_of(name, [](char c) {
+                       return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+                     });
+  if (!plain || std::ranges::count(of_programs, name) > 0) fail_option(name, "unknown option");
+  std::string words = "--" + name;
+  std::ranges::replace(words, '_', '-');
+  return words;
+}
+
+/// Returns the text of an option that only parray-http-child knows.
+std::string text_of_value(const std::string& name, const json& value) {
+  if (value.is_string()) {
+    if (value.get_ref<const std::string&>().empty()) {
+      fail_option(name, "use a string that is not empty");
+    }
+    return value.get<std::string>();
+  }
+  if (value.is_boolean()) return value.get<bool>() ? "on" : "off";
+  if (value.is_number()) return whole_in(value) ? std::to_string(*whole_in(value)) : value.dump();
+  if (!value.is_array() || value.empty()) {
+    fail_option(name, "use a string, a number, true or false, or a list of them");
+  }
+  std::string text;
+  for (const json& item : value) {
+    if (item.is_structured()) fail_option(name, "use strings or numbers in the list");
+    text += (text.empty() ? "" : name == "range" ? ":" : ",") + text_of_value(name, item);
+  }
+  return text;
+}
+
+/// Appends the words of the option `show`: a selection, or a map with `select` and the options of
+/// its look, or a list of them. They must follow all other options.
+void add_representations(const json& value, std::vector<std::string>& words) {
+  for (const json& one : value.is_array() ? value : json::array({value})) {
+    const json select = one.is_object() ? one.value("select", json()) : one;
+    if (!select.is_string()) {
+      fail_option("show", "use a selection, or a map with `select`, or a list of these");
+    }
+    words.push_back("--show=" + text_of_value("show", select));
+    if (!one.is_object()) continue;
+    for (const auto& [name, look] : one.items()) {
+      if (name != "select") words.push_back(option_named(name) + "=" + text_of_value(name, look));
+    }
+  }
 }
 
 std::string list_text(const std::string& name, const json& value) {
@@ -76,12 +127,10 @@ std::string list_text(const std::string& name, const json& value) {
 
 /// Returns the argument of the command line; "" for a flag that is false.
 std::string word_of(const std::string& name, const json& value) {
-  const std::string option = "--" + [&] {
-    std::string words = name;
-    std::ranges::replace(words, '_', '-');
-    return words;
-  }();
-  switch (kind_of(name)) {
+  const std::string option = option_named(name);
+  const auto kind = kind_of(name);
+  if (!kind) return option + "=" + text_of_value(name, value);
+  switch (*kind) {
     case OptionType::whole:
       if (!value.is_number()) fail_option(name, "use a whole number");
       return option + "=" + (whole_in(value) ? std::to_string(*whole_in(value)) : value.dump());
@@ -127,8 +176,16 @@ class Parts final : public BodySink {
     add_to_digest(std::to_string(name.size()) + " " + name + std::to_string(file_name.size()) +
                   " " + file_name);
     to_options_ = name == "options";
+    if (to_options_ && std::exchange(has_options_, true)) {
+      throw Problem(422, "two parts are named 'options': send one");
+    }
     if (to_options_) return;
     const bool nameless_scene = name == "scene" && file_name.empty();
+    if (name == "scene" && !scene_.empty()) {
+      throw Problem(422,
+                    "two parts are named 'scene': a request makes one job: send one request "
+                    "for each scene");
+    }
     open(nameless_scene ? plain_scene : file_name, name);
     if (name == "scene") scene_ = names_.back();
   }
@@ -154,7 +211,8 @@ class Parts final : public BodySink {
     if (names_.size() == 1) return names_.front();
     throw Problem(422, names_.empty()
                            ? "there is no scene: send it as application/json, or as part 'scene'"
-                           : "several files and no part 'scene': send the scene as part 'scene'");
+                           : "several files and no part 'scene': send the scene as part 'scene', "
+                             "or one request for each file");
   }
   [[nodiscard]] const std::string& options() const { return options_; }
   /// Returns the digest of all parts. No part can be added after it.
@@ -193,6 +251,7 @@ class Parts final : public BodySink {
   std::string scene_;
   std::string options_;
   bool to_options_ = false;
+  bool has_options_ = false;
   std::size_t parts_ = 0;
   std::uint64_t bytes_ = 0;
   std::ofstream out_;
@@ -224,6 +283,7 @@ std::vector<std::string> words_of_options(const std::string& options, std::strin
   if (!map.is_object()) throw Problem(422, "options: not a JSON map: send {\"spp\": 100}", 2);
   std::vector<std::string> words;
   for (const auto& [name, value] : map.items()) {
+    if (name == "show") continue;
     const std::string word = word_of(name, value);
     if (name == "webhook") {
       webhook = value.get<std::string>();
@@ -231,10 +291,59 @@ std::vector<std::string> words_of_options(const std::string& options, std::strin
       words.push_back(word);
     }
   }
+  if (map.contains("show")) add_representations(map.at("show"), words);
   return words;
 }
 
-Upload UploadReader::receive(const Request& request) {
+std::string message_about_options(const std::string& message,
+                                  const std::vector<std::string>& words) {
+  std::string text = message.substr(0, message.find("; see `parray"));
+  text = text.substr(0, text.find(" See `parray"));
+  constexpr std::string_view unknown = "unknown option --";
+  const bool is_unknown = text.starts_with(unknown);
+  // Messages begin with the option, or with the file: "a.xyz: --color-by: ...".
+  const std::size_t after_file = text.find(": --");
+  const std::size_t start = text.starts_with("--")            ? 0
+                            : after_file != std::string::npos ? after_file + 2
+                                                              : std::string::npos;
+  if (!is_unknown && start == std::string::npos) return text;
+  const std::size_t begin = is_unknown ? unknown.size() : start + 2;
+  const std::size_t end =
+      std::min(text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-", begin), text.size());
+  std::string name = text.substr(begin, end - begin);
+  const bool given = std::ranges::any_of(
+      words, [&](const std::string& word) { return word.substr(2, word.find('=') - 2) == name; });
+  if (!given) return text;
+  const auto as_key = [](std::string option) {
+    std::ranges::replace(option, '-', '_');
+    return option;
+  };
+  std::string problem = text.substr(end);
+  if (is_unknown) {
+    constexpr std::string_view nearest = ": did you mean --";
+    problem =
+        problem.starts_with(nearest)
+            ? ": did you mean '" +
+                  as_key(problem.substr(nearest.size(), problem.size() - nearest.size() - 1)) + "'?"
+            : "";
+    return "options: /" + as_key(name) + ": unknown option" + problem;
+  }
+  return "options: /" + as_key(name) + ": " +
+         (problem.starts_with(": ") ? text.substr(0, start) + problem.substr(2) : text);
+}
+
+/// A request whose parts lie in a directory.
+struct UploadReader::Received {
+  fs::path files;                  ///< directory of the parts; its parent is for results
+  std::string scene;               ///< file name
+  std::vector<std::string> words;  ///< options as arguments of the command line
+  std::string webhook;
+  std::string digest;
+  std::uint64_t preview_of = 0;  ///< 0: of none
+};
+
+/// Receives the request and calls `work`, whose entry may wait for places of child processes.
+void UploadReader::with_parts(const Request& request, const Work& work) {
   const std::string type = media_type(request);
   const bool form = type == "multipart/form-data";
   if (!form && type != "application/json") {
@@ -244,36 +353,84 @@ Upload UploadReader::receive(const Request& request) {
   std::optional<Places::Entry> receiving;
   if (!request.is_whole) receiving.emplace(uploads_, owner_of(request));
   const WorkDirectory directory(directory_);
-  const fs::path files = directory.path() / "parts";
-  fs::create_directory(files);
-  Parts parts(files, limits_);
+  Received received{directory.path() / "parts", {}, {}, {}, {}};
+  fs::create_directory(received.files);
+  Parts parts(received.files, limits_);
   request.read_body(parts, form);
   receiving.reset();
   const Places::Entry entry(places_, owner_of(request));
-  const std::string scene = parts.scene();
-  const Places::Place place(entry);
-  Upload upload = read_scene(files, scene, parts.options());
-  upload.digest = parts.digest();
-  return upload;
+  received.scene = parts.scene();
+  received.words = words_of_options(parts.options(), received.webhook);
+  received.preview_of = preview_in_options(parts.options());
+  received.digest = parts.digest();
+  work(received, entry);
 }
 
-Upload UploadReader::read_scene(const fs::path& directory, const std::string& scene,
-                                const std::string& options) const {
+void UploadReader::receive(const Request& request, const std::function<void(Upload&)>& take) {
+  with_parts(request, [&](const Received& received, const Places::Entry& entry) {
+    const fs::path made = received.files.parent_path();
+    std::size_t place = 0;
+    std::size_t frames = 1;
+    while (place < frames) {
+      {
+        const Places::Place one(entry);
+        run(received, {"--first=" + std::to_string(place)}, "submit", 0);
+      }
+      const json batch = json::parse(read_file(made / "batch").value_or(""), nullptr, false);
+      const std::size_t jobs = batch.is_object() ? batch.value("jobs", std::size_t{0}) : 0;
+      if (jobs == 0) throw RunError("the scene reader has made no job");
+      frames = std::max(batch.value("frames", std::size_t{0}), std::size_t{1});
+      for (std::size_t i = 0; i < jobs && place < frames; ++i, ++place) {
+        Upload upload = read_job(made, i);
+        upload.place = place;
+        upload.submit.preview_of = received.preview_of;
+        upload.webhook = received.webhook;
+        upload.digest = received.digest;
+        take(upload);
+      }
+    }
+  });
+}
+
+json UploadReader::forecast(const Request& request, std::size_t threads) {
+  constexpr std::size_t pilot_seconds = 10;
+  json answer;
+  with_parts(request, [&](const Received& received, const Places::Entry& entry) {
+    const Places::Place place(entry);
+    run(received, {"--threads=" + std::to_string(threads)}, "plan", pilot_seconds);
+    answer = json::parse(read_file(received.files.parent_path() / "forecast").value_or(""), nullptr,
+                         false);
+  });
+  if (!answer.is_object()) throw RunError("the scene reader has made no forecast");
+  return answer;
+}
+
+/// Runs a command of parray-http-child. `before`: its arguments before the command.
+/// `more_seconds`: processor time beside reading the scene.
+void UploadReader::run(const Received& received, std::vector<std::string> before,
+                       const char* command, std::size_t more_seconds) const {
+  std::vector<std::string> words = std::move(before);
+  words.insert(words.end(), {command, received.scene});
+  words.insert(words.end(), received.words.begin(), received.words.end());
+  ChildLimits limits = limits_.child;
+  limits.seconds += more_seconds;
+  const ChildEnd end = runner_.run(words, received.files, limits);
+  if (end.status != 0) fail(end, received.words);
+}
+
+/// Reads the message `submit` with that number of the present batch.
+Upload UploadReader::read_job(const fs::path& made, std::size_t number) const {
   Upload upload;
-  std::vector<std::string> words = words_of_options(options, upload.webhook);
-  const std::uint64_t preview = preview_in_options(options);
-  words.insert(words.begin(), {"submit", scene});
-  const ChildEnd end = runner_.run(words, directory, limits_.child);
-  if (end.status != 0) fail(end);
   try {
-    const fs::path made = directory.parent_path();
+    const fs::path control = made / ("control-" + std::to_string(number));
+    const fs::path bulk = made / ("bulk-" + std::to_string(number));
     constexpr Time patience = seconds(20);
-    const std::uint64_t bytes = fs::file_size(made / "control") + fs::file_size(made / "bulk");
+    const std::uint64_t bytes = fs::file_size(control) + fs::file_size(bulk);
     upload.memory.emplace(memory_.hold(2 * bytes, patience, "another scene"));
-    Message message = decode({Frame(read_file(made / "control").value_or("")),
-                              Frame(read_file(made / "bulk").value_or(""))});
+    Message message =
+        decode({Frame(read_file(control).value_or("")), Frame(read_file(bulk).value_or(""))});
     upload.submit = std::move(std::get<msg::Submit>(message));
-    upload.submit.preview_of = preview;
+    fs::remove(bulk);
   } catch (const Problem&) {
     throw;
   } catch (const std::exception& error) {
@@ -282,7 +439,7 @@ Upload UploadReader::read_scene(const fs::path& directory, const std::string& sc
   return upload;
 }
 
-void UploadReader::fail(const ChildEnd& end) const {
+void UploadReader::fail(const ChildEnd& end, const std::vector<std::string>& words) const {
   const ChildLimits& limits = limits_.child;
   if (end.timed_out) {
     throw Problem(422,
@@ -290,7 +447,7 @@ void UploadReader::fail(const ChildEnd& end) const {
                       " seconds, the limit of this server (--http-scene-seconds)",
                   2);
   }
-  if (end.status == 2) throw Problem(422, end.message, 2);
+  if (end.status == 2) throw Problem(422, message_about_options(end.message, words), 2);
   if (end.status == 1 && end.message != "out of memory" && !end.message.empty() &&
       !end.message.starts_with("libgomp")) {
     throw Problem(500, end.message, 1);

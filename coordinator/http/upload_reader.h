@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -25,9 +26,10 @@ struct UploadLimits {
   ChildLimits child{};
 };
 
-/// A scene that a client has sent.
+/// A job of an upload: its only one, or a frame of a series.
 struct Upload {
-  msg::Submit submit;
+  msg::Submit submit;                  ///< `frames` 0: the only job
+  std::size_t place = 0;               ///< place of the frame, from 0
   std::string webhook;                 ///< address of the webhook; empty: none
   std::optional<Budget::Hold> memory;  ///< holds the memory of `submit`
   std::string digest;                  ///< SHA-256 of names and contents of all parts
@@ -41,9 +43,14 @@ std::optional<std::uint64_t> whole_in(const nlohmann::json& value);
 std::uint64_t preview_in_options(const std::string& options);
 
 /// Converts the `options` of a request, a JSON map, to arguments of the command line. Leaves out
-/// `preview_of`. Stores the option `webhook` in `webhook` instead. Throws Problem 422 with the
-/// option in its message.
+/// `preview_of`. Stores the option `webhook` in `webhook` instead. Checks the types of settings;
+/// parray-http-child checks everything else. Throws Problem 422 with the option in its message.
 std::vector<std::string> words_of_options(const std::string& options, std::string& webhook);
+
+/// Returns a message of parray-http-child for the sender of `words`, the result of
+/// words_of_options(): an option of these becomes a JSON pointer into `options`.
+std::string message_about_options(const std::string& message,
+                                  const std::vector<std::string>& words);
 
 /// Reads uploaded scenes. It writes the parts to a directory of the request. A child process with
 /// limits on memory and time reads them and writes a `submit` message, the only thing that this
@@ -60,13 +67,22 @@ class UploadReader {
         directory_(std::move(directory)),
         limits_(limits) {}
 
-  /// Receives and reads the request's scene and options. Throws Problem, RunError.
-  Upload receive(const Request& request);
+  /// Receives and reads the request's scene and options. Calls `take` with each of its jobs, in the
+  /// order of their frames. Throws Problem, RunError, and what `take` throws.
+  void receive(const Request& request, const std::function<void(Upload&)>& take);
+
+  /// Receives a request and forecasts its job on a farm with `threads` threads. Returns the map of
+  /// parray-http-child (cli/scene_sandbox/forecast.h). Throws Problem, RunError.
+  nlohmann::json forecast(const Request& request, std::size_t threads);
 
  private:
-  Upload read_scene(const std::filesystem::path& directory, const std::string& scene,
-                    const std::string& options) const;
-  [[noreturn]] void fail(const ChildEnd& end) const;
+  struct Received;
+  using Work = std::function<void(const Received&, const Places::Entry&)>;
+  void with_parts(const Request& request, const Work& work);
+  void run(const Received& received, std::vector<std::string> before, const char* command,
+           std::size_t more_seconds) const;
+  Upload read_job(const std::filesystem::path& made, std::size_t number) const;
+  [[noreturn]] void fail(const ChildEnd& end, const std::vector<std::string>& words) const;
 
   const ChildRunner& runner_;
   Places uploads_{"uploads", {.inside = most_uploads, .one_inside = 16}};

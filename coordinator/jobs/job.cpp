@@ -193,7 +193,9 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
                   {"samples_taken", job.samples_a_pixel()},
                   {"sampler", name_of(settings.sampler)},
                   {"has_picture", job.has_picture()},
+                  {"denoise", record.denoise},
                   {"whole", record.state == JobState::done || (job.work && job.work->whole)}};
+  if (!record.drawing.empty()) summary["drawn"] = true;
   add_error(summary, job);
   if (!record.warning.empty()) {
     summary["warning"] = record.warning;

@@ -395,7 +395,7 @@ void JobBook::end_job(Job& job, JobState state, const std::string& reason) {
   farm_.at_work.erase(job.record.id);
   farm_.index.note_ended(job);
   if (state == JobState::done) {
-    job.scene = {};  // only its record and picture stay
+    if (!job.record.keeps_scene()) job.scene = {};  // only its record and picture stay
   } else {
     const bool said = reason.starts_with(name_of(state));
     farm_.note(job, said ? reason : fmt::format("{}: {}", name_of(state), reason));

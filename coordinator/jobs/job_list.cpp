@@ -52,7 +52,9 @@ class Row {
   /// Returns the value by which the list is sorted, if it is a number. Unknown: less than all.
   [[nodiscard]] double number(msg::JobSort sort) const {
     constexpr double unknown = -1;
-    const auto times = [this] { return is_series() ? times_of(series(), now_) : times_of(first(), now_); };
+    const auto times = [this] {
+      return is_series() ? times_of(series(), now_) : times_of(first(), now_);
+    };
     switch (sort) {
       case msg::JobSort::priority:
         return priority();

@@ -14,7 +14,8 @@ struct JobList {
   std::uint64_t total = 0;  ///< jobs on all pages; not counted (0) with JobOrder::newest
 };
 
-/// Selects and sorts jobs as `request` says. `now`: of the loop. Takes linear time in the number of jobs, plus the time to sort the jobs up to the end of the page.
+/// Selects and sorts jobs as `request` says. `now`: of the loop. Takes linear time in the number of
+/// jobs, plus the time to sort the jobs up to the end of the page.
 JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now);
 
 }  // namespace parray::coordinator

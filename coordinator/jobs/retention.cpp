@@ -18,7 +18,7 @@ namespace {
 constexpr Time between_looks = seconds(5);
 /// JSON: of each unfinished job, by number, its progress, seconds taken and samples.
 constexpr const char* progress_note = "progress";
-constexpr double longest_taken = 1e12;  // seconds
+constexpr double longest_taken = 1e12;       // seconds
 constexpr const char* users_note = "users";  // thread-seconds by user, as JSON
 
 }  // namespace

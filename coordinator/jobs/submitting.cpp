@@ -76,6 +76,9 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
           "a coordinator does not trace and cannot estimate the error of a denoised picture: "
           "render it with parray render, or set the target for the picture before denoising");
     }
+    if (m.denoise && !m.settings->replicates) {
+      throw InputError("denoise: the settings lack `replicates`, which the denoiser needs");
+    }
     const std::uint64_t needed = JobPicture::memory(m.settings) + m.scene.size();
     if (needed > farm_.options.memory) {
       throw InputError("the picture needs " + megabytes(needed) +

@@ -33,6 +33,7 @@ class ClientRequests {
   void on(Time now, const PeerId& peer, msg::ShowJob& m);
   void on(Time now, const PeerId& peer, msg::Fetch& m);
   void on(Time now, const PeerId& peer, msg::FetchJournal& m);
+  void on(Time now, const PeerId& peer, msg::FetchScene& m);
   void on(Time now, const PeerId& peer, msg::ListWorkers& m);
   void on(Time now, const PeerId& peer, msg::ShowWorker& m);
   void on(Time now, const PeerId& peer, msg::ShowFarm& m);

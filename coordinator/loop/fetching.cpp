@@ -280,4 +280,53 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
       });
 }
 
+/// Sends the scene of a job to its owner, for denoising and labels. A worker gets scenes by
+/// `need_scene`.
+void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::FetchScene& m) {
+  const Job* job = find_or_refuse(peer, m.request, m.job);
+  if (job == nullptr) return;
+  const JobRecord& record = job->record;
+  if (farm_.sender.role == Role::client && record.user != farm_.sender.name) {
+    farm_.fail_request(peer, m.request, 2,
+                       fmt::format("job {} belongs to {}, and only its owner gets its scene", m.job,
+                                   record.user.empty() ? "another user" : "'" + record.user + "'"));
+    return;
+  }
+  const std::string gone =
+      fmt::format("the coordinator no longer keeps the scene of job {}: submit it again", m.job);
+  if (!store::needs_scene(record.state, record.keeps_scene()) ||
+      (farm_.store == nullptr && job->scene.size() == 0)) {
+    farm_.fail_request(peer, m.request, 2, gone);
+    return;
+  }
+  const auto answer = std::make_shared<msg::SceneData>();
+  answer->request = m.request;
+  answer->settings = record.settings;
+  answer->drawing = record.drawing;
+  if (farm_.store == nullptr) {
+    answer->scene = job->scene;
+    farm_.send(peer, std::move(*answer));
+    return;
+  }
+  const auto ticket = admit_bulk(peer, m.request, record.scene_bytes);
+  if (!ticket) return;
+  farm_.for_client(peer, m.request, fmt::format("reading the scene of job {}", m.job))
+      .give([this, answer, ticket, peer, gone, store = farm_.store,
+             digest = record.scene]() -> JobThread::Completion {
+        std::optional<std::string> bytes = store->scene(digest);
+        const bool found = bytes.has_value();
+        if (found) {
+          answer->scene = ScenePayload(Bulk::of(with_ticket(*std::move(bytes), ticket)));
+        }
+        return {[this, answer, peer, gone, found] {
+                  if (found) {
+                    farm_.send(peer, std::move(*answer));
+                  } else {
+                    farm_.fail_request(peer, answer->request, 1, gone);
+                  }
+                },
+                {}};
+      });
+}
+
 }  // namespace parray::coordinator

@@ -33,7 +33,7 @@ void DiskStore::put_job(const JobRecord& job) {
   std::string text = record_to_json(job);
   JobEntry& entry = jobs_[job.id];
   entry.scene = job.scene;
-  entry.unfinished = needs_scene(job.state);
+  entry.unfinished = needs_scene(job.state, job.keeps_scene());
   entry.has_record = true;
   Change& change = changes_[job.id];
   change.record = change.copy = true;

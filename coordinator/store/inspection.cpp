@@ -227,14 +227,16 @@ Comparison compare(const Records& records, const FoundFiles& found) {
 void complete_row(JobId id, JobRow& row) {
   const JobRecord record = record_from_json(id, row.record.value_or(""));
   row.scene = record.scene;
-  row.unfinished = needs_scene(record.state);
+  row.unfinished = needs_scene(record.state, record.denoise);
 }
 
 bool row_matches_record(const JobRow& row) {
   const json record = json::parse(row.record.value_or(""), nullptr, false);
+  const bool keeps = record.is_object() && (record.value("denoise", json()) == true ||
+                                            record.value("drawing", json("")) != json(""));
   return record.is_object() && record.value("scene", json()) == row.scene &&
          record.value("state", json()).is_number_unsigned() &&
-         needs_scene(static_cast<JobState>(record.value("state", 0))) == row.unfinished;
+         needs_scene(static_cast<JobState>(record.value("state", 0)), keeps) == row.unfinished;
 }
 
 }  // namespace parray::store

@@ -76,6 +76,10 @@ struct HeadFields {
   }
   void duration(const char* key, double& value) { self().value(key, value); }
   void number_if_there(const char* key, std::uint64_t& value) { self().optional(key, value); }
+  void flag_if_there(const char* key, bool& value) { self().optional(key, value); }
+  void text_if_there(const char* key, std::string& value, std::size_t /*longest*/) {
+    self().optional(key, value);
+  }
   void settings(const char* key, Boxed<RenderSettings>& value) { self().value(key, value); }
 
  private:

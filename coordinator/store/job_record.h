@@ -19,9 +19,11 @@ std::string_view name_of(JobState state);
 
 /// Returns whether a job in this state has not ended.
 bool is_unfinished(JobState state);
-/// Returns whether a job in this state needs its scene and its results. Failed and cancelled jobs
-/// do, because `requeue` can continue them.
-inline bool needs_scene(JobState state) { return state != JobState::done; }
+/// Returns whether a job in this state needs its scene. Failed and cancelled jobs do, because
+/// `requeue` can continue them; a done job does if `keeps_scene` (JobHead::keeps_scene()).
+inline bool needs_scene(JobState state, bool keeps_scene) {
+  return state != JobState::done || keeps_scene;
+}
 
 /// An event in the life of a job.
 struct JobEvent {

@@ -185,10 +185,26 @@ class Rebuilder {
           fail(damage, row, "its picture is damaged: submit it again");
           break;
         case FileDamage::Kind::scene:
-          fail(damage, row, "its scene is damaged: submit it again");
+          lose_scene(damage, row);
           break;
       }
     }
+  }
+
+  /// Makes the job fail, or, if it is done, only gives up denoising and labels.
+  void lose_scene(const FileDamage& damage, JobRow& row) {
+    JobRecord record = record_from_json(damage.job, *row.record);
+    if (record.state != JobState::done) {
+      fail(damage, row, "its scene is damaged: submit it again");
+      return;
+    }
+    report("lost: " + damage.line + ": " + job_name(damage.job) +
+           " will be neither denoised nor labelled");
+    record.denoise = false;
+    record.drawing.clear();
+    record.note(now_, "its scene is damaged: its picture is neither denoised nor labelled");
+    row.record = record_to_json(record);
+    row.unfinished = needs_scene(record.state, record.keeps_scene());
   }
 
   void repair_rows(const FileDamage& damage, JobRow& row) {
@@ -225,7 +241,7 @@ class Rebuilder {
     record.report.clear();
     record.note(now_, "failed: " + reason);
     row.record = record_to_json(record);
-    row.unfinished = needs_scene(record.state);
+    row.unfinished = needs_scene(record.state, record.keeps_scene());
   }
 
   void write_everything() {

@@ -66,7 +66,7 @@ class Renders(FarmTest):
                 self.assertEqual(there.error, here.error)
 
     def test_bad_input_has_the_text_of_the_command_line(self):
-        for arguments, options, text in (((SCENE,), {"width": 0}, "--width"), ((SCENE,), {"target_error": -1.0}, "--target-error"),
+        for arguments, options, text in (((SCENE,), {"width": 0}, "options: /width: "), ((SCENE,), {"target_error": -1.0}, "options: /target_error: "),
                                          (([HELIX, HELIX],), {}, "call submit() for each"),
                                          (({**SCENE, "camera": {}},), {}, "missing key"),
                                          (({**SCENE, "cammera": {}},), {}, "camera")):
@@ -145,12 +145,49 @@ class Tokens(FarmTest):
             self.refused(parray.RenderError, "token", parray.Farm(self.farm.url, token, check=False).submit, SCENE)
 
 
+class Options(FarmTest):
+    def test_files_and_objects_with_options_need_no_program_here_and_have_its_bits(self):
+        self.start_worker()
+        positions, _, _ = cloud()
+        residues = parray.Particles(positions, elements=["C"] * len(positions), numbers={"resid": range(len(positions))},
+                                    texts={"chain": ["A", "B"] * (len(positions) // 2)})  # fmt: skip
+        cases = ((HELIX, {"select": "resid 1:5", "color_by": "element", "view": "front", "zoom": 1.1}),
+                 (residues, {"select": "chain A", "color_by": "chain", "show": [{"select": "resid 1:3", "radius": 2}]}))
+        for source, options in cases:
+            here = parray.render(source, **SMALL, **options)
+            with self.without_program():
+                there = self.farm.render(source, **SMALL, **options)
+            self.assertEqual(there.report["image_sha256"], here.report["image_sha256"])
+
+    def test_a_trajectory_becomes_a_series_and_a_plan_stores_nothing(self):
+        run = self.folder / "run.xyz"
+        run.write_text("".join(f"2\nf\nO 0 0 0\nO {1 + i / 4} 0 0\n" for i in range(6)))
+        plan = self.farm.plan(run, **SMALL, frames="all")
+        self.assertGreater(plan["thread_seconds"], 0)
+        self.assertEqual(list(self.farm.jobs()), [])
+        for frames, numbers in (("all", range(6)), (range(1, 6, 2), [1, 3, 5]), ("0:5:5", [0, 5]), (4, [4])):
+            series = self.farm.submit(run, **SMALL, frames=frames).show()
+            self.assertEqual([entry["frame"] for entry in series["frame_list"]], list(numbers))
+        self.refused(parray.InputError, "equal distances", self.farm.submit, run, frames=[0, 1, 5])
+        self.refused(parray.InputError, "only a file", self.farm.submit, *cloud(), frames="all")
+        self.refused(parray.InputError, "use submit()", self.farm.render, run, frames="all")
+
+    @contextlib.contextmanager
+    def without_program(self):
+        kept = {name: os.environ.pop(name, None) for name in ("PARRAY_BIN", "PATH")}
+        try:
+            yield
+        finally:
+            os.environ.update({name: value for name, value in kept.items() if value is not None})
+
+
 class Document(FarmTest):
     def test_keywords_are_the_options_of_the_servers_document(self):
         served = self.farm._http.json("GET", "/api/v1/openapi.json")
         options = served["components"]["schemas"]["Options"]["properties"]
         ours = set(parray.options.names_of(parray.options.SubmitOptions))
-        self.assertEqual(ours - {"values"} - set(parray.options.OF_SCENE), set(options))
+        local = {"values", "elements", "camera", "sky"}  # the package itself makes a scene of these
+        self.assertEqual(ours - local, set(options) - {"radius"})  # whose name here is radii
 
 
 if __name__ == "__main__":

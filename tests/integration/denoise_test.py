@@ -156,8 +156,7 @@ class Denoise(CliTest):
         self.assertNotIn("denoised", report)
         self.assertEqual(report["image_sha256"], plain["image_sha256"])
 
-    def test_it_is_refused_without_a_picture_and_for_a_series(self):
-        self.refused("submit", self.scene, "--wait", "--denoise", mentions="--output")
+    def test_it_is_refused_for_a_series(self):
         self.refused("submit", self.scene, "--wait", "--denoise", "--frames", "1-2", "-o",
                      self.path("a-##.exr"), mentions="--denoise")
 

@@ -292,8 +292,10 @@ class Problems(WebCase):
                                    ({"target_error": 1e-9}, ["--target-error=1e-9"])):
                 said = subprocess.run([BIN / "parray", "submit", "scene.json", *words], cwd=folder, text=True,
                                       capture_output=True).stderr.strip().removeprefix("parray: ")
+                option, text = said.removesuffix("; see `parray submit --help`").split(": ", 1)
+                pointer = "options: /" + option.split(",")[0].split(" ")[0].removeprefix("--").replace("-", "_") + ": "
                 answer = farm.post_form(("scene", None, json.dumps(SCENE)), ("options", None, json.dumps(options)))
-                self.assertEqual(self.assert_problem(answer, 422), said)
+                self.assertIn(self.assert_problem(answer, 422), (pointer + text, pointer + option + ": " + text))
             said = farm.client("show", 77).stderr.strip().removeprefix("parray: ")
             self.assertEqual(self.assert_problem(farm.get("/jobs/77"), 404), said)
             self.assertEqual(self.assert_problem(farm.get("/jobs/77/image.png"), 404), said)

@@ -1,5 +1,6 @@
 // Prints the descriptions of settings and of a scene's sections as JSON: what scenes/schema/renew
 // makes the schema and the keywords of Python from, and compares them with.
+#include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -8,6 +9,7 @@
 #include "cli/input/scene_file/image_fields.h"
 #include "cli/input/scene_file/particle_fields.h"
 #include "cli/input/scene_file/scene_fields.h"
+#include "cli/scene_sandbox/upload_jobs.h"
 #include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 
@@ -77,6 +79,34 @@ std::string python_type(const Words& words) {
   return "Literal[" + names + "]";
 }
 
+/// The options of an upload by HTTP that are no settings. A text may also be given as a number or
+/// a list.
+json upload_options() {
+  CommandLine line("", "parray");
+  Command command = line.command("submit", "");
+  scene_sandbox::UploadRequest request;
+  scene_sandbox::add_upload_options(command, request);
+  json options = json::object();
+  const ProgramText program = line.description();
+  for (const OptionText& option : program.commands.front().options) {
+    std::string name = option.names.back().substr(2);
+    if (name == "help" || name == "transparent") continue;  // of the program; not for farms
+    std::ranges::replace(name, '-', '_');
+    const bool on_off = option.value.empty() || option.value == "on|off";
+    const bool number = option.value == "N" || option.value == "DEG" || option.value == "FACTOR";
+    const bool switched = option.value.starts_with("on|off|");
+    json one = {{"type", on_off           ? json("boolean")
+                         : number         ? json("number")
+                         : switched       ? json::array({"boolean", "number", "string"})
+                         : name == "show" ? json::array({"string", "object", "array"})
+                                          : json::array({"string", "number", "array"})},
+                {"description", option.text}};
+    if (!on_off && !option.words.empty()) one["examples"] = option.words;
+    options[name] = one;
+  }
+  return options;
+}
+
 json document() {
   const RenderSettings settings;
   const bool transparent = false;
@@ -99,7 +129,10 @@ json document() {
     if (setting.help == nullptr) return;
     keywords[keyword_of(setting)] = {{"python", python_type(rule)}, {"schema", leaf(rule)}};
   });
-  return {{"sections", sections}, {"materials", materials}, {"keywords", keywords}};
+  return {{"sections", sections},
+          {"materials", materials},
+          {"keywords", keywords},
+          {"upload_options", upload_options()}};
 }
 
 }  // namespace

@@ -174,7 +174,7 @@ class CrashStore : public Store {
   }
   [[nodiscard]] bool is_used(const std::string& digest) const {
     return std::any_of(staged_.jobs.begin(), staged_.jobs.end(), [&](const auto& job) {
-      return job.second.scene == digest && needs_scene(job.second.state);
+      return job.second.scene == digest && needs_scene(job.second.state, job.second.keeps_scene());
     });
   }
 

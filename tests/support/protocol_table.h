@@ -110,7 +110,9 @@ inline const std::vector<TypeRow>& protocol() {
         {"series", "dance"},
         {"frame", 7},
         {"frames", 9},
-        {"preview_of", 12}},
+        {"preview_of", 12},
+        {"denoise", true},
+        {"drawing", "{}"}},
        true},
       {"submitted", {{"request", 8}, {"job", 5}}},
       {"list_jobs",
@@ -156,7 +158,9 @@ inline const std::vector<TypeRow>& protocol() {
       {"worker", {{"request", 8}, {"worker", {{"name", "node 1"}}}}},
       {"show_log", {{"request", 8}, {"name", "node 1"}}},
       {"log", {{"request", 8}, {"lines", json::array({"serving", "a scene has come"})}}},
-      {"error", {{"request", 8}, {"status", 2}, {"message", "no room"}, {"later", true}}}};
+      {"error", {{"request", 8}, {"status", 2}, {"message", "no room"}, {"later", true}}},
+      {"fetch_scene", {{"request", 8}, {"job", 5}}},
+      {"scene", {{"request", 8}, {"settings", settings}, {"drawing", "{}"}}, true}};
   return table;
 }
 

@@ -68,11 +68,12 @@ inline std::vector<Message> sample_messages() {
           msg::ResultVerdict{5, 6, msg::Verdict::mismatch},
           msg::Revoke{5, 6},
           msg::Bye{"stopped"},
-          msg::Submit{{"glass", 99, settings, "asked for", 0.25, 0.5, 3, 4, "dance", 7, 9, 12},
-                      8,
-                      "token-1",
-                      ScenePayload(Bulk::of("scene")),
-                      "ann"},
+          msg::Submit{
+              {"glass", 99, settings, "asked for", 0.25, 0.5, 3, 4, "dance", 7, 9, 12, true, "{}"},
+              8,
+              "token-1",
+              ScenePayload(Bulk::of("scene")),
+              "ann"},
           msg::Submitted{8, 5},
           msg::ListJobs{8, 70, 10, "done,failed", "ann", "water", msg::JobSort::taken,
                         msg::JobOrder::ascending, 30},
@@ -96,7 +97,9 @@ inline std::vector<Message> sample_messages() {
           msg::Worker{8, {{"name", "node 1"}}},
           msg::ShowLog{8, "node 1"},
           msg::Log{8, {"serving", "a scene has come"}},
-          msg::Error{8, 2, "no room", true}};
+          msg::Error{8, 2, "no room", true},
+          msg::FetchScene{8, 5},
+          msg::SceneData{8, settings, ScenePayload(Bulk::of("scene")), "{}"}};
 }
 
 }  // namespace parray::test

@@ -8,10 +8,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import html
+import os
 import tempfile
 import time
 import uuid
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Optional, Union
 from urllib.parse import urlencode
@@ -24,7 +25,7 @@ from .options import SubmitOptions, shows_keywords, split
 from .picture import Picture
 from .program import convert
 from .progress import Progress, ProgressOption, Shower, shower_for
-from .scene import prepare, scene_bytes
+from .scene import prepare, safe_name, scene_bytes, with_labels_of
 from .several import is_series
 
 if TYPE_CHECKING:
@@ -56,23 +57,35 @@ class Farm:
     ) -> Job:
         """Submits a scene and returns its job. The farm renders the scene whether you wait or not. Takes the arguments of
         parray.render(), except those for this machine. Also takes name, priority, max_failures, webhook and progressive
-        of the farm's document. Particles with `camera`, `sky`, `material`, or options that select or colour them, need
-        the program `parray` on this machine to make a scene."""
-        if is_series(source):
-            raise InputError("frames: a job of Python has one frame: call submit() for each")
+        of the farm's document. Particles with `camera`, `sky` or `material` need the program `parray` on this machine to
+        make a scene. `frames` makes a series of jobs of a trajectory: "all", "0:100:5" (first, last, step) or a range;
+        the job that submit() then returns stands for all frames."""
         scene_options, settings = split(options, SubmitOptions)
-        with tempfile.TemporaryDirectory(prefix="parray-") as folder:
-            work = prepare(source, radii, colors, scene_options, settings, Path(folder), convert)
-            scene, files = work.parts()
-            form = Form()
-            form.text("options", scene_bytes(settings), "application/json")
-            if scene is not None:
-                form.text("scene", scene, "application/json")
-            for name, path in files.items():
-                form.file(name, path)
+        if "frames" in settings:
+            settings["frames"] = frames_text(settings["frames"])
+        with _form_of(source, radii, colors, scene_options, settings) as form:
             key = {"Idempotency-Key": uuid.uuid4().hex}
             answer = self._http.json("POST", "/api/v1/jobs", form, {**key, **form.headers})
         return Job(self, answer["id"])
+
+    @shows_keywords(SubmitOptions)
+    def plan(
+        self,
+        source: Any,
+        radii: Optional[npt.ArrayLike] = None,
+        colors: Optional[npt.ArrayLike] = None,
+        **options: Unpack[SubmitOptions],
+    ) -> dict[str, Any]:
+        """Forecasts a job on this farm without submitting it. Takes the arguments of submit(). The farm traces a small
+        part of the picture for this, which takes a few seconds. Returns `seconds` (`low`, `expected`, `high`) from the
+        first sample to the picture, `queue_seconds` before that, `samples_per_pixel`, `error`, `threads`,
+        `thread_seconds` and `notes`."""
+        scene_options, settings = split(options, SubmitOptions)
+        if "frames" in settings:
+            settings["frames"] = frames_text(settings["frames"])
+        with _form_of(source, radii, colors, scene_options, settings) as form:
+            forecast: dict[str, Any] = self._http.json("POST", "/api/v1/plan", form, form.headers)
+        return forecast
 
     @shows_keywords(SubmitOptions)
     def render(
@@ -85,6 +98,7 @@ class Farm:
         **options: Unpack[SubmitOptions],
     ) -> Picture:
         """Submits a scene, waits for the picture and returns it. Ctrl-C and other exceptions cancel the job."""
+        _require_one_picture(options)
         job = self.submit(source, radii, colors, **options)
         try:
             return job.wait(progress=progress)
@@ -103,6 +117,7 @@ class Farm:
         **options: Unpack[SubmitOptions],
     ) -> Picture:
         """Does the same as render() for asyncio. Cancelling the task cancels the job."""
+        _require_one_picture(options)
         job = await asyncio.to_thread(self.submit, source, radii, colors, **options)
         try:
             return await job.wait_async(progress=progress)
@@ -186,6 +201,56 @@ class Farm:
 
     def __repr__(self) -> str:
         return f"Farm({self.url!r})"
+
+
+@contextlib.contextmanager
+def _form_of(
+    source: Any,
+    radii: Optional[npt.ArrayLike],
+    colors: Optional[npt.ArrayLike],
+    scene_options: Mapping[str, Any],
+    settings: Mapping[str, Any],
+) -> Iterator[Form]:
+    """Makes the form of a scene and its options. Its files exist until the end of the block."""
+    if is_series(source):
+        raise InputError("frames: these frames are no file: call submit() for each of them")
+    if "frames" in settings and not isinstance(source, (str, os.PathLike, Mapping)):
+        raise InputError("frames: only a file, or a scene that names one, has frames: call submit() for each frame")
+    with tempfile.TemporaryDirectory(prefix="parray-") as folder:
+        work = prepare(source, radii, colors, scene_options, settings, Path(folder), convert, as_file=True)
+        settings = with_labels_of(work, settings, lambda _: True)
+        scene, files = work.parts()
+        asked = dict(work.asked)
+        if "topology" in asked:
+            names = Path(asked["topology"])
+            asked["topology"] = "names-" + safe_name(names.name)
+            files[asked["topology"]] = names
+        form = Form()
+        form.text("options", scene_bytes({**settings, **asked}), "application/json")
+        if scene is not None:
+            form.text("scene", scene, "application/json")
+        for name, path in files.items():
+            # With several files, the one of the particles must be the scene.
+            form.file(name, path, "scene" if len(files) > 1 and path == work.source else "file")
+        yield form
+
+
+def _require_one_picture(options: Mapping[str, Any]) -> None:
+    if options.get("frames") is not None:
+        raise InputError("frames: render() returns one picture: use submit(), which returns the series")
+
+
+def frames_text(frames: Union[str, int, Sequence[int]]) -> str:
+    """Returns frames in the form of the farm. Raises InputError unless they are a range."""
+    if isinstance(frames, str):
+        return frames
+    numbers = [frames] if isinstance(frames, int) else [int(number) for number in frames]
+    if not numbers:
+        raise InputError("frames: there are no frames: give at least one, such as frames=range(10)")
+    step = numbers[1] - numbers[0] if len(numbers) > 1 else 1
+    if step <= 0 or numbers != list(range(numbers[0], numbers[-1] + 1, step)):
+        raise InputError("frames: a series has frames at equal distances: give range(0, 100, 5), or call submit() for each")
+    return f"{numbers[0]}:{numbers[-1]}:{step}"
 
 
 class Job:

@@ -27,11 +27,11 @@ class Form:
     def text(self, name: str, value: bytes, content_type: str) -> None:
         self._add(f'name="{name}"', content_type, value)
 
-    def file(self, name: str, path: Path) -> None:
-        """Adds a file. `name` may contain letters, digits, '.', '_' and '-'."""
+    def file(self, name: str, path: Path, part: str = "file") -> None:
+        """Adds a file as a part. `name` may contain letters, digits, '.', '_' and '-'."""
         if not path.is_file():
             raise InputError(f"{path}: no such file: check the path")
-        self._add(f'name="file"; filename="{name}"', "application/octet-stream", path)
+        self._add(f'name="{part}"; filename="{name}"', "application/octet-stream", path)
 
     def _add(self, disposition: str, content_type: str, body: Union[bytes, Path]) -> None:
         head = f"--{self._boundary}\r\nContent-Disposition: form-data; {disposition}\r\nContent-Type: {content_type}\r\n\r\n"

@@ -84,21 +84,9 @@ class PictureOptions(TypedDict, total=False):
     schedule: Literal["static", "guided", "factoring", "weighted"]
     row_order: Literal["auto", "sequential", "interleaved"]
     # End of the settings.
-
-
-class RenderOptions(PictureOptions, total=False):
-    """Options of render() on this machine, and those of all pictures."""
-
-    # Several pictures.
-    frames: Union[Sequence[int], Literal["all"]]
-    views: Union[str, Sequence[str]]
-    threads: int
     denoise: bool
     quality: Literal["draft", "good", "print"]
-    transparent: bool
     background: str
-    aov: Union[str, Sequence[str]]
-    like: Union[str, os.PathLike[str]]
     # Labels and postprocessing of the PNG picture.
     outline: Union[bool, float, str]
     depth_cue: Union[bool, float, str]
@@ -115,6 +103,18 @@ class RenderOptions(PictureOptions, total=False):
     labels: bool
 
 
+class RenderOptions(PictureOptions, total=False):
+    """Options of render() on this machine, and those of all pictures."""
+
+    # Several pictures.
+    frames: Union[Sequence[int], Literal["all"]]
+    views: Union[str, Sequence[str]]
+    threads: int
+    transparent: bool
+    aov: Union[str, Sequence[str]]
+    like: Union[str, os.PathLike[str]]
+
+
 class SubmitOptions(PictureOptions, total=False):
     """Options of Farm.submit(), and those of all pictures."""
 
@@ -124,6 +124,7 @@ class SubmitOptions(PictureOptions, total=False):
     webhook: str
     preview_of: int
     progressive: bool
+    frames: Union[str, int, Sequence[int]]
 
 
 # Options that make the scene. All others are passed on by their names.

@@ -37,6 +37,8 @@ class Work(NamedTuple):
     """The title of the legend. None: that of the program."""
     options: tuple[str, ...] = ()
     """Options of `parray render` that belong to the file."""
+    asked: Mapping[str, Any] = {}
+    """The same options by their names."""
 
     def local_file(self, folder: Path) -> Path:
         """Returns a file for the program."""
@@ -49,7 +51,7 @@ class Work(NamedTuple):
     def parts(self) -> tuple[Optional[bytes], dict[str, Path]]:
         """Returns the parts of a form: the scene, if any, and the files by the names in the scene."""
         if isinstance(self.source, Path) and not _is_scene(self.source):
-            return None, {_safe(self.source.name): self.source}
+            return None, {safe_name(self.source.name): self.source}
         if isinstance(self.source, Path):
             text = _text(self.source)
             try:
@@ -64,12 +66,12 @@ class Work(NamedTuple):
         for item in _particle_items(scene):
             for key in _files_of(item):
                 path = Path(item[key])
-                item[key] = f"{len(files)}-{_safe(path.name)}"
+                item[key] = f"{len(files)}-{safe_name(path.name)}"
                 files[item[key]] = path
         return scene_bytes(scene), files
 
 
-def _safe(name: str) -> str:
+def safe_name(name: str) -> str:
     """Returns the end of a name, with its extension, in characters that a server accepts."""
     return re.sub(r"[^A-Za-z0-9._-]", "_", name)[-100:].lstrip(".-")
 
@@ -140,8 +142,17 @@ def prepare(
     if not (changes or rules or material is not None or as_scene):
         return Work(path, unit, title)
     if as_file and not changes and material is None:
-        return Work(path, unit, title, tuple(rules))
+        return Work(path, unit, title, tuple(rules), _asked_of(rules, asked))
     return Work(_automatic_scene(path, folder, rules, material, changes, settings, convert), unit, title)
+
+
+def _asked_of(rules: list[str], asked: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the options that belong to a file by their names: those of the user, and the others of `rules`."""
+    named = dict(asked)
+    for option in ("radius", "topology"):
+        if "--" + option in rules:
+            named[option] = rules[rules.index("--" + option) + 1]
+    return named
 
 
 def with_labels_of(work: Work, settings: Mapping[str, Any], has_option: Callable[[str], bool]) -> dict[str, Any]:

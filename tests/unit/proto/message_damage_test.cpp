@@ -128,6 +128,8 @@ bool bulk_noticed(const Message& message) {
       (void)image->picture.bytes(PictureDetail::image);
     } else if (const auto* journal = std::get_if<msg::JournalData>(&message)) {
       (void)journal->journal.verified();
+    } else if (const auto* scene = std::get_if<msg::SceneData>(&message)) {
+      (void)scene->scene.bytes();
     }
   } catch (const ChecksumError&) {
     return true;

@@ -113,9 +113,9 @@ static bool may_be_missing(const std::string& type, const std::string& key) {
     return key == "release" || key == "processors" || key == "memory_bytes";
   }
   return ((type == "list_jobs" || type == "list_workers" || type == "show_farm") &&
-           key != "request") ||
+          key != "request") ||
          (type == "heartbeat" && key == "load") || (type == "jobs" && key == "total") ||
-         (type == "submit" && key == "preview_of");
+         (type == "submit" && key == "preview_of") || key == "denoise" || key == "drawing";
 }
 
 TEST_CASE("every key of a message is required, except later ones, and has its type") {

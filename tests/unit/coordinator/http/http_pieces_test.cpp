@@ -208,13 +208,55 @@ TEST_CASE("options become arguments of the command line, according to name and t
                                           "--target-error=0.01"});
   CHECK(webhook == "http://a/b");
   CHECK(words_of_options("", webhook).empty());
-  for (const char* bad : {"[]", "{", "7", "{\"spp\": \"7\"}", "{\"spp\": null}",
-                          "{\"adaptive\": 1}", "{\"passes\": 3}", "{\"passes\": [-1]}",
-                          "{\"passes\": []}", "{\"name\": \"\"}", "{\"like\": \"a.exr\"}"}) {
+  for (const char* bad : {"[]",
+                          "{",
+                          "7",
+                          "{\"spp\": \"7\"}",
+                          "{\"spp\": null}",
+                          "{\"adaptive\": 1}",
+                          "{\"passes\": 3}",
+                          "{\"passes\": [-1]}",
+                          "{\"passes\": []}",
+                          "{\"name\": \"\"}",
+                          "{\"help\": true}",
+                          "{\"--spp\": 3}",
+                          "{\"a b\": 3}",
+                          "{\"Select\": \"all\"}",
+                          "{\"select\": {}}",
+                          "{\"select\": []}",
+                          "{\"select\": \"\"}",
+                          "{\"select\": null}",
+                          "{\"range\": [[1], 2]}",
+                          "{\"show\": 3}",
+                          "{\"show\": [{\"color_by\": \"z\"}]}"}) {
     CHECK_MESSAGE(status_of([&] { words_of_options(bad, webhook); }) == 422, bad);
   }
-  CHECK(detail_of_problem([&] { words_of_options("{\"widht\": 7}", webhook); }) ==
-        "options: /widht: unknown option: did you mean 'width'?");
+}
+
+TEST_CASE("options that only the child knows are passed on, those of representations last") {
+  std::string webhook;
+  CHECK(words_of_options(
+            R"({"color_by": "z", "denoise": true, "range": [0, 1.5], "show":
+                [{"select": "element N", "radius": 2}, "water"], "up": [0, 1, 1], "wrap": false})",
+            webhook) == std::vector<std::string>{"--color-by=z", "--denoise=on", "--range=0:1.5",
+                                                 "--up=0,1,1", "--wrap=off", "--show=element N",
+                                                 "--radius=2", "--show=water"});
+}
+
+TEST_CASE("messages of the child name options by JSON pointers, but only options of the request") {
+  const std::vector<std::string> words = {"--max-depth=0", "--selekt=all", "--color-by=vz"};
+  const auto said = [&](const std::string& text) { return message_about_options(text, words); };
+  CHECK(said("--max-depth: '0' is not a whole number; see `parray submit --help`") ==
+        "options: /max_depth: '0' is not a whole number");
+  CHECK(said("unknown option --selekt: did you mean --select? See `parray submit --help`") ==
+        "options: /selekt: unknown option: did you mean 'select'?");
+  CHECK(said("unknown option --selekt; see `parray submit --help`") ==
+        "options: /selekt: unknown option");
+  CHECK(said("--max-depth, --spp: too many") ==
+        "options: /max_depth: --max-depth, --spp: too many");
+  CHECK(said("a.xyz: --color-by: no column 'vz'") == "options: /color_by: a.xyz: no column 'vz'");
+  CHECK(said("--spp: too many") == "--spp: too many");
+  CHECK(said("a.json:7: /camera: wrong") == "a.json:7: /camera: wrong");
 }
 
 TEST_CASE("the URL of a webhook has a scheme, a host, a port and a path") {

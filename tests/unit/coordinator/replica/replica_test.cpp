@@ -38,7 +38,7 @@ void check_same(Store& a, Store& b) {
     CHECK(record_to_json(jobs[i]) == record_to_json(others[i]));
     CHECK(rows_of(a, jobs[i].id) == rows_of(b, jobs[i].id));
     CHECK(a.picture(jobs[i].id) == b.picture(jobs[i].id));
-    if (needs_scene(jobs[i].state)) {
+    if (needs_scene(jobs[i].state, jobs[i].keeps_scene())) {
       CHECK(a.scene(jobs[i].scene) == b.scene(jobs[i].scene));
     }
   }

@@ -133,6 +133,38 @@ TEST_CASE("a finished job keeps its picture and drops its results and its scene"
   CHECK_FALSE(std::filesystem::exists(directory.path() / "jobs" / "1"));
 }
 
+TEST_CASE("a finished job whose pictures need the scene keeps it, also after a new start") {
+  const TemporaryDirectory directory;
+  for (const bool denoise : {true, false}) {
+    DiskStore store(directory.path());
+    JobRecord job = stored_job(1, JobState::done);
+    job.denoise = denoise;
+    job.drawing = denoise ? "" : "{}";
+    store.put_job(job);
+    store.put_scene(digest('a'), "scene");
+    store.drop_work(1);
+    store.commit();
+    CHECK(store.scene(digest('a')) == "scene");
+  }
+  DiskStore store(directory.path());
+  CHECK(store.scene(digest('a')) == "scene");
+  store.drop_job(1);
+  store.commit();
+  CHECK_FALSE(store.scene(digest('a')).has_value());
+}
+
+TEST_CASE("a record of a version without denoising and drawings is read") {
+  JobRecord job = stored_job(1);
+  job.denoise = true;
+  job.drawing = "{}";
+  auto map = nlohmann::json::parse(record_to_json(job));
+  CHECK(record_from_json(1, map.dump()).denoise);
+  CHECK(record_from_json(1, map.dump()).drawing == "{}");
+  map.erase("denoise");
+  map.erase("drawing");
+  CHECK_FALSE(record_from_json(1, map.dump()).keeps_scene());
+}
+
 TEST_CASE("a scene stays while an unfinished or failed job uses it") {
   const TemporaryDirectory directory;
   DiskStore store(directory.path());

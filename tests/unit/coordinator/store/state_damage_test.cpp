@@ -252,6 +252,28 @@ TEST_CASE("a damaged copy beside the database is written again, and the state ca
   }
 }
 
+TEST_CASE("a finished job that loses its scene stays done, without denoising and labels") {
+  const TemporaryDirectory directory;
+  {
+    DiskStore store(directory.path());
+    JobRecord job = job_with(1, JobState::done);
+    job.denoise = true;
+    job.drawing = "{}";
+    store.put_scene(real_digest(), scene_text);
+    put_picture(store, 1, "picture");
+    store.put_job(job);
+    store.drop_work(1);
+    store.commit();
+  }
+  write_bytes(directory.path() / "scenes" / real_digest(), "damaged");
+  CHECK(names(repair_state(directory.path(), 1000), 1));
+  DiskStore store(directory.path());
+  const JobRecord job = store.jobs().at(0);
+  CHECK(job.state == JobState::done);
+  CHECK_FALSE(job.keeps_scene());
+  CHECK(store.picture(1) == "picture");
+}
+
 TEST_CASE("--check refuses a served state and changes nothing") {
   const TemporaryDirectory directory;
   {

@@ -1,0 +1,52 @@
+#include "cli/scene_sandbox/limits.h"
+
+#include <sys/prctl.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <optional>
+#include <utility>
+
+#include "common/base/error.h"
+#include "common/base/files.h"
+
+namespace parray::scene_sandbox {
+namespace {
+
+void limit(decltype(RLIMIT_AS) what, rlim_t value) {
+  const rlimit wanted{value, value};
+  if (setrlimit(what, &wanted) != 0) throw RunError("a limit of this process cannot be set");
+}
+
+}  // namespace
+
+Enclosure enclosure_of(std::uint64_t file_bytes) {
+  return {std::filesystem::current_path().parent_path(), file_bytes};
+}
+
+void confine(const ChildResources& resources, std::uint64_t file_bytes) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  prctl(PR_SET_DUMPABLE, 0);
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_CPU, resources.seconds);
+#ifndef PARRAY_SANITIZED  // the shadow memory of sanitizers needs a huge address space
+  limit(RLIMIT_AS, resources.memory);
+  enclose_process(enclosure_of(file_bytes));
+#else
+  static_cast<void>(file_bytes);
+#endif
+}
+
+void keep_bytes(const std::filesystem::path& file, std::string_view bytes) {
+  if (!write_file(file, bytes)) {
+    throw RunError("writing " + file.filename().string() + " failed: is the disk full?");
+  }
+}
+
+std::string kept_bytes(const std::filesystem::path& file) {
+  std::optional<std::string> bytes = read_file(file);
+  if (!bytes) throw RunError("reading " + file.string() + " failed");
+  return *std::move(bytes);
+}
+
+}  // namespace parray::scene_sandbox

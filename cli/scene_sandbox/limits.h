@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "cli/scene_sandbox/confinement.h"
+
+/// Limits of parray-http-child, and its files. The current directory of the process has the files
+/// of a request; its parent is for results.
+namespace parray::scene_sandbox {
+
+/// Limits of memory in bytes, and of processor time in seconds.
+struct ChildResources {
+  std::size_t memory = 0;
+  std::size_t seconds = 0;
+};
+
+/// Returns the permissions of this process. `file_bytes`: size of the largest file to write.
+Enclosure enclosure_of(std::uint64_t file_bytes);
+
+/// Limits memory and processor time, ends this process with its parent, and confines it, in case a
+/// damaged file takes it over.
+void confine(const ChildResources& resources, std::uint64_t file_bytes);
+
+/// Write or read a whole file. Throw RunError.
+void keep_bytes(const std::filesystem::path& file, std::string_view bytes);
+std::string kept_bytes(const std::filesystem::path& file);
+
+}  // namespace parray::scene_sandbox

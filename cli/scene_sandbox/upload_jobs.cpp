@@ -1,0 +1,191 @@
+#include "cli/scene_sandbox/upload_jobs.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "cli/commands/drawing.h"
+#include "cli/commands/frame_scenes.h"
+#include "cli/commands/prepare.h"
+#include "common/base/error.h"
+#include "common/base/printable.h"
+#include "common/scene/limits.h"
+#include "common/scene/settings.h"
+#include "proto/clock.h"
+
+namespace parray::scene_sandbox {
+namespace {
+
+using nlohmann::json;
+
+/// Writes the messages of a batch.
+class Batch {
+ public:
+  void add(msg::Submit message) {
+    message.token = "to be replaced";
+    const Frames frames = encode(message);
+    const std::string number = std::to_string(jobs_++);
+    keep_bytes("../control-" + number, frames.at(0).view());
+    keep_bytes("../bulk-" + number, frames.at(1).view());
+    bytes_ += frames.at(1).view().size();
+  }
+  [[nodiscard]] std::size_t jobs() const { return jobs_; }
+  /// Returns whether the server should take these messages before more are made.
+  [[nodiscard]] bool full() const {
+    constexpr std::size_t most_jobs = 256;
+    constexpr std::uint64_t most_bytes = std::uint64_t{64} << 20;
+    constexpr Time longest = seconds(10);
+    return jobs_ >= most_jobs || bytes_ >= most_bytes || clock_.now() - begin_ >= longest;
+  }
+  /// Writes the description of the batch. `frames`: of the series.
+  void finish(std::size_t frames) const {
+    keep_bytes("../batch", json{{"frames", frames}, {"jobs", jobs_}}.dump());
+  }
+
+ private:
+  SteadyClock clock_;
+  Time begin_ = clock_.now();
+  std::size_t jobs_ = 0;
+  std::uint64_t bytes_ = 0;
+};
+
+/// Returns whether the pictures of the job are denoised: as the option says, else as --quality.
+bool wants_denoising(const UploadRequest& request, const RenderSettings& settings) {
+  const Quality* const quality = request.render.quality();
+  const bool usual = quality != nullptr && quality->denoise && settings.samples_per_pixel >= 2;
+  return request.denoise.value_or(usual);
+}
+
+/// Returns what is drawn on the picture. If the labels of the scene itself do not fit a small
+/// picture, such as a preview, leaves them out.
+std::string drawing_of(const UploadRequest& request, SceneFile& file, const Submission& job) {
+  const auto text = [&] {
+    return drawing_text(request.labels, request.postprocessing, file, job.scene, job.settings);
+  };
+  try {
+    return text();
+  } catch (const InputError&) {
+    const bool asked =
+        !request.labels.first_given().empty() || !request.postprocessing.first_given().empty();
+    if (asked || !file.labels.any()) throw;
+  }
+  file.labels = {};
+  return text();
+}
+
+Submission submission_of(const UploadRequest& request, LoadedSubmission loaded) {
+  Submission submission = std::move(loaded.submission);
+  submission.max_failures = request.max_failures;
+  submission.settings->progressive = request.progressive;
+  if (!request.name.empty()) submission.name = request.name;
+  submission.drawing = drawing_of(request, loaded.rest, submission);
+  submission.denoise = wants_denoising(request, submission.settings);
+  if (submission.denoise) {
+    ask_for_denoising(submission.settings, RenderMode::http, !request.render.has_target_error());
+  }
+  return submission;
+}
+
+/// Returns the range of frames. Counts those of the file if all are wanted. Throws InputError.
+FrameRange range_of(const ChosenFrames& chosen, FrameScenes& scenes) {
+  if (chosen.range) return *chosen.range;
+  const std::uint64_t count = scenes.count();
+  if (count > limits::max_frames) {
+    throw InputError("--frames: the trajectory has " + std::to_string(count) +
+                     " frames, more than the limit of " + std::to_string(limits::max_frames) +
+                     ": choose some, such as \"0:" + std::to_string(limits::max_frames - 1) + "\"");
+  }
+  return {0, static_cast<std::uint32_t>(count - 1), 1};
+}
+
+void add_frames(const UploadRequest& request, std::size_t first, Batch& batch) {
+  FrameScenes scenes(request.scene, request.render, NamedFiles::beside);
+  const FrameRange range = range_of(*request.frames, scenes);
+  scenes.begin_at(range.first);
+  for (std::size_t place = first; place < range.count() && !batch.full(); ++place) {
+    const std::uint32_t frame = range.number(static_cast<std::uint32_t>(place));
+    try {
+      Submission submission =
+          submission_of(request, load_frame(RenderMode::http, scenes, frame, request.priority));
+      submission.frame = frame;
+      submission.frames = range.count();
+      batch.add(submit_message(std::move(submission)));
+    } catch (const InputError& error) {
+      if (batch.jobs() > 0) break;
+      throw InputError("frame " + std::to_string(frame) + ": " + error.what());
+    }
+  }
+  batch.finish(range.count());
+}
+
+}  // namespace
+
+ChosenFrames chosen_frames_from(const std::string& text) {
+  if (text == "all") return {};
+  const auto colons = std::ranges::count(text, ':');
+  const bool plain = text.find_first_not_of("0123456789:") == std::string::npos && colons <= 2;
+  std::string range = text;
+  if (colons > 0) range.at(range.find(':')) = '-';
+  try {
+    if (plain) return {frame_range_from(range)};
+  } catch (const InputError& error) {
+    if (std::string(error.what()).find("more than the limit") != std::string::npos) throw;
+  }
+  throw InputError("'" + printable(text) +
+                   "' is not a range of frames: use \"all\", \"7\", \"0:100\" (the frames 0 to "
+                   "100) or \"0:100:5\" (every fifth of them)");
+}
+
+void add_upload_options(Command& command, UploadRequest& request) {
+  command.option("--name", request.name, "Name of the job; default: the file name of the scene");
+  add_whole_number(
+      command, "--priority", 0, 100,
+      [&request](std::uint64_t value) { request.priority = static_cast<std::uint32_t>(value); },
+      "Of the jobs of a user, those with a higher priority are rendered first");
+  add_whole_number(
+      command, "--max-failures", 1, 1000,
+      [&request](std::uint64_t value) { request.max_failures = static_cast<std::uint32_t>(value); },
+      "The job fails if so many workers have failed at the same part of it");
+  command.flag("--progressive", request.progressive, "Trace a preview of all pixels first");
+  command.on_off("--denoise", request.denoise,
+                 "Denoise the finished picture. image.exr then also contains the picture before "
+                 "denoising, in the channels raw.R, raw.G, raw.B");
+  command.option(
+      "--frames",
+      [&request](const std::string& text) { request.frames = chosen_frames_from(text); },
+      "Make a series with a job for each frame of the trajectory: all, 7, 0:100 or 0:100:5 "
+      "(first, last, step). A file of particles alone has the camera of its first frame");
+  request.render.add_to(command);
+  request.render.add_quality_to(command);
+  request.postprocessing.add_to(command, nullptr);
+  request.labels.add_to(command, nullptr, request.render);
+}
+
+Submission first_submission(const UploadRequest& request, std::size_t& frames) {
+  frames = 1;
+  if (!request.frames) {
+    return submission_of(request, load_submission(RenderMode::http, request.scene, request.render,
+                                                  request.priority));
+  }
+  FrameScenes scenes(request.scene, request.render, NamedFiles::beside);
+  const FrameRange range = range_of(*request.frames, scenes);
+  scenes.begin_at(range.first);
+  frames = range.count();
+  return submission_of(request,
+                       load_frame(RenderMode::http, scenes, range.first, request.priority));
+}
+
+void write_upload_jobs(const UploadRequest& request, std::size_t first,
+                       const ChildResources& resources) {
+  confine(resources, resources.memory);
+  Batch batch;
+  if (request.frames) {
+    add_frames(request, first, batch);
+    return;
+  }
+  std::size_t frames = 0;
+  batch.add(submit_message(first_submission(request, frames)));
+  batch.finish(0);
+}
+
+}  // namespace parray::scene_sandbox

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "cli/commands/options.h"
+#include "cli/farm/client.h"
+#include "cli/output/frame_names.h"
+#include "cli/scene_sandbox/limits.h"
+
+namespace parray::scene_sandbox {
+
+/// Frames of a trajectory: a range, or all.
+struct ChosenFrames {
+  std::optional<FrameRange> range{};  ///< not given: all frames of the file
+};
+
+/// Parses "all", "7", "0:100" or "0:100:5" (first, last, step). Throws InputError.
+ChosenFrames chosen_frames_from(const std::string& text);
+
+/// An uploaded scene and the job, or series of jobs, to make of it.
+struct UploadRequest {
+  std::string scene;
+  std::string name;  ///< empty: that of the scene's file
+  RenderOptions render;
+  std::uint32_t priority = 50;
+  std::uint32_t max_failures = 0;
+  bool progressive = false;
+  std::optional<bool> denoise;
+  LabelOptions labels;
+  PostprocessOptions postprocessing;
+  std::optional<ChosenFrames> frames;  ///< not given: a single job
+};
+
+/// Declares the options of an upload: those of POST /api/v1/jobs, with hyphens instead of
+/// underscores. `request` must not move until the command line is parsed.
+void add_upload_options(Command& command, UploadRequest& request);
+
+/// Reads the scene in the current directory, and of a series the first frame. Sets `frames` to the
+/// number of its frames, 1 for a single job.
+Submission first_submission(const UploadRequest& request, std::size_t& frames);
+
+/// Reads the scene in the current directory. Writes the frames of each message `submit` to
+/// ../control-N and ../bulk-N, with N from 0. `first`: place of the first frame of a series to
+/// read, from 0. Then writes ../batch, a JSON map: `frames` is the
+/// number of frames of the series, 0 for a single job; `jobs` is the number of messages. If the
+/// messages become large, or a later frame cannot be read, the batch ends before the last frame:
+/// run the process again with another `first`.
+///
+/// Throws InputError if the scene, or the first frame of the batch, cannot be read.
+void write_upload_jobs(const UploadRequest& request, std::size_t first,
+                       const ChildResources& resources);
+
+}  // namespace parray::scene_sandbox
