@@ -8,9 +8,6 @@ import re
 import time
 
 OPENAPI = json.loads((pathlib.Path(__file__).resolve().parents[2] / "coordinator/http/openapi.json").read_text())
-# What a farm may take in addition to the options of the description.
-MORE_OPTIONS = ("denoise quality preview_of select color_by colormap range radius style view legend crystal replicate background "
-                "frames topology").split()
 KINDS = ["joined", "job_done", "started", "lost", "job_failed", "quarantined", "left", "drained", "job_cancelled", "readmitted", "backoff"]
 STEPS = 360  # of 10 s each
 
@@ -95,7 +92,7 @@ def worker_log(worker):
 
 
 def option_names():
-    return [*OPENAPI["components"]["schemas"]["Options"]["properties"], *MORE_OPTIONS]
+    return list(OPENAPI["components"]["schemas"]["Options"]["properties"])
 
 
 def openapi(farm):
