@@ -40,6 +40,24 @@ TEST_CASE("a cancelled job can be queued again; only an ended job can be forgott
   CHECK(rig.farm.job_of(5) == nullptr);
 }
 
+TEST_CASE("without a store, pictures of cancelled jobs are dropped before those of done jobs") {
+  CoordinatorOptions options = FarmRig::rig_options();
+  options.memory = 1000;
+  FarmRig rig(options);
+  Job& done = rig.add_job(1);
+  rig.jobs.fail_job(done, "in a test");
+  done.record.state = JobState::done;
+  done.picture_bytes = 400;
+  Job& cancelled = rig.add_job(2);
+  rig.jobs.steer(cancelled, {1, 2, msg::JobAction::cancel, 0});
+  cancelled.picture_bytes = 400;
+  CHECK(rig.jobs.make_room(100));
+  CHECK(cancelled.has_picture());
+  CHECK(rig.jobs.make_room(400));
+  CHECK_FALSE(cancelled.has_picture());
+  CHECK(done.has_picture());
+}
+
 TEST_CASE("the priority of an ended job cannot be changed") {
   FarmRig rig;
   Job& job = rig.add_job(5);
