@@ -142,7 +142,9 @@ std::vector<FileDamage> verify_files(const StateFiles& files, const Records& rec
     }
     const auto scene = records.scenes.find(row.scene);
     const WholeFile* expected = scene == records.scenes.end() ? nullptr : &scene->second;
-    const bool needed = row.record && is_unfinished(state_of(row, id).value_or(JobState::done));
+    const JobState state = state_of(row, id).value_or(JobState::failed);
+    const bool needed =
+        row.record && (is_unfinished(state) || (state == JobState::done && row.unfinished));
     if ((needed || (row.unfinished && expected != nullptr)) &&
         !is_scene(files.scene(row.scene), row.scene, expected)) {
       damage.push_back({id, FileDamage::Kind::scene,
