@@ -252,7 +252,7 @@ def of_trajectory(reader, path, **more):
         first, cell, count = box_of(frames.ts.positions), cell_of(frames.ts.dimensions), frames.n_frames
         atoms = atoms_of(frames.ts.positions)
         frames[count - 1]
-        return Facts("MDAnalysis", frames.n_atoms, first, None, count, cell, box_of(frames.ts.positions), atoms=atoms)
+        return Facts("MDAnalysis", int(frames.n_atoms), first, None, count, cell, box_of(frames.ts.positions), atoms=atoms)
 
 
 def rdkit_sdf(path):
