@@ -34,9 +34,9 @@ class Converter:
         self.looks = {}       # (radius, colour): symbol
 
     def atoms(self, path, elements):
-        """Returns (positions, symbols) of the file's first frame. `elements`: whether the file has elements. Returns None if
-        ParRay cannot write the scene."""
-        spheres = self.spheres(path, BY_ELEMENT if elements else ())
+        """Returns (positions, symbols) of the file's first frame, without copies on faces of the cell. `elements`: whether the
+        file has elements. Returns None if ParRay cannot write the scene."""
+        spheres = self.spheres(path, ("--crystal", "off", *(BY_ELEMENT if elements else ())))
         if spheres is None:
             return None
         places = numpy.array([center for center, _ in spheres], dtype=float).reshape(-1, 3)
@@ -44,6 +44,11 @@ class Converter:
             return places, None
         looks = self.looks_of_elements()
         return places, numpy.array([looks.get(look, UNKNOWN) for _, look in spheres], dtype="U2")
+
+    def copies(self, path, atoms):
+        """Returns how many spheres more than `atoms` ParRay draws by default. Returns None if it cannot write the scene."""
+        spheres = self.spheres(path, ())
+        return None if spheres is None else len(spheres) - atoms
 
     def looks_of_elements(self):
         if not self.looks:

@@ -7,7 +7,8 @@ import atoms
 # Keys of notes about atoms of the file that are not read as particles. Particles that are hidden later do count.
 LEFT_OUT = ("alternatives", "duplicates", "unplaced", "left_out", "sites_merged")
 KEPT = ("virtual", "hidden_virtual", "unknown_elements")
-GUESSED = ("guessed_elements", "unknown_elements", "mended_elements")
+GUESSED = ("guessed_elements", "unknown_elements", "mended_elements", "beads")
+COPIES = ("boundary_copies",)
 UNKNOWN = "unknown"
 EMPTY_FRAMES = ("empty_frames", "unreadable_frames")
 EXPLAINING = (*LEFT_OUT, *KEPT, *GUESSED, *EMPTY_FRAMES)
@@ -23,6 +24,7 @@ class Said:
     cell: list = None      # a, b, c, alpha, beta, gamma
     notes: dict = None     # count by key
     atoms: tuple = None    # positions and symbols, as from atoms.Converter
+    copies: int = None     # spheres of the default scene beyond the atoms; None: not counted
     format: str = None
 
     def noted(self, keys):
@@ -77,7 +79,7 @@ def compared(said, last, facts):
     left_out = facts.particles - said.particles
     # A program may leave out particles that ParRay keeps with a note: lone pairs and other virtual sites.
     all_told = said.noted(LEFT_OUT) == left_out if left_out > 0 else 0 < -left_out <= said.noted(KEPT)
-    found = dict.fromkeys(("particles", "box", "last box", "elements", "frames", "cell", "places", "each element"))
+    found = dict.fromkeys(("particles", "box", "last box", "elements", "frames", "cell", "copies", "places", "each element"))
 
     def differ(name, told, ours, theirs):
         found[name] = (told, f"{ours}; {facts.program}: {theirs}")
@@ -100,6 +102,8 @@ def compared(said, last, facts):
         differ("frames", said.frames - said.noted(EMPTY_FRAMES) == facts.frames, said.frames, facts.frames)
     if facts.cell and (not said.cell or not same_cell(said.cell, facts.cell)):
         differ("cell", False, said.cell and [round(x, 3) for x in said.cell], [round(x, 3) for x in facts.cell])
+    if said.copies is not None and said.copies != said.noted(COPIES):
+        differ("copies", False, f"{said.copies} drawn, {said.noted(COPIES)} in the notes", "none")
     if said.atoms is None or facts.atoms is None:
         differ("places", False, "the atoms cannot be compared", "")
         return found

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/input/particles/tar_member.h"
 #include "common/base/module.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
@@ -134,15 +135,18 @@ class Gzip : public Unpacker {
 
 struct Packing {
   std::string_view name;
+  std::string_view of_tar;  ///< name of a packed tar archive
   std::string_view signature;
   std::array<std::string_view, 2> extensions;
 };
 
 // RFC 1952; the bzip2 format; the .xz file format, 2.1.1; RFC 8878, 3.1.1.
-constexpr std::array<Packing, 4> packings{{{"gzip", "\x1f\x8b", {".gz", ".gzip"}},
-                                           {"bzip2", "BZh", {".bz2", ".bzip2"}},
-                                           {"xz", {"\xfd\x37zXZ\0", 6}, {".xz", ".xz"}},
-                                           {"zstd", "\x28\xb5\x2f\xfd", {".zst", ".zstd"}}}};
+constexpr std::array<Packing, 4> packings{
+    {{"gzip", "tar.gz", "\x1f\x8b", {".gz", ".gzip"}},
+     {"bzip2", "tar.bz2", "BZh", {".bz2", ".bzip2"}},
+     {"xz", "tar.xz", {"\xfd\x37zXZ\0", 6}, {".xz", ".xz"}},
+     {"zstd", "tar.zst", "\x28\xb5\x2f\xfd", {".zst", ".zstd"}}}};
+constexpr std::string_view plain_tar = "tar";
 
 /// Does the same as read(), at byte `at` of the file. If at < 0, reads from the current position.
 std::size_t read_some(int file, char* to, std::size_t bytes, std::int64_t at,
@@ -154,6 +158,19 @@ std::size_t read_some(int file, char* to, std::size_t bytes, std::int64_t at,
   }
 }
 
+/// Reads `bytes` bytes at byte `at` of the file, fewer only at its end. Returns their number.
+std::size_t read_all(int file, char* to, std::size_t bytes, std::uint64_t at,
+                     const FilePlace& place) {
+  std::size_t done = 0;
+  while (done < bytes) {
+    const std::size_t got =
+        read_some(file, to + done, bytes - done, static_cast<std::int64_t>(at + done), place);
+    if (got == 0) break;
+    done += got;
+  }
+  return done;
+}
+
 struct stat status_of(int file, const FilePlace& place) {
   struct stat status {};
   if (fstat(file, &status) != 0) {
@@ -163,12 +180,49 @@ struct stat status_of(int file, const FilePlace& place) {
   return status;
 }
 
-std::unique_ptr<Unpacker> unpacker_for(std::string_view packing, int file) {
+/// The bytes of a file that is not packed.
+class PlainBytes : public Unpacker {
+ public:
+  PlainBytes(int file, FilePlace place) : file_(file), place_(std::move(place)) {}
+
+  std::ptrdiff_t read(char* to, std::size_t bytes) override {
+    const std::size_t got = read_all(file_, to, bytes, at_, place_);
+    at_ += got;
+    return static_cast<std::ptrdiff_t>(got);
+  }
+
+  [[nodiscard]] std::string problem() const override { return {}; }  // read() throws
+
+ private:
+  int file_;
+  FilePlace place_;
+  std::uint64_t at_ = 0;
+};
+
+/// Returns the bytes of a file without `packing`, which is empty or the name of a compression.
+std::unique_ptr<Unpacker> bytes_without(std::string_view packing, int file,
+                                        const FilePlace& place) {
+  if (packing.empty()) return std::make_unique<PlainBytes>(file, place);
   if (packing == "gzip") return std::make_unique<Gzip>(file);
   static const auto unpack = reinterpret_cast<UnpackerEntry>(
       module_entry("unpack.so", unpacker_entry, "the module that unpacks compressed files",
                    "install ParRay again"));
   return std::unique_ptr<Unpacker>(unpack(file));
+}
+
+std::unique_ptr<Unpacker> unpacker_for(std::string_view packing, int file, const FilePlace& place) {
+  const auto* const of_tar = std::ranges::find(packings, packing, &Packing::of_tar);
+  if (packing != plain_tar && of_tar == packings.end()) return bytes_without(packing, file, place);
+  return std::make_unique<TarMember>(
+      bytes_without(packing == plain_tar ? "" : of_tar->name, file, place));
+}
+
+/// Returns whether a file with this compression is a tar archive that contains one file.
+bool is_tar_of_one(std::string_view packing, int file, const FilePlace& place) {
+  std::array<char, tar_block_bytes> block{};
+  const std::ptrdiff_t got = bytes_without(packing, file, place)->read(block.data(), block.size());
+  return got == std::ssize(block) && begins_tar({block.data(), block.size()}) &&
+         has_one_file(*bytes_without(packing, file, place));
 }
 
 }  // namespace
@@ -262,28 +316,20 @@ void PackedFile::take(OpenFile file) {
   const std::string_view bytes(first.data(), got);
   const auto is_it = [&](const Packing& known) { return bytes.starts_with(known.signature); };
   const auto* const packing = std::ranges::find_if(packings, is_it);
-  if (packing == packings.end()) {
+  if (packing != packings.end()) packing_ = packing->name;
+  if (is_tar_of_one(packing_, file_.number(), place_)) {
+    packing_ = packing == packings.end() ? plain_tar : packing->of_tar;
+  }
+  if (packing_.empty()) {
     size_ = static_cast<std::uint64_t>(status.st_size);
   } else {
-    packing_ = packing->name;
     rewind();
   }
 }
 
 void PackedFile::rewind() {
   position_ = total_ = 0;
-  if (!packing_.empty()) unpacker_ = unpacker_for(packing_, file_.number());
-}
-
-std::size_t PackedFile::read_plain(char* to, std::size_t bytes) {
-  std::size_t done = 0;
-  while (done < bytes) {
-    const std::size_t got = read_some(file_.number(), to + done, bytes - done,
-                                      static_cast<std::int64_t>(position_ + done), place_);
-    if (got == 0) break;
-    done += got;
-  }
-  return done;
+  if (!packing_.empty()) unpacker_ = unpacker_for(packing_, file_.number(), place_);
 }
 
 std::size_t PackedFile::read_packed(char* to, std::size_t bytes) {
@@ -294,7 +340,8 @@ std::size_t PackedFile::read_packed(char* to, std::size_t bytes) {
 }
 
 std::size_t PackedFile::read(char* to, std::size_t bytes) {
-  const std::size_t done = packing_.empty() ? read_plain(to, bytes) : read_packed(to, bytes);
+  const std::size_t done = packing_.empty() ? read_all(file_.number(), to, bytes, position_, place_)
+                                            : read_packed(to, bytes);
   position_ += done;
   total_ += done;
   if (total_ > limits::max_scene_file_bytes) {

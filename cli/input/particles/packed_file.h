@@ -74,7 +74,8 @@ class OpenFile {
 };
 
 /// The bytes of a file. They can be read from front to back several times. Unpacks data of gzip,
-/// bzip2, xz and zstd, which it recognises by their first bytes, not by the name.
+/// bzip2, xz and zstd, which it recognises by their first bytes, not by the name. A tar archive
+/// that contains one file, packed or not, counts as that file.
 class PackedFile {
  public:
   /// Opens a file. Copies files that can be read only once, such as pipes, to a temporary file
@@ -98,7 +99,8 @@ class PackedFile {
   /// Returns the first `bytes` bytes or more; fewer only if the file is shorter. The reference is
   /// valid until a call with more bytes. Such a call also returns to the front of the file.
   const FileStart& start(std::size_t bytes = FileStart::usual_bytes);
-  /// Returns the name of the compression: "gzip". Empty: not compressed.
+  /// Returns the name of the compression or of the archive: "gzip", "tar", "tar.gz". Empty:
+  /// neither.
   [[nodiscard]] std::string_view packing() const { return packing_; }
 
   /// Returns the total number of bytes that read() gives. Returns nothing for packed data.
@@ -112,7 +114,6 @@ class PackedFile {
   struct StandardInput {};
   explicit PackedFile(StandardInput /*unused*/);
   void take(OpenFile file);
-  std::size_t read_plain(char* to, std::size_t bytes);
   std::size_t read_packed(char* to, std::size_t bytes);
 
   FilePlace place_;

@@ -8,8 +8,9 @@
 #include "common/rooms.h"
 
 /// Unpacks data from front to back. zlib unpacks gzip and checks its checksum, which libarchive 3.6
-/// ignores. libarchive unpacks all other data. It is in a module (unpack_archive.cpp) that ParRay
-/// loads for the first such file, because loading its dozen libraries would delay all commands.
+/// ignores. libarchive unpacks all other compressed data. It is in a module (unpack_archive.cpp)
+/// that ParRay loads for the first such file, because loading its dozen libraries would delay all
+/// commands.
 namespace parray::input {
 
 class Unpacker {
