@@ -114,8 +114,9 @@ std::string range_text(const json& range) {
 
 std::string particle_format(const json& report) {
   const std::string packing = report["packing"];
-  return report["format"].get<std::string>() +
-         (packing.empty() ? "" : ", compressed by " + packing);
+  const std::string format = report["format"];
+  if (packing.empty()) return format;
+  return format + (packing.starts_with("tar") ? ", in " : ", compressed by ") + packing;
 }
 
 std::string frames_note(const json& report) {
