@@ -194,7 +194,7 @@ class Ovito(ObjectTest):
         )
         found, expected = (parray.render(s, cell=True, view="front", **LARGE) for s in (self.pipeline, same))
         self.assertEqual(found._repr_png_(), expected._repr_png_())
-        half = parray.render(self.pipeline, slice="x=0%:49%", **SMALL)
+        half = parray.render(self.pipeline, slice="x=0%:49%", crystal=False, **SMALL)
         self.assertEqual(half.report["spheres"] - 2, 128)
 
     def test_types_and_properties_are_columns_with_legends(self):
@@ -206,7 +206,7 @@ class Ovito(ObjectTest):
         self.assertEqual(self.names(self.pipeline, "Structure Type"), ["FCC"])
         self.assert_ends(self.legend(self.pipeline, "Force.X"), self.positions[:, 0])
         self.assert_ends(self.legend(self.pipeline, "force"), np.linalg.norm(self.positions, axis=1))
-        chosen = parray.render(self.pipeline, select="selection = 1 and structure_type = 1", **SMALL)
+        chosen = parray.render(self.pipeline, select="selection = 1 and structure_type = 1", crystal=False, **SMALL)
         self.assertEqual(chosen.report["spheres"] - 2, (self.positions[:, 0] > 5).sum())
 
     def test_residues_of_a_pdb_file_are_kept(self):
@@ -389,7 +389,10 @@ class OtherFiles(ObjectTest):
         ase.io.write(self.folder / "POSCAR", crystal)
         ase.io.write(self.folder / "a.traj", [crystal, crystal * (2, 1, 1)])
         for name, frame, count in (("POSCAR", None, 4), ("a.traj", 0, 4), ("a.traj", 1, 8), ("a.traj", "last", 8)):
-            self.assertEqual(parray.render(self.folder / name, frame=frame, **SMALL).report["spheres"] - 2, count)
+            picture = parray.render(self.folder / name, frame=frame, crystal=False, **SMALL)
+            self.assertEqual(picture.report["spheres"] - 2, count)
+        whole = parray.render(self.folder / "POSCAR", **SMALL)  # with the copies on the cell's faces
+        self.assertEqual(whole.report["spheres"] - 2, 14)
         parray.render(self.folder / "POSCAR", cell=True, **LARGE)
         self.refused(parray.InputError, "no frame 5", parray.render, self.folder / "a.traj", frame=5)
 
