@@ -40,7 +40,7 @@ class Ase(Test):
         slab = ase.build.fcc111("Cu", (4, 4, 2), vacuum=5)
         positions = slab.get_positions()
         colors = np.full((len(slab), 3), 0.5)
-        same(self, parray.render(slab, 1.2, colors, **SMALL), parray.render(positions, 1.2, colors, **SMALL))
+        same(self, parray.render(slab, 1.2, colors, crystal=False, **SMALL), parray.render(positions, 1.2, colors, **SMALL))
         self.assertEqual(parray.render(slab, **SMALL).report["spheres"], len(slab) + 2)
 
 
