@@ -41,7 +41,7 @@ class Ase(Test):
         positions = slab.get_positions()
         colors = np.full((len(slab), 3), 0.5)
         same(self, parray.render(slab, 1.2, colors, crystal=False, **SMALL), parray.render(positions, 1.2, colors, **SMALL))
-        self.assertEqual(parray.render(slab, **SMALL).report["spheres"], len(slab) + 2)
+        self.assertEqual(parray.render(slab, crystal=False, **SMALL).report["spheres"], len(slab) + 2)
 
 
 @needs("MDAnalysis")
