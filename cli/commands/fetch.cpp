@@ -1,6 +1,5 @@
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <utility>
 
 #include "cli/commands/commands.h"
@@ -21,7 +20,7 @@ struct FetchCommand {
   std::uint64_t job = 0;
   bool partial = false;
   OutputOptions output;
-  std::optional<bool> denoise;
+  bool raw = false;
   FarmOptions farm;
 };
 
@@ -51,12 +50,12 @@ int fetch(const FetchCommand& command) {
   if (!series) check_outputs(outputs);
   FarmClient client(command.farm);
   const DeferredInterrupts deferred;
-  if (series) return fetch_series(*client, command.job, outputs, command.denoise);
+  if (series) return fetch_series(*client, command.job, outputs, command.raw);
   if (command.partial) {
     const Picture picture = client->fetch_partial(command.job);
     if (picture.report.value("partial", false)) return write_partial(picture, outputs);
   }
-  return fetch_and_write(*client, command.job, outputs, command.denoise);
+  return fetch_and_write(*client, command.job, outputs, command.raw);
 }
 
 }  // namespace
@@ -71,11 +70,8 @@ void add_fetch(CommandLine& line, Action& chosen) {
   options->output.add_aov_to(command);
   command.flag("--partial", options->partial,
                "Write the incomplete picture of a job that is not done, also of a cancelled one");
-  command
-      .on_off("--denoise", options->denoise,
-              "Denoise the picture. An EXR file also stores the picture before denoising (default: "
-              "on for a job that was submitted with --denoise, or by HTTP with denoise)")
-      .group(output_group);
+  command.flag("--raw", options->raw,
+               "Write the picture before denoising, for a job that was submitted with denoising");
   options->farm.add_to(command);
   command.example("parray fetch 7 -o glass.exr", "writes the picture of a finished job");
   command.example("parray fetch 7 -o 'frame-####.png'", "writes the finished frames of a series");

@@ -136,20 +136,14 @@ static Client::JobScene scene_for_picture(Client& client, JobId job) {
     return client.scene(job);
   } catch (const InputError& error) {
     throw InputError(std::string(error.what()) +
-                     "; an EXR file with --denoise off does not need the scene");
+                     "; an EXR file with --raw does not need the scene");
   }
 }
 
-int fetch_and_write(Client& client, JobId job, OutputPaths outputs, std::optional<bool> denoise) {
+int fetch_and_write(Client& client, JobId job, OutputPaths outputs, bool raw) {
   const JobStatus status = job_status(client.show(job));
-  const bool asked = status.denoise;
   const bool drawn = status.drawn && outputs.has_png();
-  if (denoise.value_or(false) && !asked) {
-    throw InputError("--denoise on: job " + std::to_string(job) +
-                     " was submitted without --denoise, so the coordinator lacks what the "
-                     "denoiser needs: submit it again with --denoise");
-  }
-  outputs.denoise = denoise.value_or(asked);
+  outputs.denoise = status.denoise && !raw;
   ExtraChannels extra = extra_channels(outputs);
   if (outputs.denoise || drawn) {
     const Client::JobScene scene = scene_for_picture(client, job);

@@ -38,10 +38,8 @@ void wait_until_done(Client& client, JobId job, const ProgressOptions& following
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs);
 
 /// Fetches the picture of a finished job, denoises it if the job asks for that, and writes the
-/// files. `denoise`: replaces the job's own choice. Returns the exit status. Throws InputError if
-/// the job cannot be denoised.
-int fetch_and_write(Client& client, JobId job, OutputPaths outputs,
-                    std::optional<bool> denoise = {});
+/// files. `raw`: writes the picture before denoising. Returns the exit status.
+int fetch_and_write(Client& client, JobId job, OutputPaths outputs, bool raw = false);
 
 /// Does wait_until_done(), fetches the picture, adds the extra channels and writes the files.
 /// Returns the exit status. `times`: as for write_outputs().

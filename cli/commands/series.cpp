@@ -70,8 +70,8 @@ OutputPaths outputs_of(const OutputPaths& outputs, std::uint32_t frame) {
 
 /// Fetches and writes one frame. Returns the exit status. Throws InputError or RunError.
 int deliver_frame(Client& client, const ListedFrame& frame, const OutputPaths& outputs,
-                  std::optional<bool> denoise = {}) {
-  return fetch_and_write(client, frame.job, outputs_of(outputs, frame.frame), denoise);
+                  bool raw = false) {
+  return fetch_and_write(client, frame.job, outputs_of(outputs, frame.frame), raw);
 }
 
 /// Frames without a picture, and the reasons.
@@ -353,8 +353,7 @@ int submit_series(Client& client, const SeriesRequest& request) {
   }
 }
 
-int fetch_series(Client& client, JobId series, const OutputPaths& outputs,
-                 std::optional<bool> denoise) {
+int fetch_series(Client& client, JobId series, const OutputPaths& outputs, bool raw) {
   check_frame_outputs(outputs);
   Failures failures;
   int status = 0;
@@ -363,7 +362,7 @@ int fetch_series(Client& client, JobId series, const OutputPaths& outputs,
     if (frames.empty()) return std::max(report_failures(failures), status);
     for (const ListedFrame& frame : frames) {
       if (frame.done()) {
-        status = std::max(status, deliver_frame(client, frame, outputs, denoise));
+        status = std::max(status, deliver_frame(client, frame, outputs, raw));
       } else {
         failures[frame.frame] = frame.why();
       }

@@ -35,8 +35,7 @@ void check_frame_outputs(const OutputPaths& outputs);
 int submit_series(Client& client, const SeriesRequest& request);
 
 /// Fetches the finished frames of a series. For every other frame, prints on stderr why it has no
-/// picture. Returns the exit status. `denoise`: see fetch_and_write().
-int fetch_series(Client& client, JobId series, const OutputPaths& outputs,
-                 std::optional<bool> denoise);
+/// picture. Returns the exit status. `raw`: see fetch_and_write().
+int fetch_series(Client& client, JobId series, const OutputPaths& outputs, bool raw);
 
 }  // namespace parray::commands

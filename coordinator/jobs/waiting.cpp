@@ -111,7 +111,8 @@ JobBook::Wait JobBook::queue_wait(const Job& job) {
   }
   renew_outlook();
   const QueueOutlook::Place* place = outlook_.of(job.record.listed_as());
-  if (place == nullptr) {
+  const bool traced = job.work && job.work->started != never;
+  if (place == nullptr || (traced && place->behind == 0)) {  // the places may be a second old
     return {};
   }
   Wait wait{"", place->behind, place->number, place->starts_in};

@@ -68,7 +68,7 @@ OPTIONS = {
     "priority": COORDINATOR + ["--json"],
     "audit": COORDINATOR + ["--json"],
     "replay": COORDINATOR + ["--json"],
-    "fetch": COORDINATOR + ["--output", "--report", "--aov", "--error-map", "--denoise"],
+    "fetch": COORDINATOR + ["--output", "--report", "--aov", "--error-map", "--partial", "--raw"],
     "workers": COORDINATOR + ["--host", "--json"],
     "validate": RENDER_OPTIONS + PARTICLE_OPTIONS + ["--background", "--json"],
     "convert": PARTICLE_OPTIONS + ["--width", "--height", "--expand"],

@@ -371,7 +371,7 @@ class Containment(unittest.TestCase):
             scene.write_text(json.dumps(SCENE))
             (parts / "link.json").symlink_to(scene)
             self.assertEqual(self.child(parts, "submit", "own.json").returncode, 0)
-            self.assertTrue((pathlib.Path(request) / "control").exists())
+            self.assertTrue((pathlib.Path(request) / "control-0").exists())
             self.assertEqual(self.child(parts, "submit", "link.json").returncode, 2)
             self.assertEqual(self.child(parts, "submit", scene).returncode, 2)
 

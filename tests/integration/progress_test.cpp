@@ -161,7 +161,7 @@ TEST_CASE("a waiting job always says for what, and prints no unknown time") {
   job.waits_for.clear();
   recorder.show(seconds(4), job);
   const std::string text = recorder.end();
-  CHECK(text.find("0.0 %  waits for: no workers") != std::string::npos);
+  CHECK(text.find("0.0 %  waits for: a worker (none is connected)") != std::string::npos);
   CHECK(text.find("50.0 %  waits for: the disk is full") != std::string::npos);
   CHECK(text.rfind("12 s left") > text.find("the disk is full"));
 }

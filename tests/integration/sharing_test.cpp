@@ -254,7 +254,7 @@ TEST_CASE("a job lists its events") {
     CHECK(event.at("at") == 1.5e9);
     story += event.at("what").get<std::string>() + "; ";
   }
-  CHECK(story == "submitted by ann; begun; paused by a client; resumed by a client; done; ");
+  CHECK(story == "submitted by ann; started; paused by a client; resumed by a client; done; ");
   CHECK(after == before);
 }
 

@@ -74,9 +74,11 @@ TEST_CASE("an old frame stays as long as another frame of its series is unfinish
 TEST_CASE("the list of frames states what each took and its error") {
   SeriesRig rig;
   Job& first = rig.farm.jobs.at(11);
-  first.record.note(110, "started");
-  first.record.note(150, "done");
+  first.record.course.started = 110;
+  first.record.course.finished = 150;
+  first.record.course.taken = 40;
   first.record.state = JobState::done;
+  first.stored = true;
   first.error.rmse = 0.25;
   const nlohmann::json list = frame_list(rig.series(), rig.farm.now, 0);
   REQUIRE(list.size() == 2);
