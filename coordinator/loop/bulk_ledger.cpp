@@ -40,6 +40,11 @@ BulkLedger::Ticket BulkLedger::admit(const PeerId& peer, std::uint64_t bytes) {
   return std::make_shared<const Entry>(under_way_, peer, bytes);
 }
 
+bool BulkLedger::serves(const PeerId& peer) const {
+  const std::scoped_lock lock(under_way_->mutex);
+  return under_way_->answers.contains(peer);
+}
+
 std::uint64_t BulkLedger::bytes() const {
   const std::scoped_lock lock(under_way_->mutex);
   return under_way_->bytes;

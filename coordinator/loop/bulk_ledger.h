@@ -27,6 +27,8 @@ class BulkLedger {
   /// Admits an answer of `bytes`. Null: there is no room now. A single answer may exceed the limit
   /// if no other answer is counted. Takes logarithmic time in the number of clients.
   Ticket admit(const PeerId& peer, std::uint64_t bytes);
+  /// Returns whether an answer to this client is counted.
+  [[nodiscard]] bool serves(const PeerId& peer) const;
   /// Returns the bytes of all counted answers.
   [[nodiscard]] std::uint64_t bytes() const;
 

@@ -21,7 +21,7 @@ Farm::Farm(CoordinatorOptions options_of_farm, Store* kept_in,
       warnings(log),
       arrivals(log, 100),
       bulk(options.memory / 4, most_bulk_of_peer),
-      log_pictures(options.memory, 1),
+      log_pictures(0, 1),
       scenes_waiting(options.memory / 4, SIZE_MAX) {}
 
 void Farm::send(const PeerId& peer, Message message) {

@@ -105,7 +105,7 @@ struct Farm {
   std::set<JobId> at_work;  ///< jobs with JobWork
   Machines machines;
   BulkLedger bulk;            ///< pictures and journals on their way to clients
-  BulkLedger log_pictures;    ///< pictures that the job thread makes from logs, for one client
+  BulkLedger log_pictures;    ///< the picture that the job thread makes from a log
   BulkLedger scenes_waiting;  ///< scenes of submits that are not acknowledged yet
   Tally tally;
   FarmWatch watch;

@@ -207,9 +207,12 @@ void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const
 /// time.
 void ClientRequests::send_from_log(const PeerId& peer, const msg::Fetch& m, const Job& job,
                                    const BulkLedger::Ticket& ticket) {
+  if (farm_.log_pictures.serves(peer)) {
+    return;  // clients repeat a request until it is answered
+  }
   const std::uint64_t needed = job_book_.memory_of(job);
   const bool fits = job_book_.make_room(needed);
-  const BulkLedger::Ticket memory = fits ? farm_.log_pictures.admit({}, needed) : nullptr;
+  const BulkLedger::Ticket memory = fits ? farm_.log_pictures.admit(peer, needed) : nullptr;
   if (!memory) {
     farm_.send(peer, msg::Error{m.request, 2,
                                 fits ? "another picture is being read from its log: try again"

@@ -74,6 +74,22 @@ TEST_CASE("an action that does not fit a job is refused, but not if the request 
   CHECK(steer(8, msg::JobAction::pause) == 0);
 }
 
+TEST_CASE("a repeated request for a picture from a log waits for the first one's answer") {
+  FarmRig rig;
+  Job& job = rig.add_job(5);
+  job.record.course.samples = 1000;
+  rig.jobs.fail_job(job, "in a test");
+  job.stored = true;
+  const auto reading = rig.farm.log_pictures.admit("client", 1);  // the job thread is busy with it
+  msg::Fetch fetch{1, 5, true};
+  rig.clients.on(rig.farm.now, "client", fetch);
+  CHECK(rig.sent<msg::Error>().empty());
+  rig.clients.on(rig.farm.now, "another client", fetch);
+  const auto refused = rig.sent<msg::Error>();
+  REQUIRE(refused.size() == 1);
+  CHECK(refused[0].later);
+}
+
 TEST_CASE("a client may not drain workers") {
   FarmRig rig;
   WorkerRecord& worker = rig.join("peer", "one");
