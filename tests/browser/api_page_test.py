@@ -63,8 +63,9 @@ class ApiPage(BrowserTest):
         with FakeFarm() as farm:
             page = self.open(farm.url)
             page.locator("#help").click()
-            page.get_by_role("link", name="API").click()
-            expect(page.locator("main.api h1")).to_have_text("API")
+            with page.expect_popup() as opened:  # the help opens a new tab
+                page.get_by_role("link", name="HTTP interface").click()
+            expect(opened.value.locator("main.api h1")).to_have_text("API")
 
     def test_it_is_accessible_and_needs_no_sideways_scrolling(self):
         for options in ({"viewport": DESKTOP}, {"viewport": DESKTOP, "color_scheme": "dark"}, {"viewport": PHONE}):
