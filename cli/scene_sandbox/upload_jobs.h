@@ -38,8 +38,8 @@ struct UploadRequest {
 /// underscores. `request` must not move until the command line is parsed.
 void add_upload_options(Command& command, UploadRequest& request);
 
-/// Reads the scene in the current directory, and of a series the first frame. Sets `frames` to the
-/// number of its frames, 1 for a single job.
+/// Reads the scene in the current directory. If the request makes a series, reads its first frame.
+/// Sets `frames` to the number of frames, or to 1 for a single job.
 Submission first_submission(const UploadRequest& request, std::size_t& frames);
 
 /// Reads the scene in the current directory. Writes the frames of each message `submit` to

@@ -1,6 +1,5 @@
 // Submits scenes, and forecasts their jobs.
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <span>
@@ -114,9 +113,7 @@ Reply Api::plan(const Request& request) {
   const json farm = loop_.ask<msg::Farm>(request.sender, msg::ShowFarm{}).farm;
   const auto threads = farm.at("threads").get<std::size_t>();
   json answer = uploads_.forecast(request, threads);
-  const double left = farm.value("thread_seconds_left", 0.0);
-  answer["queue_seconds"] =
-      threads > 0 && std::isfinite(left) ? json(left / static_cast<double>(threads)) : json();
+  answer["queue_seconds"] = threads > 0 ? farm.at("seconds_left") : json();
   return json_reply(answer.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 

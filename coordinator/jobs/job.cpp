@@ -6,6 +6,7 @@
 #include "common/adaptive/passes.h"
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"
+#include "coordinator/jobs/job_times.h"
 #include "coordinator/jobs/report.h"
 
 namespace parray::coordinator {
@@ -167,9 +168,7 @@ double Job::samples_per_second(Time now) const {
 
 json job_summary(const Job& job, Time now, const std::string& waits_for) {
   const JobRecord& record = job.record;
-  const JobCourse& course = record.course;
   const RenderSettings& settings = record.settings;
-  const auto known = [](double time) { return time > 0 ? json(time) : json(); };
   const bool limited = settings.samples_per_pixel < limits::max_samples_per_pixel;
   json summary = {{"id", record.id},
                   {"name", record.name},
@@ -179,10 +178,6 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
                   {"progress", job.progress(now)},
                   {"samples_per_second", job.samples_per_second(now)},
                   {"seconds_left", job.seconds_left(now)},
-                  {"submitted", known(course.submitted)},
-                  {"started", known(course.started)},
-                  {"finished", job.ended() ? known(course.finished) : json()},
-                  {"seconds_taken", course.started > 0 ? json(job.seconds_taken(now)) : json()},
                   {"reason", job.pause_reason.empty() ? record.reason : job.pause_reason},
                   {"waits_for", waits_for},
                   {"flag", record.flag},
@@ -195,6 +190,7 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
                   {"has_picture", job.has_picture()},
                   {"denoise", record.denoise},
                   {"whole", record.state == JobState::done || (job.work && job.work->whole)}};
+  add_times(summary, times_of(job, now));
   if (!record.drawing.empty()) summary["drawn"] = true;
   add_error(summary, job);
   if (!record.warning.empty()) {

@@ -42,8 +42,7 @@ double share_done(const RenderSettings& settings, const RunState& state, double 
 class JobRun {
  public:
   using OpenStore = std::function<Store*()>;
-  /// What replay() does at a damaged entry of the log: throw, remove the rest of the log, or ignore
-  /// the rest.
+  /// Tells replay() how to treat a damaged entry of the log.
   enum class OnDamage : std::uint8_t { fail, cut, stop };
 
   /// Makes a run that adds each result to `store` at once. Null: the run saves nothing.

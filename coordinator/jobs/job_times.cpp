@@ -1,13 +1,17 @@
 #include "coordinator/jobs/job_times.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 namespace parray::coordinator {
 
 JobTimes times_of(const Job& job, Time now) {
   const JobCourse& course = job.record.course;
   const auto known = [](double time) { return time > 0 ? std::optional(time) : std::nullopt; };
-  JobTimes times{known(course.submitted), known(course.started), known(course.finished), {}};
+  JobTimes times{known(course.submitted), known(course.started), {}, {}};
+  if (job.ended()) {
+    times.finished = known(course.finished);
+  }
   if (times.started) {
     times.taken = job.seconds_taken(now);
   }
@@ -33,6 +37,16 @@ JobTimes times_of(const Series& series, Time now) {
     times.finished = has_ended(series) ? std::optional(latest) : std::nullopt;
   }
   return times;
+}
+
+void add_times(nlohmann::json& summary, const JobTimes& times) {
+  const auto known = [](const std::optional<double>& time) {
+    return time ? nlohmann::json(*time) : nlohmann::json();
+  };
+  summary["submitted"] = known(times.submitted);
+  summary["started"] = known(times.started);
+  summary["finished"] = known(times.finished);
+  summary["seconds_taken"] = known(times.taken);
 }
 
 }  // namespace parray::coordinator

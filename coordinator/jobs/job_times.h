@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 
 #include "coordinator/jobs/series.h"
@@ -20,5 +21,7 @@ struct JobTimes {
 JobTimes times_of(const Job& job, Time now);
 /// Takes linear time in the number of frames.
 JobTimes times_of(const Series& series, Time now);
+/// Adds the times to a job map. Unknown times are null.
+void add_times(nlohmann::json& summary, const JobTimes& times);
 
 }  // namespace parray::coordinator

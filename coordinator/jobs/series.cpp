@@ -104,12 +104,7 @@ std::string flag_of(const Series& series) {
 
 /// Adds the times and the samples of a series.
 void add_course(json& summary, const Series& series, Time now) {
-  const auto known = [](const std::optional<double>& time) { return time ? json(*time) : json(); };
-  const JobTimes times = times_of(series, now);
-  summary["submitted"] = known(times.submitted);
-  summary["started"] = known(times.started);
-  summary["finished"] = known(times.finished);
-  summary["seconds_taken"] = known(times.taken);
+  add_times(summary, times_of(series, now));
   double samples = 0;
   for (const Job* job : series) {
     samples += job->samples_a_pixel();

@@ -111,8 +111,7 @@ JobBook::Wait JobBook::queue_wait(const Job& job) {
   }
   renew_outlook();
   const QueueOutlook::Place* place = outlook_.of(job.record.listed_as());
-  const bool traced = job.work && job.work->started != never;
-  if (place == nullptr || (traced && place->behind == 0)) {  // the places may be a second old
+  if (place == nullptr || (job.begun() && place->behind == 0)) {  // the places may be a second old
     return {};
   }
   Wait wait{"", place->behind, place->number, place->starts_in};

@@ -37,10 +37,11 @@ class ClientRequests {
   void on(Time now, const PeerId& peer, msg::ListWorkers& m);
   void on(Time now, const PeerId& peer, msg::ShowWorker& m);
   void on(Time now, const PeerId& peer, msg::ShowFarm& m);
-  /// Answer a repeated request, whose answer may be lost, as before, and change nothing again.
+  void on(Time now, const PeerId& peer, msg::SteerWorkers& m);
+  /// Change jobs. A client repeats a request whose answer was lost: it gets the first answer again,
+  /// and the jobs do not change a second time.
   void on(Time now, const PeerId& peer, msg::SteerJob& m);
   void on(Time now, const PeerId& peer, msg::SteerJobs& m);
-  void on(Time now, const PeerId& peer, msg::SteerWorkers& m);
 
  private:
   [[nodiscard]] nlohmann::json farm_map(Time now);

@@ -52,7 +52,7 @@ struct LeftWorker {
   bool lost = false;  ///< it did not say goodbye
 };
 
-/// What a user has had of the farm.
+/// The time that the farm has spent on the jobs of one user.
 struct UserAccount {
   double share = 1;
   double thread_seconds = 0;  ///< of accepted results, also those of earlier processes

@@ -20,7 +20,7 @@ struct ErrorPoint {
 struct JobCourse {
   double submitted = 0;  ///< seconds since 1970; 0: unknown, as in the next two
   double started = 0;    ///< first lease
-  double finished = 0;   ///< latest end; 0 also if the job has not ended
+  double finished = 0;   ///< latest end, also of a job that was queued again
   /// Seconds between leases and the end, without pauses. While the job is traced, this does not
   /// include the time since the first lease or the last pause: see Job::traced_since.
   double taken = 0;

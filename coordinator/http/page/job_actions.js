@@ -1,4 +1,4 @@
-// What a user can do with a job: buttons, downloads and priority.
+// The actions on a job: its buttons, its downloads and its priority.
 
 import {change, download, getJson} from './api.js';
 import {button, confirm, el, notify} from './dom.js';

@@ -1,7 +1,7 @@
 // Small parts that several views of the farm share: ages, a copy button, regular requests.
 
 import {button, el, notify, setText} from './dom.js';
-import {duration, moment} from './format.js';
+import {moment} from './format.js';
 
 /** Formats the time since `at` (seconds since 1970): "now", "3 min ago". */
 export function ago(at, now = Date.now() / 1000) {

@@ -41,7 +41,7 @@ export const targets = [
   {value: 'target_error', text: 'error (RMSE)', label: 'Target error (RMSE)', hint: '0.02'},
   {value: 'target_half_width', text: 'half-width', label: 'Target half-width of 99 % of the values', hint: '0.03'}];
 
-export const allFields = [...pictureFields, ...furtherFields, ...particleFields, {name: 'denoise', text: 'Denoise'}, {name: 'legend', text: 'Legend'},
+const allFields = [...pictureFields, ...furtherFields, ...particleFields, {name: 'denoise', text: 'Denoise'}, {name: 'legend', text: 'Legend'},
   ...targets.slice(1).map(({value, label}) => ({name: value, text: label}))];
 
 export function field({name, text, choices, usual, hint, list, title, wide, numeric, onOff, ...attributes}) {

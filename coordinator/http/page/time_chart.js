@@ -18,7 +18,7 @@ function svg(tag, attributes = {}, ...children) {
 }
 
 /** Returns a round number that is at least `value`, and whose half is round, too. */
-export function roundUp(value) {
+function roundUp(value) {
   if (!(value > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(value));
   return [1, 1.2, 1.6, 2, 3, 4, 5, 6, 8, 10].find(factor => factor * power >= value * 0.999999) * power;

@@ -91,6 +91,20 @@ TEST_CASE("the list of frames states what each took and its error") {
   CHECK(list[1].at("has_picture") == false);
 }
 
+TEST_CASE("a frame that was queued again has no end, and the time of its series goes on") {
+  SeriesRig rig;
+  JobCourse& first = rig.farm.jobs.at(11).record.course;
+  first.started = 110;
+  first.finished = 150;  // before it was queued again
+  first.taken = 70;
+  CHECK(frame_list(rig.series(), rig.farm.now, 0)[0].at("seconds") == 70);
+  CHECK(rig.jobs.summary_of(rig.farm.now, rig.farm.jobs.at(11)).at("finished").is_null());
+  const nlohmann::json all = rig.jobs.summary_of(rig.farm.now, rig.series());
+  CHECK(all.at("started") == 110);
+  CHECK(all.at("finished").is_null());
+  CHECK(all.at("seconds_taken") == 70);
+}
+
 TEST_CASE("the history of a series merges what happened to all frames and names single ones") {
   SeriesRig rig;
   Job& first = rig.farm.jobs.at(11);

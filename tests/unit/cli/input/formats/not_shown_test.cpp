@@ -102,7 +102,7 @@ TEST_CASE("a note counts particles without a known element if masses give only s
   CHECK(told(files.read("a.data", data), "unknown_elements") == "1 particle of an unknown element");
   const std::string psf =
       "PSF\n\n 1 !NTITLE\n x\n\n 2 !NATOM\n 1 A 1 ALA CA CT1 0.1 12.011 0\n"
-      " 2 A 2 XXX QQ QQ 0.1 72.5 0\n";
+      " 2 A 2 RES QQ QQ 0.1 72.5 0\n";
   CHECK(test::note(read_names(files.write("a.psf", psf)), "unknown_elements") == 1);
 }
 
