@@ -99,7 +99,11 @@ PassSize towards_targets(const FramebufferView& state, const RenderSettings& set
       widths ? std::max((total - traced) * 1.1, traced / 16) : lacking_for_error(total, traced);
   const std::uint64_t wanted =
       lacking < static_cast<double>(most) ? static_cast<std::uint64_t>(lacking) + 1 : most;
-  return {wanted, StopReason::samples, 0, std::move(error)};
+  const double likely = total * more_than_aimed_at(share * share, settings.sampler);
+  const auto limit = static_cast<double>(placement.traced() + most);
+  const auto expected =
+      static_cast<std::uint64_t>(std::min(std::max(likely, traced + lacking), limit));
+  return {wanted, StopReason::samples, expected, std::move(error)};
 }
 
 /// Sizes a pass under a time limit while some pixels have fewer than two samples: as much as half
@@ -154,6 +158,10 @@ PassSize pairs(PassSize size) {
 
 double share_to_go_for(double share, Sampler sampler) {
   return sampler == Sampler::sobol ? std::sqrt(share) : share;
+}
+
+double more_than_aimed_at(double share, Sampler sampler) {
+  return sampler == Sampler::sobol ? 1 / std::sqrt(std::sqrt(share)) : 1;
 }
 
 double lacking_for_error(double total, double traced) {
@@ -232,7 +240,7 @@ PassSize next_pass_size(const FramebufferView& state, const RenderSettings& sett
       return wanted;
     }
   }
-  wanted.expected = traced + wanted.samples;
+  wanted.expected = std::max(wanted.expected, traced + wanted.samples);
   if (!settings.target_denoised) {
     wanted.samples = part_of(wanted.samples, traced);
   }

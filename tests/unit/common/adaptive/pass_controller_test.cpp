@@ -234,6 +234,28 @@ TEST_CASE("a picture with a target is expected to end as soon as its first pass 
   CHECK(picture.passes.expected_samples() == picture.samples());
 }
 
+TEST_CASE(
+    "early forecasts of the samples for a target are within a factor of two, also with Sobol") {
+  for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
+    RenderSettings settings = adaptive_settings();
+    settings.adaptive = false;
+    settings.sampler = sampler;
+    settings.samples_per_pixel = 1'000'000;
+    settings.target_error = 0.004;
+    Picture picture(settings);
+    REQUIRE(picture.trace_pass());
+    std::vector<double> forecasts;
+    while (picture.trace_pass()) {
+      forecasts.push_back(static_cast<double>(picture.passes.expected_samples()));
+    }
+    REQUIRE(forecasts.size() >= 2);
+    const auto all = static_cast<double>(picture.samples());
+    CAPTURE(all / forecasts.front());
+    CHECK(forecasts.front() > all / 2);
+    CHECK(forecasts.front() < all * 2);
+  }
+}
+
 TEST_CASE("the error that decides on a pass can be asked for, from the first decision on") {
   RenderSettings settings = adaptive_settings();
   settings.samples_per_pixel = 1'000'000;
