@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "common/rooms.h"
 
@@ -28,5 +29,8 @@ class Sha256 {
 
 /// Returns the SHA-256 of `bytes` as 64 lower-case hexadecimal digits.
 std::string sha256_hex(std::span<const std::byte> bytes);
+
+/// Returns whether `text` has the form of a SHA-256: 64 lower-case hexadecimal digits.
+bool is_sha256_hex(std::string_view text);
 
 }  // namespace parray::base

@@ -5,6 +5,9 @@
 #include <set>
 #include <system_error>
 
+#include "common/base/printable.h"
+#include "common/base/sha256.h"
+
 namespace parray::store {
 namespace {
 
@@ -204,6 +207,12 @@ Comparison compare(const Records& records, const FoundFiles& found) {
   if (found.incomplete) {
     result.severe.emplace_back(unfinished_copy);
   }
+  for (const auto& [digest, file] : records.scenes) {
+    if (!is_sha256_hex(digest)) {
+      result.severe.push_back("parray.sqlite: '" + printable(digest, 80) +
+                              "' is no scene's digest");
+    }
+  }
   static const FoundJob nothing;
   std::set<JobId> ids;
   for (const auto& [id, row] : records.jobs) {
@@ -227,7 +236,7 @@ Comparison compare(const Records& records, const FoundFiles& found) {
 void complete_row(JobId id, JobRow& row) {
   const JobRecord record = record_from_json(id, row.record.value_or(""));
   row.scene = record.scene;
-  row.unfinished = needs_scene(record.state, record.denoise);
+  row.unfinished = needs_scene(record.state, record.keeps_scene());
 }
 
 bool row_matches_record(const JobRow& row) {

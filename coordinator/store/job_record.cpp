@@ -7,6 +7,7 @@
 
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/sha256.h"
 #include "common/scene/limits.h"
 #include "proto/keys.h"
 #include "proto/settings_json.h"
@@ -146,6 +147,7 @@ struct RecordReader : HeadFields<RecordReader> {
 
 /// Checks values that depend on each other. A pass without samples would never complete a picture.
 void check(const JobRecord& job) {
+  if (!is_sha256_hex(job.scene)) throw RunError("the digest of its scene is not a SHA-256");
   const std::uint64_t most = pixel_count(job.settings) * limits::max_samples_per_pixel;
   for (const std::uint64_t samples : job.passes) {
     if (samples == 0 || samples > most) {

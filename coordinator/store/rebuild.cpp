@@ -30,6 +30,7 @@ class Rebuilder {
     choose_jobs();
     choose_scenes();
     repair_files();
+    report_unknown_ends();
     records_.batch = records_.notes_batch = newest_ + 1;
     for (auto& [id, row] : records_.jobs) {
       row.batch = records_.batch;
@@ -229,6 +230,19 @@ class Rebuilder {
       row.rows->bytes = sound;
     } else {
       row.rows.reset();
+    }
+  }
+
+  /// Names the jobs whose log of results may end too early. Only the database stores the length of
+  /// a log. So a log that lost whole entries together with a damaged database looks complete.
+  void report_unknown_ends() {
+    if (trusts_database_ || survey_.is_backup) return;
+    for (const auto& [id, row] : records_.jobs) {
+      if (row.rows && row.record && record_from_json(id, *row.record).state != JobState::done) {
+        report(job_name(id) + " keeps " + std::to_string(row.rows->bytes) +
+               " bytes of results: with this database nobody can tell whether that is all. What is "
+               "missing will be traced again");
+      }
     }
   }
 

@@ -14,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "common/base/sha256.h"
 #include "common/base/text.h"
 #include "coordinator/store/store.h"
 
@@ -23,10 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view temporary_suffix = ".partial";
-
-bool is_digest(std::string_view name) {
-  return name.size() == 64 && name.find_first_not_of("0123456789abcdef") == std::string_view::npos;
-}
 
 bool is_digits(std::string_view name) {
   return !name.empty() && name.find_first_not_of("0123456789") == std::string_view::npos;
@@ -39,7 +36,7 @@ bool is_kept_name(std::string_view name) {
       return true;
     }
   }
-  return is_digest(name) || name == "job.json" || name == "job.next" || name == "job.dropped";
+  return is_sha256_hex(name) || name == "job.json" || name == "job.next" || name == "job.dropped";
 }
 
 fs::path numbered(fs::path file, std::uint64_t number) {
@@ -99,7 +96,7 @@ StateFiles::StateFiles(const fs::path& directory, Disk& disk)
 }
 
 fs::path StateFiles::scene(const std::string& digest) const {
-  if (!is_digest(digest)) {
+  if (!is_sha256_hex(digest)) {
     throw std::logic_error("the digest of a scene must be 64 lower-case hexadecimal digits");
   }
   return scenes() / digest;

@@ -60,6 +60,7 @@ TEST_CASE("a course survives being stored; unknown errors are null") {
 TEST_CASE("a record keeps its course, and may lack it") {
   JobRecord job;
   job.id = 7;
+  job.scene = std::string(64, 'a');
   job.settings = test::small_settings(test::small_scene());
   job.course.taken = 3;
   json record = json::parse(record_to_json(job));

@@ -9,6 +9,8 @@
 
 #include "common/base/bytes.h"
 #include "common/base/sha256.h"
+#include "coordinator/store/database.h"
+#include "coordinator/store/row_log.h"
 #include "coordinator/store/schema.h"
 #include "coordinator/store/state_tools.h"
 #include "tests/support/damage.h"
@@ -395,6 +397,58 @@ TEST_CASE(
       check_all(damaged, acknowledged, done);
     }
   }
+}
+
+TEST_CASE("a repair without the last commits names every job whose log may have lost its end") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path damaged = directory.path() / "damaged";
+  const Acknowledged acknowledged = make_killed_state(damaged, directory.path() / "workshop");
+  fs::resize_file(damaged / "parray.sqlite-wal", 0);
+  const fs::path log = damaged / "jobs/6/rows";
+  const std::string bytes = file_bytes(log);
+  const std::size_t last = bytes.find("row " + std::string(300, 'r'));
+  REQUIRE(last != std::string::npos);
+  std::size_t cuts = 0;
+  for (std::size_t size = last; size-- > 0;) {  // the first entry ends somewhere before
+    fs::resize_file(log, size);
+    cuts += store::sound_bytes(log) == size ? 1 : 0;
+    if (cuts > 0) break;
+  }
+  REQUIRE(cuts == 1);
+  const Strings lines = repair_state(damaged, 1e9);
+  CHECK(names(lines, 4));
+  CHECK(names(lines, 6));
+  check_all(damaged, acknowledged, lines);
+}
+
+TEST_CASE("a database whose digest of a scene is damaged is refused, and repair restores it") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path damaged = directory.path() / "damaged";
+  const Acknowledged acknowledged = make_killed_state(damaged, directory.path() / "workshop");
+  {
+    store::Database database(damaged / "parray.sqlite");
+    database.run("UPDATE scenes SET digest = 'a digest'");
+  }
+  check_mended(damaged, acknowledged);
+}
+
+TEST_CASE("a done job that keeps its scene for labels keeps it through a repair") {
+  const TemporaryDirectory directory(in_memory());
+  const fs::path damaged = directory.path() / "damaged";
+  {
+    DiskStore store(damaged);
+    JobRecord job = job_with(1, JobState::done);
+    job.drawing = "{}";
+    store.put_scene(real_digest(), scene_text);
+    put_picture(store, 1, "picture");
+    store.put_job(job);
+    store.drop_work(1);
+    store.commit();
+  }
+  fs::remove(damaged / "parray.sqlite");
+  CHECK_FALSE(repair_state(damaged, 1e9).empty());
+  DiskStore store(damaged);
+  CHECK(store.scene(real_digest()) == scene_text);
 }
 
 TEST_CASE("a state whose copies were replaced by directories serves without a repair") {
