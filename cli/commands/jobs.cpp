@@ -20,16 +20,20 @@ struct JobsCommand {
   bool as_json = false;
   msg::ListJobs wanted;
   bool sorted = false;
+  bool largest_first = false;
 };
 
 /// Requests the jobs that the list ends with, so that the last line is the newest or the largest.
+/// With --order desc, requests the largest jobs and lists them first.
 nlohmann::json list_jobs(FarmClient& client, const JobsCommand& command) {
   msg::ListJobs wanted = command.wanted;
-  if (command.sorted) wanted.order = msg::JobOrder::descending;
+  if (command.sorted || command.largest_first) wanted.order = msg::JobOrder::descending;
   msg::Jobs answer = client->list(wanted);
-  if (command.sorted) std::ranges::reverse(answer.jobs);
+  const bool descends = wanted.order == msg::JobOrder::descending;
+  if (descends && !command.largest_first) std::ranges::reverse(answer.jobs);
   if (answer.total > answer.jobs.size()) {
-    std::cerr << "parray: the last " << answer.jobs.size() << " of " << answer.total << " jobs\n";
+    std::cerr << "parray: the " << (command.largest_first ? "first " : "last ")
+              << answer.jobs.size() << " of " << answer.total << " jobs\n";
   }
   return std::move(answer.jobs);
 }
@@ -82,6 +86,16 @@ void add_filters(Command& command, JobsCommand& options) {
           },
           "Sort by this value, the largest last")
       .words(words);
+  command
+      .option(
+          "--order",
+          [&options](const std::string& word) { options.largest_first = word == "desc"; },
+          "asc: the newest job or the largest value is last (default); desc: it is first")
+      .words({"asc", "desc"});
+  add_whole_number(
+      command, "--limit", 1, msg::most_listed,
+      [&options](std::uint64_t jobs) { options.wanted.limit = static_cast<std::uint32_t>(jobs); },
+      "List at most this number of jobs, the newest or those with the largest values");
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ OPTIONS = {
                                               "--name", "--priority", "--max-failures", "--quiet", "--progress",
                                               "--frames", "--camera-path",
                                               "--preview", "--display", "--on-end"],
-    "jobs": COORDINATOR + ["--user", "--name", "--sort", "--json"],
+    "jobs": COORDINATOR + ["--user", "--name", "--sort", "--order", "--limit", "--json"],
     "show": COORDINATOR + ["--json"],
     "watch": COORDINATOR + ["--quiet", "--progress", "--preview", "--display", "--on-end"],
     "cancel": COORDINATOR + ["--json"],

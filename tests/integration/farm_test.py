@@ -172,7 +172,11 @@ class Service(FarmCase):
             listed = json.loads(farm.client("jobs", "--name", SCENE.stem[:3].upper(), "--sort", "priority", "--json").stdout)
             self.assertEqual([job["id"] for job in listed], [jobs[0], jobs[2], jobs[1]])
             self.assertEqual(json.loads(farm.client("jobs", "--name", "no such name", "--json").stdout), [])
-            self.assertEqual(farm.client("jobs", "--sort", "colour").returncode, 2)
+            top = farm.client("jobs", "--sort", "priority", "--order", "desc", "--limit", 2, "--json")
+            self.assertEqual([job["id"] for job in json.loads(top.stdout)], [jobs[1], jobs[2]])
+            self.assertEqual(top.stderr, "parray: the first 2 of 3 jobs\n")
+            for option, value in (("--sort", "colour"), ("--order", "up"), ("--limit", 0)):
+                self.assertEqual(farm.client("jobs", option, value).returncode, 2)
             raised = farm.client("priority", jobs[0], jobs[1], 70)
             self.assertEqual(raised.stdout, f"job {jobs[0]}: priority 70\njob {jobs[1]}: priority 70\n")
             self.assertEqual(farm.client("cancel", jobs[2]).returncode, 0)
