@@ -116,6 +116,7 @@ class Around(BrowserTest):
             self.assertEqual(page.evaluate("shown"), [])
             page.keyboard.press("?")
             page.get_by_label("Notify me when my jobs have ended").check()
+            page.wait_for_function("localStorage.getItem('parray-notices') === 'on'")  # the browser answers later
             page.keyboard.press("Escape")
             end(8)  # of another user
             end(9)
