@@ -240,11 +240,12 @@ class Everybody(BrowserTest):
                 page.get_by_role("button", name="Help").click()
                 self.assertEqual(page.get_by_role("dialog").evaluate("dialog => dialog.scrollTop"), 0)
                 page.keyboard.press("Escape")
-                cut = page.evaluate("""() => [...document.querySelectorAll('.fields input[placeholder]')].filter(input => input.getClientRects().length).filter(input => {
+                # Only a value can be measured: digits of at least the width of the placeholder.
+                cut = page.evaluate("""() => [...document.querySelectorAll('.fields input[type=number]')].filter(input => input.getClientRects().length).filter(input => {
                   const style = getComputedStyle(input), pen = document.createElement('canvas').getContext('2d');
                   pen.font = `${style.fontSize} ${style.fontFamily}`;
-                  const arrows = style.appearance === 'textfield' || input.type !== 'number' ? 0 : 18;
-                  return pen.measureText(input.placeholder).width + arrows > input.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight);
+                  input.value = '1'.repeat(Math.ceil(pen.measureText(input.placeholder).width / pen.measureText('1').width));
+                  return input.scrollWidth > input.clientWidth;
                 }).map(input => input.name)""")
                 self.assertEqual(cut, [], size["width"])
                 page.context.close()
