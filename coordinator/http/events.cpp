@@ -127,6 +127,7 @@ std::shared_ptr<BodyStream> Events::listen(std::optional<JobId> job) {
                     0, {{"Retry-After", "5"}});
     }
     streams_.push_back(stream);
+    ++joined_;
   }
   changed_.notify_one();
   return stream;
@@ -140,6 +141,7 @@ void Events::await_end(JobId job, const std::string& owner, Time patience) {
     if (stopped_) return;
     std::erase_if(streams_, [](const auto& other) { return other.expired(); });
     streams_.push_back(stream);
+    ++joined_;
   }
   changed_.notify_one();
   stream->await_end(patience);
@@ -168,20 +170,25 @@ std::vector<std::shared_ptr<Events::Stream>> Events::streams() {
   return there;
 }
 
+std::uint64_t Events::joined() {
+  const std::scoped_lock lock(mutex_);
+  return joined_;
+}
+
 void Events::run() {
   const SteadyClock clock;
   for (;;) {
     const Time begin = clock.now();
+    const std::uint64_t served = joined();
     if (!streams().empty()) poll();
     const Time rest = std::max<Time>(seconds(1), 50 * (clock.now() - begin));
     std::unique_lock lock(mutex_);
-    const std::size_t listening = streams_.size();
     const auto stopped = [this] { return stopped_; };
     // A new listener is served soon, but many new listeners cause at most four polls per second.
     constexpr auto least_rest = milliseconds(250);
     if (changed_.wait_for(lock, least_rest, stopped)) return;
-    const auto news = [&] { return stopped_ || streams_.size() > listening; };
-    if (listening == 0) {
+    const auto news = [&] { return stopped_ || joined_ > served; };
+    if (streams_.empty()) {
       changed_.wait(lock, news);
     } else {
       changed_.wait_for(lock, rest - least_rest, news);

@@ -62,13 +62,15 @@ class Events {
   void remove_unlisted(JobId oldest_listed);
   void send_to_all(const std::string& event);
   std::vector<std::shared_ptr<Stream>> streams();
+  std::uint64_t joined();
 
   LoopClient& loop_;
   const std::size_t most_streams_;
   Places waits_;      ///< only its entries: nobody takes a place
-  std::mutex mutex_;  // guards streams_, stopped_, forgotten_
+  std::mutex mutex_;  // guards streams_, joined_, stopped_, forgotten_
   std::condition_variable changed_;
   std::vector<std::weak_ptr<Stream>> streams_;
+  std::uint64_t joined_ = 0;  ///< number of streams so far
   std::vector<JobId> forgotten_;
   bool stopped_ = false;
   // Used by the thread only.

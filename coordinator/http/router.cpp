@@ -56,18 +56,29 @@ void Router::add(const std::string& method, const std::string& pattern, Handler 
   routes_.push_back({method, parts_of(pattern), std::move(handler), std::move(queries), access});
 }
 
+std::vector<std::pair<const Router::Route*, std::vector<std::string>>> Router::closest(
+    const std::vector<std::string>& parts) const {
+  std::vector<std::pair<const Route*, std::vector<std::string>>> found;
+  for (const Route& route : routes_) {
+    auto arguments = match(route.parts, parts);
+    if (!arguments) continue;
+    if (!found.empty() && arguments->size() < found.front().second.size()) found.clear();
+    if (!found.empty() && arguments->size() > found.front().second.size()) continue;
+    found.emplace_back(&route, std::move(*arguments));
+  }
+  return found;
+}
+
 Router::Match Router::find(const Request& request) const {
   const std::vector<std::string> parts = parts_of(request.path);
   const std::string method = request.method == "HEAD" ? "GET" : request.method;
   std::string others;
-  for (const Route& route : routes_) {
-    auto arguments = match(route.parts, parts);
-    if (!arguments) continue;
-    if (route.method == method) {
-      check_parameters(request, route.queries);
-      return {&route.handler, std::move(*arguments), route.access};
+  for (auto& [route, arguments] : closest(parts)) {
+    if (route->method == method) {
+      check_parameters(request, route->queries);
+      return {&route->handler, std::move(arguments), route->access};
     }
-    others += (others.empty() ? "" : ", ") + route.method;
+    others += (others.empty() ? "" : ", ") + route->method;
   }
   if (!others.empty()) {
     throw Problem(405,

@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "coordinator/http/exchange.h"
@@ -20,7 +21,8 @@ class Router {
   enum class Access : std::uint8_t { guarded, open };
 
   /// Adds a route. `pattern`: "/api/v1/jobs/{id}", where a part in braces stands for any text
-  /// without '/'. `queries`: names of permitted parameters. GET also answers HEAD.
+  /// without '/'. If several patterns fit a path, those with the fewest braces count. `queries`:
+  /// names of permitted parameters. GET also answers HEAD.
   void add(const std::string& method, const std::string& pattern, Handler handler,
            std::vector<std::string_view> queries = {}, Access access = Access::guarded);
 
@@ -42,6 +44,10 @@ class Router {
     std::vector<std::string_view> queries;
     Access access;
   };
+  /// Returns the routes of the patterns that fit best, with their arguments.
+  [[nodiscard]] std::vector<std::pair<const Route*, std::vector<std::string>>> closest(
+      const std::vector<std::string>& parts) const;
+
   std::vector<Route> routes_;
 };
 

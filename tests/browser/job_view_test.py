@@ -138,7 +138,7 @@ class Facts(BrowserTest):
             for _ in range(2):
                 expect(page.locator(".trend circle")).to_have_count(8)
                 expect(page.locator(".trend path.target")).to_have_count(1)
-                expect(page.locator(".trend")).to_have_attribute("aria-label", re.compile("in 49 s, target 0.01"))
+                expect(page.locator(".trend")).to_have_attribute("aria-label", re.compile(r"in 49\ss, target 0.01"))
                 page.reload()
             expect(page.locator("#connection")).to_have_text("live")
             farm.jobs[UNLIMITED].update(seconds_taken=60.0, error={**farm.jobs[UNLIMITED]["error"], "rmse": 0.011})

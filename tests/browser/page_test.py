@@ -11,6 +11,7 @@ import unittest
 
 from browser import DESKTOP, PHONE, BrowserTest, axe, expect, violations
 from fake_farm import FakeFarm
+from fake_jobs import SERIES, JobFarm
 
 SCROLL = """async () => {
   const scroller = document.querySelector('.scroller');
@@ -220,6 +221,33 @@ class Everybody(BrowserTest):
                 page = self.open(farm.url, view, viewport=PHONE, has_touch=True, is_mobile=True)
                 expect(page.locator("#connection")).to_have_text("live")
                 self.assertEqual(page.evaluate("document.documentElement.scrollWidth"), 360, view)
+                page.context.close()
+
+    def test_the_document_never_scrolls_its_views_do(self):
+        with JobFarm(frames=61) as farm:
+            for size in (DESKTOP, PHONE):
+                for view in (f"#/jobs/{SERIES}", *self.VIEWS[1:], "api"):
+                    page = self.open(farm.url, view, viewport=size)
+                    expect(page.locator("#connection, .operation").first).to_be_visible()
+                    page.wait_for_timeout(500)
+                    self.assertEqual(page.evaluate("document.documentElement.scrollHeight - innerHeight"), 0, f"{size['width']}, {view}")
+                    page.context.close()
+
+    def test_the_help_begins_at_its_top_and_placeholders_fit(self):
+        with FakeFarm(jobs=4, changes=0) as farm:
+            for size in (DESKTOP, PHONE):
+                page = self.open(farm.url, "#/submit", viewport=size)
+                page.get_by_role("button", name="Help").click()
+                self.assertEqual(page.get_by_role("dialog").evaluate("dialog => dialog.scrollTop"), 0)
+                page.keyboard.press("Escape")
+                # Only a value can be measured: digits of at least the width of the placeholder.
+                cut = page.evaluate("""() => [...document.querySelectorAll('.fields input[type=number]')].filter(input => input.getClientRects().length).filter(input => {
+                  const style = getComputedStyle(input), pen = document.createElement('canvas').getContext('2d');
+                  pen.font = `${style.fontSize} ${style.fontFamily}`;
+                  input.value = '1'.repeat(Math.ceil(pen.measureText(input.placeholder).width / pen.measureText('1').width));
+                  return input.scrollWidth > input.clientWidth;
+                }).map(input => input.name)""")
+                self.assertEqual(cut, [], size["width"])
                 page.context.close()
 
     def test_the_theme_is_the_systems_until_another_is_chosen(self):

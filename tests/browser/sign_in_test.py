@@ -102,6 +102,10 @@ class Around(BrowserTest):
             expect(dialog).to_contain_text("half-width")
             expect(dialog.get_by_role("link", name="HTTP interface")).to_have_attribute("href", "api")
 
+    def wait_until(self, page, condition):
+        """Not wait_for_function, which the page's policy about scripts forbids."""
+        page.evaluate(f"async () => {{ while (!({condition})) await new Promise(requestAnimationFrame); }}")
+
     def test_notifications_come_only_after_the_user_has_switched_them_on(self):
         with FakeFarm(jobs=9, changes=0, user="ann") as farm:
             for number in (9, 8, 7):
@@ -116,10 +120,11 @@ class Around(BrowserTest):
             self.assertEqual(page.evaluate("shown"), [])
             page.keyboard.press("?")
             page.get_by_label("Notify me when my jobs have ended").check()
+            self.wait_until(page, "localStorage.getItem('parray-notices') === 'on'")  # the browser answers later
             page.keyboard.press("Escape")
             end(8)  # of another user
             end(9)
-            page.wait_for_function("shown.length > 0")
+            self.wait_until(page, "shown.length > 0")
             self.assertEqual(page.evaluate("shown"), ["scene 9: cancelled"])
 
 

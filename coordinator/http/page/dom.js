@@ -61,6 +61,7 @@ export function ask(label, build, kind) {
     }));
     document.body.append(dialog);
     dialog.showModal();
+    dialog.scrollTop = 0;  // the button that has the focus may be at the end
   });
 }
 

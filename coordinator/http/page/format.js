@@ -30,7 +30,10 @@ export const whole = value => String(Math.round(value)).replace(/\B(?=(\d{3})+$)
 
 export const rate = perSecond => perSecond > 0 ? count(perSecond) + '/s' : '';
 
-export function duration(seconds) {
+/** Formats a time as "3 min 20 s", which no line break divides. */
+export const duration = seconds => timeText(seconds).replaceAll(' ', '\u00a0');
+
+function timeText(seconds) {
   if (seconds < 0) return '';
   if (seconds < 10) return seconds.toFixed(1) + ' s';
   if (seconds < 59.5) return Math.round(seconds) + ' s';

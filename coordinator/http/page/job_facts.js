@@ -6,7 +6,7 @@ import {mayControl} from './job_rules.js';
 import {age, jobLink} from './parts.js';
 
 /** Formats an estimate: "about 4 min". */
-const about = seconds => seconds < 60 ? `about ${Math.max(1, Math.round(seconds))} s` : 'about ' + duration(seconds).replace(/ \d\d s$/, '');
+const about = seconds => seconds < 60 ? `about ${Math.max(1, Math.round(seconds))} s` : 'about ' + duration(seconds).replace(/\s\d\d\ss$/, '');
 
 const known = value => value !== null && value !== undefined;
 

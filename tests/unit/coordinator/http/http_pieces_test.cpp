@@ -69,6 +69,7 @@ Router sample_router() {
   router.add("POST", "/jobs", named("submit"));
   router.add("GET", "/jobs/{id}", named("show"));
   router.add("POST", "/jobs/{id}/pause", named("pause"));
+  router.add("POST", "/jobs/pause", named("pause many"));
   return router;
 }
 
@@ -99,6 +100,19 @@ TEST_CASE("an unknown path is 404, an unsupported method is 405 with the support
     CHECK(problem.status() == 405);
     REQUIRE(problem.headers().size() == 1);
     CHECK(problem.headers()[0].second == "GET, POST");
+  }
+}
+
+TEST_CASE("a path with a name of its own is no job") {
+  const Router router = sample_router();
+  CHECK(answered(router, request("POST", "/jobs/pause")) == "pause many");
+  try {
+    (void)router.find(request("GET", "/jobs/pause"));
+    FAIL("GET was accepted");
+  } catch (const Problem& problem) {
+    CHECK(problem.status() == 405);
+    REQUIRE(problem.headers().size() == 1);
+    CHECK(problem.headers()[0].second == "POST");
   }
 }
 
