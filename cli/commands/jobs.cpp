@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -14,6 +15,8 @@
 
 namespace parray::commands {
 namespace {
+
+constexpr std::array<std::string_view, 2> directions{"asc", "desc"};
 
 struct JobsCommand {
   FarmOptions farm;
@@ -89,9 +92,11 @@ void add_filters(Command& command, JobsCommand& options) {
   command
       .option(
           "--order",
-          [&options](const std::string& word) { options.largest_first = word == "desc"; },
+          [&options](const std::string& word) {
+            options.largest_first = known_place("direction", word, directions) == 1;
+          },
           "asc: the newest job or the largest value is last (default); desc: it is first")
-      .words({"asc", "desc"});
+      .words({directions.begin(), directions.end()});
   add_whole_number(
       command, "--limit", 1, msg::most_listed,
       [&options](std::uint64_t jobs) { options.wanted.limit = static_cast<std::uint32_t>(jobs); },

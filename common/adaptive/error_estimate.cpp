@@ -25,13 +25,14 @@ class MeanSquare {
  public:
   void add(const NoiseRow& row) {
     for (std::size_t i = 0; i < row.count.size(); i += 3) {
+      const double count = row.count[i];
+      if (count < 2) continue;  // only in estimate_rmse_so_far()
       double square = 0;
       double variance = 0;
       for (std::size_t value = i; value < i + 3; ++value) {
         square += row.difference[value] * row.difference[value];
         variance += row.variance[value];
       }
-      const double count = row.count[i];
       // Treats the errors of the three channels as equal, which is nearly true.
       scatter_ += 4 * square * variance / count;
       squares_ += square;
@@ -52,7 +53,10 @@ class MeanSquare {
     return *this;
   }
 
-  void report(double largest, ErrorEstimate& error) const {
+  /// Returns the number of values (R, G, B) that were added.
+  [[nodiscard]] double values() const { return values_; }
+
+  void report(double largest, ErrorFigures& error) const {
     // The sampler's gain converts s^2 of independent samples into s^2 of the picture's samples.
     const double gain = variances_ > 0 ? squares_ / variances_ : 0;
     const double relative = squares_ > 0 ? normal_95 * std::sqrt(scatter_ * gain) / squares_ : 0;
@@ -79,6 +83,17 @@ MeanSquare sum_of(const std::vector<MeanSquare>& bands) {
   MeanSquare sum;
   for (const MeanSquare& band : bands) sum += band;
   return sum;
+}
+
+MeanSquare mean_square_of(const FramebufferView& state, std::size_t stride) {
+  std::vector<MeanSquare> bands(noise_bands(state.height));
+  for_noise_bands(state.height, noise_threads(stride), [&](const NoiseBand& band) {
+    NoiseRows rows(state, NeighbourhoodSize::neighbours);
+    for (std::size_t y = band.first(stride); y < band.end; y += stride) {
+      bands[band.number].add(rows.own(y));
+    }
+  });
+  return sum_of(bands);
 }
 
 /// Returns two quantiles of `values`, which must not be empty or contain negative numbers.
@@ -118,18 +133,20 @@ std::array<float, 2> quantiles(std::span<const float> values, std::array<double,
 
 ErrorEstimate estimate_rmse(const FramebufferView& state, std::size_t stride) {
   ErrorEstimate error;
-  if (!all_have_two(state)) {
-    return error;
+  if (all_have_two(state)) {
+    mean_square_of(state, stride).report(state.largest_radiance, error);
   }
-  std::vector<MeanSquare> bands(noise_bands(state.height));
-  for_noise_bands(state.height, noise_threads(stride), [&](const NoiseBand& band) {
-    NoiseRows rows(state, NeighbourhoodSize::neighbours);
-    for (std::size_t y = band.first(stride); y < band.end; y += stride) {
-      bands[band.number].add(rows.own(y));
-    }
-  });
-  sum_of(bands).report(state.largest_radiance, error);
   return error;
+}
+
+PartialError estimate_rmse_so_far(const FramebufferView& state, std::size_t stride) {
+  PartialError part;
+  if (state.counts.empty()) return part;
+  const MeanSquare sum = mean_square_of(state, stride);
+  const std::size_t rows = (state.height + stride - 1) / stride;
+  part.share = sum.values() / (3.0 * static_cast<double>(rows * state.width));
+  if (part.share > 0) sum.report(state.largest_radiance, part.error);
+  return part;
 }
 
 ErrorEstimate estimate_error(const FramebufferView& state, std::size_t stride) {

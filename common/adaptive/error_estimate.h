@@ -40,6 +40,14 @@ ErrorEstimate estimate_error(const FramebufferView& state, std::size_t stride = 
 /// Estimates the error without half-widths, which cost most of the time.
 ErrorEstimate estimate_rmse(const FramebufferView& state, std::size_t stride = 1);
 
+/// The error of the pixels that have two samples or more, without half-widths.
+struct PartialError {
+  ErrorFigures error;
+  double share = 0;  ///< of such pixels among all pixels that were read; 0: the error is unknown
+};
+/// Estimates the error of the part of a picture that is rendered. `stride` as above.
+PartialError estimate_rmse_so_far(const FramebufferView& state, std::size_t stride = 1);
+
 /// The name of the method of ErrorEstimate in reports.
 inline constexpr std::string_view error_method = "replicates";
 

@@ -26,6 +26,10 @@ void add_error(json& summary, const Job& job) {
   }
   if (job.error.known() || job.record.state == JobState::done) {
     summary["error"] = error_to_json(job.error);
+  } else if (job.work && job.work->error_so_far.share > 0) {
+    const auto& [error, share] = job.work->error_so_far;
+    summary["error_so_far"] = {
+        {"rmse", error.rmse}, {"low", error.low}, {"high", error.high}, {"share", share}};
   }
 }
 

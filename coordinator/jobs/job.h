@@ -42,6 +42,7 @@ struct JobWork : RunState {
   Time pass_began = never;
   Time pass_ended = never;           ///< all results were merged
   Time error_at = never;             ///< latest estimate of the error within a pass
+  PartialError error_so_far;         ///< while some pixels have fewer than two samples
   std::uint64_t samples_before = 0;  ///< samples at the first grant
   double pass_progress = 0;          ///< Job::progress() at the begin of the pass
   std::uint64_t pass_samples = 0;    ///< samples at the begin of the pass

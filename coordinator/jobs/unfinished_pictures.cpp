@@ -25,25 +25,33 @@ constexpr std::size_t busy_backlog = 64;
 constexpr double growth = 1.05;
 /// Under a shorter time limit, every moment of the job thread counts.
 constexpr double short_limit = 60;
+/// Least time between two estimates of a picture that is rendered only in part.
+constexpr Time part_interval = seconds(2);
 
-bool wants_estimate(const Job& job) {
+bool wants_estimate(const Job& job, Time now) {
   const RenderSettings& s = job.record.settings;
-  if (!job.tracing() || !job.work->whole || job.record.state == JobState::paused ||
-      s.target_error > 0 || s.target_half_width > 0) {
+  if (!job.tracing() || job.record.state == JobState::paused || s.target_error > 0 ||
+      s.target_half_width > 0) {
     return false;
   }
   const auto& curve = job.record.course.curve;
+  if (curve.empty() && job.work->error_at != never && now - job.work->error_at < part_interval) {
+    return false;
+  }
   return job.samples_a_pixel() >=
              std::max(curve.empty() ? 0 : growth * curve.back().samples, 2.0) &&
          (s.time_limit == 0 || s.time_limit >= short_limit);
 }
 
-/// Estimates the error from some rows of a large picture.
-ErrorFigures error_of_some_rows(const JobPicture& picture) {
+/// Estimates the error from some rows of a large picture: that of the whole picture or, while some
+/// pixels have fewer than two samples, that of the other pixels.
+PartialError error_of_some_rows(const JobPicture& picture) {
   constexpr std::size_t least_stride = 8;  // a smaller stride reads nearly all rows
   const FramebufferView view = picture.view();
-  const std::size_t stride = view.pixels.size() / some_pixels;
-  return estimate_error(view, stride < 2 ? 1 : std::max(stride, least_stride));
+  const std::size_t part = view.pixels.size() / some_pixels;
+  const std::size_t stride = part < 2 ? 1 : std::max(part, least_stride);
+  const ErrorEstimate whole = estimate_error(view, stride);
+  return whole.known() ? PartialError{whole, 1} : estimate_rmse_so_far(view, stride);
 }
 
 }  // namespace
@@ -81,7 +89,7 @@ void JobBook::estimate_errors() {
   std::vector<Job*> due;
   for (const JobId id : farm_.at_work) {
     Job& job = farm_.jobs.at(id);
-    if (wants_estimate(job)) {
+    if (wants_estimate(job, farm_.now)) {
       due.push_back(&job);
     }
   }
@@ -94,12 +102,15 @@ void JobBook::estimate_errors() {
     farm_.for_log(fmt::format("estimating the error of job {}", job->record.id))
         .give([this, run = job->work->run, id = job->record.id,
                generation = job->work->generation]() -> JobThread::Completion {
-          const ErrorFigures error = error_of_some_rows(run->picture());
+          const PartialError part = error_of_some_rows(run->picture());
           const std::uint64_t samples = run->picture().framebuffer().counts().samples;
-          return {[this, id, generation, error, samples] {
+          return {[this, id, generation, part, samples] {
                     Job* there = farm_.job_at_work(id, generation);
-                    if (there != nullptr && there->tracing() && error.known()) {
-                      there->error = error;
+                    if (there == nullptr || !there->tracing()) return;
+                    if (part.share < 1) {
+                      there->work->error_so_far = part;
+                    } else {
+                      there->error = part.error;
                       note_error(*there, samples);
                     }
                   },

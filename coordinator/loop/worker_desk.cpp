@@ -61,9 +61,10 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::Hello& m) {
     leases_.hold_back(now);
     farm_.grants_due = true;
     farm_.watch.note_joined(m.name);
-    farm_.announce(FarmEventKind::joined, m.name, fmt::format("joined with {} threads", m.threads));
-    farm_.arrivals.info(
-        now, fmt::format("worker {} '{}' joined with {} threads", known->id, m.name, m.threads));
+    const std::string joined =
+        fmt::format("joined with {} thread{}", m.threads, m.threads == 1 ? "" : "s");
+    farm_.announce(FarmEventKind::joined, m.name, joined);
+    farm_.arrivals.info(now, fmt::format("worker {} '{}' {}", known->id, m.name, joined));
   }
   known->last_heard = now;
   welcome(*known);

@@ -48,6 +48,28 @@ TEST_CASE("a job with a target reports its error after each pass, and finally th
   CHECK(done.error.half_width_p99 == report.at("error").at("half_width_p99"));
 }
 
+TEST_CASE("a job with fixed samples reports the error of the part that is rendered") {
+  Service service;
+  Hand hand(service, "a", 4);
+  RenderSettings settings = many_leases();
+  settings.samples_per_pixel = 16;
+  const JobId id = service.submit(small_scene(), settings);
+  work(service, {{&hand, honest}}, id, 2);
+  CHECK_FALSE(service.job(id).contains("error"));
+  for (int looks = 0; looks < 50 && !service.job(id).contains("error_so_far"); ++looks) {
+    service.turn(milliseconds(100));
+    hand.beat();
+  }
+  const nlohmann::json part = service.job(id).at("error_so_far");
+  CHECK(part.at("share") > 0);
+  CHECK(part.at("share") < 1);
+  CHECK(part.at("low") < part.at("rmse"));
+  CHECK(part.at("rmse") < part.at("high"));
+  work(service, {{&hand, honest}}, id);
+  CHECK_FALSE(service.job(id).contains("error_so_far"));
+  CHECK(job_status(service.job(id)).error.known());
+}
+
 TEST_CASE("a job without a target reports its error when it is done, also after a restart") {
   const TemporaryDirectory directory;
   DiskStore store(directory.path());

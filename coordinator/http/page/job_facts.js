@@ -69,6 +69,8 @@ function samples(job, seen) {
 function errorText(job) {
   const {rmse, low, high} = job.error ?? {};
   if (known(rmse)) return known(low) && known(high) ? `${estimate(rmse)} (${estimate(low)} to ${estimate(high)})` : estimate(rmse);
+  const part = job.error_so_far;
+  if (part) return `${estimate(part.rmse)} (${estimate(part.low)} to ${estimate(part.high)}) in the ${percent(part.share)} that are rendered`;
   if (job.frames || !(job.progress > 0)) return '';
   return job.state === 'done' && !(job.samples_taken >= 2) ? 'unknown: needs 2 samples per pixel' : unfinished(job) ? 'not known yet' : 'unknown';
 }

@@ -82,6 +82,29 @@ TEST_CASE("error: unknown while a pixel has less than two samples") {
   CHECK(estimate_error(FramebufferView{}).rmse == -1);
 }
 
+TEST_CASE("error: of the rendered part is that of a picture of this part alone") {
+  Dice dice(3);
+  GrowingPicture part = blank(8, 6);
+  part.make_up(all(part, 8), [&](auto...) { return grey(dice.unit()); });
+  GrowingPicture picture = blank(8, 24);
+  for (std::size_t i = 0; i < part.pixels.size(); ++i) {
+    picture.pixels[i] = part.pixels[i];
+    picture.counts[i] = part.counts[i];
+  }
+  const PartialError found = estimate_rmse_so_far(picture.state());
+  const ErrorEstimate expected = estimate_rmse(part.state());
+  CHECK(found.share == 0.25);
+  CHECK(found.error.rmse == expected.rmse);
+  CHECK(found.error.low == expected.low);
+  CHECK(found.error.high == expected.high);
+  CHECK(estimate_rmse_so_far(part.state()).share == 1);
+  CHECK(estimate_rmse_so_far(part.state()).error.high == expected.high);
+  const PartialError nothing = estimate_rmse_so_far(blank(8, 6).state());
+  CHECK(nothing.share == 0);
+  CHECK_FALSE(nothing.error.known());
+  CHECK(estimate_rmse_so_far(FramebufferView{}).share == 0);
+}
+
 TEST_CASE("error: pictures of any size have finite positive estimates") {
   Dice dice(2);
   for (const auto& [width, height] : {std::pair{1U, 1U}, {1U, 7U}, {7U, 1U}, {2U, 2U}, {3U, 5U}}) {
