@@ -12,9 +12,10 @@
 namespace parray::adaptive {
 namespace {
 
+bool has_two(std::uint32_t samples) { return samples >= 2; }
+
 bool all_have_two(const FramebufferView& state) {
-  return !state.counts.empty() &&
-         std::all_of(state.counts.begin(), state.counts.end(), [](auto n) { return n >= 2; });
+  return !state.counts.empty() && std::all_of(state.counts.begin(), state.counts.end(), has_two);
 }
 
 /// Sums that give the mean square error of a picture. Let u and w be the errors of a pixel's two
@@ -143,9 +144,10 @@ PartialError estimate_rmse_so_far(const FramebufferView& state, std::size_t stri
   PartialError part;
   if (state.counts.empty()) return part;
   const MeanSquare sum = mean_square_of(state, stride);
-  const std::size_t rows = (state.height + stride - 1) / stride;
-  part.share = sum.values() / (3.0 * static_cast<double>(rows * state.width));
-  if (part.share > 0) sum.report(state.largest_radiance, part.error);
+  if (sum.values() == 0) return part;
+  const auto rendered = std::count_if(state.counts.begin(), state.counts.end(), has_two);
+  part.share = static_cast<double>(rendered) / static_cast<double>(state.counts.size());
+  sum.report(state.largest_radiance, part.error);
   return part;
 }
 

@@ -43,7 +43,7 @@ ErrorEstimate estimate_rmse(const FramebufferView& state, std::size_t stride = 1
 /// The error of the pixels that have two samples or more, without half-widths.
 struct PartialError {
   ErrorFigures error;
-  double share = 0;  ///< of such pixels among all pixels that were read; 0: the error is unknown
+  double share = 0;  ///< of such pixels among all pixels; 0: the error is unknown
 };
 /// Estimates the error of the part of a picture that is rendered. `stride` as above.
 PartialError estimate_rmse_so_far(const FramebufferView& state, std::size_t stride = 1);

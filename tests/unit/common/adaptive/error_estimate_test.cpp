@@ -99,6 +99,14 @@ TEST_CASE("error: of the rendered part is that of a picture of this part alone")
   CHECK(found.error.high == expected.high);
   CHECK(estimate_rmse_so_far(part.state()).share == 1);
   CHECK(estimate_rmse_so_far(part.state()).error.high == expected.high);
+  GrowingPicture rows = blank(8, 16);  // of which every second row is rendered, and read
+  for (std::size_t i = 0; i < rows.pixels.size(); ++i) {
+    if (i / 8 % 2 == 0) {
+      rows.pixels[i] = part.pixels[i % part.pixels.size()];
+      rows.counts[i] = 8;
+    }
+  }
+  CHECK(estimate_rmse_so_far(rows.state(), 2).share == 0.5);
   const PartialError nothing = estimate_rmse_so_far(blank(8, 6).state());
   CHECK(nothing.share == 0);
   CHECK_FALSE(nothing.error.known());
