@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/printable.h"
+#include "common/base/sha256.h"
 #include "proto/settings_json.h"
 
 namespace parray::proto {
@@ -254,8 +255,7 @@ void ControlReader::lines(const char* key, std::vector<std::string>& value, std:
 
 void ControlReader::digest(const char* key, std::string& value) const {
   text(key, value, 64);
-  const bool hex = value.find_first_not_of("0123456789abcdef") == std::string::npos;
-  if (value.size() != 64 || !hex) {
+  if (!is_sha256_hex(value)) {
     malformed(key, "is not a SHA-256 digest");
   }
 }

@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <array>
 #include <iostream>
 #include <map>
 #include <memory>
+#include <span>
 
 #include "cli/commands/commands.h"
 #include "cli/commands/farm.h"
@@ -16,7 +16,7 @@
 namespace parray::commands {
 namespace {
 
-constexpr std::array<std::string_view, 2> directions{"asc", "desc"};
+constexpr auto directions = std::span(job_order_names).subspan<1>();
 
 struct JobsCommand {
   FarmOptions farm;

@@ -67,6 +67,13 @@ ErrorEstimate error_of(const FramebufferView& state, const StopSettings& setting
   return widths ? estimate_error(state) : estimate_rmse(state);
 }
 
+/// Returns how many times the samples that share_to_go_for() aims at the picture probably needs in
+/// the end. With Sobol points, the error falls with the power -2/3 of the number of samples in most
+/// scenes, and the passes aim at less.
+double more_than_aimed_at(double share, Sampler sampler) {
+  return sampler == Sampler::sobol ? 1 / std::sqrt(std::sqrt(share)) : 1;
+}
+
 /// Returns the samples that the picture still lacks to meet its targets, or the reason why it is
 /// complete.
 PassSize towards_targets(const FramebufferView& state, const RenderSettings& settings,
@@ -158,10 +165,6 @@ PassSize pairs(PassSize size) {
 
 double share_to_go_for(double share, Sampler sampler) {
   return sampler == Sampler::sobol ? std::sqrt(share) : share;
-}
-
-double more_than_aimed_at(double share, Sampler sampler) {
-  return sampler == Sampler::sobol ? 1 / std::sqrt(std::sqrt(share)) : 1;
 }
 
 double lacking_for_error(double total, double traced) {

@@ -44,10 +44,6 @@ inline constexpr std::uint64_t pilot_samples = 32;
 /// points it is larger: it assumes that the error falls with their number, not with its root, which
 /// is sometimes so just below powers of two.
 double share_to_go_for(double share, Sampler sampler);
-/// Returns how many times the samples that share_to_go_for() aims at the picture probably needs in
-/// the end. With Sobol points, errors fall with the power -2/3 of their number in most scenes, and
-/// the passes aim at less.
-double more_than_aimed_at(double share, Sampler sampler);
 /// Returns the samples that are lacking, over all pixels. `traced`: the present number. `total`:
 /// the number that is expected to meet an RMSE target. The result includes a margin, so that the
 /// last small step does not take many passes.

@@ -20,7 +20,7 @@ using nlohmann::json;
 
 constexpr std::array<std::string_view, 7> states = {"queued", "running", "paused",   "finishing",
                                                     "done",   "failed",  "cancelled"};
-constexpr std::array<std::string_view, 2> directions = {"asc", "desc"};
+constexpr auto directions = std::span(job_order_names).subspan<1>();
 
 std::string list_json(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);

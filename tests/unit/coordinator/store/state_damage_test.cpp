@@ -67,6 +67,18 @@ void finish(Store& store, Acknowledged& acknowledged, JobId id) {
   acknowledged.pictures[id] = picture;
 }
 
+/// Puts job 1, which is done and keeps its scene for labels.
+void put_labelled_job(Store& store, bool denoise) {
+  JobRecord job = job_with(1, JobState::done);
+  job.denoise = denoise;
+  job.drawing = "{}";
+  store.put_scene(real_digest(), scene_text);
+  put_picture(store, 1, "picture");
+  store.put_job(job);
+  store.drop_work(1);
+  store.commit();
+}
+
 /// Makes five jobs: 1, 2 and 3 are done, 5 is deleted, and 6 is committed with a note. Calls
 /// `between` in the middle.
 template <typename Between>
@@ -258,14 +270,7 @@ TEST_CASE("a finished job that loses its scene stays done, without denoising and
   const TemporaryDirectory directory;
   {
     DiskStore store(directory.path());
-    JobRecord job = job_with(1, JobState::done);
-    job.denoise = true;
-    job.drawing = "{}";
-    store.put_scene(real_digest(), scene_text);
-    put_picture(store, 1, "picture");
-    store.put_job(job);
-    store.drop_work(1);
-    store.commit();
+    put_labelled_job(store, true);
   }
   write_bytes(directory.path() / "scenes" / real_digest(), "damaged");
   CHECK(names(repair_state(directory.path(), 1000), 1));
@@ -408,13 +413,11 @@ TEST_CASE("a repair without the last commits names every job whose log may have 
   const std::string bytes = file_bytes(log);
   const std::size_t last = bytes.find("row " + std::string(300, 'r'));
   REQUIRE(last != std::string::npos);
-  std::size_t cuts = 0;
-  for (std::size_t size = last; size-- > 0;) {  // the first entry ends somewhere before
-    fs::resize_file(log, size);
-    cuts += store::sound_bytes(log) == size ? 1 : 0;
-    if (cuts > 0) break;
-  }
-  REQUIRE(cuts == 1);
+  std::size_t size = last;
+  do {  // the first entry ends somewhere before
+    REQUIRE(size > 1);
+    fs::resize_file(log, --size);
+  } while (store::sound_bytes(log) != size);
   const Strings lines = repair_state(damaged, 1e9);
   CHECK(names(lines, 4));
   CHECK(names(lines, 6));
@@ -437,13 +440,7 @@ TEST_CASE("a done job that keeps its scene for labels keeps it through a repair"
   const fs::path damaged = directory.path() / "damaged";
   {
     DiskStore store(damaged);
-    JobRecord job = job_with(1, JobState::done);
-    job.drawing = "{}";
-    store.put_scene(real_digest(), scene_text);
-    put_picture(store, 1, "picture");
-    store.put_job(job);
-    store.drop_work(1);
-    store.commit();
+    put_labelled_job(store, false);
   }
   fs::remove(damaged / "parray.sqlite");
   CHECK_FALSE(repair_state(damaged, 1e9).empty());
