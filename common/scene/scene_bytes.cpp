@@ -8,6 +8,7 @@
 
 #include "common/base/bytes.h"
 #include "common/base/sha256.h"
+#include "common/math/largest_component.h"
 #include "common/scene/limits.h"
 
 namespace parray::scene {
@@ -129,6 +130,22 @@ Sphere get_sphere(ByteReader& in, std::size_t material_count) {
   return sphere;
 }
 
+Capsule get_capsule(ByteReader& in, std::size_t material_count) {
+  constexpr double reach = limits::max_length;
+  Capsule capsule;
+  capsule.from = get_vec(in, -reach, reach);
+  capsule.to = get_vec(in, -reach, reach);
+  capsule.radius = get_number(in, limits::min_radius, reach);
+  capsule.material = in.get<std::uint32_t>();
+  if (capsule.material >= material_count) {
+    throw DecodeError("scene: the material of a capsule does not exist");
+  }
+  if (!has_valid_ends(capsule)) {
+    throw DecodeError("scene: the ends of a capsule are too near to each other");
+  }
+  return capsule;
+}
+
 /// Reads a count that fits the remaining bytes, so that a false count cannot cause a large
 /// allocation.
 std::size_t get_count(ByteReader& in, std::uint64_t most, std::size_t item_bytes) {
@@ -170,14 +187,28 @@ void put_scene(Writer& out, const Scene& scene) {
     out.put(sphere.radius);
     out.put(sphere.material);
   }
+  if (scene.capsules.empty()) return;
+  out.put(static_cast<std::uint64_t>(scene.capsules.size()));
+  for (const Capsule& capsule : scene.capsules) {
+    put_vec(out, capsule.from);
+    put_vec(out, capsule.to);
+    out.put(capsule.radius);
+    out.put(capsule.material);
+  }
 }
 
 }  // namespace
 
+bool has_valid_ends(const Capsule& capsule) {
+  return capsule.from == capsule.to ||
+         largest_component(capsule.to - capsule.from) >= 2 * limits::min_radius;
+}
+
 std::string scene_to_bytes(const Scene& scene) {
   ByteWriter out;
   out.reserve(256 + material_bytes * scene.materials.size() +
-              scene_bytes_of_sphere * scene.spheres.size());
+              scene_bytes_of_sphere * scene.spheres.size() +
+              scene_bytes_of_capsule * scene.capsules.size());
   put_scene(out, scene);
   return out.take();
 }
@@ -197,6 +228,15 @@ Scene scene_from_bytes(std::string_view bytes) {
   scene.spheres.reserve(sphere_count);
   for (std::size_t i = 0; i < sphere_count; ++i) {
     scene.spheres.push_back(get_sphere(in, material_count));
+  }
+  if (in.left() > 0) {
+    const std::size_t capsule_count =
+        get_count(in, limits::max_spheres - sphere_count, scene_bytes_of_capsule);
+    if (capsule_count == 0) throw DecodeError("scene: a list of capsules is empty");
+    scene.capsules.reserve(capsule_count);
+    for (std::size_t i = 0; i < capsule_count; ++i) {
+      scene.capsules.push_back(get_capsule(in, material_count));
+    }
   }
   in.expect_end();
   return scene;

@@ -9,9 +9,16 @@
 
 namespace parray::scene {
 
-/// Bytes of a sphere: centre, radius, material. The last and largest part of a scene's bytes is a
+/// Bytes of a sphere: centre, radius, material. The largest part of a scene's bytes is usually its
 /// list of spheres.
 inline constexpr std::size_t scene_bytes_of_sphere = 4 * sizeof(double) + sizeof(std::uint32_t);
+/// Bytes of a capsule: both ends, radius, material. If the scene has capsules, their list is the
+/// end of its bytes. Programs without capsules refuse such bytes.
+inline constexpr std::size_t scene_bytes_of_capsule = 7 * sizeof(double) + sizeof(std::uint32_t);
+
+/// Returns whether kernels can trace the capsule: whether its ends are equal, or at least 2
+/// limits::min_radius apart along one axis.
+bool has_valid_ends(const Capsule& capsule);
 
 /// Returns the only binary form of a scene. Workers receive it, and its SHA-256 is the scene's
 /// identity. Equal scenes have equal bytes, independent of the file format that they were read

@@ -13,8 +13,8 @@
 namespace parray::trace {
 
 /// `L` are lanes of the real type, `B` lanes of the stored type, `D` lanes of double.
-/// `InsideStack`: paths can be inside a sphere (KernelFeatures).
-template <typename L, typename B, typename D, bool InsideStack>
+/// `InsideStack`: paths can be inside a shape; `Capsules`: the scene has capsules (KernelFeatures).
+template <typename L, typename B, typename D, bool InsideStack, bool Capsules>
 class Wavefront {
  public:
   using Real = typename L::Scalar;
@@ -30,7 +30,7 @@ class Wavefront {
     begin(batch);
     for (std::uint32_t bounce = 0; bounce < scene_.max_depth && space_.paths.count > 0; ++bounce) {
       counts.rays += space_.paths.count;
-      Traversal<L, B>(scene_.bvh, space_.paths, space_).template find_all<InsideStack>();
+      find();
       sort_by_material();
       add_sky();
       space_.paths.count = 0;
@@ -42,6 +42,15 @@ class Wavefront {
     }
     count_lost(counts);
     add_samples(batch, space_.radiance, row, counts);
+  }
+
+  /// Finds the next surface of all paths.
+  PARRAY_INLINE void find() {
+    Traversal<L, B>(scene_.bvh, space_.paths, space_).template find_all<InsideStack, Capsules>();
+    if constexpr (Capsules) {
+      Traversal<L, B, CapsuleBlock> capsules(scene_.capsules, space_.paths, space_);
+      capsules.template find_nearer<InsideStack>(scene_.bvh.node_count > 0);
+    }
   }
 
   /// Makes the camera rays of a batch.
@@ -186,7 +195,7 @@ class Wavefront {
     return select_bits(present, Uint::load(&hits.slot[i]), Uint(0U));
   }
 
-  PARRAY_INLINE SphereShape<L> shapes(const Uint& slot) const {
+  PARRAY_INLINE SphereShape<L> spheres(const Uint& slot) const {
     constexpr int width_bits = __builtin_ctz(B::count);
     const Uint lane = slot & Uint(B::count - 1);
     const Uint at = (slot >> width_bits << (width_bits + 2)) + lane;
@@ -195,12 +204,22 @@ class Wavefront {
             L::gather(x + 3 * B::count, at)};
   }
 
+  PARRAY_INLINE CapsuleShape<L> capsules(const Uint& slot) const {
+    constexpr int width_bits = __builtin_ctz(B::count);
+    const Uint lane = slot & Uint(B::count - 1);
+    constexpr auto block_size =
+        static_cast<std::uint32_t>(sizeof(CapsuleBlock<Store, B::count>) / sizeof(Store));
+    const Uint at = (slot >> width_bits) * Uint(block_size) + lane;
+    const Store* x = scene_.capsules.blocks[0].x;
+    const auto number = [&](int k) { return L::gather(x + k * B::count, at); };
+    return {{number(0), number(1), number(2)}, {number(3), number(4), number(5)}, number(6)};
+  }
+
   /// A vector of hits with the data that scattering needs.
   struct Meeting {
     Vec3<L> incoming;
-    SphereShape<L> sphere;
-    Vec3<L> normal;  ///< outward
-    Vec3<L> m;       ///< normal on the path's side
+    SurfacePoint<L> point;
+    Vec3<L> m;  ///< normal on the path's side
     MaskOf<L> leaving;
     RandomAddress<Uint> random;
   };
@@ -208,23 +227,50 @@ class Wavefront {
   PARRAY_INLINE Meeting meet(const Hits<Real>& hits, std::uint32_t i, std::uint32_t present) const {
     const Ray<L> ray(hits.origin.template load<L>(i), hits.direction.template load<L>(i),
                      L::load(&hits.inverse_square[i]));
-    const SphereShape<L> sphere = shapes(slots(hits, i, present));
+    const Uint slot = slots(hits, i, present);
+    const SphereShape<L> sphere = spheres(Capsules ? slot_among_spheres(slot) : slot);
     const RandomAddress<Uint> random = random_of(hits, i, present);
+    SurfacePoint<L> point{{}, sphere.center, sphere.radius};
     if constexpr (InsideStack) {
       const MaskOf<L> leaving = L::load(&hits.side[i]) > L(Real(0));
       const MaskOf<L> from_itself = L::load(&hits.side[i]) > L(Real(1));
-      Vec3<L> normal = normal_at(ray, sphere, leaving);
+      point.normal = normal_at(ray, sphere, leaving);
       if (any(from_itself)) {
         const Vec3<L> across = normalize(sphere.radius * hits.old_normal.template load<L>(i) +
                                          L::load(&hits.t[i]) * ray.direction);
-        normal = select(from_itself, across, normal);
+        point.normal = select(from_itself, across, point.normal);
       }
-      return {ray.direction, sphere, normal, select(leaving, -normal, normal), leaving, random};
+      if constexpr (Capsules) meet_capsules(ray, slot, leaving, point);
+      return {ray.direction, point, select(leaving, -point.normal, point.normal), leaving, random};
     } else {
       const MaskOf<L> leaving = L(Real(0)) > L(Real(0));
-      const Vec3<L> normal = normal_entering(ray, sphere);
-      return {ray.direction, sphere, normal, normal, leaving, random};
+      point.normal = normal_entering(ray, sphere);
+      if constexpr (Capsules) meet_capsules(ray, slot, leaving, point);
+      return {ray.direction, point, point.normal, leaving, random};
     }
+  }
+
+  /// Returns the numbers of capsule slots among capsules. Bit 31 is set for slots of spheres.
+  PARRAY_INLINE Uint slot_among_capsules(const Uint& slot) const {
+    return slot + Uint(0U - scene_.capsules.first_slot);
+  }
+
+  /// Returns slots of spheres as they are, and 0 for the others.
+  PARRAY_INLINE Uint slot_among_spheres(const Uint& slot) const {
+    return slot & ((slot_among_capsules(slot) >> 31) * Uint(0xFFFFFFFFU));
+  }
+
+  /// Replaces the points in the lanes of capsules.
+  PARRAY_INLINE void meet_capsules(const Ray<L>& ray, const Uint& slot, const MaskOf<L>& leaving,
+                                   SurfacePoint<L>& point) const {
+    const Uint number = slot_among_capsules(slot);
+    const MaskOf<L> met = equal(number >> 31, Uint(0U));
+    if (!any(met)) return;
+    const CapsuleShape<L> capsule = capsules(select(met, number, Uint(0U)));
+    const SurfacePoint<L> on = surface_point(ray, capsule, leaving);
+    point.normal = select(met, on.normal, point.normal);
+    point.center = select(met, on.center, point.center);
+    point.radius = select(met, on.radius, point.radius);
   }
 
   PARRAY_INLINE RandomAddress<Uint> random_of(const Hits<Real>& hits, std::uint32_t i,
@@ -250,13 +296,13 @@ class Wavefront {
                            const Meeting& at, const Vec3<L>& direction, const Vec3<L>& throughput) {
     Paths<Real>& to = space_.paths;
     const std::uint32_t n = to.count;
-    to.origin.compress(n, going, at.sphere.center + at.sphere.radius * at.normal);
+    to.origin.compress(n, going, at.point.position());
     to.direction.compress(n, going, direction);
     to.throughput.compress(n, going, throughput);
     compress_store(&to.sample[n], going, Uint::load(&hits.sample[i]));
     compress_store(&to.surface[n], going, Uint::load(&hits.slot[i]));
     if constexpr (InsideStack) {
-      to.normal.compress(n, going, at.normal);
+      to.normal.compress(n, going, at.point.normal);
       compress_store(&to.inside[n], going, Uint::load(&hits.inside[i]));
     }
     to.count = n + static_cast<std::uint32_t>(__builtin_popcount(going));

@@ -132,7 +132,8 @@ bool alternates(const TracedPicture<Real>& scene, const S& search, Ray<Real> ray
     if (hit.leaving != inside[hit.sphere] || !(hit.t >= 0)) {
       return false;
     }
-    const Vec3<Real> normal = crossing_normal(scene, ray, sides, hit);
+    const SurfacePoint<Real> point = surface_point(scene, ray, sides, hit);
+    const Vec3<Real>& normal = point.normal;
     const auto scattering = scatter(scene.surfaces[scene.material_of[hit.sphere]], ray.direction,
                                     hit.leaving ? -normal : normal, hit.leaving, random, bounce);
     if (scattering.event == Event::absorbed) {
@@ -144,8 +145,7 @@ bool alternates(const TracedPicture<Real>& scene, const S& search, Ray<Real> ray
       ++crossings;
     }
     sides.stand_on(hit.sphere, normal);
-    const SphereShape<Real>& sphere = scene.spheres[hit.sphere];
-    ray = {sphere.center + sphere.radius * normal, scattering.direction};
+    ray = {point.position(), scattering.direction};
     const auto depth = static_cast<std::size_t>(std::count(inside.begin(), inside.end(), true));
     if (depth != sides.inside().size()) {
       return false;

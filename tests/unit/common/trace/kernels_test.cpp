@@ -192,7 +192,7 @@ std::vector<FirstHit> reference_hits_in(const Scene& scene, const RenderSettings
       FirstHit& first = hits.emplace_back();
       first.direction = vec_cast<double>(ray.direction);
       if (hit.sphere == no_sphere) continue;
-      const Vec3d outward = vec_cast<double>(crossing_normal(traced, ray, sides, hit));
+      const Vec3d outward = vec_cast<double>(surface_point(traced, ray, sides, hit).normal);
       first = {hit.sphere, static_cast<double>(hit.t), vec_cast<double>(ray.direction),
                hit.leaving ? -outward : outward};
     }
