@@ -57,6 +57,14 @@ struct ParticleFacts {
   std::vector<ParticleNote> notes{};
 };
 
+/// A bond that the file states, between particles `first` < `second`.
+struct StatedBond {
+  std::uint32_t first = 0;
+  std::uint32_t second = 0;
+
+  friend bool operator==(const StatedBond&, const StatedBond&) = default;
+};
+
 /// The content of a particle file in columns. Positions and radii are in the file's own unit. A
 /// column that the file lacks is empty. All other columns have one entry per particle, in the
 /// file's order.
@@ -74,6 +82,7 @@ struct Particles {
   std::vector<char> insertion_codes;  ///< of residues with the same number; blank: none
   std::vector<NumberColumn> numbers;  ///< the numeric columns that the request wants
   std::optional<ParticleCell> cell;
+  std::vector<StatedBond> bonds;  ///< distinct, in ascending order; empty: the file states none
   ParticleFacts facts;
 
   [[nodiscard]] std::size_t count() const { return positions.size(); }
