@@ -121,13 +121,15 @@ void Extent::add(const Extent& later) {
 /// What the picture shows, and in which form.
 struct Shot {
   std::span<const Sphere> spheres;
+  std::span<const Capsule> capsules;
   std::span<const Vec3d> points;  ///< such as the corners of a cell
   Viewpoint view;
   Projection projection;
   double aspect;  ///< width of the picture divided by its height
 };
 
-/// Returns the extremes of spheres and points. The result is the same for any number of threads.
+/// Returns the extremes of spheres, capsules and points. The result is the same for any number of
+/// threads.
 Extent extent_of(const Shot& shot, const PictureArea& area, int threads) {
   const Extent none(shot.projection, shot.aspect, area);
   const Bands bands(shot.spheres.size(), threads);
@@ -141,6 +143,10 @@ Extent extent_of(const Shot& shot, const PictureArea& area, int threads) {
   });
   Extent whole = none;
   for (const Extent& part : parts) whole.add(part);
+  for (const Capsule& capsule : shot.capsules) {
+    whole.add({capsule.from, capsule.radius, 0}, shot.view);
+    whole.add({capsule.to, capsule.radius, 0}, shot.view);
+  }
   for (const Vec3d& point : shot.points) whole.add({point, 0, 0}, shot.view);
   return whole;
 }
@@ -311,9 +317,10 @@ Surroundings surroundings_of(std::span<const Sphere> spheres, double aspect, con
                              const Subject& subject, int threads) {
   const Projection projection = viewing.projection.value_or(
       viewing.view == View::automatic ? Projection::perspective : Projection::orthographic);
-  const Shot shot{spheres, subject.corners,
-                  viewpoint_of(spheres, viewing.view, subject.molecule, viewing.turning),
-                  projection, aspect};
+  const Shot shot{
+      spheres,         subject.capsules,
+      subject.corners, viewpoint_of(spheres, viewing.view, subject.molecule, viewing.turning),
+      projection,      aspect};
   const auto& [camera, extent, growth] = framing_of(shot, viewing.zoom, subject, threads);
   const double reach = extent.reach * growth;
   Surroundings around;
