@@ -161,7 +161,7 @@ void particle_fields(F&& f, S&... s) {
      special, "TEXT"},
     particle_rules::select, s.cell.center...);
   f({"bonds",
-     "Bonds that sticks show. auto: those of the file or, if it has none, of residues and of close "
+     "Bonds that sticks show. auto: those of the file and, unless it states all, those of close "
      "atoms. file: only those of the file (default: auto)",
      special},
     particle_rules::bonds, s.bonds...);
