@@ -25,8 +25,8 @@ using Columns = std::array<std::string, 3>;
 constexpr double head_length = 6.5;   ///< from the centre of the largest ball to the tip
 constexpr double head_radius = 2.3;   ///< of the largest ball
 constexpr double least_length = 12;   ///< of an arrow of full width
-constexpr double shrink = 0.83;       ///< radius of a ball relative to the previous ball
-constexpr int balls_of_head = 12;     ///< the last one is thinner than a third of the shaft
+constexpr double shrink = 0.9;        ///< radius of a ball relative to the previous ball
+constexpr int balls_of_head = 20;     ///< the last one is thinner than a third of the shaft
 constexpr double width_share = 0.05;  ///< width of an arrow in distances of neighbours
 
 /// Returns the three columns of a list of columns. Returns nothing for other texts.

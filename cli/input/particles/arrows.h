@@ -51,6 +51,6 @@ void append_arrow(const Vec3d& center, const Vec3d& arrow, double width, std::ui
                   std::vector<Capsule>& capsules);
 
 /// Largest number of capsules of an arrow.
-inline constexpr std::uint64_t capsules_of_arrow = 13;
+inline constexpr std::uint64_t capsules_of_arrow = 21;
 
 }  // namespace parray::input
