@@ -21,11 +21,7 @@ bool is_inside(const Vec3d& p) {
 
 ParticleShapes::ParticleShapes(const SelectedParticles& selected, const ParticleSource& source,
                                Scene& scene)
-    : selected_(selected),
-      source_(source),
-      scene_(scene),
-      angstrom_(angstrom_in(selected.facts.length_unit)),
-      first_(scene.spheres.size()) {
+    : selected_(selected), source_(source), scene_(scene), first_(scene.spheres.size()) {
   if (!selected.bonds.empty() || !selected.arrows.arrows.empty()) {
     particles_.resize(selected.count);
   }
@@ -34,7 +30,7 @@ ParticleShapes::ParticleShapes(const SelectedParticles& selected, const Particle
 void ParticleShapes::add_part(const SelectedPart& part) {
   const auto spheres = std::span(scene_.spheres).subspan(first_);
   const double stick_radius = part.look.stick_radius.value_or(selected_.stick_radius);
-  shape_spheres(part.look, stick_radius, angstrom_, spheres);
+  shape_spheres(part.look, stick_radius, selected_.angstrom, spheres);
   if (!particles_.empty()) {
     const bool sticks = has_sticks(part.look.style);
     for (std::size_t i = 0; i < spheres.size(); ++i) {

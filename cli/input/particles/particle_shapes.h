@@ -14,8 +14,7 @@ namespace parray::input {
 /// Turns the spheres of a source's particles into the shapes that the source asks for.
 class ParticleShapes {
  public:
-  /// Begins before the first sphere of the source. All arguments must outlive the object, except
-  /// for the facts in `selected`.
+  /// Begins before the first sphere of the source. All arguments must outlive the object.
   ParticleShapes(const SelectedParticles& selected, const ParticleSource& source, Scene& scene);
 
   /// Gives the spheres that the scene received since the last call the radii of the decided look of
@@ -37,7 +36,6 @@ class ParticleShapes {
   const SelectedParticles& selected_;
   const ParticleSource& source_;
   Scene& scene_;
-  double angstrom_;
   std::size_t first_;                     // sphere of the next part
   std::vector<DrawnParticle> particles_;  // empty without bonds and arrows
 };

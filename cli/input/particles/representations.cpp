@@ -81,12 +81,12 @@ void add_notes(const Owners& owners, std::vector<ParticleNote>& notes) {
 
 std::vector<ParticlePart> split(Particles& particles, const ParticleSource& source, int threads) {
   std::vector<ParticlePart> parts;
+  ParticleFacts facts = std::move(particles.facts);
   const auto add = [&](Particles part, ParticleLook look, std::optional<std::size_t> number,
                        std::vector<std::uint32_t> numbers) {
-    part.facts = {};
+    part.facts = {.format = {}, .length_unit = facts.length_unit};
     parts.push_back({std::move(part), std::move(look), number, std::move(numbers)});
   };
-  ParticleFacts facts = std::move(particles.facts);
   const std::optional<ParticleCell> cell = particles.cell;
   if (source.shows.empty()) {
     add(std::move(particles), source.look, {}, {});

@@ -13,7 +13,7 @@ namespace parray::input {
 
 /// Particles of a file that have one look.
 struct ParticlePart {
-  Particles particles;  ///< its notes are about this part only; it has no other facts
+  Particles particles;  ///< its notes are about this part; of other facts, it has the unit
   ParticleLook look;    ///< complete: see completed()
   /// Number of the representation, from 0. Nothing: the source has no representations.
   std::optional<std::size_t> representation{};

@@ -27,6 +27,7 @@ struct SelectedParticles {
   ParticleFacts facts;  ///< of the file; the notes of the parts are not in it
   std::optional<ParticleCell> cell;
   std::vector<SelectedPart> parts{};
+  double angstrom = 1;             ///< length of 1 angstrom in the unit of the particles
   std::size_t count = 0;           ///< of the particles of all parts and those not shown
   std::vector<DrawnBond> bonds{};  ///< of the particles, as numbered before they were split
   double stick_radius = 0;         ///< default of the looks; 0: no look draws sticks

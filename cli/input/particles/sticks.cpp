@@ -4,15 +4,13 @@
 #include <array>
 
 #include "cli/input/particles/beads.h"
-#include "cli/input/particles/length_unit.h"
+#include "cli/input/particles/bonds.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_bytes.h"
 
 namespace parray::input {
 namespace {
-
-constexpr double angstrom_in_metres = 1e-10;
 
 bool has_radius_rule(const ParticleLook& look) {
   using Rule = ParticleRadius::Rule;
@@ -80,18 +78,12 @@ void decide_style(const Particles& particles, ParticleSource& source) {
 double stick_radius_of(const Particles& particles, const std::vector<DrawnBond>& bonds) {
   constexpr double usual = 0.15;  // angstrom
   constexpr double share = 0.1;   // of a bond; the same for bonds of carbon
-  if (!particles.elements.empty())
-    return in_range(usual * angstrom_in(particles.facts.length_unit));
+  if (!particles.elements.empty()) return in_range(usual * angstrom_of(particles));
   double sum = 0;
   for (const DrawnBond& bond : bonds) sum += length(bond.delta);
   if (sum > 0) return in_range(share * sum / static_cast<double>(bonds.size()));
   const double distance = typical_distance(particles.positions);
   return distance > 0 ? in_range(share * distance) : usual;
-}
-
-double angstrom_in(const std::string& length_unit) {
-  const LengthUnit* const unit = input::length_unit(length_unit);
-  return unit != nullptr && unit->metres > 0 ? angstrom_in_metres / unit->metres : 1;
 }
 
 void shape_spheres(const ParticleLook& look, double stick_radius, double angstrom,

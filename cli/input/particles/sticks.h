@@ -42,9 +42,6 @@ double stick_radius_of(const Particles& particles, const std::vector<DrawnBond>&
 void shape_spheres(const ParticleLook& look, double stick_radius, double angstrom,
                    std::span<Sphere> spheres);
 
-/// Returns the length of an angstrom in a file's unit of length. Returns 1 for unknown units.
-double angstrom_in(const std::string& length_unit);
-
 /// A particle in a scene.
 struct DrawnParticle {
   std::uint32_t sphere = 0;  ///< its number in the scene
