@@ -34,9 +34,9 @@ class Files {
   Files() {
     write("water.sdf", water_sdf);
     write("moving.xyz",
-          "2\nLattice=\"4 0 0 0 5 0 0 0 6\" "
+          "2\nLattice=\"14 0 0 0 15 0 0 0 16\" "
           "Properties=species:S:1:pos:R:3:velo:R:3:charge:R:1\n"
-          "Ar 1 1 1 0 0 3 1\nAr 3 1 1 0 1 0 2\n");
+          "Ar 1 1 1 0 0 3 1\nAr 8 1 1 0 1 0 2\n");
     write("points.csv", "x,y,z,charge\n1,2,3,1\n2,2,3,1\n");
   }
   void write(const std::string& name, const std::string& text) const {
@@ -136,7 +136,7 @@ TEST_CASE("an automatic scene of a small molecule has sticks, and its reference 
   CHECK(!water.source.look.stick_radius);
   const Scene scene = water.file.scene;
   std::ostringstream out;
-  write_scene(out, with_reference(std::move(water), "water.sdf"));
+  write_scene(out, with_reference(std::move(water), "water.sdf"), [] {});
   CHECK(out.str().find(R"("style":"balls-and-sticks")") != std::string::npos);
   files.write("reference.json", out.str());
   SceneFile again = read_scene_file(files.path("reference.json"));
@@ -165,7 +165,7 @@ TEST_CASE("a scene with sticks, arrows and a cell is written and read back to th
   CHECK(file.solid_cell);
   CHECK(file.legends.size() == 2);
   std::ostringstream out;
-  write_scene(out, file);
+  write_scene(out, file, [] {});
   std::istringstream in(out.str());
   CHECK(read_scene(in, "written").scene == file.scene);
 }
@@ -179,7 +179,7 @@ TEST_CASE("members of an item of particles keep their values in a scene file") {
   source.arrow_scale = 2;
   source.solid_cell = true;
   std::ostringstream out;
-  write_scene(out, with_reference(files.automatic("moving.xyz", source), "moving.xyz"));
+  write_scene(out, with_reference(files.automatic("moving.xyz", source), "moving.xyz"), [] {});
   std::istringstream in(out.str());
   const ParticleSource read = read_scene(in, "written").particles.at(0);
   CHECK(read.look.style == source.look.style);
@@ -197,9 +197,9 @@ TEST_CASE("arrows begin at the centres, in the colours of their particles") {
   REQUIRE(file.scene.capsules.size() == 2 * capsules_of_arrow);
   CHECK(file.scene.capsules[0].from == Vec3d{1, 1, 1});
   CHECK(file.scene.capsules[0].to.z < 4);
-  CHECK(file.scene.capsules[0].to.z > 3);
+  CHECK(file.scene.capsules[0].to.z > 2);
   CHECK(file.scene.capsules[0].material == file.scene.spheres[0].material);
-  CHECK(file.scene.capsules[capsules_of_arrow].from == Vec3d{3, 1, 1});
+  CHECK(file.scene.capsules[capsules_of_arrow].from == Vec3d{8, 1, 1});
 }
 
 TEST_CASE("the picture of an automatic scene contains arrows and the whole solid cell") {

@@ -2,9 +2,9 @@
 
 #include <doctest/doctest.h>
 
-#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <set>
-#include <string>
 #include <vector>
 
 #include "cli/input/particles/elements.h"
