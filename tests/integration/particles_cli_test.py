@@ -238,7 +238,8 @@ class Conversions(ParticlesTest):
 
     def test_arrows_and_a_solid_cell_are_kept_by_reference_and_are_capsules_when_expanded(self):
         self.write("moving.xyz", "1\nLattice=\"9 0 0 0 9 0 0 0 9\" Properties=species:S:1:pos:R:3:velo:R:3\nAr 1 1 1 0 0 3\n")
-        options = ["--arrows", "velocity", "--arrow-scale", "0.5", "--solid-cell", "--show", "all", "--style", "sticks"]
+        options = ["--arrows", "velocity", "--arrow-scale", "0.5", "--solid-cell", "--bonds", "off", "--show", "all",
+                   "--style", "sticks"]
         kept, expanded = self.path("kept.json"), self.path("expanded.json")
         self.convert(self.path("moving.xyz"), kept, *options)
         self.convert(self.path("moving.xyz"), expanded, *options, "--expand")
