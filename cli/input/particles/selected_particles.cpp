@@ -61,6 +61,7 @@ void decide(const Particles& particles, const std::string& name, bool crystal,
   look.material = decided_material(look, particles);
   look.radius = decided(look.radius, particles, crystal);
   std::string_view known = "the name of a material";
+  const bool of_sticks = look.style == ParticleStyle::sticks;  // which give balls their radius
   if (otherwise != nullptr) {
     known = otherwise->material_name;
     if (look.material.rule == ParticleMaterial::Rule::automatic) {
@@ -69,14 +70,13 @@ void decide(const Particles& particles, const std::string& name, bool crystal,
     if (text_of(look.material) == known) {
       materials.define(otherwise->material_name, otherwise->material);
     }
-    if (look.radius.rule == ParticleRadius::Rule::automatic) {
+    if (look.radius.rule == ParticleRadius::Rule::automatic && !of_sticks) {
       look.radius = {ParticleRadius::Rule::fixed, otherwise->radius};
     }
   }
   check("material", problem_with(look.material, particles, materials, name, known));
   const bool open = look.radius.rule == ParticleRadius::Rule::automatic;
-  if (open && look.style == ParticleStyle::sticks) return;  // the sticks give the radius
-  check("radius", problem_with(look.radius, particles, name));
+  if (!open || !of_sticks) check("radius", problem_with(look.radius, particles, name));
 }
 
 /// Returns the bonds to draw. Throws SourceError if the file should state some but has none. Adds a
