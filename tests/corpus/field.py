@@ -207,8 +207,10 @@ def mdanalysis(path, kind, elements=True):
     symbols = symbols_of(universe) if elements else None
     atoms = atoms_of(universe.atoms.positions, symbols)
     frames[-1]
+    # It reads no CONECT of old files of PDB, and gives the bonds after the last model to all models.
+    bonds = len(getattr(universe, "bonds", ())) if frames.n_frames == 1 else None
     return Facts("MDAnalysis", count, first, symbols and counted(symbols), frames.n_frames, cell,
-                 box_of(universe.atoms.positions), atoms=atoms, bonds=len(getattr(universe, "bonds", ())))
+                 box_of(universe.atoms.positions), atoms=atoms, bonds=bonds or None)
 
 
 def symbols_of(universe):
@@ -281,7 +283,7 @@ def of_molecules(molecules):
     positions = first.GetConformer().GetPositions()
     return Facts("RDKit", first.GetNumAtoms(), box_of(positions), counted(names),
                  len(molecules) if None not in molecules else None, None, box_of(last.GetConformer().GetPositions()),
-                 atoms=atoms_of(positions, names), bonds=first.GetNumBonds())
+                 atoms=atoms_of(positions, names), bonds=first.GetNumBonds() or None)
 
 
 def plyfile_ply(path):

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cli/input/particles/particle_columns.h"
@@ -88,6 +89,7 @@ class AtomColumns {
   /// Sets the radius of the last atom. 0 means the radius of the element.
   void radius(double radius);
   void note(std::string key, std::uint64_t count, std::string text);
+  void note(ParticleNote note) { notes_.push_back(std::move(note)); }
   /// Adds a bond between two different atoms, which count from 0 in the order of add().
   void bond(std::uint64_t one, std::uint64_t other);
   void bond(const StatedBond& bond) { bonds_.push_back(bond); }

@@ -32,6 +32,12 @@ StatedBond bond_field(std::string_view one, std::string_view other, std::uint64_
   return bond_between(first, second);
 }
 
+ParticleNote unknown_bonds_note(std::uint64_t count) {
+  return {"unknown_bonds", count,
+          std::string(count == 1 ? "bond" : "bonds") +
+              " left out, because the file does not have the two atoms exactly once"};
+}
+
 void AtomNumbers::add(std::optional<std::int64_t> number) {
   const std::uint32_t place = atoms_++;
   if (!number) return;

@@ -16,6 +16,9 @@ namespace parray::input {
 StatedBond bond_field(std::string_view one, std::string_view other, std::uint64_t atoms,
                       const FilePlace& place);
 
+/// Returns the note that `count` (> 0) bonds name atoms that the file does not have exactly once.
+ParticleNote unknown_bonds_note(std::uint64_t count);
+
 /// The numbers that a file gives to its atoms. Takes little memory if most atoms have the number
 /// after that of the atom before.
 class AtomNumbers {

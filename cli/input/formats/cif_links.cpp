@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cli/input/formats/atom_columns.h"
+#include "cli/input/formats/bond_fields.h"
 #include "cli/input/particles/stated_bonds.h"
 #include "common/base/text.h"
 
@@ -20,8 +21,11 @@ constexpr std::string_view kind_tag = "_struct_conn_conn_type_id";
 using Tag = std::pair<std::string_view, std::string CifLinkEnd::*>;
 
 /// Tags of the dictionary mmcif_pdbx, with '#' for the number of the atom.
-constexpr std::array<Tag, 7> end_tags{{
+constexpr std::array<Tag, 10> end_tags{{
     {"_struct_conn_ptnr#_label_atom_id", &CifLinkEnd::name},
+    {"_struct_conn_ptnr#_label_asym_id", &CifLinkEnd::label_chain},
+    {"_struct_conn_ptnr#_label_seq_id", &CifLinkEnd::label_number},
+    {"_struct_conn_ptnr#_label_alt_id", &CifLinkEnd::alternative},
     {"_struct_conn_ptnr#_auth_asym_id", &CifLinkEnd::chain},
     {"_struct_conn_ptnr#_auth_seq_id", &CifLinkEnd::residue_number},
     {"_struct_conn_pdbx_ptnr#_pdb_ins_code", &CifLinkEnd::insertion},
@@ -66,8 +70,10 @@ class NamedParticles {
   }
   [[nodiscard]] std::optional<Key> key_of(const CifLinkEnd& end) const {
     const auto name = number_of(end.name, particles_.atom_names);
-    const auto chain = number_of(end.chain, particles_.chains);
-    const auto residue = residue_number_in(end.residue_number);
+    const auto chain =
+        number_of(end.chain.empty() ? end.label_chain : end.chain, particles_.chains);
+    const auto residue =
+        residue_number_in(end.residue_number.empty() ? end.label_number : end.residue_number);
     if (!name || !chain || !residue) return {};
     const bool codes = !particles_.insertion_codes.empty() && !end.insertion.empty();
     return Key(*name, *chain, particles_.residue_numbers.empty() ? 0 : *residue,
@@ -150,10 +156,7 @@ void CifLinks::finish(bool component, Particles& particles) const {
   }
   put_in_order(particles.bonds);
   particles.all_bonds = component && !particles.bonds.empty();
-  if (unknown == 0) return;
-  particles.facts.notes.push_back(
-      {"left_out_bonds", unknown,
-       "bonds left out, because not exactly two atoms have their names"});
+  if (unknown > 0) particles.facts.notes.push_back(unknown_bonds_note(unknown));
 }
 
 }  // namespace parray::input

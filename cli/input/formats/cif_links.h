@@ -18,7 +18,9 @@ namespace parray::input {
 struct CifLinkEnd {
   std::string name;
   std::string chain;
-  std::string residue_number = "1";  ///< that of all atoms of a component
+  std::string label_chain;  ///< instead of an empty `chain`
+  std::string residue_number;
+  std::string label_number = "1";  ///< instead of an empty `residue_number`; 1 in components
   std::string insertion;
   std::string alternative;
   std::string symmetry;

@@ -18,15 +18,17 @@ std::string_view serial_of(std::string_view record) {
   return rest.substr(begin, rest.find_first_of(" \t", begin) - begin);
 }
 
-/// Returns the serial numbers in the text after the name CONECT.
+/// Returns the serial numbers in the text after the name CONECT. In columns, numbers stand on the
+/// right.
 std::vector<std::string_view> serials_in(std::string_view text) {
   constexpr std::size_t most = 5;
   std::vector<std::string_view> words;
   split_at_blanks(text, words);
-  const bool long_numbers = std::ranges::any_of(words, [](std::string_view word) {
-    return word.size() > serial_width && word.size() % serial_width != 0;
+  const bool in_columns = std::ranges::all_of(words, [&](std::string_view word) {
+    return static_cast<std::size_t>(word.data() - text.data() + std::ssize(word)) % serial_width ==
+           0;
   });
-  if (long_numbers) return words;
+  if (!in_columns) return words;
   words.clear();
   for (std::size_t i = 0; i < most && i * serial_width < text.size(); ++i) {
     words.push_back(field_at(text, i * serial_width, serial_width));
@@ -66,8 +68,7 @@ void ConectBonds::finish(AtomColumns& atoms) {
       ++left_out;
     }
   }
-  atoms.note("left_out_bonds", left_out,
-             "bonds of CONECT left out, because not exactly two atoms have their numbers");
+  if (left_out > 0) atoms.note(unknown_bonds_note(left_out));
   clear();
 }
 

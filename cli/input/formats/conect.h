@@ -18,7 +18,7 @@ class ConectBonds {
   /// Notes the serial number in the record of the next atom.
   void add_atom(std::string_view record);
   /// Reads a CONECT record: the serial number of an atom in columns 7 to 11, and those of up to
-  /// four bonded atoms in columns of the same width. Blanks separate longer numbers.
+  /// four bonded atoms in columns of the same width. Blanks separate numbers outside these columns.
   void read(std::string_view record);
   /// Adds the bonds to the atoms and forgets bonds and atoms. Leaves out bonds whose serial numbers
   /// no atom has, or several atoms have, and counts them in a note.

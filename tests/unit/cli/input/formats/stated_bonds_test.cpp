@@ -95,6 +95,10 @@ TEST_CASE("PDB: serial numbers of CONECT may be hybrid-36, hexadecimal, long or 
   std::string longer = atom_record("    5", " C1", 1, 1) + atom_record("    7", " C2", 1, 2);
   longer.replace(longer.find("    5"), 5, "100005");
   CHECK(files.read("a.pdb", longer + "CONECT 100005 7\n").bonds == Bonds{{0, 1}});
+  const std::string dense = atom_record(" 2462", " C1", 1, 1) + atom_record("12276", " C2", 1, 2) +
+                            atom_record("12280", " C3", 1, 3) +
+                            "CONECT 24621227612280\nCONECT12276 246212280\n";
+  CHECK(files.read("a.pdb", dense).bonds == Bonds{{0, 1}, {0, 2}, {1, 2}});
   const std::string descending = atom_record("    9", " C1", 1, 1) +
                                  atom_record("    4", " C2", 1, 2) + "TER       5\n" +
                                  atom_record("    6", " C3", 1, 3);
@@ -108,11 +112,11 @@ TEST_CASE(
   const Particles ligand = files.read(
       "a.pdb", three_atoms_of_pdb() + "CONECT    1    2    9    1\nCONECT    8    7\nEND\n");
   CHECK(ligand.bonds == Bonds{{0, 1}});
-  CHECK(note(ligand, "left_out_bonds") == 3);
+  CHECK(note(ligand, "unknown_bonds") == 3);
   const std::string twice = three_atoms_of_pdb() + atom_record("    1", " C4", 1, 4);
   const Particles ambiguous = files.read("a.pdb", twice + "CONECT    1    2\nCONECT    2    3\n");
   CHECK(ambiguous.bonds == Bonds{{1, 2}});
-  CHECK(note(ambiguous, "left_out_bonds") == 1);
+  CHECK(note(ambiguous, "unknown_bonds") == 1);
 }
 
 TEST_CASE("PDB: bonds follow the atoms when alternative locations are left out") {
@@ -281,7 +285,7 @@ TEST_CASE("mmCIF: struct_conn gives covalent, disulfide and metal bonds of one a
     const Particles protein = files.read("a.cif", text);
     CHECK(protein.bonds == Bonds{{0, 1}, {0, 3}, {1, 2}});
     CHECK_FALSE(protein.all_bonds);
-    CHECK(note(protein, "left_out_bonds") == 1);
+    CHECK(note(protein, "unknown_bonds") == 1);
   }
   const std::string single =
       "_struct_conn.conn_type_id disulf\n_struct_conn.ptnr1_auth_asym_id A\n"
