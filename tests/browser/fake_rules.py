@@ -132,8 +132,10 @@ def series_reason(frames, total):
 def file_refusal(jobs, number, file):
     """(status, detail) of a refused request for a file of a job, or None. Everybody may read every picture."""
     job = jobs.get(number)
-    if not job or "frames" in job and file != "frames.zip":
+    if not job:
         return 404, f"no job {number}: parray jobs lists all jobs"
+    if "frames" in job and file != "frames.zip":
+        return 409, f"{number} is a series of frames: name the job of one frame"
     if file == "frames.zip":
         if "frames" not in job:
             return 409, f"job {number} is not a series: its picture is image.png"
