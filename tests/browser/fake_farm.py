@@ -3,6 +3,7 @@ with a server that asks for tokens, has no room for streams, or goes away. The i
 coordinator/http/openapi.json; the page is read from its files."""
 
 import array
+import copy
 import http.server
 import json
 import math
@@ -218,7 +219,7 @@ def handler_of(farm):
                 found = fake_rules.steer_workers(farm.workers, farm.drained_hosts, parts[0], parts[1], options.get("host") == "true")
                 return self.reply({"workers": found, "total": len(found)})
             worker = farm.workers.get(parts[0])
-            if not worker:
+            if not worker or fake_rules.is_absent(worker):
                 return self.problem(404, f"no worker {parts[0]}")
             if len(parts) == 1:
                 return self.reply(fake_console.worker_details(worker))
@@ -284,10 +285,14 @@ def handler_of(farm):
                 send("job", farm.busy())
                 send("worker", farm.workers.values())
                 known = farm.listed()
+                workers = copy.deepcopy(farm.workers)
                 while not farm.stopping.wait(0.1):
                     before, known = known, farm.listed()
                     send("job", [farm.jobs[number] for number, state in known.items() if before.get(number) != state and number in farm.jobs])
                     send("forgotten", [{"id": number} for number in before.keys() - known.keys()])
+                    old, workers = workers, copy.deepcopy(farm.workers)
+                    send("worker", [worker for name, worker in workers.items() if old.get(name) != worker])
+                    send("gone", [{"name": name} for name in old.keys() - workers.keys()])
                     changed = farm.busy()[-farm.changes:] if farm.changes else []
                     for job in changed:
                         if job["state"] == "running":

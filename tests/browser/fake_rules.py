@@ -154,11 +154,20 @@ def worker_refusal(user):
     return (403, f"the key '{name}' is a client's: only an administrator may drain and readmit workers") if role == "client" else None
 
 
+def is_absent(worker):
+    """Whether this is a machine in quarantine without a connected worker."""
+    return worker["threads"] == 0
+
+
 def steer_workers(workers, drained_hosts, name, word, host):
     """Drains or readmits the workers of a name or a host, and returns them. `drained_hosts`: set of names of hosts."""
     if host:
         drained_hosts.add(name) if word == "drain" else drained_hosts.discard(name)
-    found = [worker for worker in workers.values() if worker["host" if host else "name"] == name]
+    named = [worker for worker in workers.values() if worker["host" if host else "name"] == name]
+    found = [worker for worker in named if not is_absent(worker)]
+    for worker in named:
+        if word == "readmit" and is_absent(worker):
+            del workers[worker["name"]]
     for worker in found:
         if word == "drain" and worker["state"] != "quarantined":
             worker["state"] = drained(worker)

@@ -1,0 +1,72 @@
+"""Finds and presses the buttons of the page."""
+
+import time
+
+VISIBLE = """place => [...document.querySelectorAll(place)].filter(node => node.checkVisibility({visibilityProperty: true}) && !node.disabled &&
+  !node.closest('dialog, .row[hidden]')).map(node => (node.getAttribute('aria-label') ?? node.textContent).trim())"""
+ACTING = "#main .actions button, #main form.inline button, #main .series-side > button, #main .long-run button"
+NEUTRAL = "#main button, #main summary"
+WITHIN = 20  # seconds, for a machine under load
+
+
+def buttons(page, place="#main button"):
+    """The labels of the buttons that are visible and can be pressed."""
+    return page.evaluate(VISIBLE, place)
+
+
+def wait_until(condition, what, page):
+    """Waits until condition() is true; `what()` describes what was there instead."""
+    end = time.monotonic() + WITHIN
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError(what())
+        page.wait_for_timeout(50)
+
+
+def wait_for_buttons(page, labels, where, place=ACTING):
+    """Waits until exactly these buttons are offered."""
+    wanted = sorted(labels)
+    wait_until(lambda: sorted(buttons(page, place)) == wanted, lambda: f"{where}: the page offers {sorted(buttons(page, place))} instead of {wanted}", page)
+
+
+def press(page, label, place=ACTING, number=0):
+    """Presses the button with this label."""
+    index = [i for i, each in enumerate(buttons(page, place)) if each == label][number]
+    node = page.evaluate_handle(VISIBLE.replace(".map(node => (node.getAttribute('aria-label') ?? node.textContent).trim())", "[INDEX]").replace(
+        "INDEX", str(index)), place)
+    node.as_element().click()
+
+
+def answer(page, yes, host=False):
+    """Answers the question that a press has led to, if there is one. Returns whether there was one."""
+    dialog = page.locator("dialog[open]")
+    if not dialog.count():
+        return False
+    if host:
+        dialog.get_by_role("checkbox").check()
+    this = dialog.element_handle()
+    dialog.locator(".answers button").nth(-1 if yes else 0).click()
+    wait_until(lambda: not this.evaluate("node => node.isConnected"), lambda: "the question stays", page)
+    return True
+
+
+def errors(page):
+    """The error messages that the page shows."""
+    return page.evaluate("""() => [...document.querySelectorAll('#notes .error, [role=alert]')].filter(node => node.checkVisibility()).map(node => node.textContent)""")
+
+
+def changes(farm):
+    """The requests so far that ask for a change."""
+    return [(method, path) for method, path in farm.asked if method != "GET"]
+
+
+def press_neutral(page, farm, acting, where):
+    """Presses every button that changes nothing of the farm, and asserts that it does not."""
+    for label in dict.fromkeys(buttons(page, NEUTRAL)):
+        if label in acting or label not in buttons(page, NEUTRAL):
+            continue
+        before = len(changes(farm))
+        press(page, label, NEUTRAL)
+        answer(page, yes=False)
+        assert len(changes(farm)) == before, f"{where}: {label} sends {changes(farm)[before:]}"
+        assert errors(page) == [], f"{where}: {label} leads to {errors(page)}"
