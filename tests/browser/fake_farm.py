@@ -8,8 +8,10 @@ import http.server
 import json
 import math
 import pathlib
+import sys
 import threading
 import time
+import traceback
 import urllib.parse
 
 import fake_console
@@ -105,6 +107,7 @@ class FakeFarm:
         self.stopping = threading.Event()
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", self.port), handler_of(self))
         self.server.daemon_threads = True
+        self.server.handle_error = report_error
         self.port = self.server.server_port
         threading.Thread(target=self.server.serve_forever, daemon=True).start()
 
@@ -137,6 +140,11 @@ class FakeFarm:
             for x in range(self.width):
                 values.extend((x / self.width, y / self.height, 2.0 if (x // 20 + y // 20) % 2 else 0.25))
         return values.tobytes()
+
+
+def report_error(*_):
+    if not isinstance(sys.exc_info()[1], ConnectionError):  # a page that was closed
+        traceback.print_exc()
 
 
 def handler_of(farm):

@@ -16,6 +16,8 @@ def one(number, **fields):
     """Makes a state: a single job of JobFarm with other fields."""
     def make(farm):
         farm.jobs[number].update(fields)
+        if not farm.jobs[number]["has_picture"]:
+            farm.jobs[number].pop("error", None)
         return number
     return make
 
@@ -46,7 +48,7 @@ JOB_STATES = {
     "queued": one(QUEUED), "running": one(RUNNING), "paused": one(PAUSED), "finishing": one(RUNNING, state="finishing"), "done": one(DONE),
     "failed": one(FAILED), "cancelled": one(CANCELLED), "running for days": one(UNLIMITED),
     "held back by the coordinator": one(PAUSED, reason="the disk is full: free some space"),
-    "done, its picture no longer kept": one(DONE, has_picture=False), "cancelled without a picture": one(CANCELLED, has_picture=False, error=None),
+    "done, its picture no longer kept": one(DONE, has_picture=False), "cancelled without a picture": one(CANCELLED, has_picture=False),
     "queued series": series(*["queued"] * FRAMES), "running series": series("done", "running", "queued", "queued", "queued"),
     "running series with stopped frames": series("done", "failed", "cancelled", "running", "queued"),
     "running series with a paused frame": series("done", "paused", "running", "queued", "queued"),

@@ -2,8 +2,12 @@
 
 import time
 
-VISIBLE = """place => [...document.querySelectorAll(place)].filter(node => node.checkVisibility({visibilityProperty: true}) && !node.disabled &&
-  !node.closest('dialog, .row[hidden]')).map(node => (node.getAttribute('aria-label') ?? node.textContent).trim())"""
+from browser import BrowserTest, expect
+
+NODES = """place => [...document.querySelectorAll(place)].filter(node => node.checkVisibility({visibilityProperty: true}) && !node.disabled &&
+  !node.closest('dialog, .row[hidden]'))"""
+LABEL = "node => (node.getAttribute('aria-label') ?? node.textContent).trim()"
+USERS = {"anybody": ("any", ""), "administrator": ("admin", "root"), "owner": ("client", "ann"), "another client": ("client", "ben")}
 ACTING = "#main .actions button, #main form.inline button, #main .series-side > button, #main .long-run button"
 NEUTRAL = "#main button, #main summary"
 WITHIN = 20  # seconds, for a machine under load
@@ -11,7 +15,7 @@ WITHIN = 20  # seconds, for a machine under load
 
 def buttons(page, place="#main button"):
     """The labels of the buttons that are visible and can be pressed."""
-    return page.evaluate(VISIBLE, place)
+    return page.evaluate(f"place => ({NODES})(place).map({LABEL})", place)
 
 
 def wait_until(condition, what, page):
@@ -29,12 +33,9 @@ def wait_for_buttons(page, labels, where, place=ACTING):
     wait_until(lambda: sorted(buttons(page, place)) == wanted, lambda: f"{where}: the page offers {sorted(buttons(page, place))} instead of {wanted}", page)
 
 
-def press(page, label, place=ACTING, number=0):
-    """Presses the button with this label."""
-    index = [i for i, each in enumerate(buttons(page, place)) if each == label][number]
-    node = page.evaluate_handle(VISIBLE.replace(".map(node => (node.getAttribute('aria-label') ?? node.textContent).trim())", "[INDEX]").replace(
-        "INDEX", str(index)), place)
-    node.as_element().click()
+def press(page, label, place=ACTING):
+    """Presses the first button with this label."""
+    page.evaluate_handle(f"([place, label]) => ({NODES})(place).find(node => ({LABEL})(node) === label)", [place, label]).as_element().click()
 
 
 def answer(page, yes, host=False):
@@ -70,3 +71,25 @@ def press_neutral(page, farm, acting, where):
         answer(page, yes=False)
         assert len(changes(farm)) == before, f"{where}: {label} sends {changes(farm)[before:]}"
         assert errors(page) == [], f"{where}: {label} leads to {errors(page)}"
+
+
+class ButtonsTest(BrowserTest):
+    def open_farm(self, farm, view="#/jobs"):
+        page = self.open(farm.url, view, permissions=["clipboard-read", "clipboard-write"])
+        expect(page.locator("#connection")).to_have_text("live")
+        return page
+
+    def enter(self, page, farm, state):
+        """Leaves the page, which must not ask about the state before, and changes the state. Returns the number of the job."""
+        page.goto("about:blank")
+        return farm.become(state)
+
+    def visit(self, page, farm, view):
+        """Loads the page, which knows nothing of an earlier state."""
+        page.goto("about:blank")
+        page.goto(farm.url + view)
+        expect(page.locator("#connection")).to_have_text("live")
+
+    def fine(self, page, farm, where):
+        self.assertEqual(errors(page), [], where)
+        self.assertEqual(farm.refused, [], where)

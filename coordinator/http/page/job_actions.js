@@ -31,6 +31,7 @@ function saving(text, job, path, file) {
 export class JobActions {
   #farm;
   #shown = '';
+  #downloads = '';
   #job;
   #known = {};  // of the frames or the series of the job
 
@@ -46,7 +47,7 @@ export class JobActions {
   }
 
   clear() {
-    this.#shown = '';
+    this.#shown = this.#downloads = '';
     this.#job = undefined;
     this.element.replaceChildren();
     this.save.replaceChildren();
@@ -60,11 +61,12 @@ export class JobActions {
     this.steer.hidden = !this.#offers('priority');
     if (document.activeElement !== this.priority) this.priority.value = job.priority;
     const offered = words.filter(word => this.#offers(word));
-    const shown = [job.id, ...offered, job.state, hasPicture(job), hasErrorMap(job), job.frames_done > 0].join();
-    if (shown === this.#shown) return;
-    this.#shown = shown;
-    this.#showButtons(offered);
-    this.#showDownloads(job);
+    const actions = [job.id, ...offered].join();
+    if (actions !== this.#shown) this.#showButtons(offered);
+    this.#shown = actions;
+    const downloads = [job.id, job.state, hasPicture(job), hasErrorMap(job), job.frames_done > 0].join();
+    if (downloads !== this.#downloads) this.#showDownloads(job);
+    this.#downloads = downloads;
   }
 
   #offers(word) {
