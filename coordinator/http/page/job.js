@@ -21,6 +21,11 @@ const agesEvery = 20000;  // ms; texts such as "3 min ago" change
 
 const sentence = text => text && text[0].toUpperCase() + text.slice(1);
 
+function whyNoPicture(job) {
+  if (unfinished(job)) return 'No picture yet';
+  return job.state === 'done' ? 'No picture: the coordinator no longer keeps it' : 'No picture: the job ended before its first samples';
+}
+
 export class JobView {
   #farm;
   #id = 0;
@@ -355,7 +360,7 @@ export class JobView {
     const quick = unfinished(job) ? await this.#quickLook(job, signal) : undefined;
     if (signal.aborted) return;
     if (quick) this.viewer.show(noPicture(job), quick);
-    this.viewer.showMessage(text || (quick ? '' : unfinished(job) ? 'No picture yet' : job.state === 'done' ? 'No picture: the coordinator no longer keeps it' : 'No picture: the job ended before its first samples'));
+    this.viewer.showMessage(text || (quick ? '' : whyNoPicture(job)));
   }
 
   #quickPicture;

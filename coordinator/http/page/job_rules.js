@@ -23,13 +23,13 @@ const hasStoppedFrames = job => /^\d+ of \d+ frames (failed|were cancelled)/.tes
 function permitsSeries(job, word, frames) {
   if (word === 'requeue' && hasStoppedFrames(job)) return true;
   if (waitsForFrames(job)) return word === 'delete';
-  if (frames && word === 'pause') return frames.has('queued') || frames.has('running');
+  if (frames && word === 'pause') return ['queued', 'running', 'held'].some(state => frames.has(state));
   if (frames && word === 'resume') return frames.has('paused');
   return actionsOf[job.state]?.includes(word) ?? false;
 }
 
 /** Returns whether `word` (pause, resume, cancel, requeue, delete, priority) makes sense for the state of a job.
- *  `frames`: Set of the states of a series' frames, if they are known. `series`: map of a frame's series, if it is known. */
+ *  `frames`: Set of the states of a series' frames, if all are known. `series`: map of a frame's series, if it is known. */
 export function permits(job, word, {frames, series} = {}) {
   if (job.frames) return permitsSeries(job, word, frames);
   if (word === 'resume' && heldBack(job)) return false;

@@ -14,6 +14,9 @@ const pageOfFrames = 1000;
 const stoppedStates = ['failed', 'cancelled'];
 const order = ['done', 'running', 'finishing', 'queued', 'paused', 'failed', 'cancelled'];
 
+/** Returns the state of a frame: "held" if nobody has paused it, but the coordinator holds it back. */
+const stateOf = ({state, reason}) => state === 'paused' && !reason?.startsWith('paused by ') ? 'held' : state;
+
 /** Returns a frame's entry with the state of its job map. */
 const entryOf = (entry, job) => ({...entry, state: job.state, reason: job.reason, seconds: job.seconds_taken ?? entry.seconds,
   rmse: job.error?.rmse ?? entry.rmse, progress: job.progress, has_picture: job.has_picture ?? job.state === 'done'});
@@ -124,9 +127,9 @@ export class Series {
     return this.#entries().filter(entry => stoppedStates.includes(entry.state));
   }
 
-  /** Returns the states of the frames, or undefined if no frame is loaded. */
+  /** Returns the states of the frames, or undefined as long as some of them are not loaded. */
   get states() {
-    return this.#cells.size ? new Set(this.#entries().map(entry => entry.state)) : undefined;
+    return this.#cells.size && this.more.hidden ? new Set(this.#entries().map(stateOf)) : undefined;
   }
 
   #changed() {
