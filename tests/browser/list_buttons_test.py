@@ -12,13 +12,20 @@ from fake_farm import FakeFarm
 from fake_states import JOB_STATES, LABELS, WORKER, WORKER_STATES, StateFarm, set_worker, worker_labels
 from presses import USERS, ButtonsTest, answer, buttons, changes, errors, press, press_neutral, wait_for_buttons, wait_until
 
+LOADED = {"#/jobs": ".rows .row", "#/jobs?state=failed&q=nothing": ".empty button", "#/workers": ".rows .row", "#/farm": ".farm-content",
+          "#/submit": ".drop", "#/jobs/99999": ".empty a"}  # what each view shows when it is loaded
 BULK = "#main .bulk button"
 BULK_LABELS = {**LABELS, "priority": "Priority"}
 
 
 class Bulk(ButtonsTest):
-    def chosen(self, page, number):
+    def load(self, page, farm):
+        self.visit(page, farm, "#/jobs")
+        expect(page.locator(".count")).to_have_text(re.compile(r"\d+ jobs"))
+
+    def choose(self, page, number):
         page.get_by_role("checkbox", name=f"Choose job {number}", exact=True).check()
+        expect(page.locator(".bulk [role=status]")).to_have_text("1 chosen")
 
     def words_of(self, farm, numbers):
         """{word: the jobs that it changes}. The list knows no frames, so it cannot resume a series with one paused frame."""
@@ -33,8 +40,8 @@ class Bulk(ButtonsTest):
                     number = self.enter(page, farm, state)
                     if "frame" in farm.jobs[number] or state == "running series with a paused frame":
                         continue
-                    self.visit(page, farm, "#/jobs")
-                    self.chosen(page, number)
+                    self.load(page, farm)
+                    self.choose(page, number)
                     wait_for_buttons(page, ["Clear", *(BULK_LABELS[word] for word in self.words_of(farm, [number]))], f"{state}, {name}", BULK)
 
     def test_each_action_on_all_jobs_asks_only_for_those_that_permit_it(self):
@@ -45,8 +52,7 @@ class Bulk(ButtonsTest):
                     self.enter(page, farm, "running series with stopped frames")
                     listed = [job["id"] for job in farm.jobs.values() if "frame" not in job]
                     words = self.words_of(farm, listed)
-                    self.visit(page, farm, "#/jobs")
-                    expect(page.locator(".count")).to_have_text(re.compile(r"\d+ jobs"))
+                    self.load(page, farm)
                     page.get_by_label("Choose all shown jobs").check()
                     shown = [each for each in buttons(page, BULK) if each.startswith(label)]
                     self.assertEqual(bool(shown), word in words, f"{label}, {name}")
@@ -141,9 +147,9 @@ class OtherViews(ButtonsTest):
         for name, user in USERS.items():
             with StateFarm(user) as farm:
                 page = self.open_farm(farm)
-                for view in ("#/jobs", "#/jobs?state=failed&q=nothing", "#/workers", "#/farm", "#/submit", "#/jobs/99999"):
+                for view, loaded in LOADED.items():
                     self.visit(page, farm, view)
-                    expect(page.locator("h1")).to_be_visible()
+                    expect(page.locator(loaded).filter(visible=True).first).to_be_visible()
                     press_neutral(page, farm, [label for label in buttons(page) if re.match("Drain|Resume", label)], f"{view}, {name}")
                     self.assertEqual((errors(page), changes(farm)), ([], []), f"{view}, {name}")
                 for label in buttons(page, "header button"):
