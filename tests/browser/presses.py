@@ -11,6 +11,7 @@ USERS = {"anybody": ("any", ""), "administrator": ("admin", "root"), "owner": ("
 ACTING = "#main .actions button, #main form.inline button, #main .series-side > button, #main .long-run button"
 NEUTRAL = "#main button, #main summary"
 WITHIN = 20  # seconds, for a machine under load
+ATTEMPTS = 5
 
 
 def buttons(page, place="#main button"):
@@ -34,8 +35,15 @@ def wait_for_buttons(page, labels, where, place=ACTING):
 
 
 def press(page, label, place=ACTING):
-    """Presses the first button with this label."""
-    page.evaluate_handle(f"([place, label]) => ({NODES})(place).find(node => ({LABEL})(node) === label)", [place, label]).as_element().click()
+    """Presses the first button with this label. A view that is drawn again may replace the button meanwhile."""
+    for attempt in range(ATTEMPTS):
+        node = page.evaluate_handle(f"([place, label]) => ({NODES})(place).find(node => ({LABEL})(node) === label)", [place, label]).as_element()
+        assert node, f"{label} is not offered: {buttons(page, place)}"
+        try:
+            return node.click()
+        except PlaywrightError:
+            if attempt == ATTEMPTS - 1 or node.evaluate("node => node.isConnected"):
+                raise
 
 
 def answer(page, yes, host=False):
@@ -69,7 +77,7 @@ def press_neutral(page, farm, acting, where):
         before = len(changes(farm))
         try:
             press(page, label, NEUTRAL)
-        except PlaywrightError:  # what is still being loaded may hide a button
+        except (PlaywrightError, AssertionError):  # what is still being loaded may hide a button
             if label in buttons(page, NEUTRAL):
                 raise
         answer(page, yes=False)
