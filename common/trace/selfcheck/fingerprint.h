@@ -9,9 +9,9 @@
 
 namespace parray::trace {
 
-/// Returns the SHA-256 of a small built-in picture with every material, a lens and nested glass,
-/// traced with every sampler in every precision. Two builds with the same value trace the same
-/// bits. Takes a few milliseconds.
+/// Returns the SHA-256 of a small built-in picture of spheres and capsules with every material, a
+/// lens, nested and overlapping glass, traced with every sampler in every precision. Two builds
+/// with the same value trace the same bits. Takes a few milliseconds.
 std::string trace_fingerprint();
 
 /// The value of trace_fingerprint() for this trace_version (proto/messages.h), with any compiler

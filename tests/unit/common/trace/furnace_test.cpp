@@ -326,6 +326,35 @@ TEST_CASE("glass in glass loses no light") {
                   [](const Picture& picture) { CHECK(picture.pixels_other_than(one) == 0); });
 }
 
+TEST_CASE("glass inside the same glass changes no path, whatever the depth") {
+  RenderSettings settings;
+  settings.max_depth = 4;  // enough for the ball alone, but not for 60 surfaces inside it
+  Scene ball = under_white_sky();
+  ball.sky = {{1, 0.5, 0.25}, {0.25, 0.5, 1}};
+  ball.camera.look_from = {0, 0.5, 4};
+  ball.camera.tan_half_vfov = 0.2;
+  ball.materials = {glass(1.5)};
+  ball.spheres = {{{0, 0, 0}, 1, 0}};
+  Scene filled = ball;
+  test::Dice dice(8);
+  for (int i = 0; i < 30; ++i) {
+    filled.spheres.push_back({dice.in_cube(0.3), dice.between(0.1, 0.4), 0});
+    filled.capsules.push_back({dice.in_cube(0.3), dice.in_cube(0.4), 0.1, 0});
+  }
+  for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
+    const Picture alone = traced(ball, small(settings, precision, AcceleratorKind::bvh));
+    const Picture full = traced(filled, small(settings, precision, AcceleratorKind::bvh));
+    std::uint64_t apart = 0;
+    for (std::size_t i = 0; i < alone.pixels.size(); ++i) {
+      const auto a = static_cast<double>(alone.pixels[i].sum[0]);
+      const auto b = static_cast<double>(full.pixels[i].sum[0]);
+      apart += std::abs(a - b) > 1e-4 * a ? 1U : 0U;
+    }
+    CHECK(apart <= alone.pixels.size() / 100);  // rounding may change a choice of a path
+    CHECK(full.counts.rays > alone.counts.rays);
+  }
+}
+
 TEST_CASE("glass sticks in a white sky are exactly 1 in every sample") {
   RenderSettings settings;
   settings.max_depth = 100'000;

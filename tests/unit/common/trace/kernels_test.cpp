@@ -127,6 +127,8 @@ std::vector<NamedScene> scenes() {
   result.push_back({"shells", shipped("shells.json")});
   result.push_back({"lens in glass", lens_in_glass()});
   result.push_back({"crowded glass", crowded_glass()});
+  result.push_back({"glass in the same glass", crowded_glass()});
+  for (Sphere& sphere : result.back().scene.spheres) sphere.material = 2;
   result.push_back({"diffuse only", all_of({MaterialType::diffuse, {0.5, 0.9, 0.1}, 0, 1})});
   result.push_back({"mirrors only", all_of({MaterialType::metal, {0.9, 0.8, 1}, 0, 1})});
   result.push_back({"fuzz only", all_of({MaterialType::metal, {0.9, 0.8, 1}, 1, 1})});
