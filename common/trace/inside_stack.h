@@ -8,9 +8,6 @@
 
 namespace parray::trace {
 
-/// The most surfaces inside bodies of one glass that a path crosses one after the other.
-inline constexpr std::uint32_t most_crossings = 4096;
-
 /// Tracks the side of every sphere that a path is on: the spheres that the path is inside of, and
 /// the sphere that it stands on.
 ///
