@@ -29,12 +29,8 @@ class Wavefront {
   void trace(const SampleBatch& batch, PixelSums* row, TraceCounts& counts) {
     begin(batch);
     for (std::uint32_t bounce = 0; bounce < scene_.max_depth && space_.paths.count > 0; ++bounce) {
-      counts.rays += space_.paths.count;
-      find();
-      sort_by_material();
-      if constexpr (InsideStack) cross_within_bodies(counts);
+      find_surfaces(counts);
       add_sky();
-      space_.paths.count = 0;
       scatter_all_diffuse(bounce);
       scatter_all_metal(bounce);
       if constexpr (InsideStack) {
@@ -103,12 +99,22 @@ class Wavefront {
     }
   }
 
-  /// Moves every path to the hits of its material's type or of the sky.
-  PARRAY_INLINE void sort_by_material() {
+  /// Finds the next surface of all paths that bounds a body, and moves every path to the hits of
+  /// its material's type or of the sky.
+  PARRAY_INLINE void find_surfaces(TraceCounts& counts) {
     for (Hits<Real>& hits : space_.hits) {
       hits.count = 0;
     }
-    sort_paths();
+    for (std::uint32_t crossed = 0;; ++crossed) {
+      counts.rays += space_.paths.count;
+      find();
+      sort_paths();
+      space_.paths.count = 0;
+      if constexpr (InsideStack) {
+        if (crossed < most_crossings) move_crossing_paths();
+      }
+      if (space_.paths.count == 0) return;
+    }
   }
 
   /// Adds every path to the hits.
@@ -118,19 +124,8 @@ class Wavefront {
     }
   }
 
-  /// Moves paths on that have met a surface inside another body of the same glass: see InsideStack.
-  void cross_within_bodies(TraceCounts& counts) {
-    for (std::uint32_t crossed = 0; crossed < most_crossings; ++crossed) {
-      space_.paths.count = 0;
-      move_crossing_paths();
-      if (space_.paths.count == 0) return;
-      counts.rays += space_.paths.count;
-      find();
-      sort_paths();
-    }
-  }
-
-  /// Moves these paths from the hits of glass to the paths, beyond their surface.
+  /// Moves paths on that have met a surface inside another body of the same glass: from the hits of
+  /// glass to the paths, beyond the surface. See InsideStack.
   PARRAY_INLINE void move_crossing_paths() {
     Hits<Real>& hits = space_.hits[static_cast<int>(MaterialType::dielectric)];
     std::uint32_t kept = 0;
