@@ -84,6 +84,9 @@ SceneFile converted(const ConvertCommand& command) {
 
 std::string contents_of(const SceneFile& scene) {
   std::string text = counted(scene.scene.spheres.size(), "sphere");
+  if (const std::size_t capsules = scene.scene.capsules.size(); capsules > 0) {
+    text += " and " + counted(capsules, "capsule");
+  }
   for (const ParticleSource& source : scene.particles) {
     text += " and the particles of " + printable(source.file, 4096);
   }

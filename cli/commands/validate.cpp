@@ -275,6 +275,7 @@ json facts_of(const ValidateCommand& command) {
           {"seed", settings.seed},
           {"sampler", name_of(settings.sampler)},
           {"spheres", needs.spheres},
+          {"capsules", needs.capsules},
           {"duplicates_removed", file.duplicates.count},
           {"diffuse", needs.diffuse},
           {"metal", needs.metal},
@@ -326,9 +327,11 @@ Lines lines_of_particles(const json& f) {
   return lines;
 }
 
-std::string spheres_text(const json& f) {
-  return count(f["spheres"]) + ": " + count(f["diffuse"]) + " diffuse, " + count(f["metal"]) +
-         " metal, " + count(f["dielectric"]) + " dielectric" +
+std::string shapes_text(const json& f) {
+  const std::string capsules =
+      f["capsules"] > 0 ? " and " + counted(f["capsules"], "capsule") : std::string();
+  return count(f["spheres"]) + capsules + ": " + count(f["diffuse"]) + " diffuse, " +
+         count(f["metal"]) + " metal, " + count(f["dielectric"]) + " dielectric" +
          (f["format"] == "particles" ? "; two of them are surroundings" : "");
 }
 
@@ -339,12 +342,12 @@ std::string accuracy_text(const json& f) {
 }
 
 Lines lines_of_scene(const json& f) {
-  const bool any = f["spheres"] > 0;
+  const bool any = f["spheres"] > 0 || f["capsules"] > 0;
   return {
       {"picture", count(f["width"]) + " x " + count(f["height"]) + " pixels, " + accuracy_text(f) +
                       ", depth " + count(f["max_depth"]) + ", seed " + count(f["seed"]) +
                       ", sampler " + f["sampler"].get<std::string>()},
-      {"spheres", spheres_text(f)},
+      {"spheres", shapes_text(f)},
       {"left out", counted(f["duplicates_removed"], "duplicate")},
       {"materials", count(f["materials"])},
       {"features", list_of(f["features"])},

@@ -98,7 +98,7 @@ class ChannelPlanes {
       ++met;
       depth += hit.distance * dot(hit.direction, forward_);
       normal = normal + hit.normal;
-      albedo = albedo + scene_.materials[scene_.spheres[hit.sphere].material].albedo;
+      albedo = albedo + scene_.material_of(hit.sphere).albedo;
     }
     const double share = 1.0 / samples();
     if (wants(Aov::depth)) depth_[pixel] = static_cast<float>(met > 0 ? depth / met : no_surface);

@@ -43,7 +43,7 @@ std::string share(double value) {
 
 double Requirements::computed_shift() const { return 0x1p-24 * extent; }
 
-double Requirements::spread() const { return spheres == 0 ? 0 : extent / smallest_radius; }
+double Requirements::spread() const { return shapes() == 0 ? 0 : extent / smallest_radius; }
 
 std::vector<std::string> Requirements::features() const {
   std::vector<std::string> names;
@@ -57,7 +57,8 @@ std::vector<std::string> Requirements::features() const {
   add(fuzz, "fuzz");
   add(dielectric > 0, "dielectric");
   add(lens, "lens");
-  add(spheres > 0 && !one_radius, "many-radii");
+  add(shapes() > 0 && !one_radius, "many-radii");
+  add(capsules > 0, "capsules");
   return names;
 }
 
@@ -68,28 +69,48 @@ double single_precision_shift(double x) {
   return std::abs(static_cast<double>(static_cast<float>(x)) - x);
 }
 
-/// Updates extent, stored_shift and nearest with a sphere; `center` is relative to the scene's
-/// origin.
-void add_conditioning(const Vec3d& center, double radius, const Vec3d& eye, Requirements& result) {
-  result.extent = std::max({result.extent, largest_component(center), radius});
-  result.stored_shift = std::max(
-      {result.stored_shift, single_precision_shift(center.x), single_precision_shift(center.y),
-       single_precision_shift(center.z), single_precision_shift(radius)});
-  result.nearest = std::min(result.nearest, std::abs(length(center - eye) - radius));
+double single_precision_shift(const Vec3d& v) {
+  return std::max(
+      {single_precision_shift(v.x), single_precision_shift(v.y), single_precision_shift(v.z)});
 }
 
-void add_sphere(const Sphere& sphere, const Scene& scene, const Vec3d& eye, Requirements& result) {
-  const Material& material = scene.materials[sphere.material];
+/// Update extent, stored_shift and nearest with a shape. All positions are relative to the scene's
+/// origin.
+void add_conditioning(const Sphere& sphere, const Vec3d& eye, Requirements& result) {
+  const Vec3d center = sphere.center - result.origin;
+  result.extent = std::max(result.extent, largest_component(center));
+  result.stored_shift = std::max(result.stored_shift, single_precision_shift(center));
+  result.nearest = std::min(result.nearest, std::abs(length(center - eye) - sphere.radius));
+}
+void add_conditioning(const Capsule& capsule, const Vec3d& eye, Requirements& result) {
+  const Vec3d from = capsule.from - result.origin;
+  const Vec3d to = capsule.to - result.origin;
+  const Vec3d half = 0.5 * (to - from);
+  const Vec3d middle = from + half;
+  const double square = dot(half, half);
+  const double along = square > 0 ? dot(eye - middle, half) / square : 0;
+  const Vec3d nearest = middle + std::clamp(along, -1.0, 1.0) * half;
+  result.extent = std::max({result.extent, largest_component(from), largest_component(to)});
+  result.stored_shift =
+      std::max(result.stored_shift, single_precision_shift(middle) + single_precision_shift(half));
+  result.nearest = std::min(result.nearest, std::abs(length(nearest - eye) - capsule.radius));
+}
+
+template <typename Shape>
+void add_shape(const Shape& shape, const Scene& scene, const Vec3d& eye, Requirements& result) {
+  const Material& material = scene.materials[shape.material];
   result.diffuse += material.type == MaterialType::diffuse ? 1U : 0U;
   result.metal += material.type == MaterialType::metal ? 1U : 0U;
   result.dielectric += material.type == MaterialType::dielectric ? 1U : 0U;
   result.fuzz = result.fuzz || (material.type == MaterialType::metal && material.fuzz > 0);
-  result.smallest_radius = std::min(result.smallest_radius, sphere.radius);
-  result.largest_radius = std::max(result.largest_radius, sphere.radius);
-  add_conditioning(sphere.center - result.origin, sphere.radius, eye, result);
+  result.smallest_radius = std::min(result.smallest_radius, shape.radius);
+  result.largest_radius = std::max(result.largest_radius, shape.radius);
+  result.extent = std::max(result.extent, shape.radius);
+  result.stored_shift = std::max(result.stored_shift, single_precision_shift(shape.radius));
+  add_conditioning(shape, eye, result);
 }
 
-/// Adds the spheres of `part` to `whole`: counts and extremes, independent of the order.
+/// Adds the shapes of `part` to `whole`: counts and extremes, independent of the order.
 void add_part(const Requirements& part, Requirements& whole) {
   whole.diffuse += part.diffuse;
   whole.metal += part.metal;
@@ -104,30 +125,44 @@ void add_part(const Requirements& part, Requirements& whole) {
 
 }  // namespace
 
+namespace {
+
+template <typename Shape>
+void add_shapes(const std::vector<Shape>& shapes, const Scene& scene, const Vec3d& eye, int threads,
+                Requirements& result) {
+  const Bands bands(shapes.size(), threads);
+  std::vector<Requirements> parts(bands.count());
+  bands.run([&](std::size_t band, std::size_t begin, std::size_t end) {
+    Requirements part;
+    part.origin = result.origin;
+    part.smallest_radius = part.nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = begin; i < end; ++i) add_shape(shapes[i], scene, eye, part);
+    parts[band] = part;
+  });
+  for (const Requirements& part : parts) add_part(part, result);
+}
+
+}  // namespace
+
 Requirements requirements_of(const Scene& scene, int threads) {
   Requirements result;
   result.spheres = scene.spheres.size();
+  result.capsules = scene.capsules.size();
   result.lens = scene.camera.aperture > 0;
   result.origin = scene_origin(scene, threads);
   const Vec3d eye = scene.camera.look_from - result.origin;
   // The rays of an orthographic camera begin all over the picture, which counts as a square here.
   result.extent = largest_component(eye) + scene.camera.view_height / 2 + scene.camera.aperture / 2;
   result.smallest_radius = result.nearest = std::numeric_limits<double>::infinity();
-  const Bands bands(scene.spheres.size(), threads);
-  std::vector<Requirements> parts(bands.count(), result);
-  bands.run([&](std::size_t band, std::size_t begin, std::size_t end) {
-    Requirements part = result;
-    for (std::size_t i = begin; i < end; ++i) add_sphere(scene.spheres[i], scene, eye, part);
-    parts[band] = part;
-  });
-  for (const Requirements& part : parts) add_part(part, result);
-  if (scene.spheres.empty()) {
+  add_shapes(scene.spheres, scene, eye, threads, result);
+  add_shapes(scene.capsules, scene, eye, threads, result);
+  if (result.shapes() == 0) {
     result.smallest_radius = result.nearest = 0;
   }
   result.view_height = scene.camera.projection == Projection::orthographic
                            ? scene.camera.view_height
                            : 2 * scene.camera.tan_half_vfov * result.nearest;
-  result.one_radius = !scene.spheres.empty() && result.smallest_radius == result.largest_radius;
+  result.one_radius = result.shapes() > 0 && result.smallest_radius == result.largest_radius;
   return result;
 }
 
@@ -159,7 +194,7 @@ Sight sight_of(double shift, const Requirements& r) {
 
 void decide_precision(const Requirements& r, ResolvedSettings& result) {
   result.settings->precision = Precision::f32;
-  if (r.spheres == 0) {
+  if (r.shapes() == 0) {
     result.precision_reason = "no spheres";
     return;
   }

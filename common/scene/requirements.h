@@ -12,29 +12,31 @@ namespace parray::scene {
 /// nothing.
 struct Requirements {
   std::size_t spheres = 0;
-  std::size_t diffuse = 0;  ///< spheres of each kind
+  std::size_t capsules = 0;
+  std::size_t diffuse = 0;  ///< shapes of each kind
   std::size_t metal = 0;
   std::size_t dielectric = 0;
   bool fuzz = false;           ///< some metal is not a perfect mirror
   bool lens = false;           ///< aperture > 0
-  bool one_radius = false;     ///< all spheres share one radius
-  double smallest_radius = 0;  ///< 0 without spheres
+  bool one_radius = false;     ///< all shapes share one radius
+  double smallest_radius = 0;  ///< 0 without shapes
   double largest_radius = 0;
 
   // Data on how well single precision resolves the visible scene. Lengths are in the scene's unit.
   Vec3d origin;  ///< scene_origin(): the origin of positions
-  /// The largest of all coordinates of centres and of starts of camera rays, relative to `origin`,
-  /// and of all radii.
+  /// The largest of all coordinates of centres, of capsules' ends and of starts of camera rays,
+  /// relative to `origin`, and of all radii.
   double extent = 0;
-  /// The largest change of a coordinate or a radius by storing the spheres in single precision.
+  /// The largest change of a coordinate or a radius by storing the shapes in single precision.
   double stored_shift = 0;
-  double nearest = 0;      ///< distance from the eye to the nearest surface; 0 without spheres
+  double nearest = 0;      ///< distance from the eye to the nearest surface; 0 without shapes
   double view_height = 0;  ///< height of the visible area at that distance
 
   /// Returns the distance by which computing in single precision moves surfaces: half an ulp of the
   /// largest number.
   [[nodiscard]] double computed_shift() const;
-  /// Returns extent / smallest_radius: the largest distance in radii; 0 without spheres.
+  [[nodiscard]] std::size_t shapes() const { return spheres + capsules; }
+  /// Returns extent / smallest_radius: the largest distance in radii; 0 without shapes.
   [[nodiscard]] double spread() const;
 
   /// Returns names for the report: "diffuse", "metal", "fuzz", "dielectric", "lens", ...
@@ -54,7 +56,7 @@ struct ResolvedSettings {
 /// Decides all `automatic` settings from the scene alone, so that every process decides alike.
 ///
 /// Precision: single precision moves surfaces, either by computing (computed_shift()) or only by
-/// storing the spheres (stored_shift). A shift is invisible if it is a small enough part of the
+/// storing the shapes (stored_shift). A shift is invisible if it is a small enough part of the
 /// smallest radius and of the picture's height at the nearest surface. The result is f32 if the
 /// shift of computing is invisible, mixed if that of storing is, otherwise f64.
 ResolvedSettings resolve_settings(const Requirements& requirements, const RenderSettings& asked);

@@ -32,6 +32,16 @@ struct Sphere {
   friend bool operator==(const Sphere&, const Sphere&) = default;
 };
 
+/// All points within `radius` of the segment between two points.
+struct Capsule {
+  Vec3d from;
+  Vec3d to;                    ///< equal to `from`, or at least 2 limits::min_radius away
+  double radius = 1;           ///< > 0
+  std::uint32_t material = 0;  ///< index into Scene::materials
+
+  friend bool operator==(const Capsule&, const Capsule&) = default;
+};
+
 /// The starts and directions of a camera's rays: see common/trace/integrator/camera_rays.h.
 enum class Projection : std::uint8_t {
   perspective,  ///< from one eye through all pixels
@@ -68,8 +78,16 @@ struct Sky {
 struct Scene {
   Camera camera;
   Sky sky;
-  std::vector<Material> materials;  ///< distinct, in the order in which spheres first use them
+  std::vector<Material> materials;  ///< distinct, in the order in which shapes first use them
   std::vector<Sphere> spheres;      ///< input order; closest-hit ties go to the lower index
+  std::vector<Capsule> capsules;    ///< input order; shapes are numbered spheres first
+
+  /// Returns the material of the shape with this number.
+  [[nodiscard]] const Material& material_of(std::size_t shape) const {
+    const std::uint32_t number = shape < spheres.size() ? spheres[shape].material
+                                                        : capsules[shape - spheres.size()].material;
+    return materials[number];
+  }
 
   friend bool operator==(const Scene&, const Scene&) = default;
 };

@@ -12,6 +12,23 @@ struct SphereShape {
   Real radius;
 };
 
+/// A point on the surface of a shape.
+template <typename Real>
+struct SurfacePoint {
+  Vec3<Real> normal;  ///< outward, of unit length
+  Vec3<Real> center;  ///< the sphere's centre, or the nearest point of the capsule's segment
+  Real radius;
+
+  [[nodiscard]] PARRAY_INLINE Vec3<Real> position() const { return center + radius * normal; }
+};
+
+/// Returns whether a point lies inside a sphere.
+template <typename Real>
+PARRAY_INLINE MaskOf<Real> contains(const SphereShape<Real>& sphere, const Vec3<Real>& point) {
+  const Vec3<Real> from_center = point - sphere.center;
+  return dot(from_center, from_center) < sphere.radius * sphere.radius;
+}
+
 template <typename Real>
 PARRAY_INLINE Real half_chord(const Real& depth_squared, const Real& inverse_square) {
   return square_root(max_of(depth_squared, Real(0)) * inverse_square);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "common/trace/capsule.h"
 #include "common/trace/inside_stack.h"
 #include "common/trace/ray.h"
 #include "common/trace/sphere.h"
@@ -24,12 +25,12 @@ concept SphereSearch = std::constructible_from < S,
   { s.bytes() } -> std::same_as<std::size_t>;
 };
 
-/// Tries one sphere: the step that all searches share.
-template <typename Real>
-void try_sphere(const Ray<Real>& ray, const SphereShape<Real>& sphere, std::uint32_t index,
-                const InsideStack<Real>& sides, Hit<Real>& best) {
+/// Tries one sphere or capsule: the step that all searches share.
+template <typename Real, typename Shape>
+void try_shape(const Ray<Real>& ray, const Shape& shape, std::uint32_t index,
+               const InsideStack<Real>& sides, Hit<Real>& best) {
   Real t;
-  if (enters(ray, sphere, t) && best.loses_to(t, index) && !sides.cannot_enter(index)) {
+  if (enters(ray, shape, t) && best.loses_to(t, index) && !sides.cannot_enter(index)) {
     best = {t, index, false};
   }
 }

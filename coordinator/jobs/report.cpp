@@ -98,6 +98,9 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
                  {"flag", record.flag},
                  {"trace_version", trace_version},
                  {"version", PARRAY_VERSION}});
+  if (const std::size_t capsules = job.scene().requirements.capsules; capsules > 0) {
+    report["capsules"] = capsules;
+  }
   return report;
 }
 

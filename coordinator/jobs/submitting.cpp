@@ -126,7 +126,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     try {
       job.record.scene = scene.identity();
       const auto decoded = scene.scene();  // throws if it is not a scene
-      job.spheres = decoded->spheres.size();
+      job.spheres = decoded->spheres.size() + decoded->capsules.size();
       check_targets(job.record.settings, largest_radiance(*decoded));
       if (store != nullptr) {
         store->put_scene(job.record.scene, scene.bytes().data.view());
@@ -162,7 +162,7 @@ void JobBook::accept_job(const PeerId& peer, std::uint64_t request, Accepted& ac
     return;
   }
   const RenderSettings& s = job.record.settings;
-  farm_.log->info("job {} '{}' submitted: {} spheres, {} x {} pixels, {} samples", job.record.id,
+  farm_.log->info("job {} '{}' submitted: {} shapes, {} x {} pixels, {} samples", job.record.id,
                   job.record.name, job.spheres, s.width, s.height, s.samples_per_pixel);
   farm_.send(peer, msg::Submitted{request, job.record.id});
   job.queued_at = farm_.since_1970(farm_.now);

@@ -44,7 +44,8 @@ bool follow(const TracedPicture<Real>& scene, const Linear<Real>& linear, Ray<Re
     if (hit.sphere == no_sphere) {
       return true;
     }
-    const Vec3<Real> normal = crossing_normal(scene, ray, sides, hit);
+    const SurfacePoint<Real> point = surface_point(scene, ray, sides, hit);
+    const Vec3<Real>& normal = point.normal;
     const auto scattering = scatter(scene.surfaces[scene.material_of[hit.sphere]], ray.direction,
                                     hit.leaving ? -normal : normal, hit.leaving, random, bounce);
     look(ray, hit, scattering);
@@ -55,8 +56,7 @@ bool follow(const TracedPicture<Real>& scene, const Linear<Real>& linear, Ray<Re
       sides.cross(hit.sphere, hit.leaving);
     }
     sides.stand_on(hit.sphere, normal);
-    const SphereShape<Real>& sphere = scene.spheres[hit.sphere];
-    ray = {sphere.center + sphere.radius * normal, scattering.direction};
+    ray = {point.position(), scattering.direction};
   }
   return false;
 }

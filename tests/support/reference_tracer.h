@@ -11,6 +11,7 @@
 #include "common/trace/integrator/path.h"
 #include "common/trace/integrator/scene_parts.h"
 #include "common/trace/reference/linear.h"
+#include "common/trace/reference/scalar_tracer.h"
 #include "tests/support/rooms.h"
 
 /// The scalar reference of the lane kernels. It traces one path after the other, by linear search.
@@ -31,18 +32,13 @@ template <typename Real, typename Store>
 TracedPicture<Real> reference_scene(const Scene& scene, const RenderSettings& settings) {
   const Vec3d origin = scene_origin(scene);
   TracedPicture<Real> result{
-      {{}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
+      {{}, {}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
       {CameraRays<Real>(moved(scene.camera, origin), settings.width, settings.height),
        {},
        settings.max_depth}};
-  for (const SphereShape<Store>& shape : stored_shapes<Store>(scene, origin)) {
-    result.spheres.push_back({vec_cast<Real>(shape.center), static_cast<Real>(shape.radius)});
-  }
-  for (const Sphere& sphere : scene.spheres) {
-    result.material_of.push_back(sphere.material);
-  }
-  // Each path tests all spheres for its start.
-  std::vector<std::uint32_t> all(scene.spheres.size());
+  add_shapes<Store>(scene, origin, result);
+  // Each path tests all shapes for its start.
+  std::vector<std::uint32_t> all(result.shape_count());
   std::iota(all.begin(), all.end(), 0U);
   result.start = StartSpheres(std::move(all));
   return result;

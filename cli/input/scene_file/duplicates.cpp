@@ -152,19 +152,21 @@ void erase(const std::vector<Repeat>& repeats, std::vector<Sphere>& spheres) {
   spheres.resize(kept);
 }
 
-/// Keeps only the materials that spheres use, in the order of first use.
+/// Keeps only the materials that shapes use, in the order of first use.
 void drop_unused_materials(Scene& scene) {
   constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> numbers(scene.materials.size(), none);
   std::vector<Material> used;
-  for (Sphere& sphere : scene.spheres) {
-    std::uint32_t& number = numbers[sphere.material];
+  const auto renumber = [&](auto& shape) {
+    std::uint32_t& number = numbers[shape.material];
     if (number == none) {
       number = static_cast<std::uint32_t>(used.size());
-      used.push_back(scene.materials[sphere.material]);
+      used.push_back(scene.materials[shape.material]);
     }
-    sphere.material = number;
-  }
+    shape.material = number;
+  };
+  std::ranges::for_each(scene.spheres, renumber);
+  std::ranges::for_each(scene.capsules, renumber);
   scene.materials = std::move(used);
 }
 

@@ -14,11 +14,13 @@ std::uint32_t MaterialNames::number_of(const std::string& name) {
   return place->second;
 }
 
-std::uint32_t MaterialNames::use(const std::string& name, std::size_t sphere, std::uint64_t line) {
+std::uint32_t MaterialNames::use(const std::string& name, std::string_view section,
+                                 std::size_t shape, std::uint64_t line) {
   const std::uint32_t number = number_of(name);
   Entry& entry = entries_[number];
   if (entry.first_line == 0) {
-    entry.first_sphere = sphere;
+    entry.first_section = section;
+    entry.first_shape = shape;
     entry.first_line = line;
   }
   return number;

@@ -25,14 +25,18 @@ class MaterialNames {
  public:
   struct Entry {
     std::optional<Material> value;  ///< nothing: not defined yet
-    std::size_t first_sphere = 0;   ///< the first sphere that uses the name, if first_line > 0
-    std::uint64_t first_line = 0;   ///< line of that use; 0: not used yet
+    // The first shape that uses the name, if first_line > 0.
+    std::string_view first_section;  ///< "spheres" or "capsules"
+    std::size_t first_shape = 0;     ///< its number in the section
+    std::uint64_t first_line = 0;    ///< line of that use; 0: not used yet
   };
 
-  /// Records that sphere `sphere` uses `name` on `line`. Returns the number of the name.
-  std::uint32_t use(const std::string& name, std::size_t sphere, std::uint64_t line);
+  /// Records that shape number `shape` of `section`, a literal, uses `name` on `line`. Returns the
+  /// number of the name.
+  std::uint32_t use(const std::string& name, std::string_view section, std::size_t shape,
+                    std::uint64_t line);
 
-  /// Returns the number of a name that a sphere has already used.
+  /// Returns the number of a name that a shape has already used.
   std::optional<std::uint32_t> used(std::string_view name) const;
 
   /// Defines a material. Returns false if the name is already defined.

@@ -122,6 +122,8 @@ class SceneBuilder final : public JsonSink {
   void add_sphere(const JsonValue& value);
   void add_seed_sphere(const JsonValue& value, const JsonPlace& place);
   void add_named_sphere(const JsonValue& value, const JsonPlace& place);
+  void add_capsule(const JsonValue& value);
+  void check_room(const JsonPlace& place, std::uint64_t line) const;
   void add_material(const JsonMember& member);
   void add_particles(const JsonValue& value);
   void finish_version_1(std::uint64_t start_line);
@@ -143,7 +145,7 @@ class SceneBuilder final : public JsonSink {
 struct RequiredKey {
   std::string_view key;
   std::string_view expectation;
-  bool unless_particles;
+  bool unless_other_shapes;  ///< optional beside particles; spheres also beside capsules
 };
 constexpr std::array<RequiredKey, 4> required_keys{{
     {"version", "\"version\": 1", false},
@@ -174,7 +176,7 @@ JsonDelivery SceneBuilder::on_key(const std::string& key, std::uint64_t line) {
         "spheres as {\"center\", \"radius\", \"material\"}");
   }
   format_ = Format::version_1;
-  if (key == "particles") return JsonDelivery::by_item;
+  if (key == "particles" || key == "capsules") return JsonDelivery::by_item;
   return key == "materials" ? JsonDelivery::by_member : JsonDelivery::whole;
 }
 
@@ -202,6 +204,8 @@ void SceneBuilder::on_child(const JsonMember& child) {
     add_material(child);
   } else if (keys_.back() == "particles") {
     add_particles(child.value);
+  } else if (keys_.back() == "capsules") {
+    add_capsule(child.value);
   } else {
     add_sphere(child.value);
   }
@@ -213,7 +217,7 @@ std::size_t SceneBuilder::take_items(ByteSource& source) {
   constexpr std::size_t usual_bytes = 4096;
   std::vector<Sphere>& spheres = out_.scene.spheres;
   const std::size_t before = spheres.size();
-  while (spheres.size() < limits::max_spheres) {
+  while (spheres.size() + out_.scene.capsules.size() < limits::max_spheres) {
     const std::optional<SphereText> text = next_sphere_text(source.ahead(usual_bytes));
     const auto material = text ? names_.used(text->material) : std::nullopt;
     if (!material) break;
@@ -238,10 +242,7 @@ void SceneBuilder::add_sphere(const JsonValue& value) {
   const std::size_t index = out_.scene.spheres.size();
   const JsonPlace section = root_.at("spheres");
   const JsonPlace place = section.at(index);
-  if (index == limits::max_spheres) {
-    place.fail(value.line, "the scene has more than " + std::to_string(limits::max_spheres) +
-                               " spheres: split the scene");
-  }
+  check_room(place, value.line);
   if (format_ == Format::unknown) {
     format_ = is_seed_sphere(value) ? Format::seed : Format::version_1;
   }
@@ -250,6 +251,26 @@ void SceneBuilder::add_sphere(const JsonValue& value) {
   } else {
     add_named_sphere(value, place);
   }
+}
+
+/// Fails if the scene has no room for one more shape.
+void SceneBuilder::check_room(const JsonPlace& place, std::uint64_t line) const {
+  if (out_.scene.spheres.size() + out_.scene.capsules.size() < limits::max_spheres) return;
+  place.fail(line, "the scene has more than " + std::to_string(limits::max_spheres) +
+                       " spheres and capsules: split the scene");
+}
+
+void SceneBuilder::add_capsule(const JsonValue& value) {
+  std::vector<Capsule>& capsules = out_.scene.capsules;
+  const JsonPlace section = root_.at("capsules");
+  const JsonPlace place = section.at(capsules.size());
+  check_room(place, value.line);
+  const NamedCapsule read = read_capsule(value, place);
+  const std::uint32_t material =
+      names_.use(*read.material, "capsules", capsules.size(), read.material_line);
+  capsules.push_back(read.capsule);
+  capsules.back().material = material;
+  if (names_.size() > limits::max_materials) place.fail(value.line, too_many_materials);
 }
 
 void SceneBuilder::add_seed_sphere(const JsonValue& value, const JsonPlace& place) {
@@ -269,7 +290,8 @@ void SceneBuilder::add_named_sphere(const JsonValue& value, const JsonPlace& pla
   const NamedSphere read = read_sphere(value, place);
   const std::size_t index = out_.scene.spheres.size();
   out_.scene.spheres.push_back(read.sphere);
-  out_.scene.spheres.back().material = names_.use(*read.material, index, read.material_line);
+  out_.scene.spheres.back().material =
+      names_.use(*read.material, "spheres", index, read.material_line);
   if (names_.size() > limits::max_materials) place.fail(value.line, too_many_materials);
 }
 
@@ -298,7 +320,10 @@ SceneFile SceneBuilder::finish(std::uint64_t start_line) {
 
 void SceneBuilder::finish_version_1(std::uint64_t start_line) {
   for (const RequiredKey& required : required_keys) {
-    if (has_key(required.key) || (required.unless_particles && has_key("particles"))) continue;
+    const bool optional =
+        required.unless_other_shapes &&
+        (has_key("particles") || (required.key == "spheres" && has_key("capsules")));
+    if (has_key(required.key) || optional) continue;
     fail_missing_key(required.key, start_line, root_, required.expectation);
   }
   if (style_ && !has_key("sky")) out_.scene.sky = sky_of(*style_);
@@ -308,14 +333,16 @@ void SceneBuilder::finish_version_1(std::uint64_t start_line) {
   out_.materials = std::move(names_);
 }
 
-/// Replaces names by numbers of distinct materials, in the order in which spheres first use them.
+/// Replaces names by numbers of distinct materials, in the order in which shapes first use them.
 void SceneBuilder::resolve_materials() {
   std::vector<std::optional<std::uint32_t>> numbers(names_.size());
-  for (Sphere& sphere : out_.scene.spheres) {
-    std::optional<std::uint32_t>& number = numbers[sphere.material];
-    if (!number) number = resolve_material(sphere.material);
-    sphere.material = *number;
-  }
+  const auto resolve = [&](auto& shape) {
+    std::optional<std::uint32_t>& number = numbers[shape.material];
+    if (!number) number = resolve_material(shape.material);
+    shape.material = *number;
+  };
+  std::ranges::for_each(out_.scene.spheres, resolve);
+  std::ranges::for_each(out_.scene.capsules, resolve);
 }
 
 std::uint32_t SceneBuilder::resolve_material(std::uint32_t name) {
@@ -324,9 +351,9 @@ std::uint32_t SceneBuilder::resolve_material(std::uint32_t name) {
     // The table has room: there are at most as many values as names.
     return *table_.intern(*entry.value);
   }
-  const JsonPlace section = root_.at("spheres");
-  const JsonPlace sphere = section.at(entry.first_sphere);
-  sphere.at("material")
+  const JsonPlace section = root_.at(entry.first_section);
+  const JsonPlace shape = section.at(entry.first_shape);
+  shape.at("material")
       .fail(entry.first_line, "unknown material '" + printable(names_.name_of(name)) +
                                   "': " + names_.remedy_for_undefined(names_.name_of(name)));
 }

@@ -8,8 +8,8 @@
 namespace parray::input {
 
 /// The keys at the top level of a scene file.
-inline constexpr std::array<std::string_view, 11> scene_keys{
-    "version",   "camera",    "image",   "render",    "style", "sky",
-    "finishing", "materials", "spheres", "particles", "labels"};
+inline constexpr std::array<std::string_view, 12> scene_keys{
+    "version",   "camera",    "image",   "render",   "style",     "sky",
+    "finishing", "materials", "spheres", "capsules", "particles", "labels"};
 
 }  // namespace parray::input

@@ -13,6 +13,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
+#include "common/scene/scene_bytes.h"
 
 namespace parray::input {
 namespace {
@@ -346,6 +347,23 @@ NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place) {
   out.sphere.radius = fields.number("radius", ranges::length);
   out.material = &fields.string("material");
   out.material_line = fields.find("material")->line;
+  return out;
+}
+
+NamedCapsule read_capsule(const JsonValue& value, const JsonPlace& place) {
+  static constexpr std::array<std::string_view, 4> keys{"from", "to", "radius", "material"};
+  const JsonFields fields(value, place, keys);
+  NamedCapsule out;
+  out.capsule.from = fields.vec3("from", ranges::coordinate);
+  out.capsule.to = fields.vec3("to", ranges::coordinate);
+  out.capsule.radius = fields.number("radius", ranges::length);
+  out.material = &fields.string("material");
+  out.material_line = fields.find("material")->line;
+  if (!has_valid_ends(out.capsule)) {
+    place.at("to").fail(fields.find("to")->line,
+                        "the ends of the capsule are less than 2e-15 apart: write equal ends, or "
+                        "use a larger unit of length");
+  }
   return out;
 }
 

@@ -51,6 +51,14 @@ struct NamedSphere {
 };
 NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place);
 
+/// A capsule whose material is a name.
+struct NamedCapsule {
+  Capsule capsule;              ///< `material` is not set
+  const std::string* material;  ///< refers to the JSON
+  std::uint64_t material_line;
+};
+NamedCapsule read_capsule(const JsonValue& value, const JsonPlace& place);
+
 /// Returns why a camera is not valid, with the remedy. Returns "" for a valid camera.
 std::string problem_with(const Camera& camera);
 

@@ -208,14 +208,22 @@ void write_scene(std::ostream& out, const SceneFile& file, const std::function<v
     spheres.add(R"({"center":)" + array_text(sphere.center) + R"(,"radius":)" +
                 number_text(sphere.radius) + R"(,"material":)" + names[sphere.material] + "}");
   }
-  if (file.particles.empty()) {
-    spheres.end("]}\n");
-    return;
+  spheres.end("]");
+  if (!file.scene.capsules.empty()) {
+    Section capsules(out, poll, ",\n\"capsules\": [");
+    for (const Capsule& capsule : file.scene.capsules) {
+      capsules.add(R"({"from":)" + array_text(capsule.from) + R"(,"to":)" + array_text(capsule.to) +
+                   R"(,"radius":)" + number_text(capsule.radius) + R"(,"material":)" +
+                   names[capsule.material] + "}");
+    }
+    capsules.end("]");
   }
-  spheres.end("],\n");
-  Section particles(out, poll, "\"particles\": [");
-  for (const ParticleSource& source : file.particles) particles.add(object_text(source));
-  particles.end("]}\n");
+  if (!file.particles.empty()) {
+    Section particles(out, poll, ",\n\"particles\": [");
+    for (const ParticleSource& source : file.particles) particles.add(object_text(source));
+    particles.end("]");
+  }
+  out << "}\n";
 }
 
 }  // namespace parray::input

@@ -92,7 +92,7 @@ class FeatureRows {
   [[nodiscard]] Values values_of(const FirstHit& hit) const {
     const Vec3d& towards = hit.direction;
     if (hit.sphere == no_sphere) return {0, 0, 0, -towards.x, -towards.y, -towards.z, 0};
-    const Vec3d& albedo = scene_.materials[scene_.spheres[hit.sphere].material].albedo;
+    const Vec3d& albedo = scene_.material_of(hit.sphere).albedo;
     const double depth = begin_ + hit.distance * dot(hit.direction, forward_) / length_;
     return {albedo.x,
             albedo.y,

@@ -20,8 +20,10 @@ constexpr double full_step = 0.3;
 /// Distance from a silhouette, in pixels, at which the neighbourhood is examined.
 constexpr double beside = 0.75;
 
+/// A sphere (`axis` is 0) or a capsule, in camera coordinates.
 struct Shape {
-  Vec3d center;  ///< in camera coordinates
+  Vec3d from;
+  Vec3d axis;  ///< to the other end
   double radius;
 };
 
@@ -30,16 +32,28 @@ struct Sight {
   Vec3d origin;
   Vec3d direction;
 
-  /// Returns the depth at which the line is nearest to the sphere's centre.
+  /// Returns the point of the segment that is nearest to the line. There, a capsule looks like a
+  /// sphere.
+  [[nodiscard]] Vec3d center_of(const Shape& shape) const {
+    const auto across = [this](const Vec3d& v) {
+      return v - (dot(v, direction) / dot(direction, direction)) * direction;
+    };
+    const Vec3d along = across(shape.axis);
+    const double square = dot(along, along);
+    if (!(square > 0)) return shape.from;
+    const double share = dot(across(origin - shape.from), along) / square;
+    return shape.from + std::clamp(share, 0.0, 1.0) * shape.axis;
+  }
+  /// Returns the depth at which the line is nearest to the shape's centre.
   [[nodiscard]] double nearest_depth(const Shape& shape) const {
-    const Vec3d to_center = shape.center - origin;
+    const Vec3d to_center = center_of(shape) - origin;
     return origin.z + dot(to_center, direction) / dot(direction, direction);
   }
-  /// Returns its distance from the sphere's centre.
+  /// Returns its distance from the shape's centre.
   [[nodiscard]] double distance(const Shape& shape) const {
-    return length(cross(shape.center - origin, direction)) / length(direction);
+    return length(cross(center_of(shape) - origin, direction)) / length(direction);
   }
-  /// Returns the depth at which the line enters the sphere.
+  /// Returns the depth at which the line enters the shape, about that for a capsule.
   [[nodiscard]] std::optional<double> entry_depth(const Shape& shape) const {
     const double off = distance(shape);
     if (off >= shape.radius) return {};
@@ -98,8 +112,13 @@ class Outliner {
   }
 
   [[nodiscard]] Shape shape_of(std::uint32_t number) const {
-    const Sphere& sphere = scene_.spheres[number];
-    return {film_.seen(sphere.center), sphere.radius};
+    if (number < scene_.spheres.size()) {
+      const Sphere& sphere = scene_.spheres[number];
+      return {film_.seen(sphere.center), {}, sphere.radius};
+    }
+    const Capsule& capsule = scene_.capsules[number - scene_.spheres.size()];
+    const Vec3d from = film_.seen(capsule.from);
+    return {from, film_.seen(capsule.to) - from, capsule.radius};
   }
 
   [[nodiscard]] Sight sight(const Point& at) const {
@@ -180,7 +199,8 @@ class Outliner {
     if (share <= 0) return 0;
     const double depth = sight(line->nearest).nearest_depth(shape);
     if (!(depth > 0)) return 0;
-    const double pixels = shape.radius * film_.pixels_per_unit(shape.center.z);
+    const double pixels =
+        shape.radius * film_.pixels_per_unit(sight(line->nearest).center_of(shape).z);
     const double size = std::clamp(2 * pixels / line_width_ - 1, 0.0, 1.0);
     const double step = step_at(number, *line, depth) / shape.radius;
     const double strength = std::clamp((step - least_step) / (full_step - least_step), 0.0, 1.0);

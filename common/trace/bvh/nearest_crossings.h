@@ -8,25 +8,29 @@
 
 namespace parray::trace {
 
-/// Keeps the nearest crossing of each ray and improves it with several lanes of spheres at a time.
+/// Keeps the nearest crossing of each ray and improves it with several lanes of shapes at a time.
 /// `L` are lanes of the real type.
 template <typename L, typename Store>
 class NearestCrossings {
  public:
   using Real = typename L::Scalar;
 
-  PARRAY_INLINE NearestCrossings(const SlotLabels& labels, Queries<Real, Store>& queries)
-      : labels_(labels), queries_(queries) {}
+  /// `labels` are those of slots `first_slot`, `first_slot` + 1 ...
+  PARRAY_INLINE NearestCrossings(const SlotLabels& labels, std::uint32_t first_slot,
+                                 Queries<Real, Store>& queries)
+      : labels_(labels), first_slot_(first_slot), queries_(queries) {}
 
-  /// Returns whether the sphere in `slot` precedes that in `other` at the same distance; the order
-  /// of the input decides.
+  /// Returns whether the shape in `slot` precedes that in `other` at the same distance. The order
+  /// of the input decides; spheres precede capsules.
   PARRAY_INLINE bool wins_tie(std::uint32_t slot, std::uint32_t other) const {
-    return other == no_sphere || labels_.index(slot) < labels_.index(other);
+    if (other == no_sphere) return true;
+    if (other < first_slot_) return false;
+    return labels_.index(slot - first_slot_) < labels_.index(other - first_slot_);
   }
 
-  /// Takes in the spheres that ray `i` enters at `t`: the lanes with set bits in `candidates`.
+  /// Takes in the shapes that ray `i` enters at `t`: the lanes with set bits in `candidates`.
   /// `before` is the ray's nearest crossing, in every lane. Returns the new nearest crossing.
-  /// `slot_of(lane)` returns a sphere's slot.
+  /// `slot_of(lane)` returns a shape's slot.
   template <typename SlotOf>
   PARRAY_INLINE L take(std::uint32_t i, const L& t, std::uint32_t candidates, const L& before,
                        const SlotOf& slot_of) {
@@ -50,7 +54,7 @@ class NearestCrossings {
   }
 
  private:
-  /// Does the same if several spheres are equally near.
+  /// Does the same if several shapes are equally near.
   template <typename SlotOf>
   void take_tied(std::uint32_t i, Real nearest, std::uint32_t equal, const SlotOf& slot_of) {
     for (; equal != 0; equal &= equal - 1) {
@@ -67,6 +71,7 @@ class NearestCrossings {
   static constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
   SlotLabels labels_;
+  std::uint32_t first_slot_;
   Queries<Real, Store>& queries_;
 };
 

@@ -14,11 +14,11 @@ namespace {
 
 constexpr std::size_t bin_count = 16;
 constexpr std::uint32_t one_axis_from = 1U << 13;
-/// From this many spheres on, trees have full blocks, to save memory: ranges up to a size are cut
+/// From this many shapes on, trees have full blocks, to save memory: ranges up to a size are cut
 /// at whole blocks. Smaller trees are cut where the heuristic chooses, which is up to 5 % faster.
 constexpr std::size_t filled_from = 1U << 12;
 constexpr std::uint32_t filled_range = 1U << 10;
-/// Ranges of more spheres are separate tasks.
+/// Ranges of more shapes are separate tasks.
 constexpr std::uint32_t task_size = 1U << 15;
 /// From this depth on, ranges are halved, so that the recursion ends within 30 levels.
 constexpr std::uint32_t halving_from = max_tree_depth - 32;
@@ -35,9 +35,9 @@ struct WideBounds {
     hi = max_of(hi, other_hi);
   }
   PARRAY_INLINE void include(const WideBounds& other) { include(other.lo, other.hi); }
-  PARRAY_INLINE void include_sphere(const Vec4<Store>& sphere) {
-    const Vec4<Store> extent(sphere[3]);
-    include(sphere - extent, sphere + extent);
+  /// Includes the shape around `center` that reaches as far as `extent` along each axis.
+  PARRAY_INLINE void include_shape(const Vec4<Store>& center, const Vec4<Store>& extent) {
+    include(center - extent, center + extent);
   }
   [[nodiscard]] PARRAY_INLINE Store half_area() const {
     const Vec4<Store> d = hi - lo;
@@ -45,29 +45,49 @@ struct WideBounds {
   }
 };
 
-/// x, y, z and radius of a sphere.
-template <typename Store>
-PARRAY_INLINE Vec4<Store> load(const BuildSphere<Store>& sphere) {
-  return Vec4<Store>::load(&sphere.x);
+/// Returns x, y and z of a shape's centre, and its radius.
+template <typename Store, template <typename> class Item>
+PARRAY_INLINE Vec4<Store> load(const Item<Store>& shape) {
+  return Vec4<Store>::load(&shape.x);
 }
 
+/// Return half of the box around a shape; `values` are those of load().
 template <typename Store>
-PARRAY_INLINE void store(const Vec4<Store>& values, std::uint32_t index, BuildSphere<Store>& to) {
+PARRAY_INLINE Vec4<Store> extent_of(const BuildSphere<Store>&, const Vec4<Store>& values) {
+  return Vec4<Store>(values[3]);
+}
+template <typename Store>
+PARRAY_INLINE Vec4<Store> extent_of(const BuildCapsule<Store>& shape, const Vec4<Store>& values) {
+  const auto size = [](Store x) { return x < Store(0) ? -x : x; };
+  const Vec3<Store>& half = shape.half;
+  return Vec4<Store>(values[3]) + Vec4<Store>{size(half.x), size(half.y), size(half.z), Store(0)};
+}
+
+/// Copies a shape; `values` are those of load().
+template <typename Store>
+PARRAY_INLINE void store(const Vec4<Store>& values, const BuildSphere<Store>& shape,
+                         BuildSphere<Store>& to) {
+  const std::uint32_t index = shape.index;
   values.store(&to.x);
   to.index = index;
 }
-
 template <typename Store>
+PARRAY_INLINE void store(const Vec4<Store>&, const BuildCapsule<Store>& shape,
+                         BuildCapsule<Store>& to) {
+  to = shape;
+}
+
+template <typename Store, template <typename> class Item>
 class Builder {
  public:
-  using Sphere = BuildSphere<Store>;
+  using Shape = Item<Store>;
 
-  Builder(std::span<Sphere> spheres, std::uint32_t leaf_size, int threads)
-      : spheres_(spheres), leaf_size_(leaf_size), threads_(threads) {
+  Builder(std::span<Shape> shapes, std::uint32_t leaf_size, int threads)
+      : shapes_(shapes), leaf_size_(leaf_size), threads_(threads) {
     // Most pages are never touched and thus never allocated.
-    tree_.capacity = 2 * spheres.size();
+    tree_.capacity = 2 * shapes.size();
     tree_.nodes = std::make_unique_for_overwrite<BinaryNode<Store>[]>(tree_.capacity);
-    scratch_ = AlignedArray<Sphere>(spheres.size());
+    scratch_ = AlignedArray<Shape>(shapes.size());
   }
 
   BinaryTree<Store> run() {
@@ -135,7 +155,7 @@ class Builder {
     static constexpr std::size_t none = 3;
     std::size_t longest = none;  ///< the only axis to examine; none: all three
 
-    /// Returns the bins of a sphere along x, y and z.
+    /// Returns the bins of a shape along x, y and z.
     [[nodiscard]] PARRAY_INLINE Vec4<Store> bins_of(const Vec4<Store>& sphere) const {
       constexpr auto last = static_cast<Store>(bin_count - 1);
       return min_of((sphere - lo) * scale, Vec4<Store>(last));
@@ -150,7 +170,7 @@ class Builder {
   };
 
   /// Fills node `node`. Nodes of a large range's subtree have fixed places, so that tasks need not
-  /// agree on them: the range's node, then twice its left spheres less one, then the right ones. A
+  /// agree on them: the range's node, then twice its left shapes less one, then the right ones. A
   /// small range's nodes follow each other from `next` on.
   void build(const Range& range, std::uint32_t node, std::uint32_t& next, std::uint32_t level) {
     BinaryNode<Store>& made = tree_.nodes[node];
@@ -193,7 +213,7 @@ class Builder {
     }
   }
 
-  /// Returns the number of block tests for a number of spheres.
+  /// Returns the number of block tests for a number of shapes.
   [[nodiscard]] Store blocks(std::uint32_t count) const {
     const std::uint32_t filled = (count + leaf_size_ - 1) / leaf_size_;
     return static_cast<Store>(filled);
@@ -224,12 +244,12 @@ class Builder {
       (b < best.bin ? left : right).box.include(chosen[b].box);
     }
     partition(range, binning, best, parts, left, right);
-    if (spheres_.size() >= filled_from && range.count() <= filled_range) {
+    if (shapes_.size() >= filled_from && range.count() <= filled_range) {
       fill_blocks(static_cast<std::size_t>(best.axis), left, right);
     }
   }
 
-  /// Moves a cut if that saves a block. The spheres that one side has in excess of whole blocks,
+  /// Moves a cut if that saves a block. The shapes that one side has in excess of whole blocks,
   /// those nearest to the cut, move to the other side if its last block has room for them.
   void fill_blocks(std::size_t axis, Range& left, Range& right) {
     const std::uint32_t left_more = left.count() % leaf_size_;
@@ -240,22 +260,22 @@ class Builder {
     const bool to_left =
         left.count() == left_more || (right.count() > right_more && right_more < left_more);
     const std::uint32_t middle = to_left ? left.end + right_more : left.end - left_more;
-    const auto before = [axis](const Sphere& a, const Sphere& b) {
+    const auto before = [axis](const Shape& a, const Shape& b) {
       return load(a)[axis] < load(b)[axis];
     };
     const Range& giving = to_left ? right : left;
-    std::nth_element(spheres_.begin() + giving.begin, spheres_.begin() + middle,
-                     spheres_.begin() + giving.end, before);
+    std::nth_element(shapes_.begin() + giving.begin, shapes_.begin() + middle,
+                     shapes_.begin() + giving.end, before);
     left = measured(left.begin, middle);
     right = measured(middle, right.end);
   }
 
-  /// Returns a range with the bounds of its spheres.
+  /// Returns a range with the bounds of its shapes.
   [[nodiscard]] Range measured(std::uint32_t begin, std::uint32_t end) const {
     Range range{begin, end};
     for (std::uint32_t i = begin; i < end; ++i) {
-      const Vec4<Store> values = load(spheres_[i]);
-      range.box.include_sphere(values);
+      const Vec4<Store> values = load(shapes_[i]);
+      range.box.include_shape(values, extent_of(shapes_[i], values));
       range.centers.include(values, values);
     }
     return range;
@@ -267,13 +287,13 @@ class Builder {
     return count;
   }
 
-  /// Moves the spheres of the left side to the front of a range. Both sides keep their order.
+  /// Moves the shapes of the left side to the front of a range. Both sides keep their order.
   /// Stores the bounds of both sides' centres in `left` and `right`.
   void partition(const Range& range, const Binning& binning, const Plane& plane, Parts& parts,
                  Range& left, Range& right) {
     if (parts.empty()) {
       deal(range, binning, plane, left.centers, right.centers);
-      copy(scratch_.data() + range.begin, right.count(), spheres_.data() + right.begin);
+      copy(scratch_.data() + range.begin, right.count(), shapes_.data() + right.begin);
       return;
     }
     std::uint32_t next_left = left.begin;
@@ -287,13 +307,13 @@ class Builder {
     }
     side_by_side(parts, [&](Part& part) {
       deal(part.range, binning, plane, part.left.centers, part.right.centers);
-      copy(spheres_.data() + part.range.begin, part.left.count(),
+      copy(shapes_.data() + part.range.begin, part.left.count(),
            scratch_.data() + part.range.begin + part.right.count());
     });
     side_by_side(parts, [&](Part& part) {
-      const Sphere* const rights = scratch_.data() + part.range.begin;
-      copy(rights, part.right.count(), spheres_.data() + part.right.begin);
-      copy(rights + part.right.count(), part.left.count(), spheres_.data() + part.left.begin);
+      const Shape* const rights = scratch_.data() + part.range.begin;
+      copy(rights, part.right.count(), shapes_.data() + part.right.begin);
+      copy(rights + part.right.count(), part.left.count(), shapes_.data() + part.left.begin);
     });
     for (const Part& part : parts) {
       left.centers.include(part.left.centers);
@@ -301,11 +321,11 @@ class Builder {
     }
   }
 
-  static void copy(const Sphere* from, std::uint32_t count, Sphere* to) {
+  static void copy(const Shape* from, std::uint32_t count, Shape* to) {
     std::copy(from, from + count, to);
   }
 
-  /// Moves the spheres of the left side to the front of a range, and copies the others to the same
+  /// Moves the shapes of the left side to the front of a range, and copies the others to the same
   /// place in scratch_. Computes the bounds of both sides' centres. Uses no branches, because sides
   /// are unpredictable.
   void deal(const Range& range, const Binning& binning, const Plane& plane, WideBounds<Store>& left,
@@ -318,15 +338,14 @@ class Builder {
     std::uint32_t next_left = range.begin;
     std::uint32_t next_right = range.begin;
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const Vec4<Store> values = load(spheres_[i]);
-      const std::uint32_t index = spheres_[i].index;
+      const Vec4<Store> values = load(shapes_[i]);
       const Store bin = binning.bins_of(values)[axis];
       lefts.include(select_below(bin, limit, values, none.lo),
                     select_below(bin, limit, values, none.hi));
       rights.include(select_below(bin, limit, none.lo, values),
                      select_below(bin, limit, none.hi, values));
-      store(values, index, spheres_[next_left]);
-      store(values, index, scratch_[next_right]);
+      store(values, shapes_[i], shapes_[next_left]);
+      store(values, shapes_[i], scratch_[next_right]);
       const std::uint32_t one = bin < limit ? 1 : 0;
       next_left += one;
       next_right += 1 - one;
@@ -343,9 +362,9 @@ class Builder {
   }
 
   /// Returns the parts of a range that all threads split together. Returns none if the range is at
-  /// most one thread's share of all spheres.
+  /// most one thread's share of all shapes.
   [[nodiscard]] Parts parts_of(const Range& range) const {
-    const std::size_t share = spheres_.size() / static_cast<std::size_t>(std::max(threads_, 1));
+    const std::size_t share = shapes_.size() / static_cast<std::size_t>(std::max(threads_, 1));
     if (range.count() <= std::max<std::size_t>(task_size, share)) {
       return {};
     }
@@ -369,9 +388,9 @@ class Builder {
 #pragma omp taskwait
   }
 
-  /// Returns the range of all spheres.
+  /// Returns the range of all shapes.
   [[nodiscard]] Range measured_side_by_side() const {
-    Range all{0, static_cast<std::uint32_t>(spheres_.size())};
+    Range all{0, static_cast<std::uint32_t>(shapes_.size())};
     Parts parts = parts_of(all);
     if (parts.empty()) {
       return measured(all.begin, all.end);
@@ -403,10 +422,10 @@ class Builder {
       return;
     }
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const Vec4<Store> values = load(spheres_[i]);
+      const Vec4<Store> values = load(shapes_[i]);
       const Vec4<Store> at = binning.bins_of(values);
       WideBounds<Store> box;
-      box.include_sphere(values);
+      box.include_shape(values, extent_of(shapes_[i], values));
       for (std::size_t axis = 0; axis < 3; ++axis) {
         Bin& bin = bins[axis][Binning::bin_number(at[axis])];
         bin.box.include(box);
@@ -417,10 +436,10 @@ class Builder {
 
   void fill_longest(const Range& range, const Binning& binning, Bins& bins) const {
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const Vec4<Store> values = load(spheres_[i]);
+      const Vec4<Store> values = load(shapes_[i]);
       const Vec4<Store> at = binning.bins_of(values);
       Bin& bin = bins[Binning::bin_number(at[binning.longest])];
-      bin.box.include_sphere(values);
+      bin.box.include_shape(values, extent_of(shapes_[i], values));
       ++bin.count;
     }
   }
@@ -451,8 +470,8 @@ class Builder {
     }
   }
 
-  std::span<Sphere> spheres_;
-  AlignedArray<Sphere> scratch_;  ///< as many as the spheres
+  std::span<Shape> shapes_;
+  AlignedArray<Shape> scratch_;  ///< as many as the shapes
   std::uint32_t leaf_size_;
   int threads_;
   BinaryTree<Store> tree_;
@@ -461,13 +480,15 @@ class Builder {
 
 }  // namespace
 
-template <typename Store>
-BinaryTree<Store> build_binary_tree(std::span<BuildSphere<Store>> spheres, std::uint32_t leaf_size,
+template <typename Store, template <typename> class Item>
+BinaryTree<Store> build_binary_tree(std::span<Item<Store>> shapes, std::uint32_t leaf_size,
                                     int threads) {
-  return Builder<Store>(spheres, leaf_size, threads).run();
+  return Builder<Store, Item>(shapes, leaf_size, threads).run();
 }
 
 template BinaryTree<float> build_binary_tree(std::span<BuildSphere<float>>, std::uint32_t, int);
 template BinaryTree<double> build_binary_tree(std::span<BuildSphere<double>>, std::uint32_t, int);
+template BinaryTree<float> build_binary_tree(std::span<BuildCapsule<float>>, std::uint32_t, int);
+template BinaryTree<double> build_binary_tree(std::span<BuildCapsule<double>>, std::uint32_t, int);
 
 }  // namespace parray::trace

@@ -18,17 +18,26 @@ struct BuildSphere {
   std::uint32_t index;  ///< index in the input
 };
 
+/// A capsule in that form.
+template <typename Store>
+struct BuildCapsule {
+  Store x, y, z;  ///< middle
+  Store radius;
+  Vec3<Store> half;
+  std::uint32_t index;
+};
+
 template <typename Store>
 struct Bounds {
   Vec3<Store> lo;
   Vec3<Store> hi;
 };
 
-/// A node of a binary tree over a range of spheres; leaves hold at most `leaf_size`.
+/// A node of a binary tree over a range of shapes; leaves hold at most `leaf_size`.
 template <typename Store>
 struct BinaryNode {
-  Bounds<Store> box;    ///< box of the spheres, not inflated
-  std::uint32_t begin;  ///< range of spheres below it
+  Bounds<Store> box;    ///< box of the shapes, not inflated
+  std::uint32_t begin;  ///< range of shapes below it
   std::uint32_t end;
   std::uint32_t left;  ///< 0: a leaf
   std::uint32_t right;
@@ -45,11 +54,11 @@ struct BinaryTree {
 inline constexpr std::uint32_t max_tree_depth = 64;
 
 /// Builds a tree top-down by the surface area heuristic with 16 bins per axis. The cost of a range
-/// is the number of blocks of `leaf_size` spheres that it fills. Reorders `spheres`: at least one,
-/// at most 2^30. The tree does not depend on `threads`. Source: Wald, "On fast construction of
+/// is the number of blocks of `leaf_size` shapes that it fills. Reorders `shapes`: at least one, at
+/// most 2^30. The tree does not depend on `threads`. Source: Wald, "On fast construction of
 /// SAH-based bounding volume hierarchies", 2007.
-template <typename Store>
-BinaryTree<Store> build_binary_tree(std::span<BuildSphere<Store>> spheres, std::uint32_t leaf_size,
+template <typename Store, template <typename> class Item>
+BinaryTree<Store> build_binary_tree(std::span<Item<Store>> shapes, std::uint32_t leaf_size,
                                     int threads);
 
 }  // namespace parray::trace

@@ -16,8 +16,8 @@
 /// Pfreundt, Hamann, Ebert, "Accelerated single ray tracing for wide vector units", HPG 2017.
 namespace parray::trace {
 
-/// `L` are lanes of the real type, `B` lanes of the stored type.
-template <typename L, typename B>
+/// `L` are lanes of the real type, `B` lanes of the stored type. `Block` tells the kind of shape.
+template <typename L, typename B, template <typename, int> class Block = SphereBlock>
 class Traversal {
  public:
   using Real = typename L::Scalar;
@@ -25,21 +25,24 @@ class Traversal {
   static constexpr int width = B::count;
   using Space = TraversalSpace<Real, Store>;
 
-  PARRAY_INLINE Traversal(const BvhView<Store, width>& bvh, const RayColumns<Real>& rays,
+  PARRAY_INLINE Traversal(const BvhView<Store, width, Block>& bvh, const RayColumns<Real>& rays,
                           Space& space)
       : nodes_(bvh.nodes),
         blocks_(bvh.blocks),
         node_count_(bvh.node_count),
         open_spheres_(bvh.open_spheres),
         stack_size_(bvh.stack_size),
+        first_slot_(is_spheres ? 0 : bvh.first_slot),
+        end_slot_(bvh.end_slot),
         extent_(bvh.extent),
         rays_(rays),
         queries_(space.queries),
-        nearest_(bvh.labels, space.queries),
+        nearest_(bvh.labels, first_slot_, space.queries),
         space_(space) {}
 
-  /// Sets queries.t, .slot and .leaving for every ray. `InsideStack`: rays can be inside a sphere.
-  template <bool InsideStack>
+  /// Sets queries.t, .slot and .leaving for every ray, from the spheres. `InsideStack`: rays can be
+  /// inside a shape. `Mixed`: this may be a capsule.
+  template <bool InsideStack, bool Mixed = false>
   PARRAY_INLINE void find_all() {
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
       prepare(i);
@@ -50,24 +53,43 @@ class Traversal {
     for (std::uint32_t first = 0; first < open_spheres_; first += bar_bits) {
       try_open_spheres<InsideStack>(first);
     }
-    each_inside<InsideStack>([&](std::uint32_t i) __attribute__((always_inline)) { find_exit(i); });
+    find_in_tree<InsideStack, Mixed>();
+  }
+
+  /// Improves what find_all() of the spheres has found, from the capsules. `boxes_prepared`: the
+  /// spheres are in a tree, too.
+  template <bool InsideStack>
+  PARRAY_INLINE void find_nearer(bool boxes_prepared) {
+    for (std::uint32_t i = 0; !boxes_prepared && i < rays_.count; i += B::count) {
+      prepare_boxes(i);
+    }
+    find_in_tree<InsideStack, true>();
+  }
+
+ private:
+  static constexpr bool is_spheres = std::is_same_v<Block<Store, width>, SphereBlock<Store, width>>;
+  /// True for spheres if paths have a wider type than the stored data.
+  static constexpr bool screened = is_spheres && sizeof(Real) != sizeof(Store);
+  static constexpr std::uint32_t group_size = Waiting::most;
+  static constexpr std::uint32_t bar_bits = 32;
+  static constexpr std::uint32_t all_lanes = (1U << width) - 1U;
+  static constexpr std::uint32_t lanes_set = (1U << L::count) - 1U;
+  static constexpr Real infinity = std::numeric_limits<Real>::infinity();
+  static constexpr Store infinity_stored = std::numeric_limits<Store>::infinity();
+
+  using Group = RayGroup<width>;
+
+  /// Finds the nearest crossings that are exits, or entries into shapes of the tree.
+  template <bool InsideStack, bool Mixed>
+  PARRAY_INLINE void find_in_tree() {
+    each_inside<InsideStack>([&](std::uint32_t i)
+                                 __attribute__((always_inline)) { find_exit<Mixed>(i); });
     if (node_count_ > 0) {
       for (std::uint32_t octant = 0; octant < 8; ++octant) {
         traverse_octant<InsideStack>(octant);
       }
     }
   }
-
- private:
-  /// True if paths have a wider type than the stored data.
-  static constexpr bool screened = sizeof(Real) != sizeof(Store);
-  static constexpr std::uint32_t group_size = Waiting::most;
-  static constexpr std::uint32_t bar_bits = 32;
-  static constexpr std::uint32_t all_lanes = (1U << width) - 1U;
-  static constexpr Real infinity = std::numeric_limits<Real>::infinity();
-  static constexpr Store infinity_stored = std::numeric_limits<Store>::infinity();
-
-  using Group = RayGroup<width>;
 
   PARRAY_INLINE void prepare(std::uint32_t i) {
     const Vec3<L> d = rays_.direction.template load<L>(i);
@@ -122,8 +144,17 @@ class Traversal {
             T(queries_.inverse_square[i])};
   }
 
-  PARRAY_INLINE SphereShape<Real> sphere(std::uint32_t slot) const {
-    return sphere_at<Real>(blocks_, slot);
+  PARRAY_INLINE auto shape(std::uint32_t slot) const {
+    return shape_at<Real>(blocks_, slot - first_slot_);
+  }
+
+  /// Returns the parameter at which ray `i` leaves the shape in a slot.
+  PARRAY_INLINE Real exit(std::uint32_t i, std::uint32_t slot) const {
+    const Ray<Real> r = ray<Real>(i);
+    if constexpr (is_spheres) {
+      if (slot == rays_.surface[i]) return chord_from_surface(r, shape(slot), rays_.normal[i]);
+    }
+    return exit_distance(r, shape(slot));
   }
 
   /// Tests open spheres [first, first + bar_bits), one after the other, against lanes of rays.
@@ -145,7 +176,7 @@ class Traversal {
       L nearest = L::load(&queries_.t[i]);
       auto slot = L::Uint::load(&queries_.slot[i]);
       for (std::uint32_t k = 0; k < count; ++k) {
-        const SphereShape<Real> one = sphere(first + k);
+        const SphereShape<Real> one = shape(first + k);
         const SphereShape<L> same{vec_cast<L>(one.center), L(one.radius)};
         const ClosestApproach<L> passage(rays, same);
         const auto allowed = equal(excluded & typename L::Uint(1U << k), typename L::Uint(0U));
@@ -178,14 +209,14 @@ class Traversal {
     }
   }
 
-  /// Finds the nearest exit out of the spheres that a path is inside of.
+  /// Finds the nearest exit out of the tree's shapes that a path is inside of.
+  template <bool Mixed>
   PARRAY_INLINE void find_exit(std::uint32_t i) {
     for (std::uint32_t link = rays_.inside[i]; link != InsideLists::none;
          link = space_.inside.next(link)) {
       const std::uint32_t slot = space_.inside.sphere(link);
-      const Ray<Real> r = ray<Real>(i);
-      const Real t = slot == rays_.surface[i] ? chord_from_surface(r, sphere(slot), rays_.normal[i])
-                                              : exit_distance(r, sphere(slot));
+      if (Mixed && (slot < first_slot_ || slot >= end_slot_)) continue;
+      const Real t = exit(i, slot);
       if (t < queries_.t[i] || (t == queries_.t[i] && nearest_.wins_tie(slot, queries_.slot[i]))) {
         queries_.t[i] = t;
         queries_.slot[i] = slot;
@@ -212,12 +243,13 @@ class Traversal {
     return static_cast<std::uint32_t>(number < Count) << (number % 32);
   }
 
-  /// The spheres of a block that a ray may enter, and the passage of its line, kept between
-  /// test_block() and take_nearest(). If the stored type is narrower, test_block() only screens the
-  /// block, and take_nearest() computes the line.
+  /// The shapes of a block that a ray may enter, and the passage of its line by spheres, kept
+  /// between test_block() and take_nearest(). If the stored type is narrower, test_block() only
+  /// screens a block of spheres, and take_nearest() computes the line.
   struct Passages {
-    L foot[screened ? 1 : width / L::count];
-    L depth_squared[screened ? 1 : width / L::count];
+    static constexpr int kept = is_spheres && !screened ? width / L::count : 1;
+    L foot[kept];
+    L depth_squared[kept];
     std::uint32_t candidates;  ///< as bits
     std::uint32_t first_slot;
   };
@@ -226,10 +258,16 @@ class Traversal {
   /// expensive part, the distances and their order, for the rays that need it.
   template <bool InsideStack>
   PARRAY_INLINE void test_block(std::uint32_t i, std::uint32_t index, Passages& out) const {
-    const SphereBlock<Store, width>& block = blocks_[index];
+    const Block<Store, width>& block = blocks_[index];
     std::uint32_t met = 0;
     if constexpr (screened) {
       met = may_enter<B>(queries_.screen, i, block);
+    } else if constexpr (!is_spheres) {
+      const Ray<L> r = ray<L>(i);
+      for (std::uint32_t k = 0; k < width; k += L::count) {
+        const CapsuleShape<L> capsules = lanes_of(block, k);
+        met |= bits_of(CapsulePassage<L>(r, capsules).approaches()) << k;
+      }
     } else {
       const Ray<L> r = ray<L>(i);
       for (std::uint32_t k = 0; k < width; k += L::count) {
@@ -239,7 +277,7 @@ class Traversal {
         met |= bits_of(passage.approaches()) << k;
       }
     }
-    out.first_slot = index * width;
+    out.first_slot = first_slot_ + index * width;
     out.candidates = met & ~cannot_enter<InsideStack, width>(i, out.first_slot);
   }
 
@@ -248,10 +286,19 @@ class Traversal {
     return {{L::load(x + k), L::load(y + k), L::load(z + k)}, L::load(radius + k)};
   }
 
+  static PARRAY_INLINE CapsuleShape<L> lanes_of(const CapsuleBlock<Store, width>& block,
+                                                std::uint32_t k) {
+    return {{L::load(block.x + k), L::load(block.y + k), L::load(block.z + k)},
+            {L::load(block.half_x + k), L::load(block.half_y + k), L::load(block.half_z + k)},
+            L::load(block.radius + k)};
+  }
+
   /// Improves the ray's nearest crossing and returns it in every lane.
   PARRAY_INLINE L take_nearest(std::uint32_t i, const Passages& passages) {
     if constexpr (screened) {
       return take_nearest_screened(i, passages);
+    } else if constexpr (!is_spheres) {
+      return take_nearest_capsule(i, passages);
     }
     L nearest(queries_.t[i]);
     const L inverse_square(queries_.inverse_square[i]);
@@ -260,6 +307,21 @@ class Traversal {
                                  inverse_square);
       const std::uint32_t first = passages.first_slot + k;
       nearest = nearest_.take(i, t, passages.candidates >> k, nearest,
+                              [=](std::uint32_t lane) { return first + lane; });
+    }
+    return nearest;
+  }
+
+  /// Does the same for capsules.
+  PARRAY_INLINE L take_nearest_capsule(std::uint32_t i, const Passages& passages) {
+    const Block<Store, width>& block = blocks_[(passages.first_slot - first_slot_) / width];
+    const Ray<L> r = ray<L>(i);
+    L nearest(queries_.t[i]);
+    for (std::uint32_t k = 0; k < width; k += L::count) {
+      const CapsuleShape<L> capsules = lanes_of(block, k);
+      const L t = CapsulePassage<L>(r, capsules).crossing(L(Real(0)) > L(Real(0))).t;
+      const std::uint32_t first = passages.first_slot + k;
+      nearest = nearest_.take(i, t, passages.candidates >> k & lanes_set, nearest,
                               [=](std::uint32_t lane) { return first + lane; });
     }
     return nearest;
@@ -473,10 +535,12 @@ class Traversal {
 
   // Copies, so that they stay in registers even if something is stored.
   const WideNode<Store, width>* nodes_;
-  const SphereBlock<Store, width>* blocks_;
+  const Block<Store, width>* blocks_;
   std::uint32_t node_count_;
   std::uint32_t open_spheres_;
   std::uint32_t stack_size_;
+  std::uint32_t first_slot_;
+  std::uint32_t end_slot_;
   Store extent_;
   const RayColumns<Real>& rays_;
   Queries<Real, Store>& queries_;

@@ -15,8 +15,8 @@ namespace {
 constexpr double giant = 32;
 
 /// Returns the approximate median, from a sample.
-template <typename Store>
-Store middling_radius(std::span<const BuildSphere<Store>> spheres) {
+template <typename Store, template <typename> class Item>
+Store middling_radius(std::span<const Item<Store>> spheres) {
   constexpr std::size_t sample_size = 4095;
   std::vector<Store> radii;
   for (std::size_t i = 0; i < spheres.size(); i += spheres.size() / sample_size + 1) {
@@ -73,6 +73,25 @@ void set_order(WideNode<Store, W>& node, int children) {
   }
 }
 
+template <typename Store, int W>
+void set_lane(SphereBlock<Store, W>& block, std::uint32_t lane, const BuildSphere<Store>& sphere) {
+  block.x[lane] = sphere.x;
+  block.y[lane] = sphere.y;
+  block.z[lane] = sphere.z;
+  block.radius[lane] = sphere.radius;
+}
+template <typename Store, int W>
+void set_lane(CapsuleBlock<Store, W>& block, std::uint32_t lane,
+              const BuildCapsule<Store>& capsule) {
+  block.x[lane] = capsule.x;
+  block.y[lane] = capsule.y;
+  block.z[lane] = capsule.z;
+  block.half_x[lane] = capsule.half.x;
+  block.half_y[lane] = capsule.half.y;
+  block.half_z[lane] = capsule.half.z;
+  block.radius[lane] = capsule.radius;
+}
+
 /// Returns the ChildRef of a child that is written at the next place.
 template <typename Store, typename Places>
 std::uint32_t reference(const BinaryNode<Store>& child, const Places& next) {
@@ -81,17 +100,22 @@ std::uint32_t reference(const BinaryNode<Store>& child, const Places& next) {
 
 }  // namespace
 
-template <typename Store, int W>
-WideBvh<Store, W>::WideBvh(Spheres spheres, bool tree, int threads)
-    : index_bits_(static_cast<int>(std::bit_width(spheres.size() + 1))) {
-  const bool of_one_block = spheres.size() <= W;
-  build(spheres, tree && !of_one_block ? move_giants(spheres) : spheres.size(), threads);
+template <typename Store, int W, template <typename, int> class Block>
+WideBvh<Store, W, Block>::WideBvh(Items items, bool tree, int threads)
+    : index_bits_(static_cast<int>(std::bit_width(items.size() + 1))) {
+  if constexpr (std::is_same_v<Block<Store, W>, CapsuleBlock<Store, W>>) {
+    build(items, 0, threads);
+  } else {
+    const bool of_one_block = items.size() <= W;
+    build(items, tree && !of_one_block ? move_giants(items) : items.size(), threads);
+  }
 }
 
-template <typename Store, int W>
-std::size_t WideBvh<Store, W>::move_giants(Spheres& spheres) {
-  const std::span<BuildSphere<Store>> all(spheres.data(), spheres.size());
-  const Store limit = static_cast<Store>(giant) * middling_radius<Store>(all);
+template <typename Store, int W, template <typename, int> class Block>
+std::size_t WideBvh<Store, W, Block>::move_giants(Items& items) {
+  const std::span<Item> all(items.data(), items.size());
+  const Store limit =
+      static_cast<Store>(giant) * middling_radius<Store>(std::span<const Item>(all));
   const auto is_giant = [limit](const auto& sphere) { return sphere.radius > limit; };
   const auto count = static_cast<std::size_t>(std::count_if(all.begin(), all.end(), is_giant));
   if (count > W) {
@@ -104,57 +128,55 @@ std::size_t WideBvh<Store, W>::move_giants(Spheres& spheres) {
   return count;
 }
 
-template <typename Store, int W>
-BvhView<Store, W> WideBvh<Store, W>::view() const {
-  return {nodes(), blocks(), labels(), node_count(), open_spheres(), stack_size(), extent_};
+template <typename Store, int W, template <typename, int> class Block>
+BvhView<Store, W, Block> WideBvh<Store, W, Block>::view() const {
+  return {nodes(),      blocks(), labels(),     node_count(), open_spheres(),
+          stack_size(), 0,        slot_count(), extent_};
 }
 
-template <typename Store, int W>
-void WideBvh<Store, W>::build(Spheres& spheres, std::size_t open, int threads) {
+template <typename Store, int W, template <typename, int> class Block>
+void WideBvh<Store, W, Block>::build(Items& items, std::size_t open, int threads) {
   open_spheres_ = static_cast<std::uint32_t>(open);
   const auto open_blocks = static_cast<std::uint32_t>((open + W - 1) / W);
-  if (open == spheres.size()) {
-    blocks_ = AlignedArray<SphereBlock<Store, W>>(std::max(open_blocks, 1U));
+  if (open == items.size()) {
+    blocks_ = AlignedArray<Block<Store, W>>(std::max(open_blocks, 1U));
     labels_ = AlignedArray<std::uint32_t>(blocks_.size() * W);
-    fill_block(0, nullptr, 0);  // even without spheres, slot 0 must be loadable
-    fill_open_blocks(spheres);
+    fill_block(0, nullptr, 0);  // even without shapes, slot 0 must be loadable
+    fill_open_blocks(items);
     return;
   }
-  const std::span<BuildSphere<Store>> in_tree(spheres.data() + open, spheres.size() - open);
+  const std::span<Item> in_tree(items.data() + open, items.size() - open);
   const Tree tree = build_binary_tree<Store>(in_tree, W, threads);
   extent_ = extent_of(tree.nodes[0].box);
   const Wide wide(tree, threads);
   emit(tree, wide, in_tree.data(), {1, open_blocks, 1}, threads);
-  fill_open_blocks(spheres);
+  fill_open_blocks(items);
 }
 
-template <typename Store, int W>
-void WideBvh<Store, W>::fill_open_blocks(const Spheres& spheres) {
+template <typename Store, int W, template <typename, int> class Block>
+void WideBvh<Store, W, Block>::fill_open_blocks(const Items& items) {
   for (std::uint32_t begin = 0; begin < open_spheres_; begin += W) {
-    fill_block(begin / W, spheres.data() + begin,
-               std::min<std::uint32_t>(W, open_spheres_ - begin));
+    fill_block(begin / W, items.data() + begin, std::min<std::uint32_t>(W, open_spheres_ - begin));
   }
 }
 
-template <typename Store, int W>
-void WideBvh<Store, W>::fill_block(std::uint32_t index, const BuildSphere<Store>* spheres,
-                                   std::uint32_t count) {
-  constexpr Store none = std::numeric_limits<Store>::quiet_NaN();
-  SphereBlock<Store, W>& block = blocks_[index];
+template <typename Store, int W, template <typename, int> class Block>
+void WideBvh<Store, W, Block>::fill_block(std::uint32_t index, const Item* items,
+                                          std::uint32_t count) {
+  constexpr Store nan = std::numeric_limits<Store>::quiet_NaN();
+  Item none{};
+  none.x = none.y = none.z = none.radius = nan;
   for (std::uint32_t lane = 0; lane < W; ++lane) {
     const bool present = lane < count;
-    block.x[lane] = present ? spheres[lane].x : none;
-    block.y[lane] = present ? spheres[lane].y : none;
-    block.z[lane] = present ? spheres[lane].z : none;
-    block.radius[lane] = present ? spheres[lane].radius : none;
-    labels_[std::size_t{index} * W + lane] = present ? spheres[lane].index : index_mask();
+    set_lane(blocks_[index], lane, present ? items[lane] : none);
+    labels_[std::size_t{index} * W + lane] = present ? items[lane].index : index_mask();
   }
 }
 
 /// Counts the nodes and blocks that replace a binary node and the nodes below it.
-template <typename Store, int W>
-void WideBvh<Store, W>::count(const Tree& tree, const Wide& wide, std::uint32_t below,
-                              Places& places) {
+template <typename Store, int W, template <typename, int> class Block>
+void WideBvh<Store, W, Block>::count(const Tree& tree, const Wide& wide, std::uint32_t below,
+                                     Places& places) {
   if (tree.nodes[below].left == 0) {
     ++places.block;
     return;
@@ -169,9 +191,9 @@ void WideBvh<Store, W>::count(const Tree& tree, const Wide& wide, std::uint32_t 
 /// Writes all nodes and their blocks. The nodes below the root begin at `next`, one child of the
 /// root after the other. The counts of the earlier children determine where a child begins, so the
 /// children are written in parallel.
-template <typename Store, int W>
-void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphere<Store>* spheres,
-                             Places next, int threads) {
+template <typename Store, int W, template <typename, int> class Block>
+void WideBvh<Store, W, Block>::emit(const Tree& tree, const Wide& wide, const Item* items,
+                                    Places next, int threads) {
   const auto children = wide.children(0);
   Places places[W];
 #pragma omp parallel for num_threads(threads) if (threads > 1) schedule(dynamic)
@@ -184,14 +206,14 @@ void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphe
     next.node += counted.node;
     next.block += counted.block;
   }
-  blocks_ = AlignedArray<SphereBlock<Store, W>>(next.block);
+  blocks_ = AlignedArray<Block<Store, W>>(next.block);
   nodes_ = AlignedArray<WideNode<Store, W>>(next.node);
   labels_ = AlignedArray<std::uint32_t>(std::size_t{next.block} * W);
   set_children(nodes_[0], tree, children);
 #pragma omp parallel for num_threads(threads) if (threads > 1) schedule(dynamic)
   for (int k = 0; k < children.count; ++k) {
     nodes_[0].child[k] = reference(tree.nodes[children.node[k]], places[k]);
-    emit(tree, wide, spheres, children.node[k], 2, places[k]);
+    emit(tree, wide, items, children.node[k], 2, places[k]);
   }
   for (int k = 0; k < children.count; ++k) {
     depth_ = std::max(depth_, places[k].depth);
@@ -199,12 +221,12 @@ void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphe
 }
 
 /// Writes a binary node and the nodes below it, from `next` on.
-template <typename Store, int W>
-void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphere<Store>* spheres,
-                             std::uint32_t below, std::uint32_t level, Places& next) {
+template <typename Store, int W, template <typename, int> class Block>
+void WideBvh<Store, W, Block>::emit(const Tree& tree, const Wide& wide, const Item* items,
+                                    std::uint32_t below, std::uint32_t level, Places& next) {
   const BinaryNode<Store>& here = tree.nodes[below];
   if (here.left == 0) {
-    fill_block(next.block++, spheres + here.begin, here.end - here.begin);
+    fill_block(next.block++, items + here.begin, here.end - here.begin);
     return;
   }
   next.depth = std::max(next.depth, level);
@@ -213,14 +235,14 @@ void WideBvh<Store, W>::emit(const Tree& tree, const Wide& wide, const BuildSphe
   set_children(node, tree, children);
   for (int k = 0; k < children.count; ++k) {
     node.child[k] = reference(tree.nodes[children.node[k]], next);
-    emit(tree, wide, spheres, children.node[k], level + 1, next);
+    emit(tree, wide, items, children.node[k], level + 1, next);
   }
 }
 
 /// Fills a node except for the numbers of its children.
-template <typename Store, int W>
-void WideBvh<Store, W>::set_children(WideNode<Store, W>& node, const Tree& tree,
-                                     const typename Wide::Children& children) {
+template <typename Store, int W, template <typename, int> class Block>
+void WideBvh<Store, W, Block>::set_children(WideNode<Store, W>& node, const Tree& tree,
+                                            const typename Wide::Children& children) {
   constexpr Store most = std::numeric_limits<Store>::max();
   for (int k = 0; k < W; ++k) {
     if (k < children.count) {
@@ -238,5 +260,10 @@ template class WideBvh<float, 8>;
 template class WideBvh<float, 16>;
 template class WideBvh<double, 4>;
 template class WideBvh<double, 8>;
+template class WideBvh<float, 4, CapsuleBlock>;
+template class WideBvh<float, 8, CapsuleBlock>;
+template class WideBvh<float, 16, CapsuleBlock>;
+template class WideBvh<double, 4, CapsuleBlock>;
+template class WideBvh<double, 8, CapsuleBlock>;
 
 }  // namespace parray::trace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "common/base/aligned_array.h"
@@ -10,34 +11,54 @@
 
 namespace parray::trace {
 
-/// The spheres of a scene in blocks of W, and a tree of W-wide nodes over the blocks.
+/// The form of a shape for the builder, from its stored form.
+template <typename Store>
+BuildSphere<Store> build_item(const SphereShape<Store>& shape, std::uint32_t index) {
+  return {shape.center.x, shape.center.y, shape.center.z, shape.radius, index};
+}
+template <typename Store>
+BuildCapsule<Store> build_item(const CapsuleShape<Store>& shape, std::uint32_t index) {
+  return {shape.middle.x, shape.middle.y, shape.middle.z, shape.radius, shape.half, index};
+}
+
+/// The type of a block's shapes in the builder.
+template <template <typename, int> class Block, typename Store>
+using BuildItem = std::conditional_t<std::is_same_v<Block<Store, 4>, SphereBlock<Store, 4>>,
+                                     BuildSphere<Store>, BuildCapsule<Store>>;
+
+/// The spheres, or the capsules, of a scene in blocks of W, and a tree of W-wide nodes over the
+/// blocks.
 ///
 /// Traversal gives the same bits as linear search: a ray may miss a box only if enters() misses
-/// every sphere in it. enters() is exact to 6 ulp of max(radius, distance) [measured, Haines 2019].
-/// So boxes grow by 32 unit roundoffs of their own coordinates here, and of the ray's origin during
-/// traversal. That bounds the rounding in proportion to the rounded numbers.
+/// every shape in it. enters() is exact to 6 ulp of max(radius, distance) for spheres [measured,
+/// Haines 2019], to 11 roundoffs for capsules (see capsule.h). So boxes grow by 32 unit roundoffs
+/// of their own coordinates here, and of the ray's origin during traversal. That bounds the
+/// rounding in proportion to the rounded numbers.
 ///
 /// Immutable after construction. Every ray tests the "open" spheres, which stand outside the tree.
 /// Without a tree these are all spheres. With a tree they are the spheres so large that they would
-/// be in every ray's way.
-template <typename Store, int W>
+/// be in every ray's way. Capsules are always in a tree, however few they are.
+template <typename Store, int W, template <typename, int> class Block = SphereBlock>
 class WideBvh {
  public:
-  /// Takes any number of spheres below 2^26, even none. `tree` false: linear search. `threads`
+  using Item = BuildItem<Block, Store>;
+
+  /// Takes any number of shapes below 2^26, even none. `tree` false: linear search. `threads`
   /// threads build; the result does not depend on their number.
-  WideBvh(const std::vector<SphereShape<Store>>& shapes, bool tree, int threads)
+  template <typename Shape>
+  WideBvh(const std::vector<Shape>& shapes, bool tree, int threads)
       : WideBvh(
             shapes.size(), [&](std::size_t i) { return shapes[i]; }, tree, threads) {}
-  /// Does the same with `count` spheres; all threads call shape_at(i) for them.
+  /// Does the same with `count` shapes; all threads call shape_at(i) for them.
   template <typename ShapeAt>
   WideBvh(std::size_t count, const ShapeAt& shape_at, bool tree, int threads)
-      : WideBvh(spheres_of(count, shape_at, threads), tree, threads) {}
+      : WideBvh(items_of(count, shape_at, threads), tree, threads) {}
 
   /// Returns a view of this object's tables.
-  [[nodiscard]] BvhView<Store, W> view() const;
-  [[nodiscard]] const SphereBlock<Store, W>* blocks() const { return blocks_.data(); }
+  [[nodiscard]] BvhView<Store, W, Block> view() const;
+  [[nodiscard]] const Block<Store, W>* blocks() const { return blocks_.data(); }
   [[nodiscard]] const WideNode<Store, W>* nodes() const { return nodes_.data(); }
-  /// Returns the input index of the sphere in a slot; no_sphere for a slot without one.
+  /// Returns the input index of the shape in a slot; no_sphere for a slot without one.
   [[nodiscard]] std::uint32_t input_index(std::uint32_t slot) const {
     const std::uint32_t index = labels().index(slot);
     return index == index_mask() ? no_sphere : index;
@@ -63,27 +84,25 @@ class WideBvh {
   }
 
  private:
-  using Spheres = AlignedArray<BuildSphere<Store>>;
+  using Items = AlignedArray<Item>;
 
-  WideBvh(Spheres spheres, bool tree, int threads);
+  WideBvh(Items items, bool tree, int threads);
   template <typename ShapeAt>
-  static Spheres spheres_of(std::size_t count, const ShapeAt& shape_at, int threads) {
-    Spheres spheres(count);
+  static Items items_of(std::size_t count, const ShapeAt& shape_at, int threads) {
+    Items items(count);
     Bands(count, threads).run([&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        const SphereShape<Store> shape = shape_at(i);
-        spheres[i] = {shape.center.x, shape.center.y, shape.center.z, shape.radius,
-                      static_cast<std::uint32_t>(i)};
+        items[i] = build_item<Store>(shape_at(i), static_cast<std::uint32_t>(i));
       }
     });
-    return spheres;
+    return items;
   }
   [[nodiscard]] std::uint32_t index_mask() const { return (1U << index_bits_) - 1; }
-  /// Moves the spheres that stay outside the tree to the front and returns their number.
-  static std::size_t move_giants(Spheres& spheres);
-  void build(Spheres& spheres, std::size_t open, int threads);
-  void fill_open_blocks(const Spheres& spheres);
-  void fill_block(std::uint32_t index, const BuildSphere<Store>* spheres, std::uint32_t count);
+  /// Moves the shapes that stay outside the tree to the front and returns their number.
+  static std::size_t move_giants(Items& items);
+  void build(Items& items, std::size_t open, int threads);
+  void fill_open_blocks(const Items& items);
+  void fill_block(std::uint32_t index, const Item* items, std::uint32_t count);
   /// The next node and block to write, and the most levels written so far.
   struct Places {
     std::uint32_t node = 0;
@@ -94,14 +113,13 @@ class WideBvh {
   using Wide = Collapse<Store, W>;
 
   static void count(const Tree& tree, const Wide& wide, std::uint32_t below, Places& places);
-  void emit(const Tree& tree, const Wide& wide, const BuildSphere<Store>* spheres, Places next,
-            int threads);
-  void emit(const Tree& tree, const Wide& wide, const BuildSphere<Store>* spheres,
-            std::uint32_t below, std::uint32_t level, Places& next);
+  void emit(const Tree& tree, const Wide& wide, const Item* items, Places next, int threads);
+  void emit(const Tree& tree, const Wide& wide, const Item* items, std::uint32_t below,
+            std::uint32_t level, Places& next);
   void set_children(WideNode<Store, W>& node, const Tree& tree,
                     const typename Wide::Children& children);
 
-  AlignedArray<SphereBlock<Store, W>> blocks_;
+  AlignedArray<Block<Store, W>> blocks_;
   AlignedArray<WideNode<Store, W>> nodes_;
   AlignedArray<std::uint32_t> labels_;  ///< see SlotLabels
   int index_bits_;                      ///< 1 .. 27

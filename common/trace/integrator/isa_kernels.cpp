@@ -12,34 +12,40 @@ namespace {
 using math::PARRAY_ISA::DoubleLanes;
 using math::PARRAY_ISA::FloatLanes;
 
+/// Calls work(wavefront) with the wavefront for the scene's features. Scenes with capsules share
+/// one.
+template <typename L, typename B, typename SceneTables, typename Space, typename Work>
+PARRAY_INLINE void with_wavefront(const SceneTables& scene, Space& space, const Work& work) {
+  if (scene.features.capsules) {
+    work(Wavefront<L, B, DoubleLanes, true, true>(scene, space));
+  } else if (scene.features.sides) {
+    work(Wavefront<L, B, DoubleLanes, true, false>(scene, space));
+  } else {
+    work(Wavefront<L, B, DoubleLanes, false, false>(scene, space));
+  }
+}
+
 template <typename L, typename B, typename SceneTables>
 PARRAY_INLINE void trace_batch(const SceneTables& scene, const SampleBatch& batch, PixelSums* row,
                                TraceCounts& counts) {
   Workspace<typename L::Scalar, typename B::Scalar> space;
-  if (scene.features.sides) {
-    Wavefront<L, B, DoubleLanes, true>(scene, space).trace(batch, row, counts);
-  } else {
-    Wavefront<L, B, DoubleLanes, false>(scene, space).trace(batch, row, counts);
-  }
+  with_wavefront<L, B>(
+      scene, space, [&](auto&& wavefront) __attribute__((always_inline)) {
+        wavefront.trace(batch, row, counts);
+      });
 }
 
 template <typename L, typename B, typename SceneTables, typename Space>
 PARRAY_INLINE void begin_batch(const SceneTables& scene, const SampleBatch& batch, Space& space) {
-  if (scene.features.sides) {
-    Wavefront<L, B, DoubleLanes, true>(scene, space).begin(batch);
-  } else {
-    Wavefront<L, B, DoubleLanes, false>(scene, space).begin(batch);
-  }
+  with_wavefront<L, B>(
+      scene,
+      space, [&](auto&& wavefront) __attribute__((always_inline)) { wavefront.begin(batch); });
 }
 
 template <typename L, typename B, typename SceneTables, typename Space>
 PARRAY_INLINE void find_all(const SceneTables& scene, Space& space) {
-  Traversal<L, B> traversal(scene.bvh, space.paths, space);
-  if (scene.features.sides) {
-    traversal.template find_all<true>();
-  } else {
-    traversal.template find_all<false>();
-  }
+  with_wavefront<L, B>(
+      scene, space, [&](auto&& wavefront) __attribute__((always_inline)) { wavefront.find(); });
 }
 
 }  // namespace

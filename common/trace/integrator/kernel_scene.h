@@ -23,8 +23,9 @@ struct MaterialRef {
 
 /// The features of a scene. The kernel leaves out features that the scene does not have.
 struct KernelFeatures {
-  bool sides = true;  ///< a path can be inside a sphere: there is glass, or a sphere at the lens
+  bool sides = true;  ///< a path can be inside a shape: there is glass, or a shape at the lens
   bool fuzz = true;   ///< some metal is not a perfect mirror
+  bool capsules = true;
 
   friend bool operator==(const KernelFeatures&, const KernelFeatures&) = default;
 };
@@ -60,7 +61,13 @@ struct KernelScene {
   /// MaterialRef of each slot, starting at bit material_bit.
   const std::uint32_t* material_of = nullptr;
   int material_bit = 0;  ///< first bit of the MaterialRef
-  StartTable start;      ///< slots of spheres that paths may begin inside of
+  StartTable start;      ///< slots of shapes that paths may begin inside of
+  BvhView<Store, W, CapsuleBlock> capsules;
+
+  /// Returns the capsule in a slot, which is capsules.first_slot or higher.
+  [[nodiscard]] PARRAY_INLINE CapsuleShape<Real> capsule_at(std::uint32_t slot) const {
+    return shape_at<Real>(capsules.blocks, slot - capsules.first_slot);
+  }
 };
 
 /// Samples of one row of the picture.

@@ -50,11 +50,10 @@ PARRAY_INLINE std::uint32_t inside_at(const KernelScene<Real, Store, W>& scene, 
   const std::uint32_t tile = scene.start.tile(x, y);
   for (std::uint32_t k = scene.start.begins[tile]; k < scene.start.begins[tile + 1]; ++k) {
     const std::uint32_t slot = scene.start.numbers[k];
-    const auto sphere = sphere_at<Real>(scene.bvh.blocks, slot);
-    const Vec3<Real> from_center = origin - sphere.center;
-    if (dot(from_center, from_center) < sphere.radius * sphere.radius) {
-      head = inside.push(head, slot);
-    }
+    const bool in = slot < scene.bvh.end_slot
+                        ? contains(shape_at<Real>(scene.bvh.blocks, slot), origin)
+                        : contains(scene.capsule_at(slot), origin);
+    if (in) head = inside.push(head, slot);
   }
   return head;
 }

@@ -6,10 +6,10 @@
 #include "common/math/real.h"
 #include "common/scene/scene.h"
 #include "common/scene/settings_fwd.h"
+#include "common/trace/capsule.h"
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/material.h"
 #include "common/trace/integrator/path_tracer.h"
-#include "common/trace/sphere.h"
 
 /// The parts of a scene that all accelerators and tracers make in the same way.
 namespace parray::trace {
@@ -20,15 +20,22 @@ SphereShape<Store> stored_shape(const Sphere& sphere, const Vec3d& origin) {
   return {vec_cast<Store>(sphere.center - origin), static_cast<Store>(sphere.radius)};
 }
 
-/// Returns all spheres in that form.
+/// Returns a capsule in that form.
 template <typename Store>
-std::vector<SphereShape<Store>> stored_shapes(const Scene& scene, const Vec3d& origin) {
-  std::vector<SphereShape<Store>> shapes;
-  shapes.reserve(scene.spheres.size());
-  for (const Sphere& sphere : scene.spheres) {
-    shapes.push_back(stored_shape<Store>(sphere, origin));
-  }
-  return shapes;
+CapsuleShape<Store> stored_shape(const Capsule& capsule, const Vec3d& origin) {
+  return {vec_cast<Store>(0.5 * (capsule.from + capsule.to) - origin),
+          vec_cast<Store>(0.5 * (capsule.to - capsule.from)), static_cast<Store>(capsule.radius)};
+}
+
+/// Convert the type of a shape's numbers.
+template <typename To, typename From>
+SphereShape<To> shape_cast(const SphereShape<From>& sphere) {
+  return {vec_cast<To>(sphere.center), static_cast<To>(sphere.radius)};
+}
+template <typename To, typename From>
+CapsuleShape<To> shape_cast(const CapsuleShape<From>& capsule) {
+  return {vec_cast<To>(capsule.middle), vec_cast<To>(capsule.half),
+          static_cast<To>(capsule.radius)};
 }
 
 template <typename Real>
@@ -52,12 +59,12 @@ void set_sky(const Ray<Real>& ray, FirstHit& first) {
   first.normal = {};
 }
 
-/// Sets the first hit of a camera ray; `sphere` is the sphere of `hit`. The function sets the
-/// fields one by one: a copy of the whole stalls, because its parts have just been stored.
+/// Sets the first hit of a camera ray; `outward` is the normal of the surface at the hit. The
+/// function sets the fields one by one: a copy of the whole stalls, because its parts have just
+/// been stored.
 template <typename Real>
-void set_hit(const Ray<Real>& ray, const Hit<Real>& hit, const SphereShape<Real>& sphere,
+void set_hit(const Ray<Real>& ray, const Hit<Real>& hit, const Vec3<Real>& outward,
              FirstHit& first) {
-  const Vec3<Real> outward = normal_at(ray, sphere, hit.leaving);
   first.sphere = hit.sphere;
   first.distance = static_cast<double>(hit.t);
   first.direction = vec_cast<double>(ray.direction);

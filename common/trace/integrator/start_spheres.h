@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "common/trace/capsule.h"
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/kernel_scene.h"
-#include "common/trace/sphere.h"
 
 /// Finds the spheres that a path may begin inside of. Each sample decides for itself, from the
 /// stored numbers of the spheres. This file finds the candidates that a sample must test.
@@ -42,6 +42,19 @@ class RayStarts {
     if (!(length(center - eye_) - reach_ < radius)) return {};
     return box(center - eye_, radius);
   }
+  /// Does the same for a capsule.
+  template <typename Store>
+  [[nodiscard]] std::optional<PixelBox> inside(const CapsuleShape<Store>& capsule) const {
+    const Vec3d middle = vec_cast<double>(capsule.middle);
+    const Vec3d half = vec_cast<double>(capsule.half);
+    const double size = length(half);
+    const double slack = 16.0 * RealTraits<float>::unit_roundoff * (far_ + length(middle) + size);
+    const double radius = static_cast<double>(capsule.radius) + slack;
+    const double along = size > 0 ? dot(eye_ - middle, half) / (size * size) : 0;
+    const Vec3d nearest = middle + min_of(max_of(along, -1.0), 1.0) * half;
+    if (!(length(nearest - eye_) - reach_ < radius)) return {};
+    return box(middle - eye_, size + radius);
+  }
   [[nodiscard]] std::uint32_t width() const { return width_; }
   [[nodiscard]] std::uint32_t height() const { return height_; }
 
@@ -68,12 +81,13 @@ class StartSpheres {
   StartSpheres() : StartSpheres(std::vector<std::uint32_t>{}) {}
   /// Makes an object with these spheres for all pixels.
   explicit StartSpheres(std::vector<std::uint32_t> everywhere);
-  /// Selects the numbers in 0 .. count - 1 for which `sphere_at(number)` may contain a ray's start.
-  template <typename SphereAt>
-  StartSpheres(const RayStarts& starts, std::uint32_t count, const SphereAt& sphere_at) {
+  /// Selects the numbers in 0 .. count - 1 of the shapes for which `box_of(number)`, a result of
+  /// RayStarts::inside(), is not empty.
+  template <typename BoxOf>
+  StartSpheres(const RayStarts& starts, std::uint32_t count, const BoxOf& box_of) {
     std::vector<Candidate> candidates;
     for (std::uint32_t number = 0; number < count; ++number) {
-      const auto box = starts.inside(sphere_at(number));
+      const std::optional<PixelBox> box = box_of(number);
       if (box) candidates.push_back({number, *box});
     }
     sort_into_tiles(candidates, starts.width(), starts.height());

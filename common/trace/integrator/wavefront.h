@@ -13,8 +13,8 @@
 namespace parray::trace {
 
 /// `L` are lanes of the real type, `B` lanes of the stored type, `D` lanes of double.
-/// `InsideStack`: paths can be inside a sphere (KernelFeatures).
-template <typename L, typename B, typename D, bool InsideStack>
+/// `InsideStack`: paths can be inside a shape; `Capsules`: the scene has capsules (KernelFeatures).
+template <typename L, typename B, typename D, bool InsideStack, bool Capsules>
 class Wavefront {
  public:
   using Real = typename L::Scalar;
@@ -29,11 +29,8 @@ class Wavefront {
   void trace(const SampleBatch& batch, PixelSums* row, TraceCounts& counts) {
     begin(batch);
     for (std::uint32_t bounce = 0; bounce < scene_.max_depth && space_.paths.count > 0; ++bounce) {
-      counts.rays += space_.paths.count;
-      Traversal<L, B>(scene_.bvh, space_.paths, space_).template find_all<InsideStack>();
-      sort_by_material();
+      find_surfaces(counts);
       add_sky();
-      space_.paths.count = 0;
       scatter_all_diffuse(bounce);
       scatter_all_metal(bounce);
       if constexpr (InsideStack) {
@@ -42,6 +39,15 @@ class Wavefront {
     }
     count_lost(counts);
     add_samples(batch, space_.radiance, row, counts);
+  }
+
+  /// Finds the next surface of all paths.
+  PARRAY_INLINE void find() {
+    Traversal<L, B>(scene_.bvh, space_.paths, space_).template find_all<InsideStack, Capsules>();
+    if constexpr (Capsules) {
+      Traversal<L, B, CapsuleBlock> capsules(scene_.capsules, space_.paths, space_);
+      capsules.template find_nearer<InsideStack>(scene_.bvh.node_count > 0);
+    }
   }
 
   /// Makes the camera rays of a batch.
@@ -93,13 +99,83 @@ class Wavefront {
     }
   }
 
-  /// Moves every path to the hits of its material's type or of the sky.
-  PARRAY_INLINE void sort_by_material() {
+  /// Finds the next surface of all paths that bounds a body, and moves every path to the hits of
+  /// its material's type or of the sky.
+  PARRAY_INLINE void find_surfaces(TraceCounts& counts) {
     for (Hits<Real>& hits : space_.hits) {
       hits.count = 0;
     }
+    for (std::uint32_t crossed = 0;; ++crossed) {
+      counts.rays += space_.paths.count;
+      find();
+      sort_paths();
+      space_.paths.count = 0;
+      if constexpr (InsideStack) {
+        if (crossed < most_crossings) move_crossing_paths();
+      }
+      if (space_.paths.count == 0) return;
+    }
+  }
+
+  /// Adds every path to the hits.
+  PARRAY_INLINE void sort_paths() {
     for (std::uint32_t i = 0; i < space_.paths.count; i += lanes) {
       sort(i, first_bits(space_.paths.count - i));
+    }
+  }
+
+  /// Moves paths on that have met a surface inside another body of the same glass: from the hits of
+  /// glass to the paths, beyond the surface. See InsideStack.
+  PARRAY_INLINE void move_crossing_paths() {
+    Hits<Real>& hits = space_.hits[static_cast<int>(MaterialType::dielectric)];
+    std::uint32_t kept = 0;
+    for (std::uint32_t i = 0; i < hits.count; i += lanes) {
+      const std::uint32_t present = first_bits(hits.count - i);
+      const std::uint32_t crossing = crossing_lanes(hits, i, present);
+      if (crossing != 0) {
+        const std::uint32_t n = space_.paths.count;
+        const Meeting at = meet(hits, i, present);
+        go_on(hits, i, crossing, at, at.incoming, hits.throughput.template load<L>(i));
+        cross(hits, i, crossing, crossing, n);
+      }
+      if (kept != i || crossing != 0) keep(hits, i, present & ~crossing, kept);
+      kept += static_cast<std::uint32_t>(__builtin_popcount(present & ~crossing));
+    }
+    hits.count = kept;
+  }
+
+  /// Returns the lanes of hits whose surface lies inside another body of the same glass.
+  PARRAY_INLINE std::uint32_t crossing_lanes(const Hits<Real>& hits, std::uint32_t i,
+                                             std::uint32_t present) const {
+    const Uint inside = Uint::load(&hits.inside[i]);
+    std::uint32_t crossing = 0;
+    std::uint32_t left = ~bits_of(equal(inside, Uint(InsideLists::none))) & present;
+    for (; left != 0; left &= left - 1) {
+      const std::uint32_t k = static_cast<std::uint32_t>(__builtin_ctz(left));
+      for (std::uint32_t link = hits.inside[i + k]; link != InsideLists::none;
+           link = space_.inside.next(link)) {
+        const std::uint32_t slot = space_.inside.sphere(link);
+        const std::uint32_t material =
+            scene_.material_of[slot] >> scene_.material_bit >> MaterialRef::type_bits;
+        if (slot != hits.slot[i + k] && material == hits.material[i + k]) crossing |= 1U << k;
+      }
+    }
+    return crossing;
+  }
+
+  /// Moves the lanes `set` of hits i, i + 1 ... to place `to` <= i.
+  static PARRAY_INLINE void keep(Hits<Real>& hits, std::uint32_t i, std::uint32_t set,
+                                 std::uint32_t to) {
+    hits.origin.compress(to, set, hits.origin.template load<L>(i));
+    hits.direction.compress(to, set, hits.direction.template load<L>(i));
+    hits.throughput.compress(to, set, hits.throughput.template load<L>(i));
+    hits.old_normal.compress(to, set, hits.old_normal.template load<L>(i));
+    for (Column<Real>* const column : {&hits.inverse_square, &hits.side, &hits.t}) {
+      compress_store(&(*column)[to], set, L::load(&(*column)[i]));
+    }
+    for (Column<std::uint32_t>* const column :
+         {&hits.sample, &hits.slot, &hits.material, &hits.inside}) {
+      compress_store(&(*column)[to], set, Uint::load(&(*column)[i]));
     }
   }
 
@@ -186,7 +262,7 @@ class Wavefront {
     return select_bits(present, Uint::load(&hits.slot[i]), Uint(0U));
   }
 
-  PARRAY_INLINE SphereShape<L> shapes(const Uint& slot) const {
+  PARRAY_INLINE SphereShape<L> spheres(const Uint& slot) const {
     constexpr int width_bits = __builtin_ctz(B::count);
     const Uint lane = slot & Uint(B::count - 1);
     const Uint at = (slot >> width_bits << (width_bits + 2)) + lane;
@@ -195,12 +271,22 @@ class Wavefront {
             L::gather(x + 3 * B::count, at)};
   }
 
+  PARRAY_INLINE CapsuleShape<L> capsules(const Uint& slot) const {
+    constexpr int width_bits = __builtin_ctz(B::count);
+    const Uint lane = slot & Uint(B::count - 1);
+    constexpr auto block_size =
+        static_cast<std::uint32_t>(sizeof(CapsuleBlock<Store, B::count>) / sizeof(Store));
+    const Uint at = (slot >> width_bits) * Uint(block_size) + lane;
+    const Store* x = scene_.capsules.blocks[0].x;
+    const auto number = [&](int k) { return L::gather(x + k * B::count, at); };
+    return {{number(0), number(1), number(2)}, {number(3), number(4), number(5)}, number(6)};
+  }
+
   /// A vector of hits with the data that scattering needs.
   struct Meeting {
     Vec3<L> incoming;
-    SphereShape<L> sphere;
-    Vec3<L> normal;  ///< outward
-    Vec3<L> m;       ///< normal on the path's side
+    SurfacePoint<L> point;
+    Vec3<L> m;  ///< normal on the path's side
     MaskOf<L> leaving;
     RandomAddress<Uint> random;
   };
@@ -208,23 +294,50 @@ class Wavefront {
   PARRAY_INLINE Meeting meet(const Hits<Real>& hits, std::uint32_t i, std::uint32_t present) const {
     const Ray<L> ray(hits.origin.template load<L>(i), hits.direction.template load<L>(i),
                      L::load(&hits.inverse_square[i]));
-    const SphereShape<L> sphere = shapes(slots(hits, i, present));
+    const Uint slot = slots(hits, i, present);
+    const SphereShape<L> sphere = spheres(Capsules ? slot_among_spheres(slot) : slot);
     const RandomAddress<Uint> random = random_of(hits, i, present);
+    SurfacePoint<L> point{{}, sphere.center, sphere.radius};
     if constexpr (InsideStack) {
       const MaskOf<L> leaving = L::load(&hits.side[i]) > L(Real(0));
       const MaskOf<L> from_itself = L::load(&hits.side[i]) > L(Real(1));
-      Vec3<L> normal = normal_at(ray, sphere, leaving);
+      point.normal = normal_at(ray, sphere, leaving);
       if (any(from_itself)) {
         const Vec3<L> across = normalize(sphere.radius * hits.old_normal.template load<L>(i) +
                                          L::load(&hits.t[i]) * ray.direction);
-        normal = select(from_itself, across, normal);
+        point.normal = select(from_itself, across, point.normal);
       }
-      return {ray.direction, sphere, normal, select(leaving, -normal, normal), leaving, random};
+      if constexpr (Capsules) meet_capsules(ray, slot, leaving, point);
+      return {ray.direction, point, select(leaving, -point.normal, point.normal), leaving, random};
     } else {
       const MaskOf<L> leaving = L(Real(0)) > L(Real(0));
-      const Vec3<L> normal = normal_entering(ray, sphere);
-      return {ray.direction, sphere, normal, normal, leaving, random};
+      point.normal = normal_entering(ray, sphere);
+      if constexpr (Capsules) meet_capsules(ray, slot, leaving, point);
+      return {ray.direction, point, point.normal, leaving, random};
     }
+  }
+
+  /// Returns the numbers of capsule slots among capsules. Bit 31 is set for slots of spheres.
+  PARRAY_INLINE Uint slot_among_capsules(const Uint& slot) const {
+    return slot + Uint(0U - scene_.capsules.first_slot);
+  }
+
+  /// Returns slots of spheres as they are, and 0 for the others.
+  PARRAY_INLINE Uint slot_among_spheres(const Uint& slot) const {
+    return slot & ((slot_among_capsules(slot) >> 31) * Uint(0xFFFFFFFFU));
+  }
+
+  /// Replaces the points in the lanes of capsules.
+  PARRAY_INLINE void meet_capsules(const Ray<L>& ray, const Uint& slot, const MaskOf<L>& leaving,
+                                   SurfacePoint<L>& point) const {
+    const Uint number = slot_among_capsules(slot);
+    const MaskOf<L> met = equal(number >> 31, Uint(0U));
+    if (!any(met)) return;
+    const CapsuleShape<L> capsule = capsules(select(met, number, Uint(0U)));
+    const SurfacePoint<L> on = surface_point(ray, capsule, leaving);
+    point.normal = select(met, on.normal, point.normal);
+    point.center = select(met, on.center, point.center);
+    point.radius = select(met, on.radius, point.radius);
   }
 
   PARRAY_INLINE RandomAddress<Uint> random_of(const Hits<Real>& hits, std::uint32_t i,
@@ -250,13 +363,13 @@ class Wavefront {
                            const Meeting& at, const Vec3<L>& direction, const Vec3<L>& throughput) {
     Paths<Real>& to = space_.paths;
     const std::uint32_t n = to.count;
-    to.origin.compress(n, going, at.sphere.center + at.sphere.radius * at.normal);
+    to.origin.compress(n, going, at.point.position());
     to.direction.compress(n, going, direction);
     to.throughput.compress(n, going, throughput);
     compress_store(&to.sample[n], going, Uint::load(&hits.sample[i]));
     compress_store(&to.surface[n], going, Uint::load(&hits.slot[i]));
     if constexpr (InsideStack) {
-      to.normal.compress(n, going, at.normal);
+      to.normal.compress(n, going, at.point.normal);
       compress_store(&to.inside[n], going, Uint::load(&hits.inside[i]));
     }
     to.count = n + static_cast<std::uint32_t>(__builtin_popcount(going));
@@ -318,17 +431,20 @@ class Wavefront {
       const auto glass = scatter_dielectric(surface, at.incoming, at.m, at.leaving, u);
       const std::uint32_t n = space_.paths.count;
       go_on(hits, i, present, at, glass.direction, hits.throughput.template load<L>(i));
-      cross(hits, i, bits_of(glass.mask) & present, n);
+      cross(hits, i, present, bits_of(glass.mask) & present, n);
     }
   }
 
-  /// Moves refracted paths through their surface. The lanes of `refracted` are paths n, n + 1 ...
-  PARRAY_INLINE void cross(const Hits<Real>& hits, std::uint32_t i, std::uint32_t refracted,
-                           std::uint32_t n) {
-    for (; refracted != 0; refracted &= refracted - 1) {
-      const auto k = static_cast<std::uint32_t>(__builtin_ctz(refracted));
+  /// Moves the paths in the lanes `crossing` through their surface. The lanes `going` are paths n,
+  /// n + 1 ...
+  PARRAY_INLINE void cross(const Hits<Real>& hits, std::uint32_t i, std::uint32_t going,
+                           std::uint32_t crossing, std::uint32_t n) {
+    for (; crossing != 0; crossing &= crossing - 1) {
+      const auto k = static_cast<std::uint32_t>(__builtin_ctz(crossing));
+      const std::uint32_t before = going & ((1U << k) - 1);
       const std::uint32_t slot = hits.slot[i + k];
-      std::uint32_t& inside = space_.paths.inside[n + k];
+      std::uint32_t& inside =
+          space_.paths.inside[n + static_cast<std::uint32_t>(__builtin_popcount(before))];
       inside = hits.side[i + k] > 0 ? space_.inside.remove(inside, slot)
                                     : space_.inside.push(inside, slot);
     }

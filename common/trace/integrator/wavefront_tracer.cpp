@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -22,7 +23,7 @@ namespace {
 
 /// Returns the features that the materials alone need.
 KernelFeatures features_of(const Scene& scene) {
-  KernelFeatures features{false, false};
+  KernelFeatures features{false, false, !scene.capsules.empty()};
   for (const Material& material : scene.materials) {
     features.sides = features.sides || material.type == MaterialType::dielectric;
     features.fuzz = features.fuzz || (material.type == MaterialType::metal && material.fuzz > 0);
@@ -30,13 +31,15 @@ KernelFeatures features_of(const Scene& scene) {
   return features;
 }
 
-/// Makes the MaterialRef of each sphere as one array, because consecutive slots of a tree hold
-/// spheres that lie far apart in the input.
-AlignedArray<std::uint32_t> references_of(const Scene& scene, int threads) {
-  AlignedArray<std::uint32_t> references(scene.spheres.size());
+/// Makes the MaterialRef of each shape as one array, because consecutive slots of a tree hold
+/// shapes that lie far apart in the input.
+template <typename Shape>
+AlignedArray<std::uint32_t> references_of(const Scene& scene, const std::vector<Shape>& shapes,
+                                          int threads) {
+  AlignedArray<std::uint32_t> references(shapes.size());
   Bands(references.size(), threads).run([&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t material = scene.spheres[i].material;
+      const std::uint32_t material = shapes[i].material;
       const auto type = static_cast<std::uint32_t>(scene.materials[material].type);
       references[i] = material << MaterialRef::type_bits | type;
     }
@@ -65,18 +68,31 @@ class WavefrontAccelerator final : public Accelerator {
             scene.spheres.size(),
             [&](std::size_t i) { return stored_shape<Store>(scene.spheres[i], this->origin()); },
             kind != AcceleratorKind::linear, options.threads),
+        sphere_count_(static_cast<std::uint32_t>(scene.spheres.size())),
         surfaces_(stored_materials<Real>(scene)),
         features_(features_of(scene)),
         kernels_(kernels) {
-    const auto bits = static_cast<int>(std::bit_width(scene.materials.size()));
-    if (bits + MaterialRef::type_bits > spheres_.tag_bits()) {
-      material_of_.resize(spheres_.slot_count());
+    if (!scene.capsules.empty()) {
+      capsules_.emplace(
+          scene.capsules.size(),
+          [&](std::size_t i) { return stored_shape<Store>(scene.capsules[i], this->origin()); },
+          true, options.threads);
     }
-    note_materials(references_of(scene, options.threads), options.threads);
+    const auto bits = static_cast<int>(std::bit_width(scene.materials.size()));
+    if (capsules_ || bits + MaterialRef::type_bits > spheres_.tag_bits()) {
+      material_of_.resize(slot_count());
+    }
+    note_materials(references_of(scene, scene.spheres, options.threads), spheres_, 0,
+                   options.threads);
+    if (capsules_) {
+      note_materials(references_of(scene, scene.capsules, options.threads), *capsules_,
+                     spheres_.slot_count(), options.threads);
+    }
   }
 
   [[nodiscard]] std::size_t bytes() const override {
-    return spheres_.bytes() + material_of_.size() * sizeof(std::uint32_t);
+    return spheres_.bytes() + (capsules_ ? capsules_->bytes() : 0) +
+           material_of_.size() * sizeof(std::uint32_t);
   }
 
  private:
@@ -90,27 +106,41 @@ class WavefrontAccelerator final : public Accelerator {
         std::move(self), *this, moved(camera, origin()), picture, general);
   }
 
-  /// Returns the slots of spheres that can contain the start of a camera ray.
-  [[nodiscard]] StartSpheres start_spheres(const RayStarts& starts) const {
-    return {starts, spheres_.slot_count(),
-            [this](std::uint32_t slot) { return sphere_at<Store>(spheres_.blocks(), slot); }};
+  /// Slots of capsules are numbered after those of spheres.
+  [[nodiscard]] std::uint32_t slot_count() const {
+    return spheres_.slot_count() + (capsules_ ? capsules_->slot_count() : 0);
   }
 
-  /// Stores the materials by slot. `references` holds the MaterialRef of each sphere of the input.
-  void note_materials(const AlignedArray<std::uint32_t>& references, int threads) {
+  /// Returns the slots of shapes that can contain the start of a camera ray.
+  [[nodiscard]] StartSpheres start_spheres(const RayStarts& starts) const {
+    const std::uint32_t first_capsule = spheres_.slot_count();
+    return {starts, slot_count(), [&](std::uint32_t slot) {
+              return slot < first_capsule ? starts.inside(shape_at<Store>(spheres_.blocks(), slot))
+                                          : starts.inside(shape_at<Store>(capsules_->blocks(),
+                                                                          slot - first_capsule));
+            }};
+  }
+
+  /// Stores the materials by slot, those of `shapes` from `first_slot` on. `references` holds the
+  /// MaterialRef of each shape of the input.
+  template <typename Shapes>
+  void note_materials(const AlignedArray<std::uint32_t>& references, Shapes& shapes,
+                      std::uint32_t first_slot, int threads) {
 #pragma omp parallel for num_threads(threads) if (threads > 1) schedule(static)
-    for (std::uint32_t slot = 0; slot < spheres_.slot_count(); ++slot) {
-      const std::uint32_t index = spheres_.input_index(slot);
+    for (std::uint32_t slot = 0; slot < shapes.slot_count(); ++slot) {
+      const std::uint32_t index = shapes.input_index(slot);
       if (index == no_sphere) continue;
       if (material_of_.empty()) {
-        spheres_.set_tag(slot, references[index]);
+        shapes.set_tag(slot, references[index]);
       } else {
-        material_of_[slot] = references[index];
+        material_of_[first_slot + slot] = references[index];
       }
     }
   }
 
   WideBvh<Store, W> spheres_;
+  std::optional<WideBvh<Store, W, CapsuleBlock>> capsules_;  ///< nullopt: the scene has none
+  std::uint32_t sphere_count_;
   std::vector<MaterialParameters<Real>> surfaces_;
   /// MaterialRef of each slot; empty if the tags of the slots have enough bits.
   std::vector<std::uint32_t> material_of_;
@@ -132,7 +162,8 @@ class WavefrontTracer final : public PathTracer {
         tables_(CameraRays<Real>(camera, picture.width, picture.height),
                 SkyGradient<Real>(scene.sky())),
         kernels_(scene.kernels_),
-        scale_(largest_radiance(scene.sky())) {
+        scale_(largest_radiance(scene.sky())),
+        sphere_count_(scene.sphere_count_) {
     tables_.width = picture.width;
     tables_.max_depth = picture.max_depth;
     tables_.seed = picture.seed;
@@ -143,6 +174,11 @@ class WavefrontTracer final : public PathTracer {
       tables_.features.sides = tables_.features.sides || !start_.empty();
     }
     tables_.bvh = scene.spheres_.view();
+    if (scene.capsules_) {
+      tables_.capsules = scene.capsules_->view();
+    }
+    tables_.capsules.first_slot = scene.spheres_.slot_count();
+    tables_.capsules.end_slot = scene.slot_count();
     tables_.surfaces = scene.surfaces_.data();
     const bool apart = !scene.material_of_.empty();
     tables_.material_of = apart ? scene.material_of_.data() : tables_.bvh.labels.at;
@@ -208,15 +244,23 @@ class WavefrontTracer final : public PathTracer {
     const Ray<Real> ray(space.paths.origin[i], space.paths.direction[i],
                         space.queries.inverse_square[i]);
     if (slot == no_sphere) return set_sky(ray, first);
-    const Hit<Real> hit{space.queries.t[i], tables_.bvh.labels.index(slot),
-                        space.queries.leaving[i] != 0};
-    set_hit(ray, hit, sphere_at<Real>(tables_.bvh.blocks, slot), first);
+    const bool leaving = space.queries.leaving[i] != 0;
+    const std::uint32_t first_capsule = tables_.capsules.first_slot;
+    if (slot < first_capsule) {
+      set_hit(ray, {space.queries.t[i], tables_.bvh.labels.index(slot), leaving},
+              normal_at(ray, shape_at<Real>(tables_.bvh.blocks, slot), leaving), first);
+    } else {
+      const std::uint32_t number = tables_.capsules.labels.index(slot - first_capsule);
+      set_hit(ray, {space.queries.t[i], sphere_count_ + number, leaving},
+              surface_point(ray, tables_.capsule_at(slot), leaving).normal, first);
+    }
   }
 
   StartSpheres start_;
   KernelScene<Real, Store, W> tables_;
   Kernels<Real, Store, W> kernels_;
   RadianceScale scale_;
+  std::uint32_t sphere_count_;  ///< number of the first capsule
 };
 
 template <int FloatWidth, int DoubleWidth>

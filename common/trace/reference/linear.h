@@ -16,7 +16,7 @@ class Linear {
 
   void enter(const Ray<Real>& ray, const InsideStack<Real>& sides, Hit<Real>& best) const {
     for (std::uint32_t i = 0; i < spheres_.size(); ++i) {
-      try_sphere(ray, spheres_[i], i, sides, best);
+      try_shape(ray, spheres_[i], i, sides, best);
     }
   }
 

@@ -75,7 +75,7 @@ void Octree<Real>::enter(const Ray<Real>& ray, const InsideStack<Real>& sides,
     queue.pop();
     for (std::uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
       if (cell.is_leaf) {
-        try_sphere(ray, spheres_[i], indices_[i], sides, best);
+        try_shape(ray, spheres_[i], indices_[i], sides, best);
       } else {
         offer(i);
       }

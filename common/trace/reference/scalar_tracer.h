@@ -11,6 +11,18 @@
 
 namespace parray::trace {
 
+/// Adds the shapes of a scene, and their materials. `Store` is the type that positions are rounded
+/// to, relative to `origin`.
+template <typename Store, typename Real>
+void add_shapes(const Scene& scene, const Vec3d& origin, TraceScene<Real>& to) {
+  const auto add = [&](const auto& shape, auto& shapes) {
+    shapes.push_back(shape_cast<Real>(stored_shape<Store>(shape, origin)));
+    to.material_of.push_back(shape.material);
+  };
+  for (const Sphere& sphere : scene.spheres) add(sphere, to.spheres);
+  for (const Capsule& capsule : scene.capsules) add(capsule, to.capsules);
+}
+
 /// Traces one path after the other with any search of sphere_search.h. Every other tracer must
 /// compute the same, to the bit. `self` is the accelerator that owns the search and `scene`; the
 /// tracer keeps it alive.
@@ -52,7 +64,7 @@ class ScalarTracer final : public PathTracer {
       if (hit.sphere == no_sphere) {
         set_sky(ray, hits[i]);
       } else {
-        set_hit(ray, hit, scene_.spheres[hit.sphere], hits[i]);
+        set_hit(ray, hit, surface_point(scene_, ray, sides, hit).normal, hits[i]);
       }
     }
   }
@@ -99,7 +111,7 @@ class ScalarAccelerator final : public Accelerator {
  public:
   ScalarAccelerator(const Scene& scene, Precision precision, AcceleratorKind kind)
       : Accelerator(scene, precision, kind, Isa::scalar),
-        scene_{{}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
+        scene_{{}, {}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
         search_(fill(scene)) {}
 
   [[nodiscard]] std::size_t bytes() const override { return search_.bytes(); }
@@ -111,22 +123,22 @@ class ScalarAccelerator final : public Accelerator {
                                                    bool /*general*/) const override {
     const Camera here = moved(camera, origin());
     PathEnds<Real> ends{CameraRays<Real>(here, picture.width, picture.height),
-                        {RayStarts(here, picture.width, picture.height),
-                         static_cast<std::uint32_t>(scene_.spheres.size()),
-                         [this](std::uint32_t i) { return scene_.spheres[i]; }},
+                        start_shapes(RayStarts(here, picture.width, picture.height)),
                         picture.max_depth};
     return std::make_unique<ScalarTracer<Real, S>>(std::move(self), scene_, search_,
                                                    std::move(ends), picture);
   }
 
+  [[nodiscard]] StartSpheres start_shapes(const RayStarts& starts) const {
+    return {starts, scene_.shape_count(), [this, &starts](std::uint32_t number) {
+              return scene_.at_shape(number,
+                                     [&starts](const auto& shape) { return starts.inside(shape); });
+            }};
+  }
+
   /// Returns the spheres from which the search is built.
   const std::vector<SphereShape<Real>>& fill(const Scene& scene) {
-    for (const SphereShape<Store>& shape : stored_shapes<Store>(scene, origin())) {
-      scene_.spheres.push_back({vec_cast<Real>(shape.center), static_cast<Real>(shape.radius)});
-    }
-    for (const Sphere& sphere : scene.spheres) {
-      scene_.material_of.push_back(sphere.material);
-    }
+    add_shapes<Store>(scene, origin(), scene_);
     return scene_.spheres;
   }
 

@@ -65,7 +65,7 @@ std::uint32_t screened(const Block& block, const Ray<double>& ray) {
 std::uint32_t entered(const Block& block, const Ray<double>& ray) {
   std::uint32_t bits = 0;
   for (std::uint32_t lane = 0; lane < B::count; ++lane) {
-    const ClosestApproach<double> passage(ray, sphere_at<double>(&block, lane));
+    const ClosestApproach<double> passage(ray, shape_at<double>(&block, lane));
     bits |= static_cast<std::uint32_t>(passage.approaches()) << lane;
   }
   return bits;

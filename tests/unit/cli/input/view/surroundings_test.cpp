@@ -200,7 +200,7 @@ TEST_CASE("scaling by a power of two scales the automatic scene exactly") {
 TEST_CASE("every automatic scene is written and read back to the same bits") {
   for_each_auto_scene([](const Taken& taken) {
     SceneFile file;
-    file.scene = {taken.portrait.camera, taken.portrait.sky, {plain_material}, taken.spheres};
+    file.scene = {taken.portrait.camera, taken.portrait.sky, {plain_material}, taken.spheres, {}};
     for (const SceneryObject& prop : taken.portrait.scenery)
       file.scene.spheres.push_back(prop.sphere);
     file.postprocessing = postprocessing_of(taken.viewing.style);
