@@ -24,6 +24,7 @@
 #include "cli/commands/rendering.h"
 #include "cli/commands/series.h"
 #include "cli/farm/embedded.h"
+#include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
@@ -131,7 +132,6 @@ class Film {
       jobs.most_unfinished = at_a_time;
       return run_frames(client, jobs);
     } catch (const Interrupted&) {
-      std::cerr << "parray: the same command continues the film\n";
       stop_interrupted(farm);
       throw;
     }
@@ -161,6 +161,7 @@ class Film {
     jobs.following = command_.following;
     jobs.image = command_.film;
     jobs.prints = false;
+    jobs.first_must_load = true;
     return jobs;
   }
 
@@ -225,7 +226,8 @@ class Film {
     double least = std::numeric_limits<double>::infinity();
     double most = 0;
     for (const json& frame : list) {
-      const json rmse = frame.at("error").value("rmse", json());
+      const bool denoised = frame.contains("denoised");
+      const json rmse = frame.at(denoised ? "denoised" : "error").value("rmse", json());
       if (!rmse.is_number()) continue;
       least = std::min(least, rmse.get<double>());
       most = std::max(most, rmse.get<double>());
@@ -254,6 +256,9 @@ void check(const FilmCommand& command) {
   if (!command.report.empty()) check_output_path(command.report);
   if (command.course.scene == standard_input_argument) {
     throw InputError("-: a film reads its file several times: save the standard input as a file");
+  }
+  if (command.render.view().transparent(false)) {
+    require(RenderMode::film, Feature::transparency, "--transparent");
   }
   for (const std::string& input : {command.course.scene, command.course.camera_path}) {
     if (same_file(command.report, input)) {
@@ -360,19 +365,20 @@ void add_film(CommandLine& line, Action& chosen) {
   add_scene(command, options->course.scene);
   add_frames_to(command, *options);
   options->render.add_to(command);
+  options->render.aim_at(auto_scene_error);
   options->render.add_quality_to(command);
   add_output_to(command, *options);
   options->postprocessing.add_to(command, nullptr);
   options->labels.add_to(command, nullptr, options->render);
   add_farm_to(command, *options);
-  command.example("parray film run.xtc --topology start.pdb -o run.mp4 --frames 0:1000:5",
-                  "every fifth frame, with one camera and the same colours");
-  command.example("parray film scenes/particles/helix.pdb -o helix.mp4 --turntable 360 --count 200",
+  command.example("parray film run.xyz -o run.mp4 --frames 0:20:5 --color-by element",
+                  "every fifth frame of a trajectory, with one camera and the same colours");
+  command.example("parray film scenes/particles/helix.pdb -o helix.mp4 --turntable 360 --count 50",
                   "a molecule that turns once");
   command.example("parray film scenes/glass.json -o glass.webm --camera-path path.json --fps 30",
                   "a flight through a scene");
-  command.example("parray film run.lammpstrj -o melt.mp4 --color-by vx --farm",
-                  "renders on the farm of PARRAY_COORDINATOR; the same command continues a film");
+  command.example("parray film run.xyz -o farm.mp4 --farm",
+                  "renders on a farm; the same command continues an interrupted film");
   command.on_chosen([options, &chosen] { chosen = [options] { return film(*options); }; });
 }
 

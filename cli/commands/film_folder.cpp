@@ -85,6 +85,7 @@ json FilmFolder::frame_list(std::uint32_t count) const {
          {"error", "samples", "samples_per_pixel", "stopped_by", "image_sha256"}) {
       entry[key] = report.value(key, json());
     }
+    if (report.contains("denoised")) entry["denoised"] = report["denoised"];
     entry["seconds"] = report.at("seconds").value("render", json());
     list.push_back(std::move(entry));
   }

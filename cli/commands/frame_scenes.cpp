@@ -114,7 +114,7 @@ std::vector<std::string> FrameScenes::files(const std::vector<std::uint32_t>& fr
 
 void FrameScenes::fix(const std::vector<std::uint32_t>& frames, bool turns, bool still) {
   still_ = still;
-  if (!still_ && !is_scene_ && given_source().frame) {
+  if (!still_ && !numbered_ && !is_scene_ && given_source().frame) {
     throw InputError("--frames and --frame exclude each other: leave one of them out");
   }
   const std::vector<std::uint32_t> shown = still_ ? std::vector{first_} : frames;

@@ -162,6 +162,8 @@ class FrameRun {
       if (in_series()) submission.frames = planned_;
       return submission;
     } catch (const InputError& error) {
+      const bool first = pending_.empty() && ended_ == 0 && failures_.empty();
+      if (first && jobs_.first_must_load) throw;
       failures_[frame] = error.what();
       return {};
     }
@@ -370,8 +372,9 @@ static void check_scene(const SeriesRequest& request) {
   PackedFile file(request.scene);
   if (particle_format_of(file) != nullptr) {
     throw InputError(printable(request.scene, 4096) +
-                     ": the automatic camera of a particle file differs from frame to frame: write "
-                     "a scene file, which has one camera, with parray convert, and submit that");
+                     ": the automatic camera of a particle file differs from frame to frame: use "
+                     "parray film --farm, which has one camera for all, or write a scene file with "
+                     "parray convert, and submit that");
   }
 }
 

@@ -28,10 +28,11 @@ struct FrameJobs {
   /// characters. Empty: each frame is a job of its own, which is deleted after deliver().
   std::string token{};
   std::size_t most_unfinished = std::numeric_limits<std::size_t>::max();
-  bool wait = true;             ///< until all frames have ended
-  ProgressOptions following{};  ///< `preview` is empty; `on_end` runs when all frames have ended
-  std::string image{};          ///< PARRAY_IMAGE for `on_end`
-  bool prints = true;           ///< print the number of the series; deliver() prints, too
+  bool first_must_load = false;  ///< without the first frame, the others are not tried
+  bool wait = true;              ///< until all frames have ended
+  ProgressOptions following{};   ///< `preview` is empty; `on_end` runs when all frames have ended
+  std::string image{};           ///< PARRAY_IMAGE for `on_end`
+  bool prints = true;            ///< print the number of the series; deliver() prints, too
 };
 
 /// Returns a token of the parts of a request and of the user.
