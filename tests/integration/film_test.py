@@ -234,7 +234,7 @@ class Refusals(FilmCase):
                 ("a.mp4", ["--frames", "5-1"], "is not a range of frames"),
                 ("a.mp4", ["--count", "3"], "--count: "),
                 ("a.mp4", ["--frame", "0"], "add --turntable 360 or --camera-path"),
-                ("a.mp4", ["--frames", "0:1", "--frame", "0"], "--frames: "),
+                ("a.mp4", ["--frames", "0:1", "--frame", "0"], "--frames and --frame exclude each other"),
                 ("a.mp4", ["--turntable", "360", "--camera-path", path], "exclude each other"),
                 ("a.mp4", ["--camera-path", path], "path.json:1: /cameras/0/vfov"),
                 ("a.mp4", ["--camera-path", self.path("no.json")], "no.json: cannot be read"),

@@ -10,11 +10,11 @@
 namespace parray::input {
 namespace {
 
-/// Directions in equal distances, about 9 degrees apart. Source: the spherical Fibonacci lattice
+/// Directions in equal distances, about 6 degrees apart. Source: the spherical Fibonacci lattice
 /// (Gonzalez, "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices",
 /// Mathematical Geosciences 42, 2010).
 std::vector<Vec3d> even_directions() {
-  constexpr int count = 512;
+  constexpr int count = 1024;
   std::vector<Vec3d> directions;
   for (int i = 0; i < count; ++i) {
     const double z = 1 - (2.0 * i + 1) / count;
@@ -29,6 +29,14 @@ bool same(const Sphere& a, const Sphere& b) { return a.center == b.center && a.r
 
 }  // namespace
 
+void Silhouette::add_to(Farthest& farthest, const Vec3d& direction,
+                        std::span<const Sphere> spheres) {
+  for (const Sphere& sphere : spheres) {
+    const double reach = dot(direction, sphere.center) + sphere.radius;
+    if (reach > farthest.reach) farthest = {reach, sphere};
+  }
+}
+
 Silhouette::Silhouette()
     : directions_(even_directions()),
       farthest_(directions_.size(), {-std::numeric_limits<double>::infinity(), {}}) {}
@@ -36,11 +44,10 @@ Silhouette::Silhouette()
 void Silhouette::add(std::span<const Sphere> spheres, int threads) {
   Bands(directions_.size(), threads)
       .run([&](std::size_t /*band*/, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          for (const Sphere& sphere : spheres) {
-            const double reach = dot(directions_[i], sphere.center) + sphere.radius;
-            if (reach > farthest_[i].reach) farthest_[i] = {reach, sphere};
-          }
+        constexpr std::size_t cached = 512;  // spheres that stay in the cache
+        for (std::size_t first = 0; first < spheres.size(); first += cached) {
+          const auto some = spheres.subspan(first, std::min(cached, spheres.size() - first));
+          for (std::size_t i = begin; i < end; ++i) add_to(farthest_[i], directions_[i], some);
         }
       });
 }

@@ -22,7 +22,7 @@ class Trajectory {
                        frame("c 0 0 0 5\na 1 0 0 -7\n"));
     write("s.json", R"({"version": 1,
 "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40},
-"particles": [{"file": "a.xyz", "radius": 1)" +
+"particles": [{"file": "a.xyz")" +
                         look + "}]}");
   }
 
@@ -55,7 +55,7 @@ class Trajectory {
 }  // namespace
 
 TEST_CASE("the range of a colour map is that of all frames") {
-  const Trajectory film(R"(, "color_by": "q")");
+  const Trajectory film(R"(, "radius": 1, "color_by": "q")");
   CHECK(film.at(0, false).legends.at(0).high == 2);
   for (std::uint64_t frame = 0; frame < 3; ++frame) {
     const SceneFile scene = film.at(frame, true);
@@ -66,15 +66,16 @@ TEST_CASE("the range of a colour map is that of all frames") {
 }
 
 TEST_CASE("a diverging map stays symmetric, and given ends stay") {
-  const Trajectory film(R"(, "color_by": "q", "colormap": "coolwarm")");
+  const Trajectory film(R"(, "radius": 1, "color_by": "q", "colormap": "blue-red")");
   CHECK(film.at(1, true).legends.at(0).low == -7);
   CHECK(film.at(1, true).legends.at(0).high == 7);
-  const Trajectory given(R"(, "color_by": "q", "range": "0:3")");
+  const Trajectory given(R"(, "radius": 1, "color_by": "q", "range": "0:3")");
   CHECK(given.at(2, true).legends.at(0).high == 3);
 }
 
 TEST_CASE("a name has the same colour whichever other names a frame contains") {
-  for (const char* look : {R"(, "material": "by-type")", R"(, "color_by": "type")"}) {
+  for (const char* look :
+       {R"(, "radius": 1, "material": "by-type")", R"(, "radius": 1, "color_by": "type")"}) {
     const Trajectory film(look);
     CHECK(film.color(0, 0, false) != film.color(1, 1, false));  // b is the first, then the second
     CHECK(film.color(0, 0) == film.color(1, 1));                // b
