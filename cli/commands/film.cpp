@@ -26,6 +26,7 @@
 #include "cli/farm/embedded.h"
 #include "cli/input/view/auto_scene.h"
 #include "cli/output/picture/partial_file.h"
+#include "cli/output/progress.h"
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
@@ -83,13 +84,30 @@ bool wants_denoising(const FilmCommand& command, const RenderSettings& settings)
          (quality != nullptr && quality->denoise && settings.samples_per_pixel >= 2);
 }
 
+/// Returns a function that shows how many frames were read.
+FilmFrames::OnRead shown_reading(const ProgressOptions& following) {
+  const auto progress = std::make_shared<Progress>(
+      progress_style(following.quiet, following.progress), std::cerr, terminal_columns);
+  return [progress, clock = SteadyClock(), begin = SteadyClock().now()](std::size_t read,
+                                                                        std::size_t all) {
+    JobStatus status;
+    status.name = "film";
+    status.state = "reading";
+    status.frames = all;
+    status.frames_done = read;
+    status.progress = static_cast<double>(read) / static_cast<double>(all);
+    status.seconds_left = to_seconds(clock.now() - begin) * (1 / status.progress - 1);
+    progress->show(clock.now(), status);
+  };
+}
+
 /// A film whose frames are rendered one after the other.
 class Film {
  public:
   Film(const FilmCommand& command, Time started)
       : command_(command),
         started_(started),
-        frames_(command.course, command.render),
+        frames_(command.course, command.render, shown_reading(command.following)),
         identity_(film_identity(request_of(command, frames_), frames_.files())),
         folder_(command.film, identity_) {
     for (const std::uint32_t frame : frames_.numbers()) {
@@ -104,6 +122,13 @@ class Film {
   int render() {
     if (there_.size() == frames_.count()) return 0;
     return command_.on_farm ? render_on_farm() : render_here();
+  }
+
+  /// Returns whether all frames are there.
+  [[nodiscard]] bool is_complete() const {
+    return std::ranges::all_of(frames_.numbers(), [this](std::uint32_t frame) {
+      return folder_.has(frames_.place_of(frame));
+    });
   }
 
   /// Makes the film of the frames, writes the report and prints the result. Returns the exit
@@ -273,7 +298,12 @@ int film(const FilmCommand& command) {
   Film film(command, started);
   const DeferredInterrupts deferred;
   const int status = film.render();
-  return status != 0 ? status : film.finish();
+  if (!film.is_complete()) {
+    std::cerr << "parray: no " << printable(command.film, 4096)
+              << ": frames are missing; the same command tries again\n";
+    return 1;
+  }
+  return std::max(status, film.finish());
 }
 
 void add_frames_to(Command& command, FilmCommand& options) {

@@ -34,7 +34,9 @@ void check(const FilmCourse& course) {
 
 }  // namespace
 
-FilmFrames::FilmFrames(const FilmCourse& course, const RenderOptions& options) : course_(course) {
+FilmFrames::FilmFrames(const FilmCourse& course, const RenderOptions& options,
+                       const OnRead& on_read)
+    : course_(course) {
   check(course);
   if (course.frames && course.camera_path.empty() && options.particles().source().frame) {
     throw InputError("--frames and --frame exclude each other: leave one of them out");
@@ -47,7 +49,11 @@ FilmFrames::FilmFrames(const FilmCourse& course, const RenderOptions& options) :
   for (const std::uint32_t frame : numbers_) {
     if (path_) (void)path_->at(frame);
   }
+  if (on_read) {
+    scenes_->report_reading([&](std::size_t read) { on_read(read, numbers_.size()); });
+  }
   scenes_->fix(numbers_, course.turntable != 0, still_);
+  scenes_->report_reading({});
 }
 
 std::vector<std::uint32_t> FilmFrames::chosen() {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,9 +26,12 @@ struct FilmCourse {
 /// The frames of a film.
 class FilmFrames {
  public:
-  /// Decides which frames the film has, and makes them alike. Throws InputError. `options` must
-  /// outlive this object.
-  FilmFrames(const FilmCourse& course, const RenderOptions& options);
+  /// Takes the number of frames read so far and of all frames.
+  using OnRead = std::function<void(std::size_t read, std::size_t all)>;
+
+  /// Decides which frames the film has, and makes them alike. `course` and `options` must outlive
+  /// this object. Calls `on_read`, if set, after each frame that it reads. Throws InputError.
+  FilmFrames(const FilmCourse& course, const RenderOptions& options, const OnRead& on_read = {});
 
   /// Returns the numbers of the frames, ascending.
   [[nodiscard]] const std::vector<std::uint32_t>& numbers() const { return numbers_; }

@@ -121,6 +121,11 @@ void FrameScenes::fix(const std::vector<std::uint32_t>& frames, bool turns, bool
   is_scene_ ? fix_scene(shown) : fix_particles(shown, turns);
 }
 
+void FrameScenes::note_read(std::size_t frames) const {
+  check_interrupted();
+  if (on_read_) on_read_(frames);
+}
+
 void FrameScenes::fix_scene(const std::vector<std::uint32_t>& frames) {
   if (numbered_) return;  // each has its own camera and colours
   PackedFile opened{std::filesystem::path(file_)};
@@ -128,9 +133,10 @@ void FrameScenes::fix_scene(const std::vector<std::uint32_t>& frames) {
   axis_ = axis_of(shared_->scene.camera);
   if (frames.size() == 1) return;
   FixedLooks looks;
+  std::size_t read = 0;
   for (const std::uint32_t frame : frames) {
     looks.add(with_particles(frame).particle_files);
-    check_interrupted();
+    note_read(++read);
   }
   looks.apply_to(shared_->particles);
 }
@@ -150,6 +156,7 @@ void FrameScenes::fix_particles(const std::vector<std::uint32_t>& frames, bool t
   const bool cell = viewing.whole_cell || shared_->particles.front().cell.crystal.value_or(false);
   Silhouette silhouette;
   FixedLooks looks;
+  std::size_t read = 0;
   for (const std::uint32_t frame : frames) {
     const SceneFile scene = with_particles(frame);
     silhouette.add(std::span(scene.scene.spheres).subspan(scene.scenery), usable_cpus());
@@ -157,7 +164,7 @@ void FrameScenes::fix_particles(const std::vector<std::uint32_t>& frames, bool t
       viewing.other_points.push_back(corner);
     }
     looks.add(scene.particle_files);
-    check_interrupted();
+    note_read(++read);
   }
   viewing.other_spheres = silhouette.spheres();
   viewing.turns = turns;

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/commands/loading.h"
@@ -37,6 +40,8 @@ class FrameScenes {
   /// of an automatic scene will turn around it. `still`: all frames show the same scene. Call
   /// before at().
   void fix(const std::vector<std::uint32_t>& frames, bool turns = false, bool still = false);
+  /// Sets a function that fix() calls with the number of frames that it has read.
+  void report_reading(std::function<void(std::size_t)> on_read) { on_read_ = std::move(on_read); }
   /// Returns the scene of a frame. Ascending frames are fastest.
   SceneFile at(std::uint32_t frame);
   /// Returns the axis of a turntable.
@@ -52,6 +57,7 @@ class FrameScenes {
   void fix_scene(const std::vector<std::uint32_t>& frames);
   void fix_particles(const std::vector<std::uint32_t>& frames, bool turns);
   SceneFile with_particles(std::uint32_t frame);
+  void note_read(std::size_t frames) const;
 
   const std::string file_;
   const RenderOptions& options_;
@@ -64,6 +70,7 @@ class FrameScenes {
   std::optional<SceneFile> only_;    ///< the scene of a still
   TurnAxis axis_{};
   OpenTrajectories open_;
+  std::function<void(std::size_t)> on_read_;
 };
 
 /// Turns the camera around the scene, with the scenery of an automatic scene.

@@ -134,6 +134,20 @@ class Here(FilmCase):
         (self.path("a.frames") / "frame-000002.png").unlink()
         self.assertIn("5 of 6 frames are in", self.film("a.mp4", "--spp", "3").stderr)
 
+    def test_frames_that_cannot_be_rendered_have_a_line_each_and_the_others_stay(self):
+        for number, text in ((1, "1\n\nC 0 0 0\n"), (2, "1\n\nC 0 0 1\n")):
+            self.path(f"s-{number}.json").write_text(json.dumps({
+                "version": 1, "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40},
+                "particles": [{"file": f"p-{number}.xyz"}]}))
+            self.path(f"p-{number}.xyz").write_text(text)
+        self.run_file = self.path("s-#.json")
+        self.path("p-2.xyz").write_text("1\n\nC 0 0 x\n")
+        options = ["--frames", "1:2", "--spp", "1"]
+        result = self.film("a.mp4", *options, expected=1)
+        self.assertRegex(result.stderr, r"\Aparray: frame 2: [^\n]*p-2.xyz:3[^\n]*\n"
+                                        r"parray: no \S+a.mp4: frames are missing; the same command tries again\n\Z")
+        self.assertEqual(len(self.pictures("a.mp4")), 1)
+
     def test_an_interrupted_film_says_how_to_go_on(self):
         log = self.path("log")
         with log.open("w") as stderr:
