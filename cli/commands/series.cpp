@@ -162,7 +162,7 @@ class FrameRun {
       if (in_series()) submission.frames = planned_;
       return submission;
     } catch (const InputError& error) {
-      const bool first = pending_.empty() && ended_ == 0 && failures_.empty();
+      const bool first = unfinished() == 0 && ended_ == 0 && failures_.empty();
       if (first && jobs_.first_must_load) throw;
       failures_[frame] = error.what();
       return {};

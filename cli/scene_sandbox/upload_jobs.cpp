@@ -101,10 +101,10 @@ FrameRange range_of(const ChosenFrames& chosen, FrameScenes& scenes) {
 void add_frames(const UploadRequest& request, std::size_t first, Batch& batch) {
   FrameScenes scenes(request.scene, request.render, NamedFiles::beside);
   const FrameRange range = range_of(*request.frames, scenes);
-  scenes.fix({range.first});
   for (std::size_t place = first; place < range.count() && !batch.full(); ++place) {
     const std::uint32_t frame = range.number(static_cast<std::uint32_t>(place));
     try {
+      if (place == first) scenes.fix({range.first});
       Submission submission =
           submission_of(request, load_frame(RenderMode::http, scenes, frame, request.priority));
       submission.frame = frame;
