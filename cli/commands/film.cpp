@@ -84,6 +84,11 @@ bool wants_denoising(const FilmCommand& command, const RenderSettings& settings)
          (quality != nullptr && quality->denoise && settings.samples_per_pixel >= 2);
 }
 
+bool has_time_limit(const FilmCommand& command) {
+  return std::ranges::any_of(command.declared->given_options(),
+                             [](const GivenOption& given) { return given.name == "--time-limit"; });
+}
+
 /// Returns a function that shows how many frames were read.
 FilmFrames::OnRead shown_reading(const ProgressOptions& following) {
   const auto progress = std::make_shared<Progress>(
@@ -153,8 +158,8 @@ class Film {
     Client client(*link, clock_, embedded_client(farm));
     try {
       FrameJobs jobs = jobs_for(client);
-      constexpr std::size_t at_a_time = 3;  // one is traced, one is ready, one is written
-      jobs.most_unfinished = at_a_time;
+      // One is traced, one is ready, one is written. Waiting counts for a time limit.
+      jobs.most_unfinished = has_time_limit(command_) ? 1 : 3;
       return run_frames(client, jobs);
     } catch (const Interrupted&) {
       stop_interrupted(farm);

@@ -170,6 +170,12 @@ class Here(FilmCase):
         self.film("b.gif", "--camera-path", path, "--spp", "4", "--style", "flat")
         self.assertEqual([frame["frame"] for frame in self.report("b.gif")["frame_list"]], [0, 1, 2])
 
+    def test_a_time_limit_is_that_of_each_frame(self):
+        self.film("a.mp4", "--time-limit", "0.2", "--frames", "0:3")
+        for frame in self.report("a.mp4")["frame_list"]:
+            self.assertEqual(frame["stopped_by"], "time")
+            self.assertNotEqual(frame["error"]["rmse"], None)
+
     def test_labels_and_outlines_are_drawn(self):
         self.film("a.mp4", "--spp", "2", "--frames", "0:1", "--style", "publication", "--legend", "--color-by", "speed",
                   "--width", "300", "--height", "200")
