@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <span>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
 #include "cli/commands/options.h"
+#include "cli/commands/particle_options.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "cli/output/picture/srgb.h"
 #include "common/base/error.h"
@@ -58,9 +61,7 @@ std::vector<std::string> view_words() {
   return words;
 }
 
-void AutoSceneOptions::add_to(Command& command) {
-  std::vector<std::string> styles;
-  append(styles, style_names);
+void AutoSceneOptions::add_to(Command& command, ParticleOptions& particles) {
   std::vector<std::string> projections;
   append(projections, scene_words::projections);
   command
@@ -72,15 +73,7 @@ void AutoSceneOptions::add_to(Command& command) {
       .words(view_words())
       .type_name("VIEW")
       .group(particles_group);
-  command
-      .option(
-          "--style", [this](const std::string& text) { style_ = style_from(text); },
-          "Surroundings of the particles. studio: a pale floor and soft light (default); "
-          "publication: white with outlines; flat: white with outlines and light from all sides; "
-          "night: dark, distant particles fade")
-      .words(styles)
-      .type_name("STYLE")
-      .group(particles_group);
+  add_style_to(command, particles);
   command
       .option(
           "--projection", [this](const std::string& text) { projection_ = projection_in(text); },
@@ -91,6 +84,37 @@ void AutoSceneOptions::add_to(Command& command) {
       .group(particles_group)
       .special();
   add_camera_to(command);
+}
+
+void AutoSceneOptions::add_style_to(Command& command, ParticleOptions& particles) {
+  // The first word of particle_style_words is the default.
+  const auto of_particles = std::span(particle_style_words).subspan(1);
+  std::vector<std::string> words(style_names.begin(), style_names.end());
+  words.insert(words.end(), of_particles.begin(), of_particles.end());
+  command
+      .option(
+          "--style",
+          [this, &particles, words](const std::string& text) {
+            const std::vector<std::string_view> known(words.begin(), words.end());
+            for (const std::string_view word : split_at(',', text)) {
+              const std::size_t place = known_place("style", word, known);
+              if (place < style_names.size()) {
+                style_ = static_cast<Style>(place);
+              } else {
+                styles_particles_ = true;
+                particles.set_style(static_cast<ParticleStyle>(place - style_names.size() + 1));
+              }
+            }
+          },
+          "Surroundings of the particles. studio: a pale floor and soft light (default); "
+          "publication: white with outlines; flat: white with outlines and light from all sides; "
+          "night: dark, distant particles fade. Or shapes of the particles, also after --show: "
+          "spheres, balls-and-sticks (default for molecules of up to 500 atoms), sticks. Both: "
+          "flat,sticks")
+      .words(words, true)
+      .type_name("STYLE")
+      .group(particles_group)
+      .in_order();
 }
 
 void AutoSceneOptions::add_camera_to(Command& command) {
@@ -143,7 +167,7 @@ View AutoSceneOptions::named_view(std::string_view name) {
 void AutoSceneOptions::check_unused(const std::string& file) const {
   std::string given;
   if (view_) given += " --view";
-  if (style_) given += " --style";
+  if (style_ || styles_particles_) given += " --style";
   if (projection_) given += " --projection";
   if (turning_.up) given += " --up";
   if (turning_.azimuth) given += " --azimuth";

@@ -13,14 +13,17 @@
 
 namespace parray::commands {
 
+class ParticleOptions;
+
 /// Returns the names of views and axes, as words of an option.
 std::vector<std::string> view_words();
 
 /// View, style, camera and background of an automatic scene. Part of RenderOptions.
 class AutoSceneOptions {
  public:
-  /// Declares the options. The object must not move while the command line is parsed.
-  void add_to(Command& command);
+  /// Declares the options. The object must not move while the command line is parsed. --style also
+  /// sets the style of `particles`.
+  void add_to(Command& command, ParticleOptions& particles);
   /// Declares --background, for commands that make pictures.
   void add_background_to(Command& command);
   /// Throws InputError that names the options given: the scene `file` is not a particle file.
@@ -43,11 +46,13 @@ class AutoSceneOptions {
   }
 
  private:
+  void add_style_to(Command& command, ParticleOptions& particles);
   void add_camera_to(Command& command);
 
   std::optional<View> view_;
   bool names_axis_ = false;  ///< a view is named by an axis
   std::optional<Style> style_;
+  bool styles_particles_ = false;
   std::optional<Projection> projection_;
   Turning turning_;
   std::optional<double> zoom_;

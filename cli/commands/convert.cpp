@@ -117,7 +117,7 @@ void add_convert(CommandLine& line, Action& chosen) {
       .required()
       .completes(Completes::files);
   options->particles.add_to(command);
-  options->auto_scene.add_to(command);
+  options->auto_scene.add_to(command, options->particles);
   options->size.add_size_to(command, particles_group);
   command
       .flag("--expand", options->expand,

@@ -69,7 +69,7 @@ json json_of(const Legend& legend) {
               {"entries", json::array()}};
   for (const Vec3d& stop : legend.stops) map["stops"].push_back(json_of(stop));
   for (const LegendEntry& entry : legend.entries) {
-    map["entries"].push_back({entry.name, json_of(entry.color), entry.count});
+    map["entries"].push_back({entry.name, json_of(entry.color), entry.count, entry.arrow});
   }
   return map;
 }
@@ -83,7 +83,7 @@ Legend legend_of(const json& map) {
   map.at("log").get_to(legend.log);
   for (const json& stop : map.at("stops")) legend.stops.push_back(vec3_of(stop));
   for (const json& entry : map.at("entries")) {
-    legend.entries.push_back({entry.at(0), vec3_of(entry.at(1)), entry.at(2)});
+    legend.entries.push_back({entry.at(0), vec3_of(entry.at(1)), entry.at(2), entry.at(3)});
   }
   return legend;
 }
@@ -134,6 +134,7 @@ SceneFile scene_file_of(const json& map) {
   for (const json& legend : map.at("legends")) file.legends.push_back(legend_of(legend));
   if (map.contains("cell")) file.cell = cell_of(map.at("cell"));
   map.at("cell_if_it_fits").get_to(file.cell_if_it_fits);
+  map.at("solid_cell").get_to(file.solid_cell);
   map.at("scenery").get_to(file.scenery);
   file.particle_files = files_of(map.at("files"));
   if (map.contains("background")) file.background = vec3_of(map.at("background"));
@@ -163,6 +164,7 @@ std::string drawing_text(const LabelOptions& labels, const PostprocessOptions& p
               {"finishing", json_of(postprocessing.over(file.postprocessing))},
               {"legends", json::array()},
               {"cell_if_it_fits", file.cell_if_it_fits},
+              {"solid_cell", file.solid_cell},
               {"scenery", file.scenery},
               {"files", facts_of(file.particle_files)}};
   for (const Legend& legend : file.legends) map["legends"].push_back(json_of(legend));

@@ -47,6 +47,7 @@ LabelContent content_of(const LabelSettings& labels, const SceneFile& file,
                         const RenderSettings& settings) {
   LabelContent content{.settings = labels, .legends = file.legends};
   content.cell = file.cell;
+  content.solid_cell = file.solid_cell;
   content.time_stamp = time_stamp_of(file.particle_files);
   if (!file.particle_files.empty()) {
     const ParticleFacts& facts = file.particle_files.front().facts;

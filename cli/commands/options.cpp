@@ -171,7 +171,7 @@ void RenderOptions::add_without_samples_to(Command& command) {
 
 void RenderOptions::add_looks_to(Command& command) {
   particles_.add_to(command);
-  auto_scene_.add_to(command);
+  auto_scene_.add_to(command, particles_);
   auto_scene_.add_background_to(command);
   view_.add_to(command);
 }

@@ -95,7 +95,9 @@ ParticleSource ParticleOptions::source() const {
     source.look = base_;
   }
   if (const auto problem = problem_with(source)) {
-    throw InputError("--" + problem->key + " " + problem->text);
+    std::string option = problem->key;
+    std::ranges::replace(option, '_', '-');
+    throw InputError("--" + option + " " + problem->text);
   }
   return source;
 }

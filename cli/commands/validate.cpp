@@ -137,6 +137,10 @@ void add_molecules(const json& report, Lines& lines) {
     lines.emplace_back("chains", std::to_string(report["chain_count"].get<std::uint64_t>()) + ": " +
                                      names_text(report["chains"]));
   }
+  if (report.contains("bonds")) {
+    lines.emplace_back("bonds",
+                       std::to_string(report["bonds"].get<std::uint64_t>()) + " in the file");
+  }
 }
 
 void add_space(const json& report, Lines& lines) {
@@ -173,6 +177,7 @@ json particle_report(const ParticleFile& file, const Particles& particles) {
   if (facts.time) report["time"] = *facts.time;
   if (!facts.length_unit.empty()) report["unit"] = facts.length_unit;
   add_names(summary, report);
+  if (!particles.bonds.empty()) report["bonds"] = particles.bonds.size();
   if (particles.cell) report["cell"] = cell_json(*particles.cell);
   for (const NumberRangeSeen& range : summary.numbers) {
     report["properties"][range.name] = {{"low", optional_json(range.low)},

@@ -154,6 +154,8 @@ class Options(Test):
                                ({"select": "x > 0", "slice": ["y=0:2", "z=0:3"]}, ["--select", "x > 0", "--slice", "y=0:2,z=0:3"]),
                                ({"view": "top", "style": "night", "projection": "perspective"},
                                 ["--view", "top", "--style", "night", "--projection", "perspective"]),
+                               ({"style": ("flat", "sticks"), "arrows": "speed,speed,speed", "arrow_scale": 0.1},
+                                ["--style", "flat,sticks", "--arrows", "speed,speed,speed", "--arrow-scale", 0.1]),
                                ({"radii": 0.3, "frame": 0, "hide": ["virtual"]},
                                 ["--radius", 0.3, "--frame", 0, "--hide", "virtual"])):
             with self.subTest(options=options):

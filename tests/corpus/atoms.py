@@ -64,7 +64,7 @@ class Converter:
         with tempfile.TemporaryDirectory() as home:
             out = pathlib.Path(home) / "scene.json"
             # The style flat has no floor, and no lights that are spheres.
-            result = self.parray("convert", path, out, "--expand", "--hide", "none", "--style", "flat", *options)
+            result = self.parray("convert", path, out, "--expand", "--hide", "none", "--style", "flat,spheres", *options)
             if result.returncode:
                 return None
             scene = json.loads(out.read_text())

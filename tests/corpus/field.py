@@ -36,6 +36,7 @@ class Facts:
     last_particles: int = None
     span_only: bool = False  # the program moves the origin: compare only the size of the box
     atoms: tuple = None      # positions and symbols, as from atoms_of()
+    bonds: int = None        # that the file states
 
 
 def box_of(positions):
@@ -207,7 +208,7 @@ def mdanalysis(path, kind, elements=True):
     atoms = atoms_of(universe.atoms.positions, symbols)
     frames[-1]
     return Facts("MDAnalysis", count, first, symbols and counted(symbols), frames.n_frames, cell,
-                 box_of(universe.atoms.positions), atoms=atoms)
+                 box_of(universe.atoms.positions), atoms=atoms, bonds=len(getattr(universe, "bonds", ())))
 
 
 def symbols_of(universe):
@@ -280,7 +281,7 @@ def of_molecules(molecules):
     positions = first.GetConformer().GetPositions()
     return Facts("RDKit", first.GetNumAtoms(), box_of(positions), counted(names),
                  len(molecules) if None not in molecules else None, None, box_of(last.GetConformer().GetPositions()),
-                 atoms=atoms_of(positions, names))
+                 atoms=atoms_of(positions, names), bonds=first.GetNumBonds())
 
 
 def plyfile_ply(path):

@@ -9,6 +9,7 @@ LEFT_OUT = ("alternatives", "duplicates", "unplaced", "left_out", "sites_merged"
 KEPT = ("virtual", "hidden_virtual", "unknown_elements")
 GUESSED = ("guessed_elements", "unknown_elements", "mended_elements", "beads")
 COPIES = ("boundary_copies",)
+WITHOUT_BONDS = ("left_out_bonds", "alternatives")
 UNKNOWN = "unknown"
 EMPTY_FRAMES = ("empty_frames", "unreadable_frames")
 EXPLAINING = (*LEFT_OUT, *KEPT, *GUESSED, *EMPTY_FRAMES)
@@ -26,6 +27,7 @@ class Said:
     atoms: tuple = None    # positions and symbols, as from atoms.Converter
     copies: int = None     # spheres of the default scene beyond the atoms; None: not counted
     format: str = None
+    bonds: int = 0
 
     def noted(self, keys):
         return sum(count for key, count in (self.notes or {}).items() if key.startswith(keys))
@@ -42,7 +44,8 @@ def said(facts):
     for note in file.get("notes", []):
         notes[note["key"]] = notes.get(note["key"], 0) + note["count"]
     return Said(file["particles"], [file["box"]["low"], file["box"]["high"]], elements, file.get("frames"),
-                cell and cell["lengths"] + cell["angles"], notes, format=file["format"])
+                cell and cell["lengths"] + cell["angles"], notes, format=file["format"],
+                bonds=file.get("bonds", 0))
 
 
 def close(a, b):
@@ -75,11 +78,12 @@ def otherwise_named(elements, other):
 
 def compared(said, last, facts):
     """Returns by field: None (equal, or unknown to one of them), or (whether a note explains it, the difference as text).
-    The field "each element" is UNKNOWN if one of them does not know elements, which is no agreement."""
+    The fields "bonds" and "each element" are UNKNOWN if one of them does not know them, which is no agreement."""
     left_out = facts.particles - said.particles
     # A program may leave out particles that ParRay keeps with a note: lone pairs and other virtual sites.
     all_told = said.noted(LEFT_OUT) == left_out if left_out > 0 else 0 < -left_out <= said.noted(KEPT)
-    found = dict.fromkeys(("particles", "box", "last box", "elements", "frames", "cell", "copies", "places", "each element"))
+    found = dict.fromkeys(("particles", "box", "last box", "elements", "frames", "cell", "copies", "bonds", "places",
+                           "each element"))
 
     def differ(name, told, ours, theirs):
         found[name] = (told, f"{ours}; {facts.program}: {theirs}")
@@ -104,6 +108,10 @@ def compared(said, last, facts):
         differ("cell", False, said.cell and [round(x, 3) for x in said.cell], [round(x, 3) for x in facts.cell])
     if said.copies is not None and said.copies != said.noted(COPIES):
         differ("copies", False, f"{said.copies} drawn, {said.noted(COPIES)} in the notes", "none")
+    if facts.bonds is None:
+        found["bonds"] = UNKNOWN
+    elif said.bonds != facts.bonds:
+        differ("bonds", said.noted(WITHOUT_BONDS) > 0, said.bonds, facts.bonds)
     if said.atoms is None or facts.atoms is None:
         differ("places", False, "the atoms cannot be compared", "")
         return found

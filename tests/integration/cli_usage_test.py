@@ -48,6 +48,7 @@ FINISHING_OPTIONS = ["--outline", "--depth-cue"]
 PARTICLE_OPTIONS = ["--frame", "--topology", "--alternatives", "--crystal", "--replicate", "--wrap", "--whole", "--center",
                     "--material", "--radius", "--select", "--slice", "--hide",
                     "--color-by", "--colormap", "--range", "--color-scale", "--radius-by", "--show",
+                    "--stick-radius", "--bonds", "--arrows", "--arrow-scale", "--solid-cell",
                     "--view", "--style", "--projection",
                     "--up", "--azimuth", "--elevation", "--zoom"]
 COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
@@ -154,6 +155,7 @@ class Refusals(CliTest):
         for option, value, hint in (("--precision", "f46", "f64"), ("--accelerator", "bhv", "bvh"),
                                     ("--isa", "avx215", "avx2"),
                                     ("--view", "frnt", "front"), ("--style", "publicaton", "publication"),
+                                    ("--style", "flat,stick", "sticks"), ("--bonds", "fiel", "file"),
                                     ("--colormap", "virids", "viridis"), ("--projection", "ortografic", "orthographic"),
                                     ("--hide", "watr", "water"), ("--outline", "onn", "on"),
                                     ("--schedule", "guidd", "guided"),

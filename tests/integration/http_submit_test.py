@@ -108,7 +108,11 @@ class Particles(SubmitCase):
                      ({"color_by": "z", "colormap": "magma", "range": [0, 5], "radius": "covalent", "up": [0, 1, 1],
                        "azimuth": 20, "crystal": False, "show": [{"select": "element N", "radius": 1.5}]},
                       ["--color-by", "z", "--colormap", "magma", "--range", "0:5", "--radius", "covalent", "--up", "0,1,1",
-                       "--azimuth", "20", "--crystal", "off", "--show", "element N", "--radius", "1.5"])]
+                       "--azimuth", "20", "--crystal", "off", "--show", "element N", "--radius", "1.5"]),
+                     ({"style": ["flat", "sticks"], "stick_radius": 0.2, "bonds": "auto",
+                       "show": [{"select": "resid 1:5"}, {"select": "resid 6:12", "style": "balls-and-sticks"}]},
+                      ["--style", "flat,sticks", "--stick-radius", "0.2", "--bonds", "auto", "--show", "resid 1:5",
+                       "--show", "resid 6:12", "--style", "balls-and-sticks"])]
             for given, words in cases:
                 job = self.done(farm, farm.post_form(("f", "helix.pdb", HELIX.read_bytes()), options(**SMALL, **given)))
                 other = farm.submit(HELIX, "--width", "48", "--height", "36", "--spp", "4", *words)

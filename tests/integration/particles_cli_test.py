@@ -178,7 +178,7 @@ class Conversions(ParticlesTest):
         subprocess.run([BIN / "parray", "convert", "atoms.xyz", "scenes/deep/a.json"],
                        cwd=self.directory, check=True, capture_output=True)
         self.assertEqual(json.loads(out.read_text())["particles"],
-                         [{"file": "../../atoms.xyz", "material": "by-element",
+                         [{"file": "../../atoms.xyz", "style": "balls-and-sticks", "material": "by-element",
                            "radius": "by-element"}])
         self.assertEqual(self.identity(out), self.identity(self.path("atoms.xyz")))
         self.path("link").symlink_to(out.parent)
@@ -223,7 +223,7 @@ class Conversions(ParticlesTest):
         self.assertEqual(self.convert(self.path("atoms.xyz"), out),
                          f"wrote {out}: 2 spheres and the particles of atoms.xyz\n")
         self.assertEqual(self.convert(self.path("atoms.xyz"), out, "--expand"),
-                         f"wrote {out}: 5 spheres\n")
+                         f"wrote {out}: 5 spheres and 4 capsules\n")
         self.assertEqual(self.files(), self.before | {"a.json"})
 
     def test_converted_scenes_follow_the_schema(self):
@@ -231,9 +231,34 @@ class Conversions(ParticlesTest):
         schema = json.loads((SCENES / "schema/scene.v1.schema.json").read_text())
         out = self.path("a.json")
         for name in MOLECULES:
-            for options in ([], ["--expand"]):
+            for options in ([], ["--expand"], ["--style", "sticks", "--stick-radius", "0.2", "--bonds", "auto"],
+                            ["--style", "flat,sticks", "--expand"]):
                 self.convert(SCENES / "particles" / name, out, *options)
                 jsonschema.validate(json.loads(out.read_text()), schema)
+
+    def test_arrows_and_a_solid_cell_are_kept_by_reference_and_are_capsules_when_expanded(self):
+        self.write("moving.xyz", "1\nLattice=\"9 0 0 0 9 0 0 0 9\" Properties=species:S:1:pos:R:3:velo:R:3\nAr 1 1 1 0 0 3\n")
+        options = ["--arrows", "velocity", "--arrow-scale", "0.5", "--solid-cell", "--bonds", "off", "--show", "all",
+                   "--style", "sticks"]
+        kept, expanded = self.path("kept.json"), self.path("expanded.json")
+        self.convert(self.path("moving.xyz"), kept, *options)
+        self.convert(self.path("moving.xyz"), expanded, *options, "--expand")
+        item = json.loads(kept.read_text())["particles"][0]
+        self.assertEqual((item["arrows"], item["arrow_scale"], item["solid_cell"]), ("velocity", 0.5, True))
+        self.assertEqual(item["show"][0]["style"], "sticks")
+        self.assertEqual(len(json.loads(expanded.read_text())["capsules"]), 21 + 12)
+        self.assertEqual(self.identity(expanded), self.identity(kept))
+        schema = json.loads((SCENES / "schema/scene.v1.schema.json").read_text())
+        for file in (kept, expanded):
+            jsonschema.validate(json.loads(file.read_text()), schema)
+
+    def test_sticks_arrows_and_cells_that_a_file_lacks_are_refused_in_one_line(self):
+        for options, mentions in ((["--bonds", "file"], "--bonds: the file states no bonds"),
+                                  (["--arrows", "velocity"], "--arrows: the file has no vectors 'velocity'"),
+                                  (["--arrow-scale", "2"], "--arrow-scale has no effect without arrows"),
+                                  (["--solid-cell"], "--solid-cell: the file has no box and no cell"),
+                                  (["--style", "spheres", "--stick-radius", "1"], "--stick-radius has no effect on style")):
+            self.refused("convert", self.path("atoms.xyz"), self.path("no.json"), *options, mentions=mentions)
 
 
 class Crystals(ParticlesTest):

@@ -23,8 +23,14 @@ ordered_json json_of(const Legend& legend) {
   }
   const std::size_t listed = std::min(legend.entries.size(), most_listed_entries);
   for (const LegendEntry& entry : std::span(legend.entries).first(listed)) {
-    out["entries"].push_back(
-        {{"name", entry.name}, {"color", json_of(entry.color)}, {"count", entry.count}});
+    ordered_json item = {{"name", entry.name}};
+    if (entry.arrow) {
+      item["arrow"] = true;
+    } else {
+      item["color"] = json_of(entry.color);
+      item["count"] = entry.count;
+    }
+    out["entries"].push_back(std::move(item));
   }
   if (legend.entries.size() > listed) out["left_out"] = legend.entries.size() - listed;
   return out;

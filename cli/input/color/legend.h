@@ -12,8 +12,9 @@ namespace parray::input {
 /// A colour and its meaning.
 struct LegendEntry {
   std::string name;         ///< UTF-8, as people read it; not empty
-  Vec3d color;              ///< linear RGB in [0, 1]: the particles' albedo
+  Vec3d color{};            ///< linear RGB in [0, 1]: the particles' albedo
   std::uint64_t count = 0;  ///< number of particles with this colour
+  bool arrow = false;       ///< explains the length of arrows, which have any colour
 
   friend bool operator==(const LegendEntry&, const LegendEntry&) = default;
 };
@@ -44,7 +45,8 @@ void add_legend(std::vector<Legend>& legends, Legend more);
 inline constexpr std::size_t most_listed_entries = 256;
 
 /// Returns the legends as JSON: a list of {"title", "unit"?, "low", "high", "stops": [[r, g, b],
-/// ...]?, "entries": [{"name", "color", "count"}, ...]?, "left_out"?}, with colours in linear RGB.
+/// ...]?, "entries": [{"name", "color", "count"} or
+/// {"name", "arrow": true}, ...]?, "left_out"?}, with colours in linear RGB.
 std::string legends_text(const std::vector<Legend>& legends);
 
 }  // namespace parray::input

@@ -11,6 +11,7 @@
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/residues.h"
+#include "cli/input/particles/stated_bonds.h"
 #include "common/base/ascii.h"
 #include "common/base/text.h"
 
@@ -237,6 +238,18 @@ std::optional<std::int64_t> hybrid_36_in(std::string_view text) {
   return *value - first * power(base, text.size() - 1) + power(10, text.size());
 }
 
+/// Parses a number of at most `longest` characters: decimal, hybrid-36 of `hybrid_width` characters
+/// or hexadecimal.
+std::optional<std::int64_t> overflowing_number_in(std::string_view text, std::size_t longest,
+                                                  std::size_t hybrid_width) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  if (text.empty() || text.size() > longest) return {};
+  std::optional<std::int64_t> value = parsed<std::int64_t>(text);
+  if (!value && text.size() == hybrid_width && ascii::is_upper(text[0])) value = hybrid_36_in(text);
+  if (!value && text[0] != '-') value = parsed<std::int64_t>(text, 16);
+  return value;
+}
+
 }  // namespace
 
 AtomColumns::AtomColumns(const FilePlace& place, const ParticleRequest& request,
@@ -284,6 +297,10 @@ void AtomColumns::radius(double radius) {
 
 void AtomColumns::note(std::string key, std::uint64_t count, std::string text) {
   if (count > 0) notes_.push_back({std::move(key), count, std::move(text)});
+}
+
+void AtomColumns::bond(std::uint64_t one, std::uint64_t other) {
+  bonds_.push_back(bond_between(one, other));
 }
 
 void AtomColumns::guess_elements() {
@@ -351,6 +368,12 @@ void AtomColumns::fill_radii(Particles& particles) const {
 Particles AtomColumns::complete(Particles particles) {
   note("zero_radii", without_radius_.size(), "radii of 0 replaced by van der Waals radii");
   fill_radii(particles);
+  put_in_order(bonds_);
+  particles.bonds = std::move(bonds_);
+  particles.all_bonds = all_bonds_ && !particles.bonds.empty();
+  if (choice_.rule == AlternativeChoice::Rule::all) {
+    particles.alternatives = alternatives_.letters.values(particles.count());
+  }
   ParticleMask mask;
   const bool choose =
       choice_.rule != AlternativeChoice::Rule::all && !alternatives_.letters.empty();
@@ -390,15 +413,13 @@ Particles AtomColumns::finish() {
 }
 
 std::optional<std::int32_t> residue_number_in(std::string_view text) {
-  constexpr std::size_t most = 6;  // largest number of digits
-  constexpr std::size_t hybrid_width = 4;
-  if (text.starts_with('+')) text.remove_prefix(1);
-  if (text.empty() || text.size() > most) return {};
-  std::optional<std::int64_t> value = parsed<std::int64_t>(text);
-  if (!value && text.size() == hybrid_width && ascii::is_upper(text[0])) value = hybrid_36_in(text);
-  if (!value && text[0] != '-') value = parsed<std::int64_t>(text, 16);
+  const std::optional<std::int64_t> value = overflowing_number_in(text, 6, 4);
   if (!value) return {};
   return static_cast<std::int32_t>(*value);
+}
+
+std::optional<std::int64_t> serial_number_in(std::string_view text) {
+  return overflowing_number_in(text, 9, 5);
 }
 
 }  // namespace parray::input

@@ -88,6 +88,11 @@ class AtomColumns {
   /// Sets the radius of the last atom. 0 means the radius of the element.
   void radius(double radius);
   void note(std::string key, std::uint64_t count, std::string text);
+  /// Adds a bond between two different atoms, which count from 0 in the order of add().
+  void bond(std::uint64_t one, std::uint64_t other);
+  void bond(const StatedBond& bond) { bonds_.push_back(bond); }
+  /// Says that the file states all bonds of its atoms, if it states any.
+  void states_all_bonds() { all_bonds_ = true; }
 
   [[nodiscard]] std::size_t count() const { return columns_.count(); }
 
@@ -121,10 +126,16 @@ class AtomColumns {
   std::vector<std::optional<std::size_t>> number_columns_;  // in the order of `names`
   std::vector<std::size_t> without_radius_;
   std::vector<ParticleNote> notes_;
+  std::vector<StatedBond> bonds_;
+  bool all_bonds_ = false;
 };
 
 /// Parses the number of a residue: 12, "A000" (hybrid-36: 10000), "27a1" (hexadecimal). Returns
 /// nothing for "****" and other texts.
 std::optional<std::int32_t> residue_number_in(std::string_view text);
+
+/// Parses the serial number of an atom in the same way. Hybrid-36 has five characters: "A0000" is
+/// 100000.
+std::optional<std::int64_t> serial_number_in(std::string_view text);
 
 }  // namespace parray::input

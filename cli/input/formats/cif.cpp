@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/input/formats/cif_atoms.h"
+#include "cli/input/formats/cif_links.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/gemmi_seam.h"
 #include "common/base/printable.h"
@@ -32,10 +33,11 @@ constexpr std::array<std::string_view, 2> operation_tags{"_space_group_symop_ope
                                                          "_symmetry_equiv_pos_as_xyz"};
 
 /// Returns true for the items outside loops that ParRay uses: those of the cell and its symmetry,
-/// and those of a single atom.
+/// and those of a single atom or bond.
 bool is_wanted(std::string_view tag) {
   return tag.starts_with("_cell_") || tag.starts_with("_symmetry_") ||
-         tag.starts_with("_space_group_") || table_of(tag) != CifTable::other;
+         tag.starts_with("_space_group_") || table_of(tag) != CifTable::other ||
+         CifLinks::is_table(tag);
 }
 
 /// Goes through the blocks and reads the first one with atoms.
@@ -78,6 +80,8 @@ class CifReader : public CifVisitor {
     } else if (kind_ == Kind::operations) {
       if (column_ == operation_column_) operations_.push_back(cif_text(std::string(text)));
       column_ = column_ + 1 == columns_ ? 0 : column_ + 1;
+    } else if (kind_ == Kind::links) {
+      links_.add(cif_text(std::string(text)));
     }
   }
 
@@ -99,6 +103,7 @@ class CifReader : public CifVisitor {
           "coordinates");
     }
     Particles particles = sites_.finish(crystal_);
+    chosen_links_.finish(sites_.is_component(), particles);
     if (more_blocks_ > 0) {
       particles.facts.notes.push_back(
           {"blocks", more_blocks_, "further blocks with atoms, which are not read"});
@@ -107,13 +112,18 @@ class CifReader : public CifVisitor {
   }
 
  private:
-  enum class Kind : std::uint8_t { other, atoms, operations };
+  enum class Kind : std::uint8_t { other, atoms, operations, links };
 
   /// Chooses the kind of the loop at its first value, when all columns are known.
   void start_rows() {
     kind_ = Kind::other;
     const std::vector<std::string> tags = std::exchange(tags_, {});
     if (start_atoms(tags)) return;
+    if (CifLinks::is_table(tags[0]) && !done_) {
+      links_.start(tags);
+      kind_ = Kind::links;
+      return;
+    }
     for (const std::string_view tag : operation_tags) {
       const auto at = std::ranges::find(tags, tag);
       if (at == tags.end() || done_ || !operations_.empty()) continue;
@@ -167,13 +177,27 @@ class CifReader : public CifVisitor {
     kind_ = Kind::other;
   }
 
+  /// Reads the items of a single bond as a table with one row.
+  void read_only_link() {
+    std::vector<std::string> tags;
+    for (const auto& [tag, value] : items_) {
+      if (CifLinks::is_table(tag)) tags.push_back(tag);
+    }
+    if (tags.empty()) return;
+    links_.start(tags);
+    for (const std::string& tag : tags) links_.add(cif_text(items_[tag]));
+  }
+
   void end_block() {
     read_only_atom();
+    read_only_link();
     more_blocks_ += std::exchange(more_atoms_, false) ? 1 : 0;
     if (!done_ && sites_.has_table()) {
       done_ = true;
       keep_cell();
+      chosen_links_ = std::move(links_);
     }
+    links_ = {};
     items_.clear();
     operations_.clear();
   }
@@ -210,6 +234,8 @@ class CifReader : public CifVisitor {
   FilePlace place_;
   CifSites sites_;
   CifRow row_;
+  CifLinks links_;         // of the current block
+  CifLinks chosen_links_;  // of the block with the atoms
   Crystal crystal_;
   std::map<std::string, std::string> items_;  // items of the current block
   std::vector<std::string> operations_;
@@ -254,12 +280,12 @@ class CifBytes {
 };
 
 /// Reads CIF. Uses the first block with atoms:
-/// - mmCIF (_atom_site with Cartesian coordinates): models are frames; reads the cell. Numbers:
-///   occupancy, b_factor, charge (formal).
-/// - CIF of crystals (_atom_site with fractional coordinates): see unit_cell(). Numbers: occupancy,
-///   b_factor (computed from U if the file gives U).
+/// - mmCIF (_atom_site with Cartesian coordinates): models are frames; reads the cell and bonds
+///   between residues (_struct_conn). Numbers: occupancy, b_factor, charge (formal).
+/// - CIF of crystals (_atom_site with fractional coordinates): see unit_cell(). Does not read bonds
+///   (_geom_bond). Numbers: occupancy, b_factor (computed from U if the file gives U).
 /// - Components (_chem_comp_atom): ideal coordinates if all atoms have them, otherwise those of the
-///   model. Numbers: charge.
+///   model. Reads bonds (_chem_comp_bond). Numbers: charge.
 Particles read_cif(PackedFile& file, const ParticleRequest& request) {
   CifReader reader(file.name(), request);
   CifBytes bytes(file);

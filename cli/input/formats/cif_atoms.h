@@ -124,6 +124,7 @@ class CifSites {
   /// Begins a table with the columns of `row`.
   void start(CifTable table, const CifRow& row);
   [[nodiscard]] bool has_table() const { return kind_ != Kind::none; }
+  [[nodiscard]] bool is_component() const { return kind_ == Kind::component; }
   void add(const CifRow& row);
 
   /// Returns the model that the request chooses. For a crystal, returns the content of the cell.

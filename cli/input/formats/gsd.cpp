@@ -13,6 +13,7 @@
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_columns.h"
+#include "cli/input/particles/stated_bonds.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
 
@@ -27,6 +28,8 @@ Confidence looks_like_gsd(const FileStart& start) {
 
 constexpr std::string_view particles_folder = "particles/";
 constexpr std::string_view logs_folder = "log/particles/";
+constexpr std::string_view bonds_count = "bonds/N";
+constexpr std::string_view bonds_chunk = "bonds/group";
 
 /// Returns the names of the numeric columns for a chunk with numbers of particles. Returns none for
 /// other chunks. A quaternion has its scalar part first.
@@ -89,6 +92,7 @@ class GsdFrames final : public FrameReader {
     add_numbers(columns);
     Particles particles = columns.finish_frame();
     particles.cell = cell();
+    add_bonds(particles);
     particles.facts.time = number_of("configuration/step", 0);
     if (by_default > 0) {
       particles.facts.notes.push_back(
@@ -106,7 +110,8 @@ class GsdFrames final : public FrameReader {
   [[nodiscard]] bool is_used(const GsdChunk& chunk) const {
     const std::string_view name = file_.names()[chunk.name];
     return name.starts_with(particles_folder) || name.starts_with(logs_folder) ||
-           name == "configuration/box" || name == "configuration/step";
+           name == "configuration/box" || name == "configuration/step" || name == bonds_count ||
+           name == bonds_chunk;
   }
 
   /// Returns the chunk of the current frame with this name, or nullptr.
@@ -250,6 +255,28 @@ class GsdFrames final : public FrameReader {
     return types;
   }
 
+  /// Adds the bonds: two particles in a row, counted from 0.
+  void add_bonds(Particles& particles) {
+    const GsdChunk* const chunk = inherited(bonds_chunk);
+    const double count = number_of(bonds_count, 0);
+    if (chunk == nullptr || count == 0 || static_cast<double>(chunk->rows) != count) return;
+    check_columns(*chunk, 2);
+    std::optional<double> first;
+    file_.numbers(*chunk, [&](double particle) {
+      if (!(particle >= 0 && particle < static_cast<double>(count_)) || particle == first) {
+        file_.fail_damaged("a bond has the particle " + number_text(particle) + " of " +
+                           std::to_string(count_));
+      }
+      if (first) {
+        particles.bonds.push_back(
+            bond_between(static_cast<std::uint64_t>(*first), static_cast<std::uint64_t>(particle)));
+      }
+      first = first ? std::nullopt : std::optional(particle);
+    });
+    put_in_order(particles.bonds);
+    particles.all_bonds = true;
+  }
+
   /// Adds the numeric columns that the request wants, from chunks with a row per particle.
   void add_numbers(ParticleColumns& columns) {
     std::uint64_t bytes = 0;
@@ -304,8 +331,8 @@ class GsdFrames final : public FrameReader {
 /// Reads GSD with the schema hoomd. A frame inherits values that it lacks from frame 0, or has
 /// defaults. Half the diameter of a particle, or of
 /// the sphere that is the shape of its type, is the radius, the step is the time, and the box is
-/// the cell. Numbers: mass, charge, body, vx, ix, orientation_w and so on, and what a simulation
-/// logged per particle.
+/// the cell. Reads bonds. Numbers: mass, charge, body, vx, ix, orientation_w and so on, and what a
+/// simulation logged per particle.
 Particles read_gsd(PackedFile& file, const ParticleRequest& request) {
   return read_frame<GsdFrames>(file, request);
 }

@@ -6,6 +6,7 @@
 #include <span>
 #include <unordered_map>
 
+#include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/not_shown.h"
 #include "cli/input/formats/row_layout.h"
@@ -13,6 +14,7 @@
 #include "cli/input/particles/guess_element.h"
 #include "cli/input/particles/length_unit.h"
 #include "cli/input/particles/particle_input.h"
+#include "cli/input/particles/stated_bonds.h"
 #include "common/base/ascii.h"
 #include "common/base/text.h"
 
@@ -208,6 +210,10 @@ class DataFile {
     if (!have_atoms_) {
       input_.fail("the file has no section Atoms: check that this is a LAMMPS data file");
     }
+    if (bonds_.size() < header_.bonds) {
+      input_.fail("the file ends after " + std::to_string(bonds_.size()) + " of " +
+                  std::to_string(header_.bonds) + " bonds: check that the file is complete");
+    }
     return finish();
   }
 
@@ -238,9 +244,21 @@ class DataFile {
                                              number_or_nan(words_[3])};
     } else if (section == "Atom Type Labels" && words_.size() >= 2) {
       labels_[std::string(words_[0])] = words_[1];
+    } else if (section == "Bonds" && header_.bonds > 0) {
+      add_bond();
     } else if (section == "Ellipsoids" && words_.size() >= 4) {
       ellipsoids_ += is_ellipsoid(words_[1], words_[2], words_[3]) ? 1 : 0;
     }
+  }
+
+  /// Adds the bond in a row: number, type, two atoms.
+  void add_bond() {
+    if (words_.size() < 4) {
+      input_.fail(
+          "the line needs number, type and two atoms of a bond: check that the file is "
+          "complete");
+    }
+    bonds_.push_back(numbers_.bond(words_[2], words_[3], input_.place()));
   }
 
   [[nodiscard]] bool wants_velocities() const {
@@ -267,6 +285,7 @@ class DataFile {
       }
       if (words_.size() != width && words_.size() != width + image_flags) fail_width(width);
       add_row(words_, layout, input_.place(), columns_);
+      if (header_.bonds > 0) numbers_.add(parsed<std::int64_t>(words_[0]));
       if (wants_velocities()) ids_.emplace_back(words_[0]);
     }
   }
@@ -311,7 +330,9 @@ class DataFile {
       if (const auto label = labels_.find(name); label != labels_.end()) name = label->second;
     }
     take_elements_of_masses(masses, particles);
-    note_bonds(header_.bonds, particles.facts);
+    put_in_order(bonds_);
+    particles.all_bonds = !bonds_.empty();
+    particles.bonds = std::move(bonds_);
     note_ellipsoids(ellipsoids_, particles.facts);
     note_bodies(header_.bodies, particles.facts);
     return particles;
@@ -345,9 +366,11 @@ class DataFile {
   bool have_atoms_ = false;
   std::uint64_t ellipsoids_ = 0;
   std::string_view guessed_style_;
-  std::map<std::string, double> masses_;                               // by type
-  std::map<std::string, std::string> labels_;                          // by type
-  std::vector<std::string> ids_;                                       // ids of the atoms
+  std::map<std::string, double> masses_;       // by type
+  std::map<std::string, std::string> labels_;  // by type
+  std::vector<std::string> ids_;               // ids of the atoms
+  AtomNumbers numbers_;
+  std::vector<StatedBond> bonds_;
   std::unordered_map<std::string, std::array<double, 3>> velocities_;  // by id
 };
 
@@ -360,7 +383,7 @@ std::string_view style_of_units(std::string_view title) {
 
 /// Reads the section Atoms of a style with fixed columns. The hint after "Atoms" names the style;
 /// without a hint, the number of columns decides. Elements come from the masses of the types. Notes
-/// count bonds, ellipsoids and other bodies.
+/// count ellipsoids and other bodies.
 Particles read_lammps_data(PackedFile& file, const ParticleRequest& request) {
   Particles particles = DataFile(file, request).read();
   particles.facts.length_unit = length_unit_of_lammps(style_of_units(file.start().line(0)));

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "cli/input/formats/atom_columns.h"
+#include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/format_table.h"
-#include "cli/input/formats/not_shown.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/frames.h"
@@ -100,18 +100,17 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
 
   Particles read() override {
     AtomColumns atoms(input_.place(), request_, {"charge"});
+    atoms.states_all_bonds();
     std::optional<ParticleCell> cell;
-    std::uint64_t bonds = 0;
     while (go_to_section() && section_ != "MOLECULE") {
       while (next_row()) {
         if (section_ == "ATOM") add_atom(atoms);
         if (section_ == "CRYSIN") cell = cell_in_row();
-        if (section_ == "BOND") ++bonds;
+        if (section_ == "BOND") add_bond(atoms);
       }
     }
     Particles particles = atoms.finish_frame();
     particles.cell = cell;
-    note_bonds(bonds, particles.facts);
     return particles;
   }
 
@@ -156,6 +155,18 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
     atoms.add(atom);
     const auto charge = words_.size() > 8 ? number_in(words_[8]) : std::nullopt;
     atoms.numbers({{charge.value_or(not_known)}});
+  }
+
+  /// Adds the bond in a row: number, two atoms in the order of the file, type. "nc" means that the
+  /// atoms are not connected.
+  void add_bond(AtomColumns& atoms) const {
+    if (words_.size() < 3) {
+      input_.fail(
+          "the line needs number, two atoms and type of a bond: check that the file is "
+          "complete");
+    }
+    if (words_.size() > 3 && words_[3] == "nc") return;
+    atoms.bond(bond_field(words_[1], words_[2], atoms.count(), input_.place()));
   }
 
   [[nodiscard]] std::optional<ParticleCell> cell_in_row() const {

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "cli/input/particles/particles.h"
@@ -13,28 +12,11 @@
 /// Notes about the content of files that pictures of spheres do not show.
 namespace parray::input {
 
-/// Adds the note "COUNT bonds not shown". Does nothing for 0 bonds.
-void note_bonds(std::uint64_t count, ParticleFacts& facts);
-
 /// Adds the note "COUNT ellipsoids shown as spheres". Does nothing for 0 ellipsoids.
 void note_ellipsoids(std::uint64_t count, ParticleFacts& facts);
 
 /// Adds the note "COUNT line segments, triangles or bodies shown as spheres". Does nothing for 0.
 void note_bodies(std::uint64_t count, ParticleFacts& facts);
-
-/// Counts the bonds of PDB's CONECT records. Files list most bonds twice, once for each atom, and
-/// double bonds more often. Each pair of atoms counts once.
-class ConectBonds {
- public:
-  /// Reads a CONECT record: the serial number of an atom in columns 7 to 11, and those of up to
-  /// four bonded atoms in columns of the same width. Blanks separate longer numbers.
-  void read(std::string_view record);
-  /// Returns the number of bonds and forgets them.
-  std::uint64_t take();
-
- private:
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> pairs_;
-};
 
 /// Counts the ellipsoids in the rows of a table whose columns have LAMMPS's names: shapex, shapey,
 /// shapez (diameters along three axes) and quatw (an orientation).

@@ -3,8 +3,8 @@
 #include <optional>
 #include <utility>
 
+#include "cli/input/formats/conect.h"
 #include "cli/input/formats/format_table.h"
-#include "cli/input/formats/not_shown.h"
 #include "cli/input/formats/pdb_record.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
@@ -194,7 +194,7 @@ class PdbFrames final : public FramesOf<ParticleInput> {
     std::uint64_t atoms = 0;
     while (go_to_atom()) ++atoms;
     go_to_frame();
-    bonds_.take();
+    bonds_.clear();
     return atoms;
   }
 
@@ -207,12 +207,13 @@ class PdbFrames final : public FramesOf<ParticleInput> {
       atoms.add(record.atom());
       atoms.numbers({{record.occupancy, record.b_factor, record.charge}});
       if (Rules.radii) atoms.radius(record.radius);
+      bonds_.add_atom(input_.line());
     }
-    Particles particles = atoms.finish_frame();
-    particles.cell = cell_;
+    std::optional<ParticleCell> cell = cell_;
     go_to_frame();
-    if (!particles.cell) particles.cell = cell_;  // some programs write CRYST1 after the model
-    note_bonds(bonds_.take(), particles.facts);
+    bonds_.finish(atoms);
+    Particles particles = atoms.finish_frame();
+    particles.cell = cell ? cell : cell_;  // some programs write CRYST1 after the model
     return particles;
   }
 
@@ -257,8 +258,8 @@ class PdbFrames final : public FramesOf<ParticleInput> {
 };
 
 /// Reads PDB records with read_pdb_record(). Models are frames; END also separates frames. CRYST1
-/// is the cell. A note counts the bonds of CONECT that follow the frame. Numbers: occupancy,
-/// b_factor, charge (formal).
+/// is the cell. The bonds are those of the CONECT records in the frame and between it and the next
+/// frame. Numbers: occupancy, b_factor, charge (formal).
 Particles read_pdb(PackedFile& file, const ParticleRequest& request) {
   return read_frame<PdbFrames<pdb_dialect>>(file, request);
 }

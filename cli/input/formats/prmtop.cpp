@@ -2,12 +2,14 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <utility>
 
+#include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/name_table.h"
-#include "cli/input/formats/not_shown.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/particle_input.h"
+#include "cli/input/particles/stated_bonds.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
 
@@ -18,9 +20,16 @@ Confidence looks_like_prmtop(const FileStart& start) {
   return certain_if(start.has("%VERSION") || start.has("%FLAG"));
 }
 
-constexpr std::array<std::string_view, 8> wanted_flags{
-    "POINTERS",      "ATOM_NAME",     "CHARGE",          "MASS",
-    "ATOMIC_NUMBER", "RESIDUE_LABEL", "RESIDUE_POINTER", "AMBER_ATOM_TYPE"};
+constexpr std::array<std::string_view, 10> wanted_flags{"POINTERS",
+                                                        "ATOM_NAME",
+                                                        "CHARGE",
+                                                        "MASS",
+                                                        "ATOMIC_NUMBER",
+                                                        "RESIDUE_LABEL",
+                                                        "RESIDUE_POINTER",
+                                                        "AMBER_ATOM_TYPE",
+                                                        "BONDS_INC_HYDROGEN",
+                                                        "BONDS_WITHOUT_HYDROGEN"};
 
 /// The sections of the file: %FLAG NAME, %FORMAT(20a4), then lines of fields of equal width.
 class Sections {
@@ -133,7 +142,23 @@ std::vector<std::uint8_t> elements_in(const std::vector<std::string>& numbers) {
   return elements;
 }
 
-/// Reads PRMTOP of AMBER: names, residues, charges, and elements by atomic number or mass. Format:
+/// Adds the bonds of a section: three times the place of each atom, then a type.
+void add_bonds(const std::vector<std::string>& fields, std::uint64_t atoms, const FilePlace& place,
+               std::vector<StatedBond>& bonds) {
+  constexpr std::uint64_t step = 3;
+  const auto number = [&](const std::string& field) {
+    const std::uint64_t offset = natural_in(field).value_or(1);
+    if (offset % step == 0) return std::to_string(offset / step + 1);
+    place.fail("a bond has the offset '" + printable(field) +
+               "', which is not a multiple of 3: check that the file is complete");
+  };
+  for (std::size_t i = 0; i + 1 < fields.size(); i += step) {
+    bonds.push_back(bond_field(number(fields[i]), number(fields[i + 1]), atoms, place));
+  }
+}
+
+/// Reads PRMTOP of AMBER: names, residues, charges, bonds, and elements by atomic number or mass.
+/// Format:
 /// "AMBER file formats", ambermd.org/FileFormats.php.
 Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
   // places in POINTERS
@@ -163,8 +188,13 @@ Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
     atoms.add(atom);
   }
   Particles particles = atoms.finish(request, elements_in(sections.of("ATOMIC_NUMBER", count)));
-  note_bonds(sections.pointer(bonds_with_hydrogen) + sections.pointer(other_bonds),
-             particles.facts);
+  for (const auto& [name, pointer] : {std::pair{"BONDS_INC_HYDROGEN", bonds_with_hydrogen},
+                                      {"BONDS_WITHOUT_HYDROGEN", other_bonds}}) {
+    add_bonds(sections.of(name, 3 * sections.pointer(pointer)), count, input.place(),
+              particles.bonds);
+  }
+  put_in_order(particles.bonds);
+  particles.all_bonds = !particles.bonds.empty();
   return particles;
 }
 

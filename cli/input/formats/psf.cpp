@@ -1,9 +1,10 @@
 #include <limits>
 
+#include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/name_table.h"
-#include "cli/input/formats/not_shown.h"
 #include "cli/input/particles/particle_input.h"
+#include "cli/input/particles/stated_bonds.h"
 #include "common/base/ascii.h"
 #include "common/base/text.h"
 
@@ -73,8 +74,25 @@ std::uint64_t find_bonds(ParticleInput& input) {
   return 0;
 }
 
-/// Reads PSF of CHARMM, X-PLOR and NAMD: section NATOM. Elements come from the masses. A note
-/// counts the bonds. Format: "PSF files", NAMD tutorial, appendix; CHARMM documentation, "struct".
+/// Reads the pairs of atoms in the section NBOND, several in a line.
+std::vector<StatedBond> bonds_in(ParticleInput& input, std::uint64_t atoms) {
+  const std::uint64_t count = find_bonds(input);
+  std::vector<StatedBond> bonds;
+  std::vector<std::string_view> row;
+  while (bonds.size() < count) {
+    input.next_row(bonds.size(), count, "bonds");
+    split_at_blanks(input.line(), row);
+    for (std::size_t i = 0; i < row.size() && bonds.size() < count; i += 2) {
+      const std::string_view other = i + 1 < row.size() ? row[i + 1] : "";
+      bonds.push_back(bond_field(row[i], other, atoms, input.place()));
+    }
+  }
+  put_in_order(bonds);
+  return bonds;
+}
+
+/// Reads PSF of CHARMM, X-PLOR and NAMD: sections NATOM and NBOND. Elements come from the
+/// masses. Format: "PSF files", NAMD tutorial, appendix; CHARMM documentation, "struct".
 Particles read_psf(PackedFile& file, const ParticleRequest& request) {
   ParticleInput input(file);
   const std::uint64_t count = find_atoms(input);
@@ -86,7 +104,8 @@ Particles read_psf(PackedFile& file, const ParticleRequest& request) {
     atoms.add(atom_in_row(row, input.place()));
   }
   Particles particles = atoms.finish(request);
-  note_bonds(find_bonds(input), particles.facts);
+  particles.bonds = bonds_in(input, count);
+  particles.all_bonds = !particles.bonds.empty();
   return particles;
 }
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "cli/input/formats/atom_columns.h"
+#include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/format_table.h"
-#include "cli/input/formats/not_shown.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
@@ -80,6 +80,7 @@ class SdfFrames final : public FramesOf<ParticleInput> {
 
   Particles read() override {
     AtomColumns atoms(input_.place(), request_, {"charge"});
+    atoms.states_all_bonds();
     constexpr std::size_t row_bytes = 8;  // at least
     atoms.expect(std::min(atoms_, input_.bytes_left().value_or(0) / row_bytes + 1));
     charges_.clear();
@@ -91,12 +92,15 @@ class SdfFrames final : public FramesOf<ParticleInput> {
         const TableRow row = table_row(input_.line(), input_.place());
         add(row.position, row.symbol, row.charge, atoms);
       }
+      for (std::uint64_t i = 0; i < bonds_; ++i) {
+        go_on();
+        const std::string_view line = input_.line();
+        atoms.bond(bond_field(field_at(line, 0, 3), field_at(line, 3, 3), atoms_, input_.place()));
+      }
     }
     go_to_end();
     for (const double charge : charges_) atoms.numbers({{charge}});
-    Particles particles = atoms.finish_frame();
-    note_bonds(bonds_, particles.facts);
-    return particles;
+    return atoms.finish_frame();
   }
 
  private:
@@ -122,8 +126,8 @@ class SdfFrames final : public FramesOf<ParticleInput> {
       input_.fail("the file ends within a molecule: check that the file is complete");
     }
     if (ends_molecule(input_.line())) {
-      input_.fail("the molecule ends before its " + std::to_string(atoms_) +
-                  " atoms: check the number of atoms");
+      input_.fail("the molecule ends before its " + std::to_string(atoms_) + " atoms and " +
+                  std::to_string(bonds_) + " bonds: check these numbers");
     }
   }
 
@@ -148,11 +152,17 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     bonds_ = words_.size() > 4 ? natural_in(words_[4]).value_or(0) : 0;
   }
 
-  void read_extended(AtomColumns& atoms) {
-    if (atoms_ == 0) return;
+  /// Goes to the line "M  V30 BEGIN BLOCK".
+  void find_block(std::string_view block) {
     do {
       next_extended();
-    } while (words_.size() < 4 || words_[2] != "BEGIN" || words_[3] != "ATOM");
+    } while (words_.size() < 4 || words_[2] != "BEGIN" || words_[3] != block);
+  }
+
+  void read_extended(AtomColumns& atoms) {
+    if (atoms_ == 0) return;
+    AtomNumbers numbers;
+    find_block("ATOM");
     for (std::uint64_t i = 0; i < atoms_; ++i) {
       constexpr std::size_t least = 7;  // M V30 index type x y z
       next_extended();
@@ -160,6 +170,15 @@ class SdfFrames final : public FramesOf<ParticleInput> {
         input_.fail("the line is not a valid atom of V3000: check the number of atoms");
       }
       add(position_field(words_, 4, input_.place()), words_[3], extended_charge(), atoms);
+      numbers.add(parsed<std::int64_t>(words_[2]));
+    }
+    if (bonds_ > 0) find_block("BOND");
+    for (std::uint64_t i = 0; i < bonds_; ++i) {
+      next_extended();
+      if (words_.size() < 6) {  // M V30 index type atom atom
+        input_.fail("the line is not a valid bond of V3000: check the number of bonds");
+      }
+      atoms.bond(numbers.bond(words_[4], words_[5], input_.place()));
     }
   }
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "cli/input/formats/atom_columns.h"
+#include "cli/input/formats/bond_fields.h"
 #include "cli/input/formats/format_table.h"
-#include "cli/input/formats/not_shown.h"
 #include "cli/input/formats/row_layout.h"
 #include "cli/input/particles/cell.h"
 #include "cli/input/particles/frames.h"
@@ -65,14 +65,13 @@ class TinkerFrames final : public FramesOf<ParticleInput> {
   Particles read() override {
     AtomColumns atoms(input_.place(), request_);
     atoms.expect(std::min(count_, input_.bytes_left().value_or(0) / least_row_bytes + 1));
-    std::uint64_t bonds = 0;
+    atoms.states_all_bonds();
     for (std::uint64_t i = 0; i < count_; ++i) {
       if (i > 0 || !at_atom_) next_row(i);
-      bonds += add_atom(atoms);
+      add_atom(atoms);
     }
     Particles particles = atoms.finish_frame();
     particles.cell = cell_;
-    note_bonds(bonds / 2, particles.facts);  // both atoms of a bond name each other
     return particles;
   }
 
@@ -96,8 +95,8 @@ class TinkerFrames final : public FramesOf<ParticleInput> {
     cell_ = cell_from({a, b, c}, {alpha, beta, gamma});
   }
 
-  /// Returns the number of atoms that the atom names as bonded.
-  std::size_t add_atom(AtomColumns& atoms) const {
+  /// Adds an atom and its bonds. Both atoms of a bond name each other.
+  void add_atom(AtomColumns& atoms) const {
     if (words_.size() <= type_column) {
       input_.fail(
           "the line needs number, name, x, y, z and type of an atom: check the number of atoms");
@@ -109,7 +108,10 @@ class TinkerFrames final : public FramesOf<ParticleInput> {
     // The names of ions and metals have a small second letter.
     atom.two_letters = atom.name.size() > 1 && ascii::is_lower(atom.name[1]);
     atoms.add(atom);
-    return words_.size() - type_column - 1;
+    const std::string number = std::to_string(atoms.count());
+    for (std::size_t i = type_column + 1; i < words_.size(); ++i) {
+      atoms.bond(bond_field(number, words_[i], count_, input_.place()));
+    }
   }
 
   ParticleRequest request_;
@@ -120,7 +122,7 @@ class TinkerFrames final : public FramesOf<ParticleInput> {
 };
 
 /// Reads Tinker's coordinates and archives, with or without a box. The names give the elements, and
-/// a note says so. Types are the numbers of the force field. A note counts the bonds.
+/// a note says so. Types are the numbers of the force field.
 Particles read_tinker(PackedFile& file, const ParticleRequest& request) {
   return read_frame<TinkerFrames>(file, request);
 }

@@ -106,10 +106,13 @@ void decide_for_beads(Particles& particles, ParticleSource& source) {
     source.look.coloring.by = particles.atom_names.empty() ? "type" : "atom";
     text += " coloured by name";
   }
-  const double radius = open_radius ? typical_distance(particles.positions) / 2 : 0;
+  const bool sticks = source.look.style == ParticleStyle::balls_and_sticks;
+  const double touching = open_radius ? typical_distance(particles.positions) / 2 : 0;
+  const double radius = sticks ? touching / 2 : touching;
   if (radius >= ranges::length.least) {
     source.look.radius = {ParticleRadius::Rule::fixed, radius};
-    text += std::string(open_colors ? "," : "") + " with the radius at which neighbours touch";
+    text += std::string(open_colors ? "," : "") + " with " + (sticks ? "half " : "") +
+            "the radius at which neighbours touch";
   }
   std::vector<ParticleNote>& notes = particles.facts.notes;
   std::erase_if(notes, [](const ParticleNote& note) {

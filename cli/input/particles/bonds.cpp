@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cli/input/particles/beads.h"
 #include "cli/input/particles/crystal_radii.h"
+#include "cli/input/particles/length_unit.h"
 #include "common/base/error.h"
 
 namespace parray::input {
@@ -14,21 +16,54 @@ constexpr double bond_slack = 0.4;  // angstrom
 bool may_bond(std::uint8_t element) { return element != 0 && !is_ionic(element); }
 
 [[noreturn]] void fail_unit() {
-  throw InputError(
-      "atoms are too close for bonds: bonds need positions and a cell in angstrom, so use wrap "
-      "instead of whole");
+  throw InputError("atoms are too close for bonds: convert positions and cell to angstrom");
+}
+
+/// Fails if the nearest neighbours of most atoms are closer than atoms can be.
+void check_unit(const Particles& particles) {
+  constexpr double least = 0.5;  // angstrom; hydrogen has 0.74
+  std::vector<Vec3d> positions;
+  for (std::size_t i = 0; i < particles.elements.size(); ++i) {
+    if (may_bond(particles.elements[i])) positions.push_back(particles.positions[i]);
+  }
+  const double typical = typical_distance(positions);
+  if (typical > 0 && typical < least * angstrom_of(particles)) fail_unit();
+}
+
+/// Returns the cell of the particles. Without one, returns a box around them, at least `least`
+/// wide, that is not periodic.
+ParticleCell cell_of(const Particles& particles, double least) {
+  if (particles.cell) return *particles.cell;
+  Vec3d low = particles.positions.front();
+  Vec3d high = low;
+  for (const Vec3d& p : particles.positions) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  const Vec3d extent = high - low;
+  return {low,
+          {Vec3d{std::max(extent.x, least), 0, 0}, Vec3d{0, std::max(extent.y, least), 0},
+           Vec3d{0, 0, std::max(extent.z, least)}},
+          {false, false, false}};
+}
+
+double longest_bond(const Particles& particles) {
+  double largest = 0;
+  for (const std::uint8_t element : particles.elements) {
+    if (may_bond(element)) largest = std::max(largest, covalent_radius(element));
+  }
+  return (2 * largest + bond_slack) * angstrom_of(particles);
 }
 
 /// Finds bonds with the help of bins, whose edges are parallel to those of the cell.
 class BondFinder {
  public:
   explicit BondFinder(const Particles& particles)
-      : particles_(particles), cell_(*particles.cell), fractions_(cell_) {
-    double largest = 0;
-    for (const std::uint8_t element : particles.elements) {
-      if (may_bond(element)) largest = std::max(largest, covalent_radius(element));
-    }
-    longest_ = 2 * largest + bond_slack;
+      : particles_(particles),
+        angstrom_(angstrom_of(particles)),
+        longest_(longest_bond(particles)),
+        cell_(cell_of(particles, longest_)),
+        fractions_(cell_) {
     choose_bins();
     fill_bins();
   }
@@ -51,7 +86,7 @@ class BondFinder {
     Vec3d position;   // inside the cell, along periodic edges
   };
   static constexpr std::int64_t most_bins = std::int64_t{1} << 20;  // along an edge
-  static constexpr std::size_t most_in_bin = 2000;  // 20 in matter whose lengths are in angstrom
+  static constexpr std::size_t most_in_bin = 2000;                  // 20 in matter
 
   void choose_bins() {
     const Vec3d heights = fractions_.heights();
@@ -142,7 +177,7 @@ class BondFinder {
     const std::uint8_t first = particles_.elements[a.index];
     const std::uint8_t second = particles_.elements[b.index];
     if (first == 1 && second == 1) return false;
-    const double most = covalent_radius(first) + covalent_radius(second) + bond_slack;
+    const double most = angstrom_ * (covalent_radius(first) + covalent_radius(second) + bond_slack);
     return square <= most * most;
   }
 
@@ -152,9 +187,10 @@ class BondFinder {
   }
 
   const Particles& particles_;
-  const ParticleCell& cell_;
+  double angstrom_;  // in the unit of the particles
+  double longest_;
+  ParticleCell cell_;
   CellFractions fractions_;
-  double longest_ = 0;
   Bin bins_{};
   Bin reach_{};
   std::vector<BinnedAtom> atoms_;  // that may bond; sorted by key
@@ -163,8 +199,15 @@ class BondFinder {
 
 }  // namespace
 
-std::vector<PeriodicBond> periodic_bonds(const Particles& particles) {
+double angstrom_of(const Particles& particles) {
+  constexpr double metres = 1e-10;
+  const LengthUnit* const unit = length_unit(particles.facts.length_unit);
+  return unit != nullptr && unit->metres > 0 ? metres / unit->metres : 1;
+}
+
+std::vector<PeriodicBond> covalent_bonds(const Particles& particles) {
   if (std::ranges::none_of(particles.elements, may_bond)) return {};
+  check_unit(particles);
   return BondFinder(particles).find();
 }
 

@@ -15,13 +15,18 @@ struct PeriodicBond {
   CellImage image{};
 };
 
-/// Finds bonds across the faces of the cell, which the particles have, in angstrom. Two atoms bond
-/// if their distance is at most the sum of their covalent radii and 0.4 angstrom: Meng and Lewis,
-/// J. Comput. Chem. 12 (1991) 891. Atoms of unknown elements, is_ionic() elements and pairs of
-/// hydrogen do not bond. Takes time in proportion to the atoms. Returns the same bonds in the same
-/// order for the same particles.
+/// Returns the length of 1 angstrom in the unit of the particles. Files that state no unit are in
+/// angstrom.
+double angstrom_of(const Particles& particles);
+
+/// Finds bonds, also across periodic faces of the cell, if the particles have a cell. Two atoms
+/// bond if their distance is at most the sum of their covalent radii and 0.4 angstrom: Meng and
+/// Lewis, J. Comput. Chem. 12 (1991) 891. Atoms of unknown elements, is_ionic() elements and pairs
+/// of hydrogen do not bond. Takes time in proportion to the atoms. Returns the same bonds in the
+/// same order for the same particles.
 ///
-/// Throws InputError, which names no place, if positions or cell cannot be in angstrom.
-std::vector<PeriodicBond> periodic_bonds(const Particles& particles);
+/// Throws InputError, which names no place, if the atoms are so close that their unit cannot be
+/// right.
+std::vector<PeriodicBond> covalent_bonds(const Particles& particles);
 
 }  // namespace parray::input

@@ -147,7 +147,7 @@ Molecules make_whole(Particles& particles) {
   const bool any_element =
       std::ranges::any_of(particles.elements, [](std::uint8_t element) { return element != 0; });
   if (any_element) {
-    BondWalk walk(particles.count(), periodic_bonds(particles));
+    BondWalk walk(particles.count(), covalent_bonds(particles));
     const CellFractions fractions(*particles.cell);
     for (std::size_t i = 0; i < particles.count(); ++i) {
       Vec3d& position = particles.positions[i];

@@ -22,13 +22,13 @@ struct Molecules {
 /// first particle of each molecule stays where it is. Endless molecules stay as they are, and
 /// each of their atoms counts as a molecule.
 ///
-/// If the file has elements, molecules follow from periodic_bonds(). Otherwise they follow from the
+/// If the file has elements, molecules follow from covalent_bonds(). Otherwise they follow from the
 /// numbers `mol` or `molecule`, or from residues. Then each particle moves to the image nearest to
 /// the particle before it in the same molecule, in the order of the numbers `id`, if the particles
 /// have them.
 ///
 /// Throws InputError, which names no place, if the particles have none of these columns, and the
-/// errors of periodic_bonds().
+/// errors of covalent_bonds().
 Molecules make_whole(Particles& particles);
 
 }  // namespace parray::input

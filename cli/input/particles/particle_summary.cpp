@@ -75,12 +75,14 @@ double angle_between(const Vec3d& a, const Vec3d& b) {
 
 }  // namespace
 
+bool same_residue(const Particles& particles, std::size_t i, std::size_t j) {
+  const auto same = [i, j](const auto& values) { return values.empty() || values[i] == values[j]; };
+  return same(particles.residue_numbers) && same(particles.insertion_codes) &&
+         same(particles.residue_names.index) && same(particles.chains.index);
+}
+
 bool begins_residue(const Particles& particles, std::size_t i) {
-  const auto changes = [i](const auto& values) {
-    return !values.empty() && values[i] != values[i - 1];
-  };
-  return i == 0 || changes(particles.residue_numbers) || changes(particles.insertion_codes) ||
-         changes(particles.residue_names.index) || changes(particles.chains.index);
+  return i == 0 || !same_residue(particles, i, i - 1);
 }
 
 ParticleSummary summary_of(const Particles& particles) {

@@ -35,6 +35,9 @@ struct ParticleSummary {
   std::vector<NumberRangeSeen> numbers;  ///< radii come first, under the name "radius"
 };
 
+/// Returns whether two particles have the same chain, residue number and residue name.
+bool same_residue(const Particles& particles, std::size_t i, std::size_t j);
+
 /// Returns whether a residue begins at particle i.
 bool begins_residue(const Particles& particles, std::size_t i);
 

@@ -9,6 +9,7 @@
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/frames.h"
+#include "cli/input/particles/stated_bonds.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
@@ -29,6 +30,7 @@ void for_each_column(Particles& particles, const Work& work) {
   work(particles.chains.index);
   work(particles.residue_numbers);
   work(particles.insertion_codes);
+  work(particles.alternatives);
   for (NumberColumn& column : particles.numbers) work(column.values);
   work(particles.positions);
 }
@@ -122,7 +124,7 @@ void take_numbers(const Particles& from, const Order& order, const ParticleReque
 }
 
 /// Copies to particles what the file `topology` contains for the same atoms: elements, names,
-/// residues, radii and colours, and the numbers that the request wants. Other columns stay
+/// residues, radii and colours, bonds, and the numbers that the request wants. Other columns stay
 /// unchanged. Some topologies number their atoms (column "id"; LAMMPS writes atoms in any order).
 /// Then particle i is the atom with the i-th smallest number or, if the particles have a column
 /// "id" too, the atom with the same number.
@@ -158,6 +160,10 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
   take(std::move(from.residue_names), order, particles.residue_names);
   take(std::move(from.chains), order, particles.chains);
   take_numbers(from, order, request, particles);
+  if (!from.bonds.empty()) {
+    particles.bonds = renumbered(from.bonds, order);
+    particles.all_bonds = from.all_bonds;
+  }
   // Removes the note on the unit of the topology's positions, because these are not used.
   std::erase_if(from.facts.notes,
                 [](const ParticleNote& note) { return note.key == "length_unit"; });
@@ -167,6 +173,7 @@ void take_topology(const std::filesystem::path& topology, const std::filesystem:
 }  // namespace
 
 void keep(Particles& particles, const ParticleMask& mask) {
+  keep_bonds(particles.bonds, mask);
   for_each_column(particles, [&](auto& column) { keep_in(column, mask); });
 }
 
@@ -179,6 +186,7 @@ void repeat(Particles& particles, std::uint64_t times) {
 }
 
 void append_copies(Particles& particles, const std::vector<std::size_t>& sources) {
+  append_bonds_of_copies(particles.bonds, particles.count(), sources);
   for_each_column(particles, [&](auto& column) {
     if (column.empty()) return;
     column.reserve(column.size() + sources.size());

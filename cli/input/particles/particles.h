@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -58,6 +59,14 @@ struct ParticleFacts {
   std::vector<ParticleNote> notes{};
 };
 
+/// A bond that the file states, between particles `first` < `second`.
+struct StatedBond {
+  std::uint32_t first = 0;
+  std::uint32_t second = 0;
+
+  friend auto operator<=>(const StatedBond&, const StatedBond&) = default;
+};
+
 /// The content of a particle file in columns. Positions and radii are in the file's own unit. A
 /// column that the file lacks is empty. All other columns have one entry per particle, in the
 /// file's order.
@@ -73,8 +82,11 @@ struct Particles {
   NameColumn chains;
   std::vector<std::int32_t> residue_numbers;
   std::vector<char> insertion_codes;  ///< of residues with the same number; blank: none
+  std::vector<char> alternatives;     ///< letters of locations if all are read; blank: none
   std::vector<NumberColumn> numbers;  ///< the numeric columns that the request wants
   std::optional<ParticleCell> cell;
+  std::vector<StatedBond> bonds;  ///< distinct, in ascending order; empty: the file states none
+  bool all_bonds = false;         ///< whether `bonds` are complete; false: PDB states only some
   ParticleFacts facts;
 
   [[nodiscard]] std::size_t count() const { return positions.size(); }
@@ -87,10 +99,11 @@ using ParticleMask = std::vector<std::uint8_t>;
 void keep(Particles& particles, const ParticleMask& mask);
 
 /// Repeats all particles: there are `times` (> 0) as many, in the order of the file, again and
-/// again.
+/// again. Bonds stay those of the first copy; replicate() repeats them.
 void repeat(Particles& particles, std::uint64_t times);
 
-/// Appends copies of the particles with these indices.
+/// Appends copies of the particles with these indices. A copy bonds to the particles that bond to
+/// its source, and to their copies.
 void append_copies(Particles& particles, const std::vector<std::size_t>& sources);
 
 /// Which alternative locations of an atom are read.

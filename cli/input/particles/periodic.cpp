@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "cli/input/particles/stated_bonds.h"
 #include "cli/input/select/neighbour_grid.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -44,6 +45,38 @@ double circular_mean(const CellFractions& fractions, const Particles& particles,
     sine += std::sin(turn);
   }
   return std::atan2(sine, cosine) / (2 * std::numbers::pi);
+}
+
+/// Returns the bonds of all copies of the particles. Copies follow each other along a, then b, then
+/// c. A bond leads to the copy in whose place the nearest image of its particle is.
+std::vector<StatedBond> replicated_bonds(const Particles& particles, const CellFractions& fractions,
+                                         const Replicas& replicas) {
+  const auto& [a, b, c] = replicas.counts;
+  const auto first_of = [&](const CellImage& copy) {
+    std::uint64_t place = 0;
+    for (std::size_t axis = copy.size(); axis-- > 0;) {
+      const std::int64_t count = replicas.counts[axis];
+      place = place * replicas.counts[axis] +
+              static_cast<std::uint64_t>(((copy[axis] % count) + count) % count);
+    }
+    return place * particles.count();
+  };
+  std::vector<StatedBond> bonds;
+  bonds.reserve(particles.bonds.size() * a * b * c);
+  for (const StatedBond& bond : particles.bonds) {
+    const auto [x, y, z] =
+        fractions.nearest(particles.positions[bond.first], particles.positions[bond.second]);
+    for (std::int64_t k = 0; k < c; ++k) {
+      for (std::int64_t j = 0; j < b; ++j) {
+        for (std::int64_t i = 0; i < a; ++i) {
+          bonds.push_back(bond_between(first_of({i, j, k}) + bond.first,
+                                       first_of({i + x, j + y, k + z}) + bond.second));
+        }
+      }
+    }
+  }
+  put_in_order(bonds);
+  return bonds;
 }
 
 /// Returns the product of the counts. Returns nothing if it is more than `most`.
@@ -174,6 +207,7 @@ void replicate(Particles& particles, const Replicas& replicas) {
   ParticleCell& cell = *particles.cell;
   const CellFractions fractions(cell);
   const std::size_t count = particles.count();
+  particles.bonds = replicated_bonds(particles, fractions, replicas);
   repeat(particles, *copies);
   std::size_t to = 0;
   CellImage image{};

@@ -55,8 +55,8 @@ std::string text_of(const Replicas& replicas);
 // The particles of all functions below have a cell.
 
 /// Repeats particles and cell. The cell becomes the whole block of copies, as in OVITO. The
-/// original particles come first. Throws InputError, before it allocates, if there would be more
-/// than limits::max_spheres particles.
+/// original particles come first. A bond across a face leads to the next copy. Throws InputError,
+/// before it allocates, if there would be more than limits::max_spheres particles.
 void replicate(Particles& particles, const Replicas& replicas);
 
 /// Adds copies of the particles on a face of the cell to the opposite faces. A particle is on a

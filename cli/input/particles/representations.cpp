@@ -56,6 +56,15 @@ Owners owners_of(const Particles& particles, const std::vector<Representation>& 
   return owners;
 }
 
+/// Returns the numbers of the particles in a mask.
+std::vector<std::uint32_t> places_in(const ParticleMask& mask) {
+  std::vector<std::uint32_t> places;
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    if (mask[i] != 0) places.push_back(static_cast<std::uint32_t>(i));
+  }
+  return places;
+}
+
 void add_notes(const Owners& owners, std::vector<ParticleNote>& notes) {
   if (owners.shared > 0) {
     notes.push_back(
@@ -72,14 +81,15 @@ void add_notes(const Owners& owners, std::vector<ParticleNote>& notes) {
 
 std::vector<ParticlePart> split(Particles& particles, const ParticleSource& source, int threads) {
   std::vector<ParticlePart> parts;
-  const auto add = [&](Particles part, ParticleLook look, std::optional<std::size_t> number) {
-    part.facts = {};
-    parts.push_back({std::move(part), std::move(look), number});
-  };
   ParticleFacts facts = std::move(particles.facts);
+  const auto add = [&](Particles part, ParticleLook look, std::optional<std::size_t> number,
+                       std::vector<std::uint32_t> numbers) {
+    part.facts = {.format = {}, .length_unit = facts.length_unit};
+    parts.push_back({std::move(part), std::move(look), number, std::move(numbers)});
+  };
   const std::optional<ParticleCell> cell = particles.cell;
   if (source.shows.empty()) {
-    add(std::move(particles), source.look, {});
+    add(std::move(particles), source.look, {}, {});
   } else {
     const Owners owners = owners_of(particles, source.shows, threads);
     add_notes(owners, facts.notes);
@@ -91,7 +101,7 @@ std::vector<ParticlePart> split(Particles& particles, const ParticleSource& sour
       if (std::ranges::find(mask, 1) == mask.end()) continue;
       Particles part = particles;
       keep(part, mask);
-      add(std::move(part), completed(source.shows[show].look, source.look), show);
+      add(std::move(part), completed(source.shows[show].look, source.look), show, places_in(mask));
     }
   }
   particles = {};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -12,10 +13,12 @@ namespace parray::input {
 
 /// Particles of a file that have one look.
 struct ParticlePart {
-  Particles particles;  ///< its notes are about this part only; it has no other facts
+  Particles particles;  ///< its notes are about this part; of other facts, it has the unit
   ParticleLook look;    ///< complete: see completed()
   /// Number of the representation, from 0. Nothing: the source has no representations.
   std::optional<std::size_t> representation{};
+  /// For each of its particles, the number among all. Empty: the part has all particles.
+  std::vector<std::uint32_t> numbers{};
 };
 
 /// Splits `particles` by the representations of `source`, in their order. A particle in several

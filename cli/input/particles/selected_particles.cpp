@@ -8,13 +8,18 @@
 #include <utility>
 #include <vector>
 
+#include "cli/input/particles/bonds.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/fixed_looks.h"
+#include "cli/input/particles/packed_file.h"
+#include "cli/input/particles/particle_shapes.h"
 #include "cli/input/particles/particle_spheres.h"
+#include "cli/input/particles/sticks.h"
 #include "cli/input/scene_file/scene_sections.h"
 #include "cli/input/select/columns.h"
 #include "cli/input/select/selection.h"
 #include "common/base/error.h"
+#include "common/base/printable.h"
 
 namespace parray::input {
 namespace {
@@ -70,7 +75,45 @@ void decide(const Particles& particles, const std::string& name, bool crystal,
     }
   }
   check("material", problem_with(look.material, particles, materials, name, known));
+  const bool open = look.radius.rule == ParticleRadius::Rule::automatic;
+  if (open && look.style == ParticleStyle::sticks) return;  // the sticks give the radius
   check("radius", problem_with(look.radius, particles, name));
+}
+
+/// Returns the bonds to draw. Throws SourceError if the file should state some but has none. Adds a
+/// note if there are none.
+std::vector<DrawnBond> bonds_to_draw(const ParticleSource& source, Particles& particles) {
+  if (source.bonds == BondSource::file && particles.bonds.empty()) {
+    throw SourceError("bonds", "the file states no bonds of these particles: use auto or off");
+  }
+  if (!draws_sticks(source)) return {};
+  std::vector<DrawnBond> bonds =
+      blaming("bonds", [&] { return drawn_bonds(particles, source.bonds); });
+  if (bonds.empty() && source.bonds != BondSource::off) {
+    particles.facts.notes.push_back(
+        {"no_bonds", particles.count(),
+         particles_word(particles.count()) + " without any bonds, so no sticks"});
+  }
+  return bonds;
+}
+
+/// Returns the arrows of a source, if it has any. Throws SourceError that lists the numbers of the
+/// file if the file lacks the vectors.
+ParticleArrows arrows_to_draw(const ParticleSource& source, Particles& particles, PackedFile& file,
+                              ParticleRequest request) {
+  if (source.arrows.empty()) return {};
+  try {
+    return arrows_of(source.arrows, source.arrow_scale, particles);
+  } catch (const UnknownNumber&) {
+    request.all = true;
+    std::string names;
+    for (const NumberColumn& column : read_particles(file, request).numbers) {
+      names += (names.empty() ? "" : ", ") + printable(column.name);
+    }
+    throw SourceError("arrows", "the file has no vectors '" + printable(source.arrows) +
+                                    (names.empty() ? "', and no other numbers: leave out arrows"
+                                                   : "': name three of its numbers: " + names));
+  }
 }
 
 /// Returns the look as a scene file states it.
@@ -129,6 +172,7 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
     request.numbers.merge(numbers_of(show.look));
   }
   request.numbers.merge(input::numbers_of(source.cell));
+  request.numbers.merge(numbers_of_arrows(source.arrows));
   return request;
 }
 
@@ -145,9 +189,20 @@ Particles selected(Particles particles, PackedFile& file, ParticleSource& source
 SelectedParticles parts_of(Particles particles, PackedFile& file, const ParticleSource& source,
                            const std::filesystem::path& folder, int threads) {
   const ParticleRequest request = request_of(source, folder, threads);
+  const std::size_t count = particles.count();
+  const double angstrom = angstrom_of(particles);
+  std::vector<DrawnBond> bonds = bonds_to_draw(source, particles);
+  const double stick_radius = draws_sticks(source) ? stick_radius_of(particles, bonds) : 0;
+  ParticleArrows arrows = arrows_to_draw(source, particles, file, request);
   std::vector<ParticlePart> parts;
   with_remedy("show", {}, file, request, [&] { parts = split(particles, source, threads); });
-  SelectedParticles selected{std::move(particles.facts), particles.cell, {}};
+  SelectedParticles selected{.facts = std::move(particles.facts),
+                             .cell = particles.cell,
+                             .angstrom = angstrom,
+                             .count = count,
+                             .bonds = std::move(bonds),
+                             .stick_radius = stick_radius,
+                             .arrows = std::move(arrows)};
   for (ParticlePart& part : parts) {
     SelectedPart& added = selected.parts.emplace_back(SelectedPart{std::move(part), {}, {}});
     in_representation(added.representation, [&] {
@@ -167,6 +222,7 @@ SelectedParticles parts_of(Particles particles, PackedFile& file, const Particle
 ParticleSource append_parts(SelectedParticles selected, const std::filesystem::path& path,
                             ParticleSource source, SceneFile& file, int threads,
                             const DefaultLook* otherwise) {
+  ParticleShapes shapes(selected, source, file.scene);
   ParticleFile shown{path, {}, 0, std::move(selected.facts)};
   if (!file.cell) file.cell = selected.cell;
   for (SelectedPart& part : selected.parts) {
@@ -185,7 +241,11 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
     add_legend(file.legends, std::move(legend));
     append_spheres(std::move(part.particles), part.colors, part.look, source.file, file.materials,
                    file.scene, threads);
+    shapes.add_part(part);
   }
+  shapes.append_capsules();
+  add_legend(file.legends, std::move(selected.arrows.legend));
+  file.solid_cell = file.solid_cell || source.solid_cell;
   shown.source = source;
   file.particle_files.push_back(std::move(shown));
   return source;

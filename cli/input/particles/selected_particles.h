@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -8,6 +9,8 @@
 #include <vector>
 
 #include "cli/input/color/particle_colors.h"
+#include "cli/input/particles/arrows.h"
+#include "cli/input/particles/drawn_bonds.h"
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particles.h"
@@ -15,7 +18,7 @@
 #include "cli/input/scene_file/particle_source.h"
 #include "cli/input/scene_file/scene_file.h"
 
-/// Turns a particle file into spheres: selects particles and appends them to a scene.
+/// Turns a particle file into spheres and capsules: selects particles and appends them to a scene.
 namespace parray::input {
 
 /// A part of the particles that a source selects.
@@ -28,7 +31,12 @@ struct SelectedPart : ParticlePart {
 struct SelectedParticles {
   ParticleFacts facts;  ///< of the file; the notes of the parts are not in it
   std::optional<ParticleCell> cell;
-  std::vector<SelectedPart> parts;
+  std::vector<SelectedPart> parts{};
+  double angstrom = 1;             ///< length of 1 angstrom in the unit of the particles
+  std::size_t count = 0;           ///< of the particles of all parts and those not shown
+  std::vector<DrawnBond> bonds{};  ///< of the particles, as numbered before they were split
+  double stick_radius = 0;         ///< default of the looks; 0: no look draws sticks
+  ParticleArrows arrows{};
 };
 
 /// Returns what must be read from the file of `source`. A relative name of the topology is relative
@@ -43,7 +51,8 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
 Particles selected(Particles particles, PackedFile& file, ParticleSource& source,
                    const std::filesystem::path& folder = {}, int threads = 1);
 
-/// Splits the result of selected() by the representations of `source`, and colours the parts.
+/// Splits the result of selected() by the representations of `source`, and colours the parts. Finds
+/// the bonds and the arrows that the source shows.
 ///
 /// Throws SourceError if a member of the source does not suit the particles.
 SelectedParticles parts_of(Particles particles, PackedFile& file, const ParticleSource& source,
@@ -57,12 +66,12 @@ struct DefaultLook {
 };
 
 /// Decides the rules of `source` for the particles. Appends their spheres to the scene of `file`,
-/// part by part, the meaning of their colours to its legends, and facts about them to its other
-/// members. `path` is the path of the particle file; empty for the standard input. Without
-/// `otherwise`, automatic rules that the file does not support are errors. Returns the source with
-/// the decided rules.
+/// part by part, then capsules for bonds, arrows and the edges of the cell. Appends the meaning of
+/// colours and arrows to its legends, and facts about the particles to its other members. `path` is
+/// the path of the particle file; empty for the standard input. Without `otherwise`, automatic
+/// rules that the file does not support are errors. Returns the source with the decided rules.
 ///
-/// Throws SourceError for "material", "radius" and "color_by". Throws the errors of
+/// Throws SourceError for "material", "radius", "color_by" and "solid_cell". Throws the errors of
 /// append_spheres().
 ParticleSource append_parts(SelectedParticles selected, const std::filesystem::path& path,
                             ParticleSource source, SceneFile& file, int threads,

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "cli/input/particles/arrows.h"
 #include "cli/input/scene_file/particle_source.h"
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/scene/setting_rules.h"
@@ -68,6 +69,9 @@ inline constexpr TextRule<AlternativeChoice> alternatives{alternatives_from, tex
 inline constexpr TextRule<Replicas> replicas{replicas_from, text_by_overload};
 inline constexpr TextRule<std::string> select{select_from, same_text};
 inline constexpr TextRule<std::string> slice{slice_from, same_text};
+inline constexpr TextRule<std::string> arrows{arrows_from, same_text, JsonForm::text, arrow_words};
+inline constexpr Words style{"style of particles", particle_style_words};
+inline constexpr Words bonds{"source of bonds", bond_source_words};
 
 }  // namespace particle_rules
 
@@ -75,6 +79,12 @@ inline constexpr TextRule<std::string> slice{slice_from, same_text};
 template <typename F, typename... S>
 void look_fields(F&& f, S&... s) {
   using namespace traits;
+  f({"style"}, particle_rules::style, s.style...);  // an option of the whole picture, too
+  f({"stick_radius",
+     "Radius of sticks, in the file's unit of length (default: 0.15 angstrom or, without elements, "
+     "a tenth of the mean bond)",
+     special, "R"},
+    ranges::length, s.stick_radius...);
   f({"material",
      "Surface of the particles (default: column, else by-element, else by-type, else plain)",
      special},
@@ -150,6 +160,23 @@ void particle_fields(F&& f, S&... s) {
      "Move the centroid of these particles to the centre of the cell, and wrap: 'resname LIG'",
      special, "TEXT"},
     particle_rules::select, s.cell.center...);
+  f({"bonds",
+     "Bonds that sticks show. auto: those of the file and, unless it states all, those of close "
+     "atoms. file: only those of the file (default: auto)",
+     special},
+    particle_rules::bonds, s.bonds...);
+  f({"arrows",
+     "Draw a vector of each particle as an arrow: velocity, force, the name of a vector, or three "
+     "columns such as mux,muy,muz",
+     special, "VECTOR"},
+    particle_rules::arrows, s.arrows...);
+  f({"arrow_scale",
+     "Length of the arrow of a vector of length 1 (default: the longest arrow is twice as long as "
+     "the distance of neighbours)",
+     special, "X"},
+    ranges::length, s.arrow_scale...);
+  f({"solid_cell", "Draw the edges of the cell as rods, which cast shadows", special}, Flag{},
+    s.solid_cell...);
   f({"select",
      "Show only these particles: 'chain A B and not water', 'element C N O', 'z > 10', 'within 5 "
      "of resname HEM' (scenes/README.md describes the language)",

@@ -19,6 +19,9 @@ std::optional<ColoringProblem> problem_with(const ParticleLook& look) {
   if (!look.radius_by.empty() && look.radius != ParticleRadius{}) {
     return ColoringProblem{"radius_by", "excludes radius: leave out one of them"};
   }
+  if (look.stick_radius && look.style == ParticleStyle::spheres) {
+    return ColoringProblem{"stick_radius", "has no effect on style spheres: leave it out"};
+  }
   return input::problem_with(look.coloring);
 }
 
@@ -40,10 +43,17 @@ ParticleLook completed(ParticleLook look, const ParticleLook& base) {
     look.radius = base.radius;
     look.radius_by = base.radius_by;
   }
+  if (look.style == ParticleStyle::automatic) look.style = base.style;
+  if (!look.stick_radius && look.style != ParticleStyle::spheres) {
+    look.stick_radius = base.stick_radius;
+  }
   return look;
 }
 
 std::optional<SourceProblem> problem_with(const ParticleSource& source) {
+  if (source.arrow_scale && source.arrows.empty()) {
+    return SourceProblem{{"arrow_scale", "has no effect without arrows: add arrows"}, {}};
+  }
   if (const auto problem = problem_with(source.look)) return SourceProblem{*problem, {}};
   for (std::size_t i = 0; i < source.shows.size(); ++i) {
     const ParticleLook look = completed(source.shows[i].look, source.look);

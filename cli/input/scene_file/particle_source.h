@@ -10,6 +10,7 @@
 
 #include "cli/input/color/particle_coloring.h"
 #include "cli/input/particles/cell_operations.h"
+#include "cli/input/particles/drawn_bonds.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/particles/radius_scale.h"
 #include "cli/input/select/particle_filter.h"
@@ -49,12 +50,27 @@ struct ParticleRadius {
   friend bool operator==(const ParticleRadius&, const ParticleRadius&) = default;
 };
 
+/// The shapes of particles and bonds.
+enum class ParticleStyle : std::uint8_t {
+  automatic,         ///< balls_and_sticks for small molecules of automatic scenes, else spheres
+  spheres,           ///< bonds are not drawn
+  balls_and_sticks,  ///< smaller spheres, bonds as sticks
+  sticks             ///< spheres as thick as the sticks, so that sticks have round ends
+};
+/// Words for ParticleStyle, in the order of the enumeration.
+inline constexpr std::array<std::string_view, 4> particle_style_words{"auto", "spheres",
+                                                                      "balls-and-sticks", "sticks"};
+/// Words for BondSource, in the order of the enumeration.
+inline constexpr std::array<std::string_view, 3> bond_source_words{"auto", "file", "off"};
+
 /// How particles look.
 struct ParticleLook {
+  ParticleStyle style = ParticleStyle::automatic;
   ParticleMaterial material{};
   ParticleRadius radius{};
-  RadiusScale radius_by{};      ///< replaces `radius`
-  ParticleColoring coloring{};  ///< what the colours mean
+  RadiusScale radius_by{};               ///< replaces `radius`
+  std::optional<double> stick_radius{};  ///< in ranges::length; not given: stick_radius_of()
+  ParticleColoring coloring{};           ///< what the colours mean
 
   friend bool operator==(const ParticleLook&, const ParticleLook&) = default;
 };
@@ -71,7 +87,8 @@ struct Representation {
 /// Largest number of representations of a file.
 inline constexpr std::size_t max_representations = 256;
 
-/// An item of the scene's section `particles`: a file whose particles become spheres.
+/// An item of the scene's section `particles`: a file whose particles become spheres, and whose
+/// bonds, vectors and cell become capsules.
 struct ParticleSource {
   std::string file;  ///< relative to the folder of the scene file, or absolute
   ParticleLook look{};
@@ -80,6 +97,11 @@ struct ParticleSource {
   std::optional<FrameChoice> frame{};  ///< not given: the first frame with particles
   CellOperations cell{};               ///< what the cell means for the particles
   ParticleFilter filter{};             ///< which particles are shown
+  BondSource bonds = BondSource::automatic;
+  std::string arrows{};                 ///< vectors that arrows show (arrows.h); empty: none
+  std::optional<double> arrow_scale{};  ///< length of the arrow of a vector of length 1; not given:
+                                        ///< the longest arrow has longest_arrow spacings
+  bool solid_cell = false;              ///< the edges of the cell are rods
   /// Of these, only particles in one of the representations are shown. Empty: all, in `look`.
   std::vector<Representation> shows{};
   std::uint64_t line = 0;       ///< line of the item in the scene file

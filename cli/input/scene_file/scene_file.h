@@ -61,6 +61,7 @@ struct SceneFile {
   std::optional<ParticleCell> cell;          ///< of the first file with a cell
   /// The label `cell` is a default of crystals. A picture that is too small for it has none.
   bool cell_if_it_fits = false;
+  bool solid_cell = false;  ///< the scene has capsules for the edges of `cell`
   /// Number of spheres at the start that are the scenery of an automatic scene.
   std::uint32_t scenery = 0;
   Duplicates duplicates;  ///< the spheres of the file that were removed

@@ -13,9 +13,11 @@
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particle_spheres.h"
 #include "cli/input/particles/selected_particles.h"
+#include "cli/input/particles/sticks.h"
 #include "cli/input/view/principal_axes.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/scene/limits.h"
 #include "common/scene/settings.h"
 
 namespace parray::input {
@@ -40,13 +42,13 @@ bool is_filled(const ParticleCell& cell, const std::vector<Vec3d>& positions) {
   return true;
 }
 
-Subject subject_of(const Particles& particles, bool crystal, const Viewing& viewing) {
+Subject subject_of(const Particles& particles, bool with_cell) {
   Subject subject;
   const auto& cell = particles.cell;
   subject.molecule =
       !particles.elements.empty() &&
       (!cell || (!particles.residue_names.empty() && !is_filled(*cell, particles.positions)));
-  if (cell && (viewing.whole_cell || crystal)) subject.corners = corners_of(*cell);
+  if (cell && with_cell) subject.corners = corners_of(*cell);
   return subject;
 }
 
@@ -55,6 +57,7 @@ struct OpenRadius {
   std::size_t begin;
   std::size_t end;
   std::optional<std::size_t> representation;
+  double share;  ///< of lattice_radius()
 };
 
 std::vector<OpenRadius> open_radii(const SelectedParticles& selected, bool crystal) {
@@ -62,21 +65,26 @@ std::vector<OpenRadius> open_radii(const SelectedParticles& selected, bool cryst
   std::size_t begin = 0;
   for (const SelectedPart& part : selected.parts) {
     const std::size_t end = begin + part.particles.count();
+    const ParticleStyle style = part.look.style;
     if (decided(part.look.radius, part.particles, crystal).rule ==
-        ParticleRadius::Rule::automatic) {
-      open.push_back({begin, end, part.representation});
+            ParticleRadius::Rule::automatic &&
+        style != ParticleStyle::sticks) {
+      const double share = style == ParticleStyle::balls_and_sticks ? 0.5 : 1;
+      open.push_back({begin, end, part.representation, share});
     }
     begin = end;
   }
   return open;
 }
 
-/// Gives the radius lattice_radius() of all spheres to the parts that have none.
+/// Gives the radius lattice_radius() of all spheres to the parts that have none, and half of it to
+/// balls between sticks.
 void set_open_radii(const std::vector<OpenRadius>& open, std::span<Sphere> spheres,
                     ParticleSource& source) {
   if (open.empty()) return;
-  const double radius = lattice_radius(spheres);
+  const double lattice = lattice_radius(spheres);
   for (const OpenRadius& part : open) {
+    const double radius = std::max(part.share * lattice, limits::min_radius);
     for (Sphere& sphere : spheres.subspan(part.begin, part.end - part.begin)) {
       sphere.radius = radius;
     }
@@ -92,7 +100,8 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
   decide_for_beads(all, source);
   Particles particles = selected(std::move(all), file, source, {}, threads);
   const bool crystal = source.cell.crystal.value_or(false);
-  Subject subject = subject_of(particles, crystal, viewing);
+  decide_style(particles, source);
+  Subject subject = subject_of(particles, viewing.whole_cell || crystal || source.solid_cell);
   SelectedParticles parts = parts_of(std::move(particles), file, source, {}, threads);
   AutoScene out;
   source.file = file.name();
@@ -113,6 +122,7 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
       append_parts(std::move(parts), file.path(), std::move(source), out.file, threads, &look);
   const auto spheres = std::span(scene.spheres).subspan(scenery);
   set_open_radii(open, spheres, out.source);
+  subject.capsules = scene.capsules;
   if (viewing.labels) {
     subject.labels = [&](const Camera& camera) {
       scene.camera = camera;
@@ -185,6 +195,7 @@ AutoScene auto_scene(PackedFile& file, const ParticleSource& source, const Rende
 SceneFile with_reference(AutoScene scene, const std::string& file) {
   SceneFile out = std::move(scene.file);
   out.scene.spheres.resize(out.scenery);
+  out.scene.capsules.clear();
   out.scene.materials.resize(out.scenery);
   out.particles = {std::move(scene.source)};
   out.particles.front().file = file;

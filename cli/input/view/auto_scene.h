@@ -25,7 +25,7 @@ inline constexpr std::string_view plain_material_name = "plain";
 
 /// A scene that was made from a particle file.
 struct AutoScene {
-  SceneFile file;         ///< spheres of the scenery, then those of the particles
+  SceneFile file;         ///< spheres of the scenery, then those of the particles; capsules
   ParticleSource source;  ///< source of these particles; its rules are decided, `file` is as given
   TurnAxis axis;          ///< of a turntable; see Surroundings
 };
@@ -35,7 +35,8 @@ struct AutoScene {
 /// `automatic` rules fall back to the plain material and to lattice_radius(). The only known
 /// material name is plain_material_name. The automatic view treats particles as a molecule if they
 /// have elements and no cell, or residue names and a cell that they do not fill. Pictures of
-/// crystals, which is_crystal() recognises if `source` does not tell, have the label `cell`.
+/// crystals, which is_crystal() recognises if `source` does not tell, have the label `cell`. Small
+/// molecules are drawn as balls and sticks: see decide_style().
 ///
 /// Throws InputError "FILE: problem: remedy".
 AutoScene auto_scene(const std::filesystem::path& path, const ParticleSource& source,
@@ -45,7 +46,7 @@ AutoScene auto_scene(const std::filesystem::path& path, const ParticleSource& so
 AutoScene auto_scene(PackedFile& file, const ParticleSource& source, const RenderSettings& settings,
                      const Viewing& viewing = {}, int threads = 1);
 
-/// Returns a scene that refers to the particle file `file` instead of containing its spheres.
+/// Returns a scene that refers to the particle file `file` instead of containing its shapes.
 SceneFile with_reference(AutoScene scene, const std::string& file);
 
 }  // namespace parray::input

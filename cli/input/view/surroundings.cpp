@@ -121,13 +121,15 @@ void Extent::add(const Extent& later) {
 /// What the picture shows, and in which form.
 struct Shot {
   std::span<const Sphere> spheres;
-  std::vector<Sphere> others;  ///< more spheres, and points such as the corners of a cell
+  /// More spheres: ends of capsules, and points such as the corners of a cell.
+  std::vector<Sphere> others;
   Viewpoint view;
   Projection projection;
   double aspect;  ///< width of the picture divided by its height
 };
 
-/// Returns the extremes of spheres and points. The result is the same for any number of threads.
+/// Returns the extremes of spheres, capsules and points. The result is the same for any number of
+/// threads.
 Extent extent_of(const Shot& shot, const PictureArea& area, int threads) {
   const Extent none(shot.projection, shot.aspect, area);
   const Bands bands(shot.spheres.size(), threads);
@@ -188,6 +190,10 @@ Shot shot_of(std::span<const Sphere> spheres, double aspect, const Viewing& view
     for (const Vec3d& point : *points) shot.others.push_back({point, 0, 0});
   }
   if (!viewing.other_spheres.empty()) shot.view.frame.center = middle_of(shot.others);
+  for (const Capsule& capsule : subject.capsules) {
+    shot.others.push_back({capsule.from, capsule.radius, 0});
+    shot.others.push_back({capsule.to, capsule.radius, 0});
+  }
   if (viewing.turns) shot.others = all_around(shot.others, axis_of(shot.view));
   return shot;
 }

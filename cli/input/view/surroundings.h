@@ -38,10 +38,11 @@ struct Viewing {
 };
 inline constexpr NumberRange zoom_range{0.1, 100};
 
-/// What an automatic scene shows besides spheres.
+/// What an automatic scene shows besides the spheres of particles.
 struct Subject {
-  bool molecule = true;          ///< see viewpoint_of()
-  std::vector<Vec3d> corners{};  ///< points that the picture must include
+  bool molecule = true;                 ///< see viewpoint_of()
+  std::vector<Vec3d> corners{};         ///< points that the picture must include
+  std::span<const Capsule> capsules{};  ///< sticks, arrows and edges of the cell
   /// Returns the place of the labels in the picture of a camera without labels. Empty: no labels.
   std::function<LabelPlaces(const Camera&)> labels{};
 };
@@ -58,10 +59,12 @@ std::vector<SceneryObject> scenery_of(const Viewing& viewing);
 
 /// Camera, light and scenery for a picture of spheres in the style of a publication. The camera
 /// looks from the direction in which the spheres spread most, or from a direction that the user
-/// chose. It has a long lens. Every sphere is inside the picture and outside all labels, unless the
-/// user zooms in. A perspective camera moves sideways for this and keeps its direction.
+/// chose. It has a long lens. Every sphere and capsule is inside the picture and outside all
+/// labels, unless the user zooms in. A perspective camera moves sideways for this and keeps its
+/// direction.
 ///
-/// - ground: a pale floor under the lowest sphere. For a view that does not look down on the floor,
+/// - ground: a pale floor under the lowest sphere or capsule. For a view that does not look down on
+/// the floor,
 ///   it is a pale wall behind the farthest sphere. It fills the background.
 /// - wall: a dark wall behind all spheres. It fills the background. No shadow falls on it, because
 ///   it is too far away.

@@ -49,6 +49,22 @@ std::string title_of(const Legend& legend, int exponent) {
   return legend.title + (unit.empty() ? "" : " (" + unit + ")");
 }
 
+/// Draws an arrow. Returns the unit vector along it. An arrow towards or away from the viewer is a
+/// point, with the name beside it.
+Point draw_arrow(Pen& pen, const Point& from, const Point& to) {
+  const Point way = to - from;
+  const double length = std::hypot(way.x, way.y);
+  if (length <= pen.line()) return {-M_SQRT1_2, M_SQRT1_2};
+  const Point along = 1 / length * way;
+  pen.stroke(from, to);
+  const double head = std::min(0.5 * pen.font().size(), length);
+  for (const double turn : {-1.0, 1.0}) {
+    pen.stroke(to, {to.x - head * (along.x * 0.9 + turn * along.y * 0.4),
+                    to.y - head * (along.y * 0.9 - turn * along.x * 0.4)});
+  }
+  return along;
+}
+
 /// The places of the parts of a legend, from its upper left corner.
 class LegendLayout {
  public:
@@ -133,8 +149,12 @@ class LegendLayout {
     const double y = at.y + entries_top_ + static_cast<double>(i % rows_) * pitch();
     const double side = 0.9 * em_;
     const double middle = y + pitch() / 2;
-    pen.colored({x + line_, middle - side / 2, side, side},
-                [color = legend_.entries[i].color](double /*share*/) { return color; });
+    if (legend_.entries[i].arrow) {
+      draw_arrow(pen, {x, middle}, {x + side + line_, middle});
+    } else {
+      pen.colored({x + line_, middle - side / 2, side, side},
+                  [color = legend_.entries[i].color](double /*share*/) { return color; });
+    }
     pen.text(x + 1.4 * em_, middle + pen.font().cap_height() / 2, legend_.entries[i].name);
   }
 
@@ -150,22 +170,6 @@ class LegendLayout {
   double width_ = 0;
   double height_ = 0;
 };
-
-/// Draws an arrow. Returns the unit vector along it. An arrow towards or away from the viewer is a
-/// point, with the name beside it.
-Point draw_arrow(Pen& pen, const Point& from, const Point& to) {
-  const Point way = to - from;
-  const double length = std::hypot(way.x, way.y);
-  if (length <= pen.line()) return {-M_SQRT1_2, M_SQRT1_2};
-  const Point along = 1 / length * way;
-  pen.stroke(from, to);
-  const double head = std::min(0.5 * pen.font().size(), length);
-  for (const double turn : {-1.0, 1.0}) {
-    pen.stroke(to, {to.x - head * (along.x * 0.9 + turn * along.y * 0.4),
-                    to.y - head * (along.y * 0.9 - turn * along.x * 0.4)});
-  }
-  return along;
-}
 
 /// Moves the points until they are about `distance` apart.
 void move_apart(std::array<Point, 3>& points, double distance) {

@@ -47,7 +47,8 @@ double dots_per_inch(const LabelSettings& settings, double width) {
 }
 
 void set_title(Legend& legend, const LabelSettings& settings) {
-  if (settings.legend_title.empty()) return;
+  const bool arrows = !legend.entries.empty() && legend.entries.front().arrow;
+  if (settings.legend_title.empty() || arrows) return;
   legend.title = settings.legend_title;
   legend.unit.clear();
 }
@@ -235,7 +236,9 @@ void Labels::draw(Image& image, std::vector<float>& alpha, const DepthMap& map) 
   const double em = parts.font.size();
   if (parts.content.settings.cell) {
     const double line = std::max(cell_line_points * parts.dpi / points_an_inch, 1.0);
-    draw_lines(canvas, cell_lines(*parts.content.cell, parts.film), parts.film, map, line);
+    if (!parts.content.solid_cell) {
+      draw_lines(canvas, cell_lines(*parts.content.cell, parts.film), parts.film, map, line);
+    }
     for (const EdgeName& edge : edge_names(*parts.content.cell, parts.film, 0.7 * em)) {
       const Point at = parts.place_of(edge, map);
       Pen pen(parts.font, parts.line, {at.x - em / 2, at.y - em / 2, em, em});

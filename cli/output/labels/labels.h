@@ -20,6 +20,7 @@ struct LabelContent {
   LabelSettings settings;
   std::vector<Legend> legends{};
   std::optional<ParticleCell> cell{};
+  bool solid_cell = false;   ///< the scene itself shows the edges of the cell
   std::string time_stamp{};  ///< time or step of the frame in the file; empty: unknown
   std::string unit{};        ///< unit of length; empty: unknown
   Camera camera{};           ///< valid
@@ -32,7 +33,7 @@ struct LabelContent {
 /// print 120 mm wide, but at least 96 as on a screen.
 double dots_per_inch(const LabelSettings& settings, double width);
 
-/// Gives a legend the title of the settings, if they have one. It contains the unit.
+/// Gives a legend of colours the title of the settings, if they have one. It contains the unit.
 void set_title(Legend& legend, const LabelSettings& settings);
 
 /// Returns the length of a scale bar: the largest round length of at most `most_pixels`.

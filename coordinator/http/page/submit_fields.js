@@ -23,7 +23,7 @@ export const furtherFields = [
   {name: 'webhook', text: 'Webhook when finished', type: 'url', hint: 'none'}];
 
 export const particleFields = [
-  choice('style', 'Style', ['studio', 'publication', 'flat', 'night'], {usual: 'studio'}),
+  choice('style', 'Style', ['studio', 'publication', 'flat', 'night', 'spheres', 'balls-and-sticks', 'sticks'], {usual: 'studio'}),
   choice('view', 'View', ['auto', 'front', 'back', 'left', 'right', 'top', 'bottom', 'iso'], {usual: 'auto'}),
   word('background', 'Background', 'of the style', {title: 'white, black, grey or #RRGGBB'}),
   word('select', 'Selection', 'all particles', {title: 'For example: chain A and not water; element C N O; within 5 of resname HEM', wide: true}),

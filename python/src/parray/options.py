@@ -60,7 +60,12 @@ class PictureOptions(TypedDict, total=False):
     radius_by: str
     show: Sequence[Union[str, Mapping[str, Any]]]
     view: Literal["auto", "front", "back", "left", "right", "top", "bottom", "iso", "+x", "-x", "+y", "-y", "+z", "-z"]
-    style: Literal["studio", "publication", "flat", "night"]
+    style: Union[str, Sequence[str]]
+    bonds: Literal["auto", "file", "off"]
+    stick_radius: float
+    arrows: str
+    arrow_scale: float
+    solid_cell: bool
     projection: Literal["perspective", "orthographic"]
     up: Union[str, Sequence[float]]
     azimuth: float
@@ -129,13 +134,14 @@ class SubmitOptions(PictureOptions, total=False):
 
 # Options that make the scene. All others are passed on by their names.
 OF_PARTICLES = ("frame", "topology", "alternatives", "crystal", "replicate", "wrap", "whole", "center", "select",
-                "slice", "hide", "color_by", "colormap", "range", "color_scale", "radius_by", "show",
+                "slice", "hide", "bonds", "arrows", "arrow_scale", "solid_cell", "stick_radius",
+                "color_by", "colormap", "range", "color_scale", "radius_by", "show",
                 "view", "style", "projection", "up", "azimuth", "elevation", "zoom")  # fmt: skip
 OF_SCENE = ("elements", "camera", "sky", "material", *OF_PARTICLES)
 
 _DRAWN = ("outline", "depth_cue", "legend", "legend_title", "scale_bar", "unit", "time_stamp", "cell", "text", "font_size",
           "width_mm", "dpi")  # fmt: skip
-_FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell", "wrap", "whole")
+_FLAGS = ("denoise", "legend", "scale_bar", "time_stamp", "cell", "wrap", "whole", "solid_cell")
 _RENAMED = {"opaque": "transparent=False", "no_labels": "labels=False"}
 _OTHER_WORDS = {"cmap": "colormap", "c": "color_by", "color": "colors", "vmin": "range=(low, high)",
                 "vmax": "range=(low, high)"}  # fmt: skip

@@ -189,6 +189,11 @@ def render(
     radius_by radii by a number of the particles: "diameter", or "mass:0.5:2" for radii from 0.5 to 2
     show      parts with their own look: show=[{"select": "protein", "color_by": "chain"}, {"select": "ligand", "radius": 1}]
     view, style, projection   direction of view, surroundings of the particles, and projection
+    style     also shapes of the particles: "spheres", "balls-and-sticks" (default for small molecules), "sticks". Both:
+              ("flat", "sticks")
+    bonds, stick_radius   bonds that sticks show ("auto", "file", "off"), and the radius of sticks
+    arrows, arrow_scale   a vector of each particle as an arrow: "velocity", "force" or "mux,muy,muz", and its length
+    solid_cell   True: the edges of the cell are rods
     up, azimuth, elevation, zoom   change the camera: up="y", angles in degrees, zoom=1.5
     background   colour of the PNG picture's background, such as "black" or "#1e90ff", for particles with the program's camera
     quality   "draft", "good" or "print": size and error

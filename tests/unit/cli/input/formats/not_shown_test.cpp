@@ -13,7 +13,6 @@ namespace parray {
 namespace {
 
 using test::ParticleFiles;
-using test::pdb_line;
 
 /// The text of the note with this key, with its count; empty: none.
 std::string told(const Particles& particles, std::string_view key) {
@@ -24,50 +23,6 @@ std::string told(const Particles& particles, std::string_view key) {
 }
 
 }  // namespace
-
-TEST_CASE("PDB: a note counts the bonds of CONECT, each once") {
-  const ParticleFiles files;
-  const std::string atoms =
-      pdb_line(" C1", ' ', "LIG", 1, 1, 1, " C") + pdb_line(" C2", ' ', "LIG", 1, 2, 1, " C");
-  const std::string bonds = "CONECT    1    2    3\nCONECT    2    1    1\nCONECT    3    1\n";
-  CHECK(told(files.read("a.pdb", atoms + bonds + "END\n"), "bonds") == "2 bonds not shown");
-  CHECK(told(files.read("a.pdb", atoms + "CONECT99999A0000\nEND\n"), "bonds") ==
-        "1 bond not shown");
-  CHECK(told(files.read("a.pdb", atoms + "CONECT 100001 100002 100003\n"), "bonds") ==
-        "2 bonds not shown");
-  const Particles none = files.read("a.pdb", atoms + "END\n" + atoms + bonds);
-  CHECK(told(none, "bonds").empty());  // they belong to the second frame
-  CHECK(told(files.read("a.pdb", "MODEL 1\n" + atoms + "ENDMDL\n" + bonds), "bonds") ==
-        "2 bonds not shown");
-}
-
-TEST_CASE("MOL2, SDF, PSF and LAMMPS data: a note counts bonds") {
-  const ParticleFiles files;
-  CHECK(told(files.read("a.mol2",
-                        "@<TRIPOS>MOLECULE\na\n@<TRIPOS>ATOM\n1 C 1 2 3 C.3\n2 O 2 2 3 O.2\n"
-                        "@<TRIPOS>BOND\n1 1 2 2\n@<TRIPOS>MOLECULE\nb\n@<TRIPOS>ATOM\n"
-                        "1 C 1 2 3 C.3\n@<TRIPOS>BOND\n1 1 2 2\n2 1 2 2\n"),
-             "bonds") == "1 bond not shown");
-  const std::string v2000 =
-      "a\n\n\n  2  1  0  0  0  0  0  0  0  0  1 V2000\n    1.0000    2.0000    3.0000 C   0  0\n"
-      "    2.0000    2.0000    3.0000 O   0  0\n  1  2  2  0\nM  END\n$$$$\n";
-  CHECK(told(files.read("a.sdf", v2000), "bonds") == "1 bond not shown");
-  const std::string v3000 =
-      "a\n\n\n  0  0  0     0  0            999 V3000\nM  V30 BEGIN CTAB\n"
-      "M  V30 COUNTS 1 3 0 0 0\nM  V30 BEGIN ATOM\nM  V30 1 C 1 2 3 0\nM  V30 END ATOM\n"
-      "M  V30 END CTAB\nM  END\n";
-  CHECK(told(files.read("a.sdf", v3000), "bonds") == "3 bonds not shown");
-  const std::string data =
-      "title\n\n2 atoms\n1 bonds\n1 bond types\n1 atom types\n0 9 xlo xhi\n0 9 ylo yhi\n"
-      "0 9 zlo zhi\n\nAtoms # bond\n\n1 1 1 0 0 0\n2 1 1 1 0 0\n\nBonds\n\n1 1 1 2\n";
-  CHECK(told(files.read("a.data", data), "bonds") == "1 bond not shown");
-  const std::string psf =
-      "PSF\n\n 1 !NTITLE\n x\n\n 1 !NATOM\n 1 A 1B ALA CA CT1 0.1 12.011 0\n\n"
-      " 4 !NBOND: bonds\n 1 2 2 3 3 4 4 5\n";
-  const Particles named = read_names(files.write("a.psf", psf));
-  CHECK(told(named, "bonds") == "4 bonds not shown");
-  CHECK(named.insertion_codes == std::vector<char>{'B'});
-}
 
 TEST_CASE("LAMMPS: a note counts ellipsoids and other bodies, which are shown as spheres") {
   const ParticleFiles files;

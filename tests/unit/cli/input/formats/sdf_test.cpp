@@ -64,7 +64,7 @@ TEST_CASE("SDF: incomplete and damaged molecules are refused with their line") {
   CHECK(files.message("a.sdf", head + "    1.0000    0.0000    0.0000 C   0  0\n") ==
         "a.sdf:5: the file ends within a molecule: check that the file is complete");
   CHECK(files.message("a.sdf", head + "    1.0000    0.0000    0.0000 C   0  0\n$$$$\n") ==
-        "a.sdf:6: the molecule ends before its 2 atoms: check the number of atoms");
+        "a.sdf:6: the molecule ends before its 2 atoms and 0 bonds: check these numbers");
   CHECK(files.message("a.sdf", "a\nb\n") ==
         "a.sdf:2: the file ends within a molecule's header: check that the file is complete");
   CHECK(files.message("a.sdf", head + "1.0 nan 0.0 C\n") ==

@@ -33,7 +33,7 @@ TEST_CASE("Tinker: files with and without a box and a title are read under every
       REQUIRE(boxed.cell.has_value());
       CHECK(boxed.cell->edges[0].x == 18.643);
       CHECK(boxed.cell->edges[2].z == 20);
-      CHECK(test::note(boxed, "bonds") == 2);
+      CHECK(boxed.bonds == std::vector<StatedBond>{{0, 1}, {1, 2}});
       const Particles bare = files.read(name, "     3" + title + "\n" + rows);
       CHECK(test::xs_of(bare) == Xs{1, 2, 3});
       CHECK_FALSE(bare.cell.has_value());

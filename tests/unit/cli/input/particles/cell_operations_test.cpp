@@ -38,8 +38,9 @@ const std::string boxed_protein =
     "ATOM      1  N   ALA A   1       0.000   0.000   0.000  1.00  0.00           N\n"
     "ATOM      2  CA  ALA A   1       1.450   0.000   0.000  1.00  0.00           C\n";
 
-/// Returns the automatic scene of a file.
-AutoScene scene_of(const std::filesystem::path& file, const ParticleSource& source = {}) {
+/// Returns the automatic scene of a file, with full radii also for molecules.
+AutoScene scene_of(const std::filesystem::path& file, ParticleSource source = {}) {
+  source.look.style = ParticleStyle::spheres;
   return auto_scene(file, source, auto_scene_settings());
 }
 

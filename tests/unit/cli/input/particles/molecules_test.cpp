@@ -60,9 +60,9 @@ TEST_CASE("bonds across faces are found once, whatever the cell's size and shape
     }
     Particles wrapped = carbon;
     wrap(wrapped);
-    CHECK(periodic_bonds(carbon).size() == bonds_by_search(wrapped, 2 * 0.76 + 0.4));
+    CHECK(covalent_bonds(carbon).size() == bonds_by_search(wrapped, 2 * 0.76 + 0.4));
     const CellFractions fractions(cell);
-    for (const PeriodicBond& bond : periodic_bonds(carbon)) {
+    for (const PeriodicBond& bond : covalent_bonds(carbon)) {
       const Vec3d d = carbon.positions[bond.to] + fractions.translation(bond.image) -
                       carbon.positions[bond.from];
       CHECK(length(d) <= 2 * 0.76 + 0.4);
@@ -72,7 +72,7 @@ TEST_CASE("bonds across faces are found once, whatever the cell's size and shape
 
 TEST_CASE("hydrogens, ions and unknown elements do not bond where atoms of carbon would") {
   const auto bonds = [](std::uint8_t first, std::uint8_t second) {
-    return periodic_bonds(atoms_in(cube(20), {{1, 1, 1}, {1.9, 1, 1}}, {first, second})).size();
+    return covalent_bonds(atoms_in(cube(20), {{1, 1, 1}, {1.9, 1, 1}}, {first, second})).size();
   };
   CHECK(bonds(6, 1) == 1);
   CHECK(bonds(1, 1) == 0);
@@ -83,21 +83,20 @@ TEST_CASE("hydrogens, ions and unknown elements do not bond where atoms of carbo
 
 TEST_CASE("no bond crosses a face that is not periodic") {
   Particles slab = atoms_in(cube(10), {{5, 5, 0.2}, {5, 5, 9.6}}, {6, 6});
-  CHECK(periodic_bonds(slab).size() == 1);
+  CHECK(covalent_bonds(slab).size() == 1);
   slab.cell->periodic = {true, true, false};
-  CHECK(periodic_bonds(slab).empty());
+  CHECK(covalent_bonds(slab).empty());
 }
 
 TEST_CASE("lengths that cannot be in angstrom are refused") {
   const char* const refusal =
-      "atoms are too close for bonds: bonds need positions and a cell in angstrom, so use wrap "
-      "instead of whole";
+      "atoms are too close for bonds: convert positions and cell to angstrom";
   CHECK(message_of<InputError>([] {
-          (void)periodic_bonds(atoms_in(cube(0.1), {{0, 0, 0}}, {6}));
+          (void)covalent_bonds(atoms_in(cube(0.1), {{0, 0, 0}}, {6}));
         }) == refusal);
   const Particles heap =
       atoms_in(cube(50), std::vector<Vec3d>(3000, {1, 1, 1}), std::vector<std::uint8_t>(3000, 6));
-  CHECK(message_of<InputError>([&] { (void)periodic_bonds(heap); }) == refusal);
+  CHECK(message_of<InputError>([&] { (void)covalent_bonds(heap); }) == refusal);
 }
 
 TEST_CASE("water that a corner breaks becomes whole beside its first atom") {

@@ -143,6 +143,25 @@ TEST_CASE("the picture contains the given points, and the ground is below them")
   }
 }
 
+TEST_CASE("the picture contains the ends of capsules, and the ground is below them") {
+  const std::vector<Sphere> spheres = cloud(100, {0, 0, 0}, {2, 3, 4}, 0.1, 12);
+  const std::vector<Capsule> capsules{{{0, 0, 0}, {9, 0, 0}, 0.5, 0},
+                                      {{0, 0, 0}, {-5, -7, -8}, 1, 0}};
+  for (const Viewing& viewing : viewings()) {
+    const Surroundings portrait = surroundings_of(spheres, 1.5, viewing, {.capsules = capsules});
+    const Film film(portrait.camera, 1.5);
+    for (const Capsule& capsule : capsules) {
+      for (const auto& [x, y] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+        CHECK(film.inside({capsule.to, capsule.radius, 0}, x, y) > 1);
+      }
+      for (const SceneryObject& prop : portrait.scenery) {
+        CHECK(length(capsule.to - prop.sphere.center) >=
+              (prop.sphere.radius + capsule.radius) * (1 - 1e-12));
+      }
+    }
+  }
+}
+
 TEST_CASE("the ground touches the lowest sphere and no other is below") {
   int grounds = 0;
   for_each_auto_scene([&](const Taken& taken) {

@@ -1,0 +1,83 @@
+#include "cli/input/formats/bond_fields.h"
+
+#include <algorithm>
+#include <string>
+
+#include "cli/input/particles/stated_bonds.h"
+#include "common/base/printable.h"
+#include "common/base/text.h"
+
+namespace parray::input {
+namespace {
+
+void check_different(std::uint64_t one, std::uint64_t other, std::string_view number,
+                     const FilePlace& place) {
+  if (one != other) return;
+  place.fail("atom " + printable(number) + " bonds to itself: remove the bond");
+}
+
+}  // namespace
+
+StatedBond bond_field(std::string_view one, std::string_view other, std::uint64_t atoms,
+                      const FilePlace& place) {
+  const auto atom = [&](std::string_view text) {
+    const std::optional<std::uint64_t> number = natural_in(text);
+    if (number && *number >= 1 && *number <= atoms) return *number - 1;
+    place.fail("a bond has the atom '" + printable(text) + "': use a number from 1 to " +
+               std::to_string(atoms));
+  };
+  const std::uint64_t first = atom(one);
+  const std::uint64_t second = atom(other);
+  check_different(first, second, one, place);
+  return bond_between(first, second);
+}
+
+void AtomNumbers::add(std::optional<std::int64_t> number) {
+  const std::uint32_t place = atoms_++;
+  if (!number) return;
+  sorted_ = false;
+  const bool follows = !runs_.empty() && *number == runs_.back().end() &&
+                       place == runs_.back().place + runs_.back().count;
+  if (follows) {
+    ++runs_.back().count;
+  } else {
+    runs_.push_back({*number, place, 1, 0});
+  }
+}
+
+void AtomNumbers::sort_runs() {
+  if (sorted_) return;
+  std::ranges::sort(runs_, {}, &Run::number);
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    runs_[i].end_so_far = std::max(runs_[i].end(), i > 0 ? runs_[i - 1].end_so_far : 0);
+  }
+  sorted_ = true;
+}
+
+std::optional<std::uint32_t> AtomNumbers::find(std::int64_t number) {
+  sort_runs();
+  std::optional<std::uint32_t> found;
+  auto run = std::ranges::upper_bound(runs_, number, {}, &Run::number);
+  while (run != runs_.begin() && (--run)->end_so_far > number) {
+    if (run->end() <= number) continue;
+    if (found) return {};
+    found = run->place + static_cast<std::uint32_t>(number - run->number);
+  }
+  return found;
+}
+
+StatedBond AtomNumbers::bond(std::string_view one, std::string_view other, const FilePlace& place) {
+  const auto atom = [&](std::string_view text) {
+    const auto number = parsed<std::int64_t>(text);
+    const auto found = number ? find(*number) : std::nullopt;
+    if (found) return *found;
+    place.fail("a bond has the atom '" + printable(text) +
+               "', but not exactly one atom has this number: check the numbers of the atoms");
+  };
+  const std::uint32_t first = atom(one);
+  const std::uint32_t second = atom(other);
+  check_different(first, second, one, place);
+  return bond_between(first, second);
+}
+
+}  // namespace parray::input

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/input/particles/particles.h"
+
+/// The bonds that CIF states between named atoms: struct_conn of mmCIF, which has links between
+/// residues, and chem_comp_bond of components, which has all bonds.
+namespace parray::input {
+
+/// One of the two atoms of a bond.
+struct CifLinkEnd {
+  std::string name;
+  std::string chain;
+  std::string residue_number = "1";  ///< that of all atoms of a component
+  std::string insertion;
+  std::string alternative;
+  std::string symmetry;
+};
+
+/// The tables of bonds in a block.
+class CifLinks {
+ public:
+  /// Returns whether a plain tag (see plain_tag()) belongs to a table of bonds.
+  static bool is_table(std::string_view plain_tag);
+
+  /// Begins a table with these plain tags, one or more.
+  void start(const std::vector<std::string>& tags);
+  /// Adds the next value of the table, without quotes.
+  void add(std::string value);
+
+  /// Adds bonds to the particles: those of a component, or covalent, disulfide and metal bonds
+  /// inside one asymmetric unit. A note counts bonds of which not exactly two atoms are known.
+  void finish(bool component, Particles& particles) const;
+
+ private:
+  struct Column {
+    std::string CifLinkEnd::*member = nullptr;
+    std::size_t end = 0;
+    bool kind = false;  ///< the kind of the bond
+  };
+  struct Link {
+    std::array<CifLinkEnd, 2> ends;
+    bool component = false;
+    std::string kind;
+  };
+
+  static bool is_bond(const Link& link);
+
+  bool component_ = false;       // of the current table
+  std::vector<Column> columns_;  // of the current table
+  std::size_t next_ = 0;
+  std::vector<Link> links_;
+};
+
+}  // namespace parray::input

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/input/color/legend.h"
+#include "cli/input/particles/particles.h"
+#include "common/scene/scene.h"
+
+/// Arrows for vectors of the particles, such as velocities.
+namespace parray::input {
+
+inline constexpr std::array<std::string_view, 2> arrow_words{"velocity", "force"};
+
+/// Default length of the longest arrow, in typical_distance() of the particles.
+inline constexpr double longest_arrow = 2;
+
+/// Parses arrow_words, the name of a vector, or three names of columns separated by commas. Throws
+/// InputError, which names no place, for other texts.
+std::string arrows_from(std::string_view text);
+
+/// Returns the numeric columns that may hold the vectors. For "velocity": vx, velocity_x and so on.
+std::set<std::string, std::less<>> numbers_of_arrows(std::string_view arrows);
+
+/// The arrows of particles.
+struct ParticleArrows {
+  std::vector<Vec3d> arrows;  ///< from the centre to the tip, one per particle; 0: no arrow
+  double width = 0;           ///< radius of the shafts of long arrows
+  Legend legend;              ///< the value of the longest arrow
+};
+
+/// Returns the arrows of particles, at least one. `scale` is the length of the arrow of a vector of
+/// length 1. Not given: the longest arrow has longest_arrow times the distance of typical
+/// neighbours. Particles whose vector is not known have no arrow, and a note counts them.
+///
+/// Throws UnknownNumber if the particles lack the columns. Throws SourceError for "arrow_scale" if
+/// arrows are too long, or if particles without neighbours need a scale.
+ParticleArrows arrows_of(std::string_view arrows, const std::optional<double>& scale,
+                         Particles& particles);
+
+/// Appends an arrow of one material. It is a capsule for the shaft and a chain of balls for the
+/// head. The balls shrink towards the tip by a constant factor, so that they look like a cone.
+/// Arrows that are short for their width become thinner. Does nothing for an arrow of length 0.
+void append_arrow(const Vec3d& center, const Vec3d& arrow, double width, std::uint32_t material,
+                  std::vector<Capsule>& capsules);
+
+/// Largest number of capsules of an arrow.
+inline constexpr std::uint64_t capsules_of_arrow = 21;
+
+}  // namespace parray::input

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cli/input/particles/particles.h"
+
+namespace parray::input {
+
+/// Where bonds come from.
+enum class BondSource : std::uint8_t {
+  automatic,  ///< those of the file and, unless the file states all bonds, those of close atoms
+  file,       ///< those of the file alone
+  off
+};
+
+/// A bond to draw. `delta` is the vector from particle `first` to the image of particle `second`
+/// that it bonds to, in the unit of the file; never 0. Each half of the bond is drawn at its own
+/// particle: from `first` along `delta`, and from `second` against it. `first` and `second` are
+/// equal if a particle bonds to its own image.
+struct DrawnBond {
+  std::uint32_t first = 0;
+  std::uint32_t second = 0;
+  Vec3d delta;
+};
+
+/// Returns the bonds between the particles, with `first` <= `second`, in the order of their
+/// particles. The result is the same for the same particles.
+///
+/// A stated bond leads to the nearest image. Automatic bonds leave out stated bonds between two
+/// hydrogens that have other bonds, as in rigid water.
+///
+/// Unless Particles::all_bonds, automatic bonds add covalent_bonds(), with these exceptions:
+///
+/// - The stated bonds of an atom are all its bonds to other residues. They are all its bonds to
+///   atoms of its own residue that have stated bonds, too.
+/// - Amino acids, nucleotides and water bond to each other only by C-N, O3'-P and SG-SG. Water
+///   bonds to no other residue.
+/// - Atoms of different alternative locations do not bond. Atoms closer than 0.5 angstrom do not
+///   bond, because they share a place.
+///
+/// A bond across a periodic face is left out if it leads to the place of another particle, such as
+/// a copy on that face: the bond to that particle is drawn.
+///
+/// Throws the errors of covalent_bonds().
+std::vector<DrawnBond> drawn_bonds(const Particles& particles, BondSource source);
+
+}  // namespace parray::input

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/input/particles/drawn_bonds.h"
+#include "cli/input/particles/particles.h"
+#include "cli/input/scene_file/particle_source.h"
+#include "common/scene/scene.h"
+
+/// Turns bonds into sticks, and the edges of a cell into rods. Both are capsules.
+namespace parray::input {
+
+/// Most atoms of a molecule that automatic scenes draw as balls and sticks.
+inline constexpr std::size_t most_atoms_with_sticks = 500;
+
+/// Returns whether a style draws bonds.
+constexpr bool has_sticks(ParticleStyle style) {
+  return style == ParticleStyle::balls_and_sticks || style == ParticleStyle::sticks;
+}
+
+/// Returns whether the source draws bonds in any of its looks.
+bool draws_sticks(const ParticleSource& source);
+
+/// Replaces the automatic styles of an automatic scene by balls and sticks if the particles, all
+/// that the source shows, are a small molecule: at most most_atoms_with_sticks atoms of known
+/// elements, with bonds and without radii of the file. A look keeps its style if the user chose a
+/// rule for its radii.
+void decide_style(const Particles& particles, ParticleSource& source);
+
+/// Returns the default radius of sticks, in the particles' unit of length: 0.15 angstrom, or a
+/// tenth of the mean bond or distance for particles without elements.
+double stick_radius_of(const Particles& particles, const std::vector<DrawnBond>& bonds);
+
+/// Gives the spheres of particles the radii of a style. `look` is decided. `angstrom` is the length
+/// of an angstrom in the particles' unit.
+/// - balls_and_sticks: 0.25 of the radius by element or column, 0.5 of the covalent radius. A
+///   number and radius_by stay as they are.
+/// - sticks: `stick_radius`.
+void shape_spheres(const ParticleLook& look, double stick_radius, double angstrom,
+                   std::span<Sphere> spheres);
+
+/// A particle in a scene.
+struct DrawnParticle {
+  std::uint32_t sphere = 0;  ///< its number in the scene
+  double stick_radius = 0;   ///< 0: its style has no sticks
+  bool shown = false;        ///< it has a sphere
+};
+
+/// Appends two capsules for each bond, in order: from each particle to the middle of the bond, with
+/// the material of the particle. Leaves out halves of particles without sticks, bonds of particles
+/// that are not shown, and bonds of length 0. `particles` are those that the bonds number.
+void append_sticks(const std::vector<DrawnBond>& bonds, const std::vector<DrawnParticle>& particles,
+                   Scene& scene);
+
+/// Appends capsules of `material` for the twelve edges of the cell. Their radius is 0.6 % of the
+/// mean edge.
+void append_cell(const ParticleCell& cell, std::uint32_t material, std::vector<Capsule>& capsules);
+
+/// The material of the edges of a cell.
+inline constexpr Material cell_material{MaterialType::diffuse, {0.2, 0.2, 0.2}, 0, 1};
+
+}  // namespace parray::input
