@@ -24,7 +24,7 @@ inline constexpr std::uint32_t protocol_version = 6;
 
 /// Version of the bits of pictures. Increase it with every change to the bits of a picture, and to
 /// the number of samples of a pixel. Then renew the shipped pictures with scenes/pictures/renew.
-inline constexpr std::uint32_t trace_version = 5;
+inline constexpr std::uint32_t trace_version = 6;
 
 namespace msg {
 

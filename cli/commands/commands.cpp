@@ -5,6 +5,7 @@ namespace parray::commands {
 void add_commands(CommandLine& line, Action& chosen) {
   line.heading("Pictures");
   add_render(line, chosen);
+  add_film(line, chosen);
   add_plan(line, chosen);
   add_tradeoff(line, chosen);
   add_compare(line, chosen);

@@ -9,6 +9,7 @@
 namespace parray::commands {
 
 void add_render(CommandLine& line, Action& chosen);
+void add_film(CommandLine& line, Action& chosen);
 void add_submit(CommandLine& line, Action& chosen);
 void add_jobs(CommandLine& line, Action& chosen);
 void add_show(CommandLine& line, Action& chosen);

@@ -1,15 +1,20 @@
 #include "cli/commands/frame_scenes.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <span>
 #include <utility>
 
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/view/auto_scene.h"
+#include "cli/input/view/silhouette.h"
+#include "cli/output/frame_names.h"
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/process/stop_signal.h"
 
 namespace parray::commands {
 namespace {
@@ -22,46 +27,180 @@ std::uint64_t frames_in(const ParticleSource& source, const std::filesystem::pat
   return read_particles(file, request).facts.frames.value_or(1);
 }
 
+/// Reads a scene file without its particles.
+SceneFile read_scene(const std::string& file, NamedFiles named) {
+  PackedFile opened{std::filesystem::path(file)};
+  SceneFile scene = read_scene_file(opened, usable_cpus());
+  if (named == NamedFiles::beside) check_beside(scene, file);
+  return scene;
+}
+
+std::filesystem::path folder_of(const std::string& file) {
+  return std::filesystem::path(file).parent_path();
+}
+
+/// Returns the first source of a scene whose file may hold frames among which it does not choose.
+const ParticleSource* trajectory_of(const SceneFile& scene, const std::filesystem::path& folder) {
+  const auto found = std::ranges::find_if(scene.particles, [&](const ParticleSource& source) {
+    return !source.frame && may_hold_frames(folder / source.file);
+  });
+  return found == scene.particles.end() ? nullptr : &*found;
+}
+
 }  // namespace
 
-FrameScenes::FrameScenes(std::string file, const RenderOptions& options, NamedFiles named)
-    : file_(std::move(file)), options_(options), named_(named) {
-  PackedFile opened{std::filesystem::path(file_)};
+FrameScenes::FrameScenes(std::string file, const RenderOptions& options, NamedFiles named,
+                         std::uint32_t first)
+    : file_(std::move(file)),
+      options_(options),
+      named_(named),
+      first_(first),
+      numbered_(has_frame_number(file_)) {
+  PackedFile opened{std::filesystem::path(file_of(first))};
   is_scene_ = particle_format_of(opened) == nullptr;
-  if (!is_scene_ && options.particles().source().frame) {
-    throw InputError("--frames and --frame exclude each other: leave one of them out");
+}
+
+std::string FrameScenes::file_of(std::uint32_t frame) const {
+  return with_frame_number(file_, frame);
+}
+
+ParticleSource FrameScenes::given_source() const {
+  ParticleSource source = options_.particles().source();
+  if (!source.topology.empty() && named_ == NamedFiles::anywhere) {
+    source.topology = std::filesystem::absolute(source.topology).string();  // else beside the file
   }
+  return source;
+}
+
+bool FrameScenes::is_still() const {
+  if (numbered_) return false;
+  if (!is_scene_) return given_source().frame || !may_hold_frames(file_);
+  return trajectory_of(read_scene(file_, named_), folder_of(file_)) == nullptr;
 }
 
 std::uint64_t FrameScenes::count() const {
   if (!is_scene_) {
-    ParticleSource source = options_.particles().source();
+    ParticleSource source = given_source();
     source.file = std::filesystem::path(file_).filename().string();
-    return frames_in(source, std::filesystem::path(file_).parent_path());
+    return frames_in(source, folder_of(file_));
   }
-  PackedFile opened{std::filesystem::path(file_)};
-  const SceneFile scene = read_scene_file(opened, usable_cpus());
-  if (named_ == NamedFiles::beside) check_beside(scene, file_);
-  const std::filesystem::path folder = std::filesystem::path(file_).parent_path();
-  for (const ParticleSource& source : scene.particles) {
-    if (!source.frame && may_hold_frames(folder / source.file)) return frames_in(source, folder);
+  const SceneFile scene = read_scene(file_, named_);
+  if (const ParticleSource* const source = trajectory_of(scene, folder_of(file_))) {
+    return frames_in(*source, folder_of(file_));
   }
   throw InputError(printable(file_, 4096) +
                    ": the scene names no trajectory, so all frames would be equal: leave out the "
                    "frames");
 }
 
-SceneFile FrameScenes::at(std::uint64_t frame) {
-  if (is_scene_) {
-    FrameChange change;
-    change.particles = frame;
-    return load_scene(file_, options_, change, named_);
+std::vector<std::string> FrameScenes::files(const std::vector<std::uint32_t>& frames) const {
+  std::vector<std::string> files{file_};
+  if (numbered_) {
+    files.clear();
+    for (const std::uint32_t frame : frames) files.push_back(file_of(frame));
   }
-  if (!shared_) shared_ = automatic_scene_of_frames(file_, options_, first_, named_);
+  const std::size_t named_by = files.size();
+  for (std::size_t i = 0; is_scene_ && i < named_by; ++i) {
+    for (const ParticleSource& source : read_scene(files[i], named_).particles) {
+      files.push_back((folder_of(files[i]) / source.file).string());
+      if (!source.topology.empty()) {
+        files.push_back((folder_of(files[i]) / source.topology).string());
+      }
+    }
+  }
+  if (!is_scene_ && !given_source().topology.empty()) files.push_back(given_source().topology);
+  return files;
+}
+
+void FrameScenes::fix(const std::vector<std::uint32_t>& frames, bool turns, bool still) {
+  still_ = still;
+  if (!still_ && !numbered_ && !is_scene_ && given_source().frame) {
+    throw InputError("--frames and --frame exclude each other: leave one of them out");
+  }
+  const std::vector<std::uint32_t> shown = still_ ? std::vector{first_} : frames;
+  is_scene_ ? fix_scene(shown) : fix_particles(shown, turns);
+}
+
+void FrameScenes::note_read(std::size_t frames) const {
+  check_interrupted();
+  if (on_read_) on_read_(frames);
+}
+
+void FrameScenes::fix_scene(const std::vector<std::uint32_t>& frames) {
+  if (numbered_) return;  // each has its own camera and colours
+  PackedFile opened{std::filesystem::path(file_)};
+  shared_ = scene_without_particles(opened, options_, named_);
+  axis_ = axis_of(shared_->scene.camera);
+  if (frames.size() == 1) return;
+  FixedLooks looks;
+  std::size_t read = 0;
+  for (const std::uint32_t frame : frames) {
+    looks.add(with_particles(frame).particle_files);
+    note_read(++read);
+  }
+  looks.apply_to(shared_->particles);
+}
+
+void FrameScenes::fix_particles(const std::vector<std::uint32_t>& frames, bool turns) {
+  Viewing viewing = viewing_of(options_);
+  ParticleSource source = given_source();
+  if (!still_ && !numbered_) source.frame = FrameChoice{frames.front(), false};
+  const auto make = [&] {
+    auto [scene, axis] =
+        automatic_scene_of_frames(file_of(frames.front()), options_, source, viewing, named_);
+    shared_ = std::move(scene);
+    axis_ = axis;
+  };
+  make();
+  if (frames.size() == 1 && !turns) return;
+  const bool cell = viewing.whole_cell || shared_->particles.front().cell.crystal.value_or(false);
+  Silhouette silhouette;
+  FixedLooks looks;
+  std::size_t read = 0;
+  for (const std::uint32_t frame : frames) {
+    const SceneFile scene = with_particles(frame);
+    silhouette.add(std::span(scene.scene.spheres).subspan(scene.scenery), usable_cpus());
+    for (const Vec3d& corner : cell&& scene.cell ? corners_of(*scene.cell) : std::vector<Vec3d>{}) {
+      viewing.other_points.push_back(corner);
+    }
+    looks.add(scene.particle_files);
+    note_read(++read);
+  }
+  viewing.other_spheres = silhouette.spheres();
+  viewing.turns = turns;
+  looks.apply_to(shared_->particles);
+  source = shared_->particles.front();
+  if (!still_ && !numbered_) source.frame = FrameChoice{frames.front(), false};
+  make();
+}
+
+SceneFile FrameScenes::with_particles(std::uint32_t frame) {
   SceneFile scene = *shared_;
-  scene.particles.front().frame = FrameChoice{frame, false};
-  complete_scene(scene, file_);
+  if (numbered_) {
+    open_.clear();
+    scene.particles.front().file = std::filesystem::path(file_of(frame)).filename().string();
+  } else if (!still_ && is_scene_) {
+    choose_frame(scene, frame, file_);
+  } else if (!still_) {
+    scene.particles.front().frame = FrameChoice{frame, false};
+  }
+  complete_scene(scene, file_, &open_);
   return scene;
+}
+
+SceneFile FrameScenes::at(std::uint32_t frame) {
+  if (!shared_ && !(numbered_ && is_scene_)) fix({frame});
+  if (!shared_) return load_scene(file_of(frame), options_, {}, named_);
+  if (!still_) return with_particles(frame);
+  if (!only_) only_ = with_particles(frame);
+  return *only_;
+}
+
+void turn(SceneFile& scene, const TurnAxis& axis, double degrees) {
+  scene.scene.camera = turned(scene.scene.camera, axis, degrees);
+  for (Sphere& sphere : std::span(scene.scene.spheres).first(scene.scenery)) {
+    sphere.center = turned(sphere.center, axis, degrees);
+  }
 }
 
 }  // namespace parray::commands

@@ -1,40 +1,79 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "cli/commands/loading.h"
 #include "cli/commands/options.h"
+#include "cli/input/particles/fixed_looks.h"
+#include "cli/input/particles/selected_particles.h"
 #include "cli/input/scene_file/scene_file.h"
+#include "cli/input/view/turntable.h"
 
 namespace parray::commands {
 
-/// Loads the scenes of the frames of a trajectory. The trajectory is a file of particles, or is
-/// named by a scene file. A file of particles alone gets one automatic camera for all frames: that
-/// of the first one. Throws the errors of load_scene().
+/// Loads the scenes of the frames of a film. The frames are those of a trajectory, which is a file
+/// of particles or is named by a scene file, or numbered files (#### in the name), or all show the
+/// same scene (a still). Numbered scene files differ as they are. All other frames have one camera,
+/// and the same colours, ranges and radii mean the same in all of them. Throws the errors of
+/// load_scene().
 class FrameScenes {
  public:
-  /// `options` must outlive this object.
-  FrameScenes(std::string file, const RenderOptions& options, NamedFiles named);
+  /// `options` must outlive this object. `first`: number of the first of numbered files.
+  FrameScenes(std::string file, const RenderOptions& options, NamedFiles named,
+              std::uint32_t first = 0);
 
+  /// Returns whether the file contains or names no trajectory, or chooses a frame of it, and is not
+  /// numbered.
+  [[nodiscard]] bool is_still() const;
+  /// Returns whether the frames are scene files, whose cameras ParRay does not choose.
+  [[nodiscard]] bool is_scene() const { return is_scene_; }
   /// Counts the frames of the trajectory. Throws InputError if the scene names no trajectory, or
   /// chooses a frame itself.
   [[nodiscard]] std::uint64_t count() const;
-  /// Sets the frame that determines the automatic camera. Call before at().
-  void begin_at(std::uint64_t frame) { first_ = frame; }
-  /// Returns the scene of a frame.
-  SceneFile at(std::uint64_t frame);
+  /// Makes the frames alike. Reads each of them once, unless there is only one. `turns`: the camera
+  /// of an automatic scene will turn around it. `still`: all frames show the same scene. Call
+  /// before at().
+  void fix(const std::vector<std::uint32_t>& frames, bool turns = false, bool still = false);
+  /// Sets a function that fix() calls with the number of frames that it has read.
+  void report_reading(std::function<void(std::size_t)> on_read) { on_read_ = std::move(on_read); }
+  /// Returns the scene of a frame. Ascending frames are fastest.
+  SceneFile at(std::uint32_t frame);
+  /// Returns the axis of a turntable.
+  [[nodiscard]] TurnAxis axis() const { return axis_; }
+  /// Returns all files that determine the frames, for a check of changes.
+  [[nodiscard]] std::vector<std::string> files(const std::vector<std::uint32_t>& frames) const;
 
   [[nodiscard]] const std::string& file() const { return file_; }
 
  private:
+  [[nodiscard]] std::string file_of(std::uint32_t frame) const;
+  [[nodiscard]] ParticleSource given_source() const;
+  void fix_scene(const std::vector<std::uint32_t>& frames);
+  void fix_particles(const std::vector<std::uint32_t>& frames, bool turns);
+  SceneFile with_particles(std::uint32_t frame);
+  void note_read(std::size_t frames) const;
+
   const std::string file_;
   const RenderOptions& options_;
   const NamedFiles named_;
+  const std::uint32_t first_;
+  const bool numbered_;
   bool is_scene_ = false;  ///< the file is a scene, not a file of particles
-  std::uint64_t first_ = 0;
-  std::optional<SceneFile> shared_;  ///< the automatic scene without its particles
+  bool still_ = false;
+  std::optional<SceneFile> shared_;  ///< the scene without its particles
+  std::optional<SceneFile> only_;    ///< the scene of a still
+  TurnAxis axis_{};
+  OpenTrajectories open_;
+  std::function<void(std::size_t)> on_read_;
 };
+
+/// Turns the camera around the scene, with the scenery of an automatic scene.
+void turn(SceneFile& scene, const TurnAxis& axis, double degrees);
 
 }  // namespace parray::commands

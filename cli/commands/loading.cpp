@@ -1,6 +1,7 @@
 #include "cli/commands/loading.h"
 
 #include <filesystem>
+#include <utility>
 
 #include "cli/commands/printing.h"
 #include "cli/input/formats/format_table.h"
@@ -16,21 +17,6 @@ namespace parray::commands {
 namespace {
 
 namespace fs = std::filesystem;
-
-void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file) {
-  bool chosen = false;
-  for (ParticleSource& source : scene.particles) {
-    if (!source.frame && may_hold_frames(fs::path(file).parent_path() / source.file)) {
-      source.frame = FrameChoice{frame, false};
-      chosen = true;
-    }
-  }
-  if (!chosen) {
-    throw InputError(printable(file, 4096) +
-                     ": all frames would be equal: write #### for the frame's number in the "
-                     "scene's name, add --camera-path, or use a scene with a trajectory");
-  }
-}
 
 /// Throws InputError if the options of a file of particles name a file in another folder.
 void check_topology_beside(const ParticleSource& given) {
@@ -52,36 +38,28 @@ void remove_more_duplicates(SceneFile& scene, int threads) {
 
 /// Makes an automatic scene of a file of particles.
 AutoScene automatic_scene(PackedFile& file, const ParticleSource& source,
-                          const RenderOptions& options, NamedFiles named, int threads) {
+                          const RenderOptions& options, const Viewing& viewing, NamedFiles named) {
   if (named == NamedFiles::beside) check_topology_beside(source);
-  Viewing viewing = options.auto_scene().viewing();
-  const bool transparent = options.view().transparent(false);
-  viewing.transparent = transparent || options.auto_scene().background();
   RenderSettings settings = auto_scene_settings();
   if (options.can_stop()) settings.target_error = auto_scene_error;
-  return auto_scene(file, source, options.over(settings), viewing, threads);
+  AutoScene scene = auto_scene(file, source, options.over(settings), viewing, usable_cpus());
+  scene.file.background = options.auto_scene().background();
+  return scene;
 }
 
 SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameChange& change,
-                   NamedFiles named, int threads) {
+                   NamedFiles named) {
   const std::string& name = file.name();
   if (particle_format_of(file) != nullptr) {
     SceneFile scene =
-        automatic_scene(file, options.particles().source(), options, named, threads).file;
-    scene.background = options.auto_scene().background();
-    remove_more_duplicates(scene, threads);
+        automatic_scene(file, options.particles().source(), options, viewing_of(options), named)
+            .file;
+    remove_more_duplicates(scene, usable_cpus());
     return scene;
   }
-  options.particles().check_unused(name);
-  options.auto_scene().check_unused(name);
-  SceneFile scene = read_scene_file(file, threads);
-  if (named == NamedFiles::beside) check_beside(scene, name);
+  SceneFile scene = scene_without_particles(file, options, named);
   if (change.particles) choose_frame(scene, *change.particles, name);
-  if (!scene.particles.empty()) {
-    expand_particles(scene, name, threads);
-    remove_more_duplicates(scene, threads);
-  }
-  scene.settings = options.over(scene.settings);
+  if (!scene.particles.empty()) complete_scene(scene, name);
   return scene;
 }
 
@@ -104,30 +82,62 @@ void check_beside(const SceneFile& scene, const std::string& file) {
   }
 }
 
-SceneFile automatic_scene_of_frames(const std::string& file, const RenderOptions& options,
-                                    std::uint64_t frame, NamedFiles named) {
+void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file) {
+  bool chosen = false;
+  for (ParticleSource& source : scene.particles) {
+    if (!source.frame && may_hold_frames(fs::path(file).parent_path() / source.file)) {
+      source.frame = FrameChoice{frame, false};
+      chosen = true;
+    }
+  }
+  if (!chosen) {
+    throw InputError(printable(file, 4096) +
+                     ": all frames would be equal: write #### for the frame's number in the "
+                     "scene's name, add --camera-path, or use a scene with a trajectory");
+  }
+}
+
+Viewing viewing_of(const RenderOptions& options) {
+  Viewing viewing = options.auto_scene().viewing();
+  viewing.transparent =
+      options.view().transparent(false) || options.auto_scene().background().has_value();
+  return viewing;
+}
+
+SceneOfFrames automatic_scene_of_frames(const std::string& file, const RenderOptions& options,
+                                        const ParticleSource& source, const Viewing& viewing,
+                                        NamedFiles named) {
   PackedFile opened{fs::path(file)};
-  ParticleSource source = options.particles().source();
-  source.frame = FrameChoice{frame, false};
-  SceneFile scene = with_reference(automatic_scene(opened, source, options, named, usable_cpus()),
-                                   fs::path(file).filename().string());
-  scene.background = options.auto_scene().background();
+  AutoScene made = automatic_scene(opened, source, options, viewing, named);
+  const TurnAxis axis = made.axis;
+  SceneFile scene = with_reference(std::move(made), fs::path(file).filename().string());
   scene.transparent = options.view().transparent(scene.transparent) || scene.background;
   // complete_scene() sets these anew.
   scene.particle_files.clear();
   scene.legends.clear();
   scene.cell.reset();
+  return {std::move(scene), axis};
+}
+
+SceneFile scene_without_particles(PackedFile& file, const RenderOptions& options,
+                                  NamedFiles named) {
+  options.particles().check_unused(file.name());
+  options.auto_scene().check_unused(file.name());
+  SceneFile scene = read_scene_file(file, usable_cpus());
+  if (named == NamedFiles::beside) check_beside(scene, file.name());
+  scene.settings = options.over(scene.settings);
+  scene.transparent = options.view().transparent(scene.transparent);
   return scene;
 }
 
-void complete_scene(SceneFile& scene, const std::string& file) {
-  expand_particles(scene, file, usable_cpus());
+void complete_scene(SceneFile& scene, const std::string& file, OpenTrajectories* open) {
+  expand_particles(scene, file, usable_cpus(), open);
   remove_more_duplicates(scene, usable_cpus());
 }
 
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change,
                      NamedFiles named) {
-  SceneFile scene = read_any(file, options, change, named, usable_cpus());
+  SceneFile scene = read_any(file, options, change, named);
   scene.transparent = options.view().transparent(scene.transparent) || scene.background;
   if (change.camera) scene.scene.camera = *change.camera;
   print_notes(scene.particle_files);

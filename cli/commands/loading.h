@@ -6,7 +6,9 @@
 #include <string>
 
 #include "cli/commands/options.h"
+#include "cli/input/particles/selected_particles.h"
 #include "cli/input/scene_file/scene_file.h"
+#include "cli/input/view/surroundings.h"
 
 namespace parray::commands {
 
@@ -32,13 +34,28 @@ enum class NamedFiles : std::uint8_t {
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change = {}, NamedFiles named = NamedFiles::anywhere);
 
-/// Returns the automatic scene of a file of particles without the particles of `frame`, which
-/// determine its camera. It refers to the file: choose a frame in its only source, then call
+/// Returns how an automatic scene shows its particles by these options.
+Viewing viewing_of(const RenderOptions& options);
+
+/// An automatic scene without its particles. It refers to their file in its only source.
+struct SceneOfFrames {
+  SceneFile scene;
+  TurnAxis axis;  ///< of a turntable; see Surroundings
+};
+/// Returns the automatic scene of a file of particles for several frames. The particles of `source`
+/// determine the direction of view. Choose a frame in the scene's source, then call
 /// complete_scene().
-SceneFile automatic_scene_of_frames(const std::string& file, const RenderOptions& options,
-                                    std::uint64_t frame, NamedFiles named);
-/// Adds the particles that the scene refers to.
-void complete_scene(SceneFile& scene, const std::string& file);
+SceneOfFrames automatic_scene_of_frames(const std::string& file, const RenderOptions& options,
+                                        const ParticleSource& source, const Viewing& viewing,
+                                        NamedFiles named);
+/// Returns the scene of a scene file without the particles to which it refers, with the options
+/// laid over its settings. Call complete_scene() to add them.
+SceneFile scene_without_particles(PackedFile& file, const RenderOptions& options, NamedFiles named);
+/// Chooses a frame of each trajectory that the scene of `file` names, unless the scene itself does.
+/// Throws InputError if it names none.
+void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file);
+/// Adds the particles to which the scene refers. `open`: see expand_particles().
+void complete_scene(SceneFile& scene, const std::string& file, OpenTrajectories* open = nullptr);
 
 /// Returns whether the file is one of particles whose format has several frames.
 bool may_hold_frames(const std::filesystem::path& path);

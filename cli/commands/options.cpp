@@ -281,6 +281,7 @@ Boxed<RenderSettings> RenderOptions::over(const RenderSettings& of_scene) const 
     settings.height = sized(settings.height);
     settings.target_error = quality_->error;
   }
+  if (settings.target_error == 0) settings.target_error = usual_error_;
   if (says_when_to_stop()) settings.target_error = 0;
   if (print_width_ && !has_size()) {
     const double share = static_cast<double>(*print_width_) / settings.width;

@@ -95,6 +95,9 @@ class RenderOptions {
   [[nodiscard]] bool can_stop() const { return can_stop_; }
   /// Returns whether an option gives the target error.
   [[nodiscard]] bool has_target_error() const { return keys_.contains("target_error"); }
+  /// Makes pictures of all scenes stop at this error unless the scene or an option says when to
+  /// stop.
+  void aim_at(double error) { usual_error_ = error; }
   /// Declares --like, after add_to(), for commands that render.
   void add_like_to(Command& command);
   /// Returns the picture of --like. Empty: none.
@@ -135,6 +138,7 @@ class RenderOptions {
   std::set<std::string_view> keys_;  ///< keys of the given settings
   const Quality* quality_ = nullptr;
   bool can_stop_ = false;
+  double usual_error_ = 0;  ///< 0: none
   ParticleOptions particles_;
   AutoSceneOptions auto_scene_;
 };

@@ -35,9 +35,9 @@ struct Rules {
 };
 
 /// Returns the rules of each RenderMode, in its order.
-const std::array<Rules, 8>& rules() {
+const std::array<Rules, 9>& rules() {
   using enum Feature;
-  static const std::array<Rules, 8> all = {{
+  static const std::array<Rules, 9> all = {{
       {"parray render", "", {}},
       {"parray-mpi", "", {denoised_target}},
       {"pictures of a farm", "", {denoised_target}},
@@ -55,6 +55,7 @@ const std::array<Rules, 8>& rules() {
       {"parray fetch, which has no scene",
        "leave it out, or use parray render, or parray submit --wait",
        {traced_channels}},
+      {"a film", "add --transparent off, or --background COLOR", {denoised_target, transparency}},
   }};
   return all;
 }
@@ -160,7 +161,8 @@ void complete_submission(LoadedSubmission& loaded, RenderMode mode, const std::s
   submission.name = scene_file == standard_input_argument
                         ? "standard input"
                         : printable(std::filesystem::path(scene_file).filename().string(), 100);
-  const bool only_replaced = mode == RenderMode::http && file.background;  // when it is drawn
+  const bool draws_background = mode == RenderMode::http || mode == RenderMode::film;
+  const bool only_replaced = draws_background && file.background;
   if (file.transparent && !only_replaced) {
     require(mode, Feature::transparency, submission.name + ": transparent");
   }
@@ -186,12 +188,13 @@ LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
   return loaded;
 }
 
-LoadedSubmission load_frame(RenderMode mode, FrameScenes& scenes, std::uint64_t frame,
-                            std::uint32_t priority) {
+LoadedSubmission load_frame(RenderMode mode, FrameScenes& scenes, std::uint32_t frame,
+                            std::uint32_t priority, const std::function<void(SceneFile&)>& change) {
   const SteadyClock clock;
   const Time begin = clock.now();
   LoadedSubmission loaded;
   loaded.rest = scenes.at(frame);
+  if (change) change(loaded.rest);
   complete_submission(loaded, mode, scenes.file(), priority, clock, begin);
   return loaded;
 }

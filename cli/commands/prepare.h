@@ -23,7 +23,8 @@ enum class RenderMode : std::uint8_t {
   sheet,   ///< several views in one picture, in this process
   series,  ///< frames, by a farm
   http,    ///< one picture, submitted by HTTP
-  fetch    ///< a picture from a farm, without its scene
+  fetch,   ///< a picture from a farm, without its scene
+  film     ///< frames, in this process or by a farm; this process writes the files
 };
 
 /// Features that some modes lack.
@@ -65,9 +66,10 @@ LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
                                  const FrameChange& change = {});
 
 class FrameScenes;
-/// Does the same for a frame of a trajectory.
-LoadedSubmission load_frame(RenderMode mode, FrameScenes& scenes, std::uint64_t frame,
-                            std::uint32_t priority);
+/// Does the same for a frame of a film. `change` changes the loaded scene; empty: it stays.
+LoadedSubmission load_frame(RenderMode mode, FrameScenes& scenes, std::uint32_t frame,
+                            std::uint32_t priority,
+                            const std::function<void(SceneFile&)>& change = {});
 
 /// Requests the samples that the denoiser needs, and applies a target error to the denoised
 /// picture. A target error that no option gives (`usual`) stays that of the picture before

@@ -68,12 +68,6 @@ OutputPaths outputs_of(const OutputPaths& outputs, std::uint32_t frame) {
   return numbered;
 }
 
-/// Fetches and writes one frame. Returns the exit status. Throws InputError or RunError.
-int deliver_frame(Client& client, const ListedFrame& frame, const OutputPaths& outputs,
-                  bool raw = false) {
-  return fetch_and_write(client, frame.job, outputs_of(outputs, frame.frame), raw);
-}
-
 /// Frames without a picture, and the reasons.
 using Failures = std::map<std::uint32_t, std::string>;
 
@@ -84,105 +78,92 @@ int report_failures(const Failures& failures) {
   return failures.empty() ? 0 : 1;
 }
 
-/// Returns a token of the request. An equal request has the same token and so finds the frames that
-/// were submitted before. Numbered scenes contribute their names, other files their contents.
-std::string token_of(const SeriesRequest& request) {
-  const FrameRange& frames = request.frames;
-  const std::string text =
-      std::to_string(getuid()) + "\n" +
-      std::filesystem::absolute(request.scene).lexically_normal().string() + "\n" +
-      std::to_string(frames.first) + "-" + std::to_string(frames.last) + ":" +
-      std::to_string(frames.step) + "\n" + request.render.as_given() +
-      (has_frame_number(request.scene) ? "" : read_file(request.scene).value_or("")) + "\n" +
-      (request.camera_path.empty() ? "" : read_file(request.camera_path).value_or(""));
-  constexpr std::size_t digits = 48;
-  return sha256_hex(std::as_bytes(std::span(text))).substr(0, digits);
-}
-
-/// Submits the frames of a request, and follows them until they end.
-class SeriesRun {
+/// Submits frames, and follows them until they end.
+class FrameRun {
  public:
-  SeriesRun(Client& client, const SeriesRequest& request)
+  FrameRun(Client& client, const FrameJobs& jobs)
       : client_(client),
-        request_(request),
-        token_(token_of(request)),
-        progress_(
-            progress_style(request.following.quiet || !request.wait, request.following.progress),
-            std::cerr, terminal_columns) {
-    if (!request.camera_path.empty()) path_.emplace(request.camera_path);
-  }
+        jobs_(jobs),
+        progress_(progress_style(jobs.following.quiet || !jobs.wait, jobs.following.progress),
+                  std::cerr, terminal_columns) {}
 
   int run() {
-    find_earlier_frames();
-    for (std::uint32_t place = 0; place < request_.frames.count(); ++place) {
-      const std::uint32_t frame = request_.frames.number(place);
-      if (known_.contains(frame)) continue;
+    if (in_series()) {
+      find_earlier_frames();
+    } else {
+      (void)client_.workers();  // start_submit() needs a coordinator that has answered
+    }
+    for (const std::uint32_t frame : jobs_.frames) {
+      if (known_.contains(frame) || jobs_.there.contains(frame)) continue;
+      wait_while([this] { return unfinished() >= jobs_.most_unfinished; });
       if (auto submission = load(frame)) submit(std::move(*submission));
       update_if_due();
       check_not_cancelled();
     }
     settle(0);
-    while (request_.wait && !pending_.empty()) {
-      update();
-      client_.rest(polling_interval(clock_.now() - begin_));
-    }
+    wait_while([this] { return jobs_.wait && !pending_.empty(); });
     progress_.make_way();
-    if (request_.wait && series_ != 0) run_end();
+    if (jobs_.wait && series_ != 0) run_end();
     return std::max(report_failures(failures_), status_);
   }
 
   [[nodiscard]] JobId series() const { return series_; }
 
  private:
+  [[nodiscard]] bool in_series() const { return !jobs_.token.empty(); }
+  [[nodiscard]] std::size_t unfinished() const {
+    return pending_.size() + client_.submitting() + refused_.size();
+  }
+
+  template <typename Condition>
+  void wait_while(const Condition& condition) {
+    while (condition()) {
+      settle(0);
+      update();
+      if (!condition()) return;
+      const Time longest = in_series() ? milliseconds(100) : milliseconds(20);
+      client_.rest(std::min(polling_interval(clock_.now() - begin_), longest));
+    }
+  }
+
   /// Finds the frames that an earlier run submitted.
   void find_earlier_frames() {
     for (const json& map : client_.jobs()) {
-      if (map.value("frames", 0) > 0 && map.value("series", "") == token_) set_series(map.at("id"));
+      if (map.value("frames", 0) == 0 || map.value("series", "") != jobs_.token) continue;
+      set_series(map.at("id"));
+      planned_ = map.at("frames");
     }
     for (std::uint32_t from = 0; series_ != 0;) {
       const auto frames = listed_frames(client_.show_series(series_, from));
       if (frames.empty()) break;
       for (const ListedFrame& frame : frames) {
         known_.insert(frame.frame);
-        pending_.insert(frame.frame);
+        if (!jobs_.there.contains(frame.frame)) pending_.emplace(frame.frame, frame.job);
       }
       from = frames.back().frame + 1;
     }
     if (!known_.empty()) {
       std::cerr << "parray: series " << series_ << " continues: " << known_.size() << " of "
-                << request_.frames.count() << " frames were submitted before\n";
+                << planned_ << " frames were submitted before\n";
     }
   }
 
   void set_series(JobId series) {
     series_ = series;
-    std::cout << series << std::endl;
-  }
-
-  FrameChange change_of(std::uint32_t frame) const {
-    FrameChange change;
-    if (path_) {
-      change.camera = path_->at(frame);
-    } else if (!has_frame_number(request_.scene)) {
-      change.particles = frame;
-    }
-    return change;
+    if (jobs_.prints) std::cout << series << std::endl;
   }
 
   /// Loads a frame. Returns nothing if it cannot be submitted; failures_ then has the reason.
   std::optional<Submission> load(std::uint32_t frame) {
     try {
-      Submission submission =
-          load_submission(RenderMode::series, with_frame_number(request_.scene, frame),
-                          request_.render, request_.priority, change_of(frame))
-              .submission;
-      submission.max_failures = request_.max_failures;
-      if (!request_.name.empty()) submission.name = request_.name;
-      submission.series = token_;
+      Submission submission = jobs_.load(frame);
+      submission.series = jobs_.token;
       submission.frame = frame;
-      submission.frames = request_.frames.count();
+      if (in_series()) submission.frames = planned_;
       return submission;
     } catch (const InputError& error) {
+      const bool first = unfinished() == 0 && ended_ == 0 && failures_.empty();
+      if (first && jobs_.first_must_load) throw;
       failures_[frame] = error.what();
       return {};
     }
@@ -191,9 +172,10 @@ class SeriesRun {
   /// Submits a frame. The first frame is submitted alone, because its answer has the number of the
   /// series. Later ones are submitted several at a time.
   void submit(Submission submission) {
-    settle(series_ == 0 ? 0 : most_in_flight - 1);
+    const bool first = in_series() && series_ == 0;
+    settle(first ? 0 : most_in_flight - 1);
     client_.start_submit(std::move(submission));
-    if (series_ == 0) settle(0);
+    if (first) settle(0);
   }
 
   /// Waits until at most `most` submissions have no answer yet.
@@ -212,8 +194,8 @@ class SeriesRun {
     const std::uint32_t frame = outcome.submission.frame;
     try {
       if (outcome.refusal) std::rethrow_exception(outcome.refusal);
-      if (series_ == 0) set_series(client_.show(outcome.job).at("series"));
-      pending_.insert(frame);
+      if (in_series() && series_ == 0) set_series(client_.show(outcome.job).at("series"));
+      pending_.emplace(frame, outcome.job);
     } catch (const NoRoom& error) {
       wait_for_room(std::move(outcome.submission), error.what());
     } catch (const InputError& error) {
@@ -251,8 +233,12 @@ class SeriesRun {
   /// Shows the progress of the series, and fetches the finished frames.
   void update() {
     next_update_ = clock_.now() + milliseconds(500);
+    if (!in_series()) {
+      update_jobs();
+      return;
+    }
     if (series_ == 0) return;
-    const json map = client_.show_series(series_, pending_.empty() ? 0 : *pending_.begin());
+    const json map = client_.show_series(series_, pending_.empty() ? 0 : pending_.begin()->first);
     const JobStatus status = job_status(map);
     progress_.show(clock_.now(), status);
     for (const ListedFrame& frame : listed_frames(map)) {
@@ -261,11 +247,36 @@ class SeriesRun {
     cancelled_ = status.state == name_of(JobState::cancelled);
   }
 
+  /// Does the same for frames that are jobs of their own.
+  void update_jobs() {
+    JobStatus all;
+    for (const auto& [frame, job] : std::exchange(pending_, {})) {
+      JobStatus status = job_status(client_.show(job));
+      if (status.ended()) {
+        handle_ended({frame, job, status.state, status.reason});
+        continue;
+      }
+      pending_.emplace(frame, job);
+      all.progress += status.progress;
+      all.samples_per_second = std::max(all.samples_per_second, status.samples_per_second);
+    }
+    all.frames = jobs_.frames.size();
+    all.frames_done = ended_ + jobs_.there.size();
+    const double here = all.progress + static_cast<double>(ended_);
+    const auto to_do = static_cast<double>(all.frames - jobs_.there.size());
+    all.progress =
+        (here + static_cast<double>(jobs_.there.size())) / static_cast<double>(all.frames);
+    all.state = name_of(here == to_do ? JobState::done : JobState::running);
+    if (here > 0) all.seconds_left = to_seconds(clock_.now() - begin_) * (to_do - here) / here;
+    all.name = "film";
+    progress_.show(clock_.now(), all);
+  }
+
   void run_end() const {
     const bool done = failures_.empty();
-    run_end_command(request_.following.on_end, series_,
+    run_end_command(jobs_.following.on_end, series_,
                     std::string(name_of(done ? JobState::done : JobState::failed)),
-                    done ? "" : failures_.begin()->second, request_.outputs.image.string());
+                    done ? "" : failures_.begin()->second, jobs_.image);
   }
 
   /// Throws RunError if the series was cancelled before all frames were submitted.
@@ -277,19 +288,22 @@ class SeriesRun {
     }
   }
 
-  /// Fetches and writes a frame that is done, or notes why it failed.
+  /// Delivers a frame that is done, or notes why it failed.
   void handle_ended(const ListedFrame& frame) {
+    ++ended_;
     if (!frame.done()) {
       failures_[frame.frame] = frame.why();
-    } else if (request_.wait && !request_.outputs.none()) {
-      progress_.make_way();
-      try {
-        status_ = std::max(status_, deliver_frame(client_, frame, request_.outputs));
-      } catch (const InputError& error) {
-        failures_[frame.frame] = error.what();
-      } catch (const RunError& error) {
-        failures_[frame.frame] = error.what();
-      }
+      return;
+    }
+    if (!jobs_.deliver) return;
+    if (jobs_.prints) progress_.make_way();
+    try {
+      status_ = std::max(status_, jobs_.deliver(frame.frame, frame.job));
+      if (!in_series()) client_.steer(frame.job, msg::JobAction::forget);
+    } catch (const InputError& error) {
+      failures_[frame.frame] = error.what();
+    } catch (const RunError& error) {
+      failures_[frame.frame] = error.what();
     }
   }
 
@@ -299,22 +313,45 @@ class SeriesRun {
   static constexpr std::uint64_t most_bytes_in_flight = std::uint64_t{1} << 25;
 
   Client& client_;
-  const SeriesRequest& request_;
-  const std::string token_;
-  std::optional<CameraPath> path_;
+  const FrameJobs& jobs_;
   Progress progress_;
   SteadyClock clock_;
   Time begin_ = clock_.now();
   Time next_update_{};
   JobId series_ = 0;
+  /// Number of frames that the series will have.
+  std::uint32_t planned_ = static_cast<std::uint32_t>(jobs_.frames.size() - jobs_.there.size());
   std::set<std::uint32_t> known_;                ///< submitted by an earlier run
-  std::set<std::uint32_t> pending_;              ///< submitted, and not known to have ended
+  std::map<std::uint32_t, JobId> pending_;       ///< submitted, and not known to have ended
   std::map<std::uint32_t, Submission> refused_;  ///< the coordinator had no room for these frames
   std::string waits_for_;                        ///< the last reason that was printed
   Failures failures_;
+  std::uint64_t ended_ = 0;  ///< frames that have ended during this run
   bool cancelled_ = false;
   int status_ = 0;
 };
+
+/// Numbered scenes contribute their names to the token, other files their contents.
+std::string token_of(const SeriesRequest& request) {
+  const FrameRange& frames = request.frames;
+  return series_token(
+      std::filesystem::absolute(request.scene).lexically_normal().string() + "\n" +
+      std::to_string(frames.first) + "-" + std::to_string(frames.last) + ":" +
+      std::to_string(frames.step) + "\n" + request.render.as_given() +
+      (has_frame_number(request.scene) ? "" : read_file(request.scene).value_or("")) + "\n" +
+      (request.camera_path.empty() ? "" : read_file(request.camera_path).value_or("")));
+}
+
+FrameChange change_of(const SeriesRequest& request, const std::optional<CameraPath>& path,
+                      std::uint32_t frame) {
+  FrameChange change;
+  if (path) {
+    change.camera = path->at(frame);
+  } else if (!has_frame_number(request.scene)) {
+    change.particles = frame;
+  }
+  return change;
+}
 
 }  // namespace
 
@@ -335,15 +372,20 @@ static void check_scene(const SeriesRequest& request) {
   PackedFile file(request.scene);
   if (particle_format_of(file) != nullptr) {
     throw InputError(printable(request.scene, 4096) +
-                     ": the automatic camera of a particle file differs from frame to frame: write "
-                     "a scene file, which has one camera, with parray convert, and submit that");
+                     ": the automatic camera of a particle file differs from frame to frame: use "
+                     "parray film --farm, which has one camera for all, or write a scene file with "
+                     "parray convert, and submit that");
   }
 }
 
-int submit_series(Client& client, const SeriesRequest& request) {
-  check_scene(request);
-  const DeferredInterrupts deferred;
-  SeriesRun run(client, request);
+std::string series_token(const std::string& request) {
+  const std::string text = std::to_string(getuid()) + "\n" + request;
+  constexpr std::size_t digits = 48;
+  return sha256_hex(std::as_bytes(std::span(text))).substr(0, digits);
+}
+
+int run_frames(Client& client, const FrameJobs& jobs) {
+  FrameRun run(client, jobs);
   try {
     return run.run();
   } catch (const Interrupted&) {
@@ -351,6 +393,36 @@ int submit_series(Client& client, const SeriesRequest& request) {
         "interrupted; the same command continues" +
         (run.series() == 0 ? std::string() : ", or parray cancel " + std::to_string(run.series())));
   }
+}
+
+int submit_series(Client& client, const SeriesRequest& request) {
+  check_scene(request);
+  const DeferredInterrupts deferred;
+  std::optional<CameraPath> path;
+  if (!request.camera_path.empty()) path.emplace(request.camera_path);
+  FrameJobs jobs;
+  for (std::uint32_t i = 0; i < request.frames.count(); ++i) {
+    jobs.frames.push_back(request.frames.number(i));
+  }
+  jobs.load = [&](std::uint32_t frame) {
+    Submission submission =
+        load_submission(RenderMode::series, with_frame_number(request.scene, frame), request.render,
+                        request.priority, change_of(request, path, frame))
+            .submission;
+    submission.max_failures = request.max_failures;
+    if (!request.name.empty()) submission.name = request.name;
+    return submission;
+  };
+  if (request.wait && !request.outputs.none()) {
+    jobs.deliver = [&](std::uint32_t frame, JobId job) {
+      return fetch_and_write(client, job, outputs_of(request.outputs, frame));
+    };
+  }
+  jobs.token = token_of(request);
+  jobs.wait = request.wait;
+  jobs.following = request.following;
+  jobs.image = request.outputs.image.string();
+  return run_frames(client, jobs);
 }
 
 int fetch_series(Client& client, JobId series, const OutputPaths& outputs, bool raw) {
@@ -362,7 +434,8 @@ int fetch_series(Client& client, JobId series, const OutputPaths& outputs, bool 
     if (frames.empty()) return std::max(report_failures(failures), status);
     for (const ListedFrame& frame : frames) {
       if (frame.done()) {
-        status = std::max(status, deliver_frame(client, frame, outputs, raw));
+        status = std::max(
+            status, fetch_and_write(client, frame.job, outputs_of(outputs, frame.frame), raw));
       } else {
         failures[frame.frame] = frame.why();
       }

@@ -1,15 +1,48 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <functional>
+#include <limits>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "cli/commands/options.h"
 #include "cli/farm/client.h"
 #include "cli/output/frame_names.h"
 
-/// A series of frames on the client's side: `submit --frames` and `fetch`.
+/// A series of frames on the client's side: `submit --frames`, `film` and `fetch`.
 namespace parray::commands {
+
+/// Frames to render, and what becomes of them.
+struct FrameJobs {
+  std::vector<std::uint32_t> frames;  ///< their numbers, ascending; not empty
+  std::set<std::uint32_t> there{};    ///< frames whose pictures exist already
+  /// Loads a frame. Throws InputError.
+  std::function<Submission(std::uint32_t)> load;
+  /// Fetches and writes a frame that is done. Returns the exit status. Throws InputError or
+  /// RunError. Empty: the frames are only submitted.
+  std::function<int(std::uint32_t frame, JobId job)> deliver{};
+  /// Identifies the series: an equal token finds the frames that were submitted before. At most 48
+  /// characters. Empty: each frame is a job of its own, which is deleted after deliver().
+  std::string token{};
+  std::size_t most_unfinished = std::numeric_limits<std::size_t>::max();
+  bool first_must_load = false;  ///< without the first frame, the others are not tried
+  bool wait = true;              ///< until all frames have ended
+  ProgressOptions following{};   ///< `preview` is empty; `on_end` runs when all frames have ended
+  std::string image{};           ///< PARRAY_IMAGE for `on_end`
+  bool prints = true;            ///< print the number of the series; deliver() prints, too
+};
+
+/// Returns a token of the parts of a request and of the user.
+std::string series_token(const std::string& request);
+
+/// Loads and submits the frames one after the other. Skips frames that an earlier run with the same
+/// token has submitted. With `wait`, delivers each frame when it is done. If a frame cannot be
+/// loaded or fails, prints a line on stderr, continues with the others, and returns exit status 1.
+/// Throws Interrupted.
+int run_frames(Client& client, const FrameJobs& jobs);
 
 /// The request of `submit --frames`.
 struct SeriesRequest {
@@ -22,16 +55,14 @@ struct SeriesRequest {
   std::uint32_t priority = 50;
   std::uint32_t max_failures = 0;
   bool wait = false;
-  ProgressOptions following;  ///< `preview` is empty; `on_end` runs when all frames have ended
+  ProgressOptions following;  ///< as in FrameJobs
 };
 
 /// Throws InputError unless the name of each output contains the frame's number.
 void check_frame_outputs(const OutputPaths& outputs);
 
-/// Loads and submits the frames one after the other and prints the number of the series. Skips
-/// frames that an earlier, equal request has submitted. With `wait`, fetches each frame when it is
-/// done. If a frame cannot be loaded or fails, prints a line on stderr, continues with the others,
-/// and returns exit status 1. Throws Interrupted.
+/// Does run_frames() for the request, and prints the number of the series. With `wait`, fetches
+/// each frame when it is done.
 int submit_series(Client& client, const SeriesRequest& request);
 
 /// Fetches the finished frames of a series. For every other frame, prints on stderr why it has no

@@ -45,6 +45,22 @@ FrameRange frame_range_from(std::string_view text) {
   return range;
 }
 
+ChosenFrames chosen_frames_from(const std::string& text) {
+  if (text == "all") return {};
+  const auto colons = std::ranges::count(text, ':');
+  const bool plain = text.find_first_not_of("0123456789:") == std::string::npos && colons <= 2;
+  std::string range = text;
+  if (colons > 0) range.at(range.find(':')) = '-';
+  try {
+    if (plain) return {frame_range_from(range)};
+  } catch (const InputError& error) {
+    if (std::string(error.what()).find("more than the limit") != std::string::npos) throw;
+  }
+  throw InputError("'" + printable(text) +
+                   "' is not a range of frames: use \"all\", \"7\", \"0:100\" (the frames 0 to "
+                   "100) or \"0:100:5\" (every fifth of them)");
+}
+
 bool has_frame_number(const std::string& name) { return name.find('#') != std::string::npos; }
 
 std::string with_frame_number(const std::string& name, std::uint32_t frame) {

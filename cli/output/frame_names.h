@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -22,6 +23,14 @@ struct FrameRange {
 /// Parses "3", "3-120" or "3-120:5" with at most limits::max_frames frames. Throws InputError for
 /// other texts.
 FrameRange frame_range_from(std::string_view text);
+
+/// Frames of a trajectory: a range, or all.
+struct ChosenFrames {
+  std::optional<FrameRange> range{};  ///< not given: all frames of the file
+};
+
+/// Parses "all", "7", "0:100" or "0:100:5" (first, last, step). Throws InputError.
+ChosenFrames chosen_frames_from(const std::string& text);
 
 /// Returns whether a file name has a place for the frame number: one "#" or several.
 bool has_frame_number(const std::string& name);

@@ -33,7 +33,8 @@ std::string facts(const JobStatus& job) {
   if (job.frames > 0) text += "  " + frames_text(job);
   if (job.ended()) return text + "  " + job.state;
   if (!job.waits_for.empty()) return text + "  waits for: " + printable(job.waits_for, 200);
-  if (job.state == "finishing" || job.state == "paused") text += "  " + job.state;
+  if (job.state == "finishing" || job.state == "paused" || job.state == "reading")
+    text += "  " + job.state;
   if (job.samples_per_second > 0) {
     text += "  " + with_unit(job.samples_per_second, "samples/s");
   }

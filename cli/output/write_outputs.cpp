@@ -226,8 +226,9 @@ int write_outputs(Picture picture, const OutputPaths& outputs, std::optional<Com
   const Time end = clock.now();
   const double total = complete_seconds(report.at("seconds"), to_seconds(end - begin), end, times);
   if (!outputs.notes.empty()) report["notes"] = outputs.notes;
+  if (outputs.facts.is_object()) report.update(outputs.facts);
   if (!outputs.report.empty()) write_text_file(outputs.report, report.dump(2) + "\n");
-  if (!outputs.none()) print_summary(report, outputs, total);
+  if (outputs.summary && !outputs.none()) print_summary(report, outputs, total);
   const bool original_bits = has_original_bits(report, outputs.original);
   return all_finite(report) && original_bits ? 0 : 1;
 }

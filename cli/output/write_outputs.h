@@ -23,6 +23,8 @@ struct OutputPaths {
   bool denoise = false;               ///< denoise the image
   std::filesystem::path error_map{};  ///< see cli/output/error_map.h
   nlohmann::json notes{};             ///< notes about particle files, for the report
+  nlohmann::json facts{};             ///< map of further members of the report; null: none
+  bool summary = true;                ///< print what was written on stdout
   std::filesystem::path
       preview{};             ///< updated during the job (preview.h); becomes a copy of the image
   bool transparent = false;  ///< remove the background

@@ -101,10 +101,10 @@ FrameRange range_of(const ChosenFrames& chosen, FrameScenes& scenes) {
 void add_frames(const UploadRequest& request, std::size_t first, Batch& batch) {
   FrameScenes scenes(request.scene, request.render, NamedFiles::beside);
   const FrameRange range = range_of(*request.frames, scenes);
-  scenes.begin_at(range.first);
   for (std::size_t place = first; place < range.count() && !batch.full(); ++place) {
     const std::uint32_t frame = range.number(static_cast<std::uint32_t>(place));
     try {
+      if (place == first) scenes.fix({range.first});
       Submission submission =
           submission_of(request, load_frame(RenderMode::http, scenes, frame, request.priority));
       submission.frame = frame;
@@ -119,22 +119,6 @@ void add_frames(const UploadRequest& request, std::size_t first, Batch& batch) {
 }
 
 }  // namespace
-
-ChosenFrames chosen_frames_from(const std::string& text) {
-  if (text == "all") return {};
-  const auto colons = std::ranges::count(text, ':');
-  const bool plain = text.find_first_not_of("0123456789:") == std::string::npos && colons <= 2;
-  std::string range = text;
-  if (colons > 0) range.at(range.find(':')) = '-';
-  try {
-    if (plain) return {frame_range_from(range)};
-  } catch (const InputError& error) {
-    if (std::string(error.what()).find("more than the limit") != std::string::npos) throw;
-  }
-  throw InputError("'" + printable(text) +
-                   "' is not a range of frames: use \"all\", \"7\", \"0:100\" (the frames 0 to "
-                   "100) or \"0:100:5\" (every fifth of them)");
-}
 
 void add_upload_options(Command& command, UploadRequest& request) {
   command.option("--name", request.name, "Name of the job; default: the file name of the scene");
@@ -169,7 +153,7 @@ Submission first_submission(const UploadRequest& request, std::size_t& frames) {
   }
   FrameScenes scenes(request.scene, request.render, NamedFiles::beside);
   const FrameRange range = range_of(*request.frames, scenes);
-  scenes.begin_at(range.first);
+  scenes.fix({range.first});
   frames = range.count();
   return submission_of(request,
                        load_frame(RenderMode::http, scenes, range.first, request.priority));

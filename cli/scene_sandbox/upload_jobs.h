@@ -12,14 +12,6 @@
 
 namespace parray::scene_sandbox {
 
-/// Frames of a trajectory: a range, or all.
-struct ChosenFrames {
-  std::optional<FrameRange> range{};  ///< not given: all frames of the file
-};
-
-/// Parses "all", "7", "0:100" or "0:100:5" (first, last, step). Throws InputError.
-ChosenFrames chosen_frames_from(const std::string& text);
-
 /// An uploaded scene and the job, or series of jobs, to make of it.
 struct UploadRequest {
   std::string scene;

@@ -14,8 +14,8 @@
 namespace parray::scene {
 namespace {
 
-constexpr std::string_view perspective_magic = "PRSCENE1";
-constexpr std::string_view orthographic_magic = "PRSCENE2";
+/// The first bytes of a scene, before a digit.
+constexpr std::string_view magic = "PRSCENE";
 constexpr std::size_t material_bytes = 1 + 5 * sizeof(double);
 /// Bounds for the tangents of the readers' range of vfov, with some room.
 constexpr double least_tangent = 1e-9;
@@ -76,14 +76,28 @@ Vec3d get_vec(ByteReader& in, double lowest, double highest) {
   return v;
 }
 
-/// Determines the projection from the first bytes.
-Projection get_projection(ByteReader& in) {
-  const std::string_view magic = in.get_bytes(perspective_magic.size());
-  if (magic == perspective_magic) return Projection::perspective;
-  if (magic == orthographic_magic) return Projection::orthographic;
+/// The form of a scene's bytes, which their first digit tells.
+struct Form {
+  Projection projection = Projection::perspective;
+  bool capsules = false;
+
+  [[nodiscard]] char digit() const {
+    return static_cast<char>('1' + (projection == Projection::orthographic ? 1 : 0) +
+                             (capsules ? 2 : 0));
+  }
+};
+
+Form get_form(ByteReader& in) {
+  const std::string_view start = in.get_bytes(magic.size() + 1);
+  for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+    for (const bool capsules : {false, true}) {
+      const Form form{projection, capsules};
+      if (start == std::string(magic) + form.digit()) return form;
+    }
+  }
   throw DecodeError(
-      "scene: the data begin with neither PRSCENE1 nor PRSCENE2: use the same version of "
-      "ParRay on all machines");
+      "scene: the data do not begin with PRSCENE1 to PRSCENE4: use the same version of ParRay on "
+      "all machines");
 }
 
 Camera get_camera(ByteReader& in, Projection projection) {
@@ -159,7 +173,6 @@ std::size_t get_count(ByteReader& in, std::uint64_t most, std::size_t item_bytes
 template <typename Writer>
 void put_camera(Writer& out, const Camera& camera) {
   const bool parallel = camera.projection == Projection::orthographic;
-  out.put_bytes(parallel ? orthographic_magic : perspective_magic);
   put_vec(out, camera.look_from);
   put_vec(out, camera.look_at);
   put_vec(out, camera.up);
@@ -171,6 +184,8 @@ void put_camera(Writer& out, const Camera& camera) {
 
 template <typename Writer>
 void put_scene(Writer& out, const Scene& scene) {
+  out.put_bytes(magic);
+  out.put(Form{scene.camera.projection, !scene.capsules.empty()}.digit());
   put_camera(out, scene.camera);
   put_vec(out, scene.sky.horizon);
   put_vec(out, scene.sky.zenith);
@@ -216,7 +231,8 @@ std::string scene_to_bytes(const Scene& scene) {
 Scene scene_from_bytes(std::string_view bytes) {
   ByteReader in(bytes);
   Scene scene;
-  scene.camera = get_camera(in, get_projection(in));
+  const Form form = get_form(in);
+  scene.camera = get_camera(in, form.projection);
   scene.sky.horizon = get_vec(in, 0, limits::max_radiance);
   scene.sky.zenith = get_vec(in, 0, limits::max_radiance);
   const std::size_t material_count = get_count(in, limits::max_materials, material_bytes);
@@ -229,7 +245,7 @@ Scene scene_from_bytes(std::string_view bytes) {
   for (std::size_t i = 0; i < sphere_count; ++i) {
     scene.spheres.push_back(get_sphere(in, material_count));
   }
-  if (in.left() > 0) {
+  if (form.capsules) {
     const std::size_t capsule_count =
         get_count(in, limits::max_spheres - sphere_count, scene_bytes_of_capsule);
     if (capsule_count == 0) throw DecodeError("scene: a list of capsules is empty");

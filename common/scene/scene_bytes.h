@@ -12,8 +12,7 @@ namespace parray::scene {
 /// Bytes of a sphere: centre, radius, material. The largest part of a scene's bytes is usually its
 /// list of spheres.
 inline constexpr std::size_t scene_bytes_of_sphere = 4 * sizeof(double) + sizeof(std::uint32_t);
-/// Bytes of a capsule: both ends, radius, material. If the scene has capsules, their list is the
-/// end of its bytes. Programs without capsules refuse such bytes.
+/// Bytes of a capsule: both ends, radius, material.
 inline constexpr std::size_t scene_bytes_of_capsule = 7 * sizeof(double) + sizeof(std::uint32_t);
 
 /// Returns whether kernels can trace the capsule: whether its ends are equal, or at least 2
@@ -23,8 +22,9 @@ bool has_valid_ends(const Capsule& capsule);
 /// Returns the only binary form of a scene. Workers receive it, and its SHA-256 is the scene's
 /// identity. Equal scenes have equal bytes, independent of the file format that they were read
 /// from. The form begins with "PRSCENE1" for a perspective camera and with "PRSCENE2" for an
-/// orthographic one. Programs without the orthographic camera refuse "PRSCENE2". It has view_height
-/// in the place of vfov, and no tangent.
+/// orthographic one. "PRSCENE2" has view_height in the place of vfov, and no tangent. "PRSCENE3"
+/// and "PRSCENE4" are the same forms with a list of capsules at the end. Older programs refuse the
+/// forms that they do not know.
 std::string scene_to_bytes(const Scene& scene);
 
 /// Reads the form of scene_to_bytes(). Checks every bound before it allocates, and every value that

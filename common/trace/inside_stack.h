@@ -15,6 +15,11 @@ namespace parray::trace {
 /// of a computed distance never changes a side. So rounding can neither make a path hit the surface
 /// that it leaves nor let it leak out of a closed sphere. Serves one path at a time; not
 /// thread-safe.
+///
+/// Bodies of the same glass that overlap are one body: a path goes straight on through a surface
+/// that lies inside another body of its own material. These crossings do not count as segments of
+/// the path. A line crosses a convex body at most twice, so the crossings end. most_crossings is
+/// the bound if rounding repeats a crossing; the next surface refracts.
 template <typename Real>
 class InsideStack {
  public:

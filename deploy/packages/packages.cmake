@@ -68,7 +68,7 @@ service(parray-worker parray-coordinator)
 # The package parray contains the reader of scenes for the HTTP interface. Only a coordinator with --http needs it.
 set(CPACK_DEBIAN_PARRAY-COORDINATOR_PACKAGE_RECOMMENDS parray)
 set(CPACK_DEBIAN_PARRAY_PACKAGE_DEPENDS fonts-dejavu-core)  # for labels
-set(CPACK_DEBIAN_PARRAY_PACKAGE_SUGGESTS "gnuplot-nox, python3")  # tradeoff's plots, scenes/generate
+set(CPACK_DEBIAN_PARRAY_PACKAGE_SUGGESTS "ffmpeg, gnuplot-nox, python3")  # films, tradeoff's plots, scenes/generate
 # The package parray contains the modules that read and write pictures.
 set(CPACK_COMPONENT_PARRAY-MPI_DEPENDS parray)
 set(CPACK_DEBIAN_PARRAY-MPI_PACKAGE_DEPENDS openmpi-bin)

@@ -235,7 +235,8 @@ Json Match::speed_of_peer(std::size_t variant, const Mean& ours) const {
 }
 
 Json Match::result() const {
-  const auto count = static_cast<double>(scene_.spheres.size());
+  const std::size_t shapes = scene_.spheres.size() + scene_.capsules.size();
+  const auto count = static_cast<double>(shapes);
   const double rate = median(ours_.rates);
   const std::size_t fastest = median(peers_[1].rates) > median(peers_[0].rates) ? 1 : 0;
   std::vector<double> ratios;
@@ -247,8 +248,10 @@ Json Match::result() const {
   const auto peer_bytes = static_cast<double>(peer_->bytes());
   const Mean mean = our_mean();
   Json result;
-  result["spheres"] = scene_.spheres.size();
-  result["scene"] = scene_.spheres.size() < smallest_cloud ? "one-weekend" : "cloud";
+  result["spheres"] = shapes;
+  result["scene"] = scene_.spheres.empty()    ? "sticks"
+                    : shapes < smallest_cloud ? "one-weekend"
+                                              : "cloud";
   result["parray"] = {{"samples_per_second", rate},
                       {"rays_per_second", rate * rays_a_sample(ours_.counts)},
                       {"isa", tracer_->isa()},
@@ -328,8 +331,8 @@ bool pictures_agree(const Json& r) {
   return agree;
 }
 
-Json play_match(std::uint32_t spheres, const std::string& folder) {
-  const Scene scene = scene_of_size(spheres, folder);
+Json play_match(std::uint32_t spheres, bool sticks, const std::string& folder) {
+  const Scene scene = sticks ? bench::sticks(spheres) : scene_of_size(spheres, folder);
   RenderSettings asked = small_picture();
   asked.precision = Precision::f32;
   asked.isa = isa_from(PARRAY_BENCH_ISA);
@@ -338,7 +341,7 @@ Json play_match(std::uint32_t spheres, const std::string& folder) {
   return match.result();
 }
 
-int run(const std::vector<std::uint32_t>& sizes, const std::string& folder,
+int run(const std::vector<std::uint32_t>& sizes, bool sticks, const std::string& folder,
         const std::string& json_file) {
   warn_of_assertions();
   pin_to_one_core();
@@ -356,7 +359,7 @@ int run(const std::vector<std::uint32_t>& sizes, const std::string& folder,
               {"matches", Json::array()}};
   bool agree = true;
   for (const std::uint32_t spheres : sizes) {
-    report["matches"].push_back(play_match(spheres, folder));
+    report["matches"].push_back(play_match(spheres, sticks, folder));
     print_row(report["matches"].back());
     agree = pictures_agree(report["matches"].back()) && agree;
   }
@@ -373,16 +376,18 @@ int run(const std::vector<std::uint32_t>& sizes, const std::string& folder,
 int benchmark(int argc, char** argv) {
   CLI::App app("ParRay against the same integrator on Embree's sphere points, on one core");
   std::vector<std::uint32_t> sizes{8, 20, 486, 4097, 100'000, 1'000'000, 10'000'000};
+  bool sticks = false;
   std::string folder = ".";
   std::string json_file;
   app.add_option("--spheres", sizes, "sizes of the scenes; from 100000 on, clouds")
       ->delimiter(',')
       ->check(CLI::Range(4U, 100'000'000U));
+  app.add_flag("--sticks", sticks, "clouds of capsules, against Embree's round curves");
   app.add_option("--scenes", folder, "folder of one-weekend-N.json, for the smaller sizes");
   app.add_option("--json", json_file, "file to write the results to");
   try {
     app.parse(argc, argv);
-    return run(sizes, folder, json_file);
+    return run(sizes, sticks, folder, json_file);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const InputError& error) {

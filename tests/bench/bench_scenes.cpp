@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "cli/input/scene_file/scene_file.h"
@@ -93,6 +94,30 @@ Scene cloud(std::uint32_t count) {
     const auto u = draw(sizes, i);
     scene.spheres.push_back(
         {point_in_ball(i), middle * (2 + 2 * u[0]) / 3, cloud_material(u[1], u[2])});
+  }
+  return scene;
+}
+
+Scene sticks(std::uint32_t count) {
+  constexpr double stick_fraction = 0.05;
+  constexpr double length = 6;  // radii
+  Scene scene;
+  scene.camera = cloud_camera();
+  scene.materials = cloud_materials();
+  // Of a stick of radius 1: its cylinder and its ends, in units of the volume of a unit ball.
+  const double volume = 0.75 * length + 1;
+  const double radius = std::cbrt(stick_fraction / (volume * count));
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto u = draw(sizes, i);
+    const auto direction = draw(sizes, i, 1);
+    const double z = 2 * direction[0] - 1;
+    const double around = 2 * std::numbers::pi * direction[1];
+    const double flat = std::sqrt(1 - z * z);
+    const Vec3d along{flat * std::cos(around), flat * std::sin(around), z};
+    const Vec3d middle = point_in_ball(i);
+    const double half = length * radius / 2;
+    scene.capsules.push_back(
+        {middle - half * along, middle + half * along, radius, cloud_material(0.95 * u[1], u[2])});
   }
   return scene;
 }

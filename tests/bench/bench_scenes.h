@@ -20,6 +20,11 @@ inline constexpr std::uint32_t smallest_cloud = 100'000;
 /// space. Stars are sparser: there a ray passes more empty space, and more spheres are in sight.
 Scene cloud(std::uint32_t count);
 
+/// `count` sticks at random in the unit ball, like bonds without atoms: a twentieth of the volume,
+/// six radii long between their ends, in all directions, of the materials of cloud() without glass,
+/// because Embree's curves have no inside.
+Scene sticks(std::uint32_t count);
+
 /// The One Weekend scene from `folder`/one-weekend-COUNT.json, or cloud(count) from
 /// `smallest_cloud` on. Throws InputError where the file cannot be read.
 Scene scene_of_size(std::uint32_t count, const std::filesystem::path& folder);

@@ -237,7 +237,7 @@ EmbreePeer::Body::Body(const Scene& scene, const RenderSettings& settings)
       sky_{vec_cast<float>(scene.sky.horizon),
            vec_cast<float>(scene.sky.zenith - scene.sky.horizon)},
       materials_(scene.materials),
-      spheres_(scene.spheres),
+      spheres_(scene),
       width_(settings.width),
       max_depth_(settings.max_depth),
       seed_(settings.seed) {}

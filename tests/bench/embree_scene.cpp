@@ -19,12 +19,16 @@ std::uint64_t spread_bits(std::uint64_t x) {
   return (x | x << 2) & 0x1249249249249249;
 }
 
-/// Indices of the spheres along a Morton curve through the box of their centres.
-std::vector<std::uint32_t> morton_order(const std::vector<Sphere>& spheres) {
-  Vec3d lo = spheres.front().center;
+Vec3d center_of(const Sphere& sphere) { return sphere.center; }
+Vec3d center_of(const Capsule& capsule) { return 0.5 * (capsule.from + capsule.to); }
+
+/// Indices of the shapes along a Morton curve through the box of their centres.
+template <typename Shape>
+std::vector<std::uint32_t> morton_order(const std::vector<Shape>& spheres) {
+  Vec3d lo = center_of(spheres.front());
   Vec3d hi = lo;
-  for (const Sphere& sphere : spheres) {
-    const Vec3d& c = sphere.center;
+  for (const Shape& sphere : spheres) {
+    const Vec3d c = center_of(sphere);
     lo = {std::min(lo.x, c.x), std::min(lo.y, c.y), std::min(lo.z, c.z)};
     hi = {std::max(hi.x, c.x), std::max(hi.y, c.y), std::max(hi.z, c.z)};
   }
@@ -35,7 +39,7 @@ std::vector<std::uint32_t> morton_order(const std::vector<Sphere>& spheres) {
     const auto cell = [scale](double x) {
       return spread_bits(static_cast<std::uint64_t>(scale * x));
     };
-    const Vec3d from = spheres[i].center - lo;
+    const Vec3d from = center_of(spheres[i]) - lo;
     keys[i] = {cell(from.x) | cell(from.y) << 1 | cell(from.z) << 2, i};
   }
   std::sort(keys.begin(), keys.end());
@@ -47,13 +51,22 @@ std::vector<std::uint32_t> morton_order(const std::vector<Sphere>& spheres) {
   return order;
 }
 
+float* put_vertex(const Vec3d& center, double radius, float* to) {
+  const auto point = vec_cast<float>(center);
+  *to++ = point.x;
+  *to++ = point.y;
+  *to++ = point.z;
+  *to++ = static_cast<float>(radius);
+  return to;
+}
+
 }  // namespace
 
 #if !defined(PARRAY_PEER_ISA)
 #define PARRAY_PEER_ISA ""
 #endif
 
-EmbreeScene::EmbreeScene(const std::vector<Sphere>& spheres)
+EmbreeScene::EmbreeScene(const Scene& scene)
     : device_(rtcNewDevice(PARRAY_PEER_ISA "threads=1,hugepages=1")) {
   const FlushDenormals mode;
   check();
@@ -61,8 +74,14 @@ EmbreeScene::EmbreeScene(const std::vector<Sphere>& spheres)
   scene_ = rtcNewScene(device_);
   rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_NONE);
   rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
-  RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_SPHERE_POINT);
-  fill(spheres, geometry);
+  const bool curves = scene.spheres.empty();
+  RTCGeometry geometry = rtcNewGeometry(
+      device_, curves ? RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE : RTC_GEOMETRY_TYPE_SPHERE_POINT);
+  if (curves) {
+    fill(scene.capsules, geometry);
+  } else {
+    fill(scene.spheres, geometry);
+  }
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene_, geometry);
   rtcReleaseGeometry(geometry);
@@ -84,19 +103,35 @@ bool EmbreeScene::count_memory(void* self, ssize_t bytes, bool) {
   return true;
 }
 
-void EmbreeScene::fill(const std::vector<Sphere>& spheres, RTCGeometry geometry) {
-  auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), spheres.size()));
+float* EmbreeScene::vertices(RTCGeometry geometry, std::size_t count) const {
+  auto* const vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), count));
   check();
+  return vertices;
+}
+
+void EmbreeScene::fill(const std::vector<Sphere>& spheres, RTCGeometry geometry) {
+  float* vertex = vertices(geometry, spheres.size());
   material_of_.reserve(spheres.size());
   for (const std::uint32_t index : morton_order(spheres)) {
     const Sphere& sphere = spheres[index];
-    const auto center = vec_cast<float>(sphere.center);
-    *vertex++ = center.x;
-    *vertex++ = center.y;
-    *vertex++ = center.z;
-    *vertex++ = static_cast<float>(sphere.radius);
+    vertex = put_vertex(sphere.center, sphere.radius, vertex);
     material_of_.push_back(sphere.material);
+  }
+}
+
+void EmbreeScene::fill(const std::vector<Capsule>& capsules, RTCGeometry geometry) {
+  float* vertex = vertices(geometry, 2 * capsules.size());
+  auto* first = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, sizeof(std::uint32_t), capsules.size()));
+  check();
+  material_of_.reserve(capsules.size());
+  for (const std::uint32_t index : morton_order(capsules)) {
+    const Capsule& capsule = capsules[index];
+    vertex = put_vertex(capsule.from, capsule.radius, vertex);
+    vertex = put_vertex(capsule.to, capsule.radius, vertex);
+    *first++ = static_cast<std::uint32_t>(2 * material_of_.size());
+    material_of_.push_back(capsule.material);
   }
 }
 

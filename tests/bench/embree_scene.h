@@ -27,11 +27,12 @@ class FlushDenormals {
   unsigned before_;
 };
 
-/// Spheres in Embree's hands, in Morton order: primitive i is not sphere i.
+/// The spheres of a scene in Embree's hands, or else its capsules, as round linear curves. They are
+/// in Morton order: primitive i is not shape i.
 class EmbreeScene {
  public:
-  /// `spheres` is not empty. Throws std::runtime_error where Embree fails.
-  explicit EmbreeScene(const std::vector<Sphere>& spheres);
+  /// `scene` has shapes of one kind. Throws std::runtime_error where Embree fails.
+  explicit EmbreeScene(const Scene& scene);
   ~EmbreeScene();
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
@@ -48,7 +49,9 @@ class EmbreeScene {
 
  private:
   static bool count_memory(void* self, ssize_t bytes, bool post);
+  [[nodiscard]] float* vertices(RTCGeometry geometry, std::size_t count) const;
   void fill(const std::vector<Sphere>& spheres, RTCGeometry geometry);
+  void fill(const std::vector<Capsule>& capsules, RTCGeometry geometry);
   void check() const;
 
   std::vector<std::uint32_t> material_of_;

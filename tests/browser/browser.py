@@ -9,7 +9,7 @@ import sys
 import unittest
 
 try:
-    from playwright.sync_api import expect, sync_playwright
+    from playwright.sync_api import Error as PlaywrightError, expect, sync_playwright
 except ImportError:
     print("skipped: no Playwright for this Python: pip install playwright in a venv, and name its site-packages in PYTHONPATH")
     sys.exit(77)

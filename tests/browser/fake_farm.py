@@ -3,15 +3,19 @@ with a server that asks for tokens, has no room for streams, or goes away. The i
 coordinator/http/openapi.json; the page is read from its files."""
 
 import array
+import copy
 import http.server
 import json
 import math
 import pathlib
+import sys
 import threading
 import time
+import traceback
 import urllib.parse
 
 import fake_console
+import fake_rules
 from fake_job_lists import ENDED, change_jobs, page_of_jobs, thumbnail
 
 PAGE = pathlib.Path(__file__).resolve().parents[2] / "coordinator/http/page"
@@ -75,6 +79,8 @@ class FakeFarm:
         self.token, self.streams, self.changes = token, streams, changes
         self.user, self.role = user, role  # what /server says of who asks
         self.locked = set()  # numbers of jobs that this user may not change, whatever the role
+        self.drained_hosts = set()
+        self.refused = []  # (method, path, status, detail) of every refusal
         self.width, self.height = 240, 160
         self.samples = 1000
         self.asked = []  # (method, path with query)
@@ -101,6 +107,7 @@ class FakeFarm:
         self.stopping = threading.Event()
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", self.port), handler_of(self))
         self.server.daemon_threads = True
+        self.server.handle_error = report_error
         self.port = self.server.server_port
         threading.Thread(target=self.server.serve_forever, daemon=True).start()
 
@@ -110,7 +117,18 @@ class FakeFarm:
         self.server.server_close()
 
     def busy(self):
-        return [job for job in self.jobs.values() if job["state"] in UNFINISHED]
+        """The jobs of which events tell, as those of the coordinator do: not the frames of a series."""
+        return [job for job in list(self.jobs.values()) if job["state"] in UNFINISHED and "frame" not in job]
+
+    def listed(self):
+        """The states of the jobs of which events tell."""
+        return {number: job["state"] for number, job in list(self.jobs.items()) if "frame" not in job}
+
+    def refusal_of(self, number, word):
+        """Why this user may not change a job now: (status, detail) or None."""
+        if number in self.locked:
+            return 403, f"job {number} belongs to '{self.jobs[number]['user']}'"
+        return fake_rules.job_refusal(self.jobs, number, word, (self.role, self.user))
 
     def answer_job(self, handler, method, parts, options):
         """For subclasses: answers a request below /jobs and returns true, or returns false."""
@@ -122,6 +140,11 @@ class FakeFarm:
             for x in range(self.width):
                 values.extend((x / self.width, y / self.height, 2.0 if (x // 20 + y // 20) % 2 else 0.25))
         return values.tobytes()
+
+
+def report_error(*_):
+    if not isinstance(sys.exc_info()[1], ConnectionError):  # a page that was closed
+        traceback.print_exc()
 
 
 def handler_of(farm):
@@ -146,6 +169,7 @@ def handler_of(farm):
                 self.close_connection = True
 
         def problem(self, status, detail):
+            farm.refused.append((self.command, self.path, status, detail))
             self.reply({"type": "about:blank", "title": "", "status": status, "detail": detail}, "application/problem+json", status)
 
         def do_GET(self):
@@ -181,15 +205,7 @@ def handler_of(farm):
             if parts[0] == "jobs":
                 return self.of_jobs(method, parts[1:], options)
             if parts[0] == "workers" and len(parts) > 1:
-                worker = farm.workers.get(parts[1])
-                if not worker:
-                    return self.problem(404, f"no worker {parts[1]}")
-                if method == "GET" and len(parts) == 2:
-                    return self.reply(fake_console.worker_details(worker))
-                if method == "GET":
-                    return self.problem(*farm.log_refusal) if farm.log_refusal else self.reply(fake_console.worker_log(worker))
-                worker["state"] = "draining" if parts[2] == "drain" else "ready"
-                return self.reply({"workers": [worker], "total": 1})
+                return self.of_worker(method, parts[1:], options)
             if parts[0] == "workers":
                 begin = int(options.get("offset", 0))
                 return self.reply({"workers": list(farm.workers.values())[begin:begin + 1000], "total": len(farm.workers)})
@@ -202,6 +218,20 @@ def handler_of(farm):
             if parts[0] == "events" and farm.streams:
                 return self.events()
             return self.problem(503, "no more event streams")
+
+        def of_worker(self, method, parts, options):
+            if method != "GET":
+                refusal = fake_rules.worker_refusal((farm.role, farm.user))
+                if refusal:
+                    return self.problem(*refusal)
+                found = fake_rules.steer_workers(farm.workers, farm.drained_hosts, parts[0], parts[1], options.get("host") == "true")
+                return self.reply({"workers": found, "total": len(found)})
+            worker = farm.workers.get(parts[0])
+            if not worker or fake_rules.is_absent(worker):
+                return self.problem(404, f"no worker {parts[0]}")
+            if len(parts) == 1:
+                return self.reply(fake_console.worker_details(worker))
+            return self.problem(*farm.log_refusal) if farm.log_refusal else self.reply(fake_console.worker_log(worker))
 
         def of_jobs(self, method, parts, options):
             if farm.answer_job(self, method, parts, options):
@@ -220,28 +250,35 @@ def handler_of(farm):
             job = farm.jobs.get(int(parts[0]))
             if not job:
                 return self.problem(404, f"no job {parts[0]}: parray jobs lists all jobs")
-            if method == "DELETE":
-                del farm.jobs[job["id"]]
-                self.send_response(204)
-                return self.end_headers()
+            if method != "GET":
+                return self.steer(job, "forget" if method == "DELETE" else parts[1])
             if len(parts) == 1:
                 return self.reply({**job, "events": [{"at": time.time() - 60, "what": "submitted"}]})
+            refusal = fake_rules.file_refusal(farm.jobs, job["id"], parts[1])
+            if refusal:
+                return self.problem(*refusal)
             size = {"Parray_Width": farm.width, "Parray_Height": farm.height}
             if parts[1] == "pixels.f32":
                 return self.reply(farm.pixels(), "application/octet-stream", ETag=f'"{farm.samples}"',
                                   Parray_Partial=int(job["state"] != "done"), Parray_Samples=farm.samples, **size)
-            if parts[1] == "image.png":
-                return self.reply(thumbnail(job, int(options.get("width", 64))), "image/png")
+            if parts[1] in ("image.png", "error.png", "image.exr"):
+                return self.reply(thumbnail(job, int(options.get("width", 64))), "image/x-exr" if parts[1] == "image.exr" else "image/png")
             if parts[1] == "error.f32":
                 values = array.array("f", (0.001 * (1 + i % farm.width) for i in range(farm.width * farm.height)))
                 return self.reply(values.tobytes(), "application/octet-stream", **size)
             if parts[1] == "report":
                 return self.reply({"image_sha256": "ab" * 32, "seconds": {"render": 12.5}, "spheres": 484})
-            if parts[1] == "priority":
-                job["priority"] = json.loads(farm.bodies[self.path])["priority"]
-            else:
-                job["state"] = {"pause": "paused", "resume": "running", "cancel": "cancelled", "requeue": "queued"}[parts[1]]
-            return self.reply(job)
+            return self.problem(404, f"nothing is at {self.path}")
+
+        def steer(self, job, word):
+            refusal = farm.refusal_of(job["id"], word)
+            if refusal:
+                return self.problem(*refusal)
+            fake_rules.change_job(farm.jobs, job["id"], word, json.loads(farm.bodies[self.path])["priority"] if word == "priority" else 50)
+            if word != "forget":
+                return self.reply(farm.jobs[job["id"]])
+            self.send_response(204)
+            return self.end_headers()
 
         def events(self):
             self.send_response(200)
@@ -255,11 +292,15 @@ def handler_of(farm):
             try:
                 send("job", farm.busy())
                 send("worker", farm.workers.values())
-                known = {number: job["state"] for number, job in list(farm.jobs.items())}
+                known = farm.listed()
+                workers = copy.deepcopy(farm.workers)
                 while not farm.stopping.wait(0.1):
-                    before, known = known, {number: job["state"] for number, job in list(farm.jobs.items())}
-                    send("job", [farm.jobs[number] for number, state in known.items() if before.get(number) != state])
+                    before, known = known, farm.listed()
+                    send("job", [farm.jobs[number] for number, state in known.items() if before.get(number) != state and number in farm.jobs])
                     send("forgotten", [{"id": number} for number in before.keys() - known.keys()])
+                    old, workers = workers, copy.deepcopy(farm.workers)
+                    send("worker", [worker for name, worker in workers.items() if old.get(name) != worker])
+                    send("gone", [{"name": name} for name in old.keys() - workers.keys()])
                     changed = farm.busy()[-farm.changes:] if farm.changes else []
                     for job in changed:
                         if job["state"] == "running":

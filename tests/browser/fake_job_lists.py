@@ -4,14 +4,13 @@ import json
 import struct
 import zlib
 
+import fake_rules
+
 ENDED = ("done", "failed", "cancelled")
 KEYS = {"id": lambda job: job["id"], "name": lambda job: job["name"].lower(), "user": lambda job: job["user"],
         "state": lambda job: job["state"], "priority": lambda job: job["priority"],
         "submitted": lambda job: job.get("submitted"), "finished": lambda job: job.get("finished"),
         "taken": lambda job: job.get("seconds_taken"), "progress": lambda job: job["progress"]}
-ALLOWED = {"pause": ("queued", "running"), "resume": ("paused",), "cancel": ("queued", "running", "paused", "finishing"),
-           "requeue": ("failed", "cancelled"), "forget": ENDED, "priority": ("queued", "running", "paused")}
-BECOMES = {"pause": "paused", "resume": "running", "cancel": "cancelled", "requeue": "queued"}
 
 
 def page_of_jobs(farm, options):
@@ -32,32 +31,19 @@ def page_of_jobs(farm, options):
     return {"jobs": page, "next": page[-1]["id"] if by_id and more else None, "total": total}
 
 
-def problem_of(farm, job, word):
-    if job is None:
-        return {"status": 404, "detail": "no such job"}
-    if farm.role == "client" and farm.user and job["user"] != farm.user or job["id"] in farm.locked:
-        return {"status": 403, "detail": f"job {job['id']} belongs to '{job['user']}'"}
-    if job["state"] not in ALLOWED[word]:
-        return {"status": 409, "detail": f"job {job['id']} is {job['state']}"}
-    return None
-
-
 def change_jobs(farm, word, body):
     """The answer of POST /jobs/pause and the others."""
     wanted = json.loads(body)
     assert len(wanted["ids"]) <= 1000
     results = []
     for number in wanted["ids"]:
-        job = farm.jobs.get(number)
-        problem = problem_of(farm, job, word)
-        if problem:
-            results.append({"id": number, "problem": problem})
-        elif word == "forget":
-            del farm.jobs[number]
-            results.append({"id": number})
-        else:
-            job.update({"priority": wanted["priority"]} if word == "priority" else {"state": BECOMES[word]})
-            results.append({"id": number, "job": job})
+        refusal = farm.refusal_of(number, word)
+        if refusal:
+            farm.refused.append(("POST", f"/api/v1/jobs/{word}", *refusal))
+            results.append({"id": number, "problem": {"status": refusal[0], "detail": refusal[1]}})
+            continue
+        fake_rules.change_job(farm.jobs, number, word, wanted.get("priority", 50))
+        results.append({"id": number} if word == "forget" else {"id": number, "job": farm.jobs[number]})
     return {"results": results}
 
 

@@ -11,6 +11,7 @@ import time
 import zipfile
 import zlib
 
+import fake_rules
 from fake_farm import FakeFarm, job_of
 
 QUEUED, RUNNING, PAUSED, DONE, FAILED, CANCELLED, LOOK, UNLIMITED, BOTH, SERIES = 1, 2, 3, 4, 5, 6, 7, 8, 9, 100
@@ -111,7 +112,8 @@ class JobFarm(FakeFarm):
         states = [job["state"] for job in self.frames()]
         series = rich(SERIES, "running", 0.35, name="orbit.json", frames=frames, frames_done=states.count("done"), seconds_taken=900.0, **common)
         series.pop("error")
-        self.jobs[SERIES] = {**series, "series": "orbit-token"}
+        self.jobs[SERIES] = {**series, "series": "orbit-token", "has_picture": False}
+        fake_rules.sum_up(self.jobs, self.jobs[SERIES])
 
     def frames(self):
         return [job for job in self.jobs.values() if job.get("series") == SERIES]
@@ -122,16 +124,13 @@ class JobFarm(FakeFarm):
 
     def answer_job(self, handler, method, parts, options):
         """Answers what FakeFarm does not know. Returns false for the rest."""
-        if method == "POST" and parts == ["requeue"]:
-            numbers = json.loads(self.bodies[handler.path])["ids"]
-            for number in numbers:
-                self.jobs[number].update(state="queued", reason="")
-            handler.reply({"results": [{"id": number, "job": self.jobs[number]} for number in numbers]})
-            return True
         job = self.jobs.get(int(parts[0])) if parts and parts[0].isdigit() else None
         if method != "GET" or job is None:
             return False
-        if len(parts) == 1:
+        refusal = len(parts) > 1 and fake_rules.file_refusal(self.jobs, job["id"], parts[1])
+        if refusal:
+            handler.problem(*refusal)
+        elif len(parts) == 1:
             handler.reply(self.details(job, int(options.get("from_frame", 0))))
         elif parts[1] == "image.png":
             self.picture(handler, job, min(job["width"], int(options.get("width", job["width"]))))
@@ -145,9 +144,6 @@ class JobFarm(FakeFarm):
             handler.reply(values.tobytes(), "application/octet-stream", Parray_Width=self.width, Parray_Height=self.height)
         elif parts[1] == "workers.json":
             handler.reply({"workers": ["oak", "birch"]})
-        elif parts[1] == "pixels.f32" and not job.get("has_picture", True) or \
-                parts[1] == "report" and job["state"] != "done" or parts[1] == "error.f32" and "error" not in job:
-            handler.problem(409, f"job {job['id']} is {job['state']}: it has no {parts[1]} yet")
         else:
             return False
         return True

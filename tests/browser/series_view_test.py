@@ -7,6 +7,7 @@ import sys
 import unittest
 import zipfile
 
+import fake_rules
 from browser import DESKTOP, PHONE, BrowserTest, axe, expect
 from fake_jobs import SERIES, JobFarm
 
@@ -157,8 +158,11 @@ class Frame(SeriesTest):
             beside.get_by_role("link", name="frame 0").click()
             expect(page.locator(".series")).to_be_visible()
 
-    def test_who_deletes_a_frame_comes_to_its_series(self):
+    def test_who_deletes_a_frame_of_an_ended_series_comes_to_its_series(self):
         with JobFarm(frames=5) as farm:
+            for frame in farm.frames():
+                frame.update(state="done")
+            fake_rules.sum_up(farm.jobs, farm.jobs[SERIES])
             page = self.open(farm.url, f"#/jobs/{SERIES + 1}")
             page.get_by_role("button", name="Delete").click()
             page.get_by_role("button", name="Delete job").click()

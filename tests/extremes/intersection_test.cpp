@@ -286,7 +286,8 @@ TEST_CASE_TEMPLATE("row 10: a ray from 10 radii hits a unit sphere at 9, along e
                            : Vec3<Real>{0, 0, x};
       };
       Real t = 0;
-      REQUIRE(enters(Ray<Real>(along(10 * sign), along(-sign)), {{0, 0, 0}, 1}, t));
+      REQUIRE(
+          enters(Ray<Real>(along(10 * sign), along(-sign)), SphereShape<Real>{{0, 0, 0}, 1}, t));
       worst = std::max(worst, std::abs(static_cast<double>(t) - 9));
     }
   }

@@ -60,6 +60,9 @@ OPTIONS = {
                                               "--name", "--priority", "--max-failures", "--quiet", "--progress",
                                               "--frames", "--camera-path",
                                               "--preview", "--display", "--on-end"],
+    "film": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + COORDINATOR + [
+        "--background", "--quality", "--output", "--fps", "--report", "--denoise", "--frames", "--turntable",
+        "--camera-path", "--count", "--moving-noise", "--threads", "--farm", "--priority", "--quiet"],
     "jobs": COORDINATOR + ["--user", "--name", "--sort", "--order", "--limit", "--json"],
     "show": COORDINATOR + ["--json"],
     "watch": COORDINATOR + ["--quiet", "--progress", "--preview", "--display", "--on-end"],

@@ -209,6 +209,9 @@ class Examples(PagesTest):
         for name in ("scene-0001.json", "scene-0002.json"):
             shutil.copy(SCENES / "glass.json", self.directory / name)
         (self.directory / "atoms.xyz").write_text("1\n\nC 0 0 0\n")
+        (self.directory / "run.xyz").write_text("1\n\nC 0 0 0\n" * 21)
+        (self.directory / "path.json").write_text(json.dumps({"cameras": [
+            {"frame": frame, "look_from": [frame, 2, 9], "look_at": [0, 0, 0], "vfov": 30} for frame in (0, 4)]}))
         for picture in ("reference.exr", "a.exr", "b.png", "glass.exr"):
             self.take(["render", "scenes/glass.json", "-o", picture, "--spp", "4", *SMALL])
 
@@ -220,7 +223,7 @@ class Examples(PagesTest):
     def smaller(self, command, words):
         extra = {"plan": [*SMALL, "--probe-seconds", "0.2"], "render": [*SMALL, "--spp", "2"],
                  "tradeoff": ["--width", "12", "--height", "8", "--time-budget", "2"]}
-        if command == "submit":
+        if command in ("submit", "film"):
             return [*words, *SMALL, "--spp", "2"]
         if "--denoise" in words or "--time-limit" in words or command == "plan":
             return [*words, *SMALL]

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "cli/input/select/text_range.h"
 #include "cli/output/picture/color_map.h"
@@ -28,6 +29,9 @@ struct ParticleColoring {
   TextRange
       range{};  ///< numbers at the ends of the map; percent: of the particles shown; open: all
   std::optional<NumberScale> scale{};  ///< not given: linear
+  /// Categories that take part in the choice of colours even if no particle belongs to them: those
+  /// of other frames. Scene files do not contain them.
+  std::vector<std::string> names{};
 
   [[nodiscard]] bool empty() const { return by.empty(); }
   friend bool operator==(const ParticleColoring&, const ParticleColoring&) = default;

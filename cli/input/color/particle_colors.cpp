@@ -8,6 +8,7 @@
 #include <map>
 #include <numeric>
 
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/residues.h"
@@ -58,7 +59,7 @@ ParticleColors colors_by_category(std::string title, const std::vector<Category>
     if (counts[i] == 0) continue;
     const std::string& name = categories[i].name;
     colors.legend.entries.push_back(
-        {name.empty() ? "no name" : name, categories[i].color, counts[i]});
+        {name.empty() ? std::string(nameless_category) : name, categories[i].color, counts[i]});
   }
   return colors;
 }
@@ -158,17 +159,6 @@ void each_block(const NumberSource& source, std::size_t begin, std::size_t end, 
   }
 }
 
-struct NumberBounds {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
-
-  void add(double value) {
-    low = std::min(low, value);
-    high = std::max(high, value);
-  }
-  [[nodiscard]] bool empty() const { return low > high; }
-};
-
 /// Returns whether a number has a place on the scale.
 bool is_known(double value, NumberScale scale) {
   return std::isfinite(value) && (scale != NumberScale::log || value > 0);
@@ -188,10 +178,7 @@ NumberBounds extent_of(const NumberSource& source, std::size_t count, NumberScal
     parts[band] = part;
   });
   NumberBounds whole;
-  for (const NumberBounds& part : parts) {
-    whole.low = std::min(whole.low, part.low);
-    whole.high = std::max(whole.high, part.high);
-  }
+  for (const NumberBounds& part : parts) whole.add(part);
   return whole;
 }
 
@@ -306,11 +293,18 @@ NumberSource source_of(const std::string& by, const Particles& particles) {
 }
 
 /// Colours each number by itself. Throws SourceError if there are more than most_categories.
-ParticleColors colored_by_each_number(const std::string& by, const Particles& particles) {
+ParticleColors colored_by_each_number(const ParticleColoring& coloring,
+                                      const Particles& particles) {
   constexpr std::size_t most_categories = 1000;
+  const std::string& by = coloring.by;
   const NumberSource source = source_of(by, particles);
   NameColumn column;
   std::map<double, std::uint32_t> known;
+  for (const std::string& name : coloring.names) {
+    const std::optional<double> number = number_in(name);
+    if (!number || !known.try_emplace(*number, column.names.size()).second) continue;
+    column.names.push_back(number_text(*number));
+  }
   each_block(
       source, 0, particles.count(), [&](std::size_t /*first*/, std::span<const double> values) {
         for (const double value : values) {
@@ -418,7 +412,7 @@ std::vector<Vec3d> colors_of_names(const std::vector<std::string>& names) {
 ParticleColors colors_of(const ParticleColoring& coloring, Particles& particles, int threads) {
   const bool category = std::ranges::find(color_by_words, coloring.by) != color_by_words.end();
   if (coloring.scale == NumberScale::categories) {
-    return colored_by_each_number(coloring.by, particles);
+    return colored_by_each_number(coloring, particles);
   }
   return category ? colored_by_category(coloring.by, particles)
                   : colored_by_number(coloring, particles, threads);

@@ -35,6 +35,9 @@ std::vector<std::size_t> reading_order(const std::vector<std::string>& names);
 /// of the particles.
 std::vector<Vec3d> colors_of_names(const std::vector<std::string>& names);
 
+/// The name in legends of the category without a name.
+inline constexpr std::string_view nameless_category = "no name";
+
 /// The grey of particles without a category.
 inline constexpr Vec3d no_category_color{0.5, 0.5, 0.5};
 

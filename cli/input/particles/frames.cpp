@@ -68,8 +68,9 @@ Particles read_filled(FrameReader& reader, std::uint64_t& frame) {
   reader.place().fail("the file has no particles: check that this is the right file");
 }
 
-Particles read_numbered(FrameReader& reader, std::uint64_t frame) {
-  const std::uint64_t before = skip_frames(reader, frame);
+/// Returns a numbered frame. The reader stands before the frame `next`.
+Particles read_numbered(FrameReader& reader, std::uint64_t frame, std::uint64_t next = 0) {
+  const std::uint64_t before = next + skip_frames(reader, frame - next);
   if (before < frame || !reader.next()) fail_without_frame(reader.place(), before, frame);
   Particles particles = reader.read();
   if (particles.count() == 0) fail_empty(reader, frame);
@@ -83,15 +84,39 @@ void fail_without_frame(const FilePlace& place, std::uint64_t count, std::uint64
              ": it has no frame " + std::to_string(asked) + " (the first frame is 0)");
 }
 
+bool FrameCursor::leads_to(const PackedFile& file, const ParticleRequest& request) const {
+  return reader_ != nullptr && rewinds_ == file.rewinds() && request.frame_number() >= next_ &&
+         request.numbers == request_.numbers && request.alternatives == request_.alternatives;
+}
+
+Particles FrameCursor::read(const PackedFile& file, const ParticleRequest& request,
+                            const OpenFrames& open) {
+  if (!leads_to(file, request)) {
+    reader_.reset();
+    request_ = request;
+    next_ = 0;
+    rewinds_ = file.rewinds();
+    reader_ = open(request_);
+  }
+  // After an error the reader has no place in the file.
+  std::unique_ptr<FrameReader> reader = std::move(reader_);
+  Particles particles = read_numbered(*reader, request.frame_number(), next_);
+  next_ = request.frame_number() + 1;
+  particles.facts.frame = request.frame_number();
+  reader_ = std::move(reader);
+  return particles;
+}
+
 Particles read_frame(PackedFile& file, const ParticleRequest& request, const OpenFrames& open) {
+  if (request.continues()) return request.cursor->read(file, request, open);
   std::uint64_t frame = request.frame_number();
   std::optional<FrameCount> count;
   if (request.frame && request.frame->last) {
-    count = count_frames(*open());
+    count = count_frames(*open(request));
     frame = count->frames == 0 ? 0 : count->frames - 1;
     file.rewind();
   }
-  const std::unique_ptr<FrameReader> reader = open();
+  const std::unique_ptr<FrameReader> reader = open(request);
   Particles particles = request.frame ? read_numbered(*reader, frame) : read_filled(*reader, frame);
   particles.facts.frame = frame;
   if (request.all && !count) {

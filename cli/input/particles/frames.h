@@ -37,8 +37,25 @@ class FramesOf : public FrameReader {
   Input input_;
 };
 
-/// Makes a reader that is positioned before the first frame.
-using OpenFrames = std::function<std::unique_ptr<FrameReader>()>;
+/// Makes a reader that is positioned before the first frame. The request outlives the reader.
+using OpenFrames = std::function<std::unique_ptr<FrameReader>(const ParticleRequest&)>;
+
+/// The place in a file behind the frame that was read last. With it, reading frames in ascending
+/// order reads the file once. Belongs to one PackedFile.
+class FrameCursor {
+ public:
+  /// Returns whether the reader can go on to the frame of the request without rewinding the file.
+  [[nodiscard]] bool leads_to(const PackedFile& file, const ParticleRequest& request) const;
+  /// Reads the frame that the request chooses by its number. The file must be rewound unless
+  /// leads_to() is true. Throws the errors of read_frame().
+  Particles read(const PackedFile& file, const ParticleRequest& request, const OpenFrames& open);
+
+ private:
+  ParticleRequest request_;
+  std::unique_ptr<FrameReader> reader_;  ///< null: no frame was read
+  std::uint64_t next_ = 0;               ///< number of the frame at which the reader stands
+  std::uint64_t rewinds_ = 0;            ///< of the file when the reader began
+};
 
 /// Returns the frame of `file` that the request chooses. Without a choice, returns the first frame
 /// with particles. `last` counts the frames first and chooses the last complete one. Sets
@@ -57,7 +74,9 @@ Particles read_frame(PackedFile& file, const ParticleRequest& request, const Ope
 /// Does the same for a `Reader` with the constructor (PackedFile&, const ParticleRequest&).
 template <typename Reader>
 Particles read_frame(PackedFile& file, const ParticleRequest& request) {
-  return read_frame(file, request, [&] { return std::make_unique<Reader>(file, request); });
+  return read_frame(file, request, [&file](const ParticleRequest& kept) {
+    return std::make_unique<Reader>(file, kept);
+  });
 }
 
 /// Factor that turns the nanometres of files of GROMACS and AMBER into angstrom.

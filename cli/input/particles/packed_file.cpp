@@ -329,6 +329,7 @@ void PackedFile::take(OpenFile file) {
 
 void PackedFile::rewind() {
   position_ = total_ = 0;
+  ++rewinds_;
   if (!packing_.empty()) unpacker_ = unpacker_for(packing_, file_.number(), place_);
 }
 

@@ -95,6 +95,8 @@ class PackedFile {
   bool skip(std::uint64_t bytes);
   /// Returns to the front of the file.
   void rewind();
+  /// Returns how often the file has returned to its front.
+  [[nodiscard]] std::uint64_t rewinds() const { return rewinds_; }
 
   /// Returns the first `bytes` bytes or more; fewer only if the file is shorter. The reference is
   /// valid until a call with more bytes. Such a call also returns to the front of the file.
@@ -123,7 +125,8 @@ class PackedFile {
   std::unique_ptr<Unpacker> unpacker_;  // only for packed data
   std::optional<std::uint64_t> size_;
   std::uint64_t position_ = 0;  // in the unpacked bytes
-  std::uint64_t total_ = 0;     // bytes read since the front, without skipped bytes
+  std::uint64_t rewinds_ = 0;
+  std::uint64_t total_ = 0;  // bytes read since the front, without skipped bytes
   std::string start_bytes_;
   std::optional<FileStart> start_;
 };

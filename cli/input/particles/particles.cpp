@@ -8,6 +8,7 @@
 
 #include "cli/input/formats/format_table.h"
 #include "cli/input/particles/file_place.h"
+#include "cli/input/particles/frames.h"
 #include "cli/input/particles/stated_bonds.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
@@ -56,7 +57,9 @@ Particles read(PackedFile& file, const ParticleFormat& format, const ParticleReq
     FilePlace{file.name()}.fail("the file has no frame " + std::to_string(frame) + ": a " +
                                 std::string(format.name) + " file has one frame, number 0");
   }
-  file.rewind();
+  const bool goes_on =
+      request.continues() && format.frames && request.cursor->leads_to(file, request);
+  if (!goes_on) file.rewind();
   Particles particles = format.read(file, request);
   particles.facts.format = format.name;
   particles.facts.packing = file.packing();

@@ -14,6 +14,7 @@
 
 namespace parray::input {
 
+class FrameCursor;
 class PackedFile;
 
 /// Names of the particles, each distinct name once. Particle i has the name names[index[i]].
@@ -151,7 +152,14 @@ struct ParticleRequest {
   AlternativeChoice alternatives{};              ///< which locations of an atom are read
   bool all = false;                              ///< true: read every column, and count the frames
   int threads = 1;
+  /// Where the last read of the same file ended, so that reading later frames goes on there. Null:
+  /// the file is read from its front.
+  FrameCursor* cursor = nullptr;
 
+  /// Returns whether the cursor decides where reading begins.
+  [[nodiscard]] bool continues() const {
+    return cursor != nullptr && frame && !frame->last && !all;
+  }
   [[nodiscard]] bool wants(std::string_view number) const {
     return all || numbers.contains(number);
   }

@@ -38,14 +38,18 @@ std::vector<double> numbers_in(const Particles& particles, const std::string& by
   return numbers;
 }
 
-/// Replaces the numbers by radii from `low` to `high`.
-void scale_to(double low, double high, std::vector<double>& numbers) {
-  const auto [least, most] = std::ranges::minmax(numbers);
+/// Replaces the numbers by radii from `low` to `high`. Returns the numbers with these radii.
+NumberBounds scale_to(const RadiusScale& scale, std::vector<double>& numbers) {
+  NumberBounds bounds = scale.numbers;
+  if (bounds.empty()) std::ranges::for_each(numbers, [&](double number) { bounds.add(number); });
+  const auto [least, most] = bounds;
+  const auto [low, high] = std::pair(scale.low, scale.high);
   for (double& number : numbers) {
     // Halves, because the difference may overflow.
     const double share = least < most ? (number / 2 - least / 2) / (most / 2 - least / 2) : 0.5;
     number = std::clamp(low + share * (high - low), low, high);
   }
+  return bounds;
 }
 
 }  // namespace
@@ -79,10 +83,10 @@ std::set<std::string, std::less<>> numbers_of(const RadiusScale& scale) {
   return {scale.by};
 }
 
-void apply(const RadiusScale& scale, Particles& particles) {
-  if (particles.count() == 0) return;
+NumberBounds apply(const RadiusScale& scale, Particles& particles) {
+  if (particles.count() == 0) return {};
   std::vector<double> radii = numbers_in(particles, scale.by);
-  if (scale.low > 0) scale_to(scale.low, scale.high, radii);
+  const NumberBounds sized = scale.low > 0 ? scale_to(scale, radii) : NumberBounds{};
   const auto wrong = std::ranges::find_if_not(radii, is_radius);
   if (wrong != radii.end()) {
     throw SourceError("radius_by", printable(scale.by) + " of particle " +
@@ -91,6 +95,7 @@ void apply(const RadiusScale& scale, Particles& particles) {
                                        printable(scale.by) + ":LOW:HIGH to scale the numbers");
   }
   particles.radii = std::move(radii);
+  return sized;
 }
 
 }  // namespace parray::input

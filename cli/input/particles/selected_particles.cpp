@@ -10,6 +10,7 @@
 
 #include "cli/input/particles/bonds.h"
 #include "cli/input/particles/file_place.h"
+#include "cli/input/particles/fixed_looks.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particle_shapes.h"
 #include "cli/input/particles/particle_spheres.h"
@@ -128,14 +129,25 @@ std::set<std::string, std::less<>> numbers_of(const ParticleLook& look) {
   return numbers;
 }
 
+/// Returns what the frames of a film must agree on for the look of this part.
+PartLook look_of(const SelectedPart& part, const Legend& legend) {
+  PartLook look{.representation = part.representation, .sized = part.sized};
+  if (!legend.stops.empty()) look.colored = {legend.low, legend.high};
+  if (!legend.stops.empty()) return look;
+  for (const LegendEntry& entry : legend.entries) look.names.push_back(entry.name);
+  return look;
+}
+
 /// Expands one source. Errors name the place in the scene file that refers to the particle file,
 /// then the problem in the particle file.
 void expand(ParticleSource source, const JsonPlace& place, const std::filesystem::path& folder,
-            SceneFile& file, int threads) {
+            SceneFile& file, int threads, OpenTrajectories& open) {
   source.cell.crystal = source.cell.crystal.value_or(false);
   try {
-    PackedFile particles(folder / source.file);
-    Particles all = read_particles(particles, request_of(source, folder, threads));
+    auto& [particles, cursor] = open.at(folder / source.file);
+    ParticleRequest request = request_of(source, folder, threads);
+    request.cursor = &cursor;
+    Particles all = read_particles(particles, request);
     Particles shown = selected(std::move(all), particles, source, folder, threads);
     append_parts(parts_of(std::move(shown), particles, source, folder, threads), particles.path(),
                  source, file, threads);
@@ -192,11 +204,12 @@ SelectedParticles parts_of(Particles particles, PackedFile& file, const Particle
                              .stick_radius = stick_radius,
                              .arrows = std::move(arrows)};
   for (ParticlePart& part : parts) {
-    SelectedPart& added = selected.parts.emplace_back(SelectedPart{std::move(part), {}});
+    SelectedPart& added = selected.parts.emplace_back(SelectedPart{std::move(part), {}, {}});
     in_representation(added.representation, [&] {
+      add_names(added.look, added.particles);
       if (!added.look.radius_by.empty()) {
         with_remedy("radius_by", {}, file, request,
-                    [&] { apply(added.look.radius_by, added.particles); });
+                    [&] { added.sized = apply(added.look.radius_by, added.particles); });
       }
       if (added.look.coloring.empty()) return;
       with_remedy("color_by", color_by_words, file, request,
@@ -221,9 +234,11 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
     std::ranges::move(part.particles.facts.notes, std::back_inserter(shown.facts.notes));
     (part.representation ? source.shows[*part.representation].look : source.look) =
         to_write(part.look);
-    add_legend(file.legends, part.colors.empty()
-                                 ? legend_of(part.particles, part.look.material, file.materials)
-                                 : std::move(part.colors.legend));
+    Legend legend = part.colors.empty()
+                        ? legend_of(part.particles, part.look.material, file.materials)
+                        : std::move(part.colors.legend);
+    shown.looks.push_back(look_of(part, legend));
+    add_legend(file.legends, std::move(legend));
     append_spheres(std::move(part.particles), part.colors, part.look, source.file, file.materials,
                    file.scene, threads);
     shapes.add_part(part);
@@ -236,12 +251,21 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
   return source;
 }
 
-void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads) {
+OpenTrajectories::Trajectory& OpenTrajectories::at(const std::filesystem::path& path) {
+  std::unique_ptr<Trajectory>& open = open_[path];
+  if (!open) open = std::make_unique<Trajectory>(path);
+  return *open;
+}
+
+void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads,
+                      OpenTrajectories* open) {
+  OpenTrajectories opened_here;
   const std::string name = scene_path.string();
   const JsonPlace root(name);
   const JsonPlace section = root.at("particles");
   for (std::size_t i = 0; i < file.particles.size(); ++i) {
-    expand(file.particles[i], section.at(i), scene_path.parent_path(), file, threads);
+    expand(file.particles[i], section.at(i), scene_path.parent_path(), file, threads,
+           open != nullptr ? *open : opened_here);
   }
   file.particles.clear();
 }

@@ -2,6 +2,8 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +11,8 @@
 #include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/arrows.h"
 #include "cli/input/particles/drawn_bonds.h"
+#include "cli/input/particles/frames.h"
+#include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/particles/representations.h"
 #include "cli/input/scene_file/particle_source.h"
@@ -20,6 +24,7 @@ namespace parray::input {
 /// A part of the particles that a source selects.
 struct SelectedPart : ParticlePart {
   ParticleColors colors;  ///< empty if its look has no `color_by`
+  NumberBounds sized;     ///< numbers with the least and the largest radius, of `radius_by`
 };
 
 /// The particles that a source selects.
@@ -72,11 +77,29 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
                             ParticleSource source, SceneFile& file, int threads,
                             const DefaultLook* otherwise = nullptr);
 
+/// Particle files that stay open, so that reading the frames of a trajectory one after the other
+/// reads the file once.
+class OpenTrajectories {
+ public:
+  struct Trajectory {
+    explicit Trajectory(const std::filesystem::path& path) : file(path) {}
+    PackedFile file;
+    FrameCursor cursor;
+  };
+  /// Opens the file unless it is open. Throws InputError.
+  Trajectory& at(const std::filesystem::path& path);
+  void clear() { open_.clear(); }
+
+ private:
+  std::map<std::filesystem::path, std::unique_ptr<Trajectory>> open_;
+};
+
 /// Reads the files of `file.particles` and appends their particles to the scene's spheres, in
 /// order. Clears `file.particles`. Names of particle files are relative to the folder of the scene
-/// file `scene_path`.
+/// file `scene_path`. Files of `open` stay open; null: none does.
 ///
 /// Throws InputError "SCENE:LINE: /particles/INDEX/...: problem: remedy".
-void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads = 1);
+void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads = 1,
+                      OpenTrajectories* open = nullptr);
 
 }  // namespace parray::input

@@ -27,6 +27,14 @@ class CameraPath {
   /// camera is not valid.
   [[nodiscard]] Camera at(std::uint64_t frame) const;
 
+  /// Return the numbers of the first and of the last frame.
+  [[nodiscard]] std::uint32_t first() const {
+    return static_cast<std::uint32_t>(keys_.front().frame);
+  }
+  [[nodiscard]] std::uint32_t last() const {
+    return static_cast<std::uint32_t>(keys_.back().frame);
+  }
+
   struct Key {
     std::uint64_t frame = 0;
     Camera camera;

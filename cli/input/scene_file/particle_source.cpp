@@ -34,6 +34,7 @@ ParticleLook completed(ParticleLook look, const ParticleLook& base) {
     if (!look.coloring.map) look.coloring.map = base.coloring.map;
     if (look.coloring.range.open()) look.coloring.range = base.coloring.range;
     if (!look.coloring.scale) look.coloring.scale = base.coloring.scale;
+    if (look.coloring.names.empty()) look.coloring.names = base.coloring.names;
   }
   if (look.material == ParticleMaterial{} && !(has_colors && sets_colors(base.material))) {
     look.material = base.material;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/input/color/legend.h"
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/duplicates.h"
 #include "cli/input/scene_file/label_settings.h"
@@ -20,12 +21,22 @@ namespace parray::input {
 
 class PackedFile;
 
+/// What the look of a part of a file's particles depends on besides each particle alone. The frames
+/// of a film must agree on it: see fixed_looks.h.
+struct PartLook {
+  std::optional<std::size_t> representation{};  ///< nothing: the source has none
+  NumberBounds colored{};                       ///< numbers at the ends of the colour map
+  NumberBounds sized{};                         ///< numbers with the least and the largest radius
+  std::vector<std::string> names{};             ///< of its categories, as legends show them
+};
+
 /// A particle file that is part of a scene.
 struct ParticleFile {
   std::filesystem::path path;  ///< empty: the standard input
   ParticleSource source;       ///< the item that refers to the file
   std::uint64_t count = 0;     ///< number of particles in the scene
   ParticleFacts facts;
+  std::vector<PartLook> looks{};  ///< of its parts with particles
 };
 
 /// The content of a scene file: the scene and its settings. Settings that the file does not name

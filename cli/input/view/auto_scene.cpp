@@ -23,16 +23,6 @@
 namespace parray::input {
 namespace {
 
-/// Returns the eight corners of the cell.
-std::vector<Vec3d> corners_of(const ParticleCell& cell) {
-  std::vector<Vec3d> corners{cell.origin};
-  for (const Vec3d& edge : cell.edges) {
-    const std::size_t before = corners.size();
-    for (std::size_t i = 0; i < before; ++i) corners.push_back(corners[i] + edge);
-  }
-  return corners;
-}
-
 /// Returns whether particles extend over at least three quarters of each edge. Boxes of simulations
 /// are filled. The cell of a crystal is usually not filled before its symmetry is applied.
 bool is_filled(const ParticleCell& cell, const std::vector<Vec3d>& positions) {
@@ -144,6 +134,7 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
     const Surroundings around = surroundings_of(spheres, aspect, viewing, subject, threads);
     scene.camera = around.camera;
     scene.sky = around.sky;
+    out.axis = around.axis;
     for (std::uint32_t i = 0; i < scenery; ++i) {
       scene.spheres[i] = around.scenery[i].sphere;
       scene.spheres[i].material = i;
@@ -155,6 +146,15 @@ AutoScene made(PackedFile& file, ParticleSource source, const RenderSettings& se
 }
 
 }  // namespace
+
+std::vector<Vec3d> corners_of(const ParticleCell& cell) {
+  std::vector<Vec3d> corners{cell.origin};
+  for (const Vec3d& edge : cell.edges) {
+    const std::size_t before = corners.size();
+    for (std::size_t i = 0; i < before; ++i) corners.push_back(corners[i] + edge);
+  }
+  return corners;
+}
 
 Boxed<RenderSettings> auto_scene_settings() {
   RenderSettings settings;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "cli/input/particles/particles.h"
 #include "cli/input/scene_file/scene_file.h"
@@ -8,6 +9,9 @@
 #include "common/scene/settings_fwd.h"
 
 namespace parray::input {
+
+/// Returns the eight corners of the cell.
+std::vector<Vec3d> corners_of(const ParticleCell& cell);
 
 /// Returns the default settings of an automatic scene: 1200 x 900, 256 samples, depth 10.
 Boxed<RenderSettings> auto_scene_settings();
@@ -23,6 +27,7 @@ inline constexpr std::string_view plain_material_name = "plain";
 struct AutoScene {
   SceneFile file;         ///< spheres of the scenery, then those of the particles; capsules
   ParticleSource source;  ///< source of these particles; its rules are decided, `file` is as given
+  TurnAxis axis;          ///< of a turntable; see Surroundings
 };
 
 /// Makes a scene from a particle file: spheres and surroundings. The width and height of `settings`

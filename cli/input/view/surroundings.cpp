@@ -121,8 +121,8 @@ void Extent::add(const Extent& later) {
 /// What the picture shows, and in which form.
 struct Shot {
   std::span<const Sphere> spheres;
-  std::span<const Capsule> capsules;
-  std::span<const Vec3d> points;  ///< such as the corners of a cell
+  /// More spheres: ends of capsules, and points such as the corners of a cell.
+  std::vector<Sphere> others;
   Viewpoint view;
   Projection projection;
   double aspect;  ///< width of the picture divided by its height
@@ -143,12 +143,59 @@ Extent extent_of(const Shot& shot, const PictureArea& area, int threads) {
   });
   Extent whole = none;
   for (const Extent& part : parts) whole.add(part);
-  for (const Capsule& capsule : shot.capsules) {
-    whole.add({capsule.from, capsule.radius, 0}, shot.view);
-    whole.add({capsule.to, capsule.radius, 0}, shot.view);
-  }
-  for (const Vec3d& point : shot.points) whole.add({point, 0, 0}, shot.view);
+  for (const Sphere& sphere : shot.others) whole.add(sphere, shot.view);
   return whole;
+}
+
+/// Returns the axis of a turntable for a viewpoint.
+TurnAxis axis_of(const Viewpoint& view) {
+  const bool wall = view.off_ground == view.frame.back;
+  return {view.frame.center, wall ? view.frame.up : view.off_ground};
+}
+
+/// Returns the middle of the spheres' extents along the coordinate axes.
+Vec3d middle_of(std::span<const Sphere> spheres) {
+  Vec3d low = spheres.front().center;
+  Vec3d high = low;
+  for (const Sphere& sphere : spheres) {
+    const Vec3d& c = sphere.center;
+    low = {std::min(low.x, c.x), std::min(low.y, c.y), std::min(low.z, c.z)};
+    high = {std::max(high.x, c.x), std::max(high.y, c.y), std::max(high.z, c.z)};
+  }
+  return 0.5 * low + 0.5 * high;
+}
+
+/// Returns the spheres at many angles of a turntable.
+std::vector<Sphere> all_around(const std::vector<Sphere>& spheres, const TurnAxis& axis) {
+  constexpr int angles = 60;
+  std::vector<Sphere> around;
+  for (int i = 0; i < angles; ++i) {
+    for (Sphere sphere : spheres) {
+      sphere.center = turned(sphere.center, axis, 360.0 * i / angles);
+      around.push_back(sphere);
+    }
+  }
+  return around;
+}
+
+/// Decides the direction of view by `spheres`, and what the picture includes.
+Shot shot_of(std::span<const Sphere> spheres, double aspect, const Viewing& viewing,
+             const Subject& subject) {
+  const Projection projection = viewing.projection.value_or(
+      viewing.view == View::automatic ? Projection::perspective : Projection::orthographic);
+  Shot shot{spheres, viewing.other_spheres,
+            viewpoint_of(spheres, viewing.view, subject.molecule, viewing.turning), projection,
+            aspect};
+  for (const auto* points : {&subject.corners, &viewing.other_points}) {
+    for (const Vec3d& point : *points) shot.others.push_back({point, 0, 0});
+  }
+  if (!viewing.other_spheres.empty()) shot.view.frame.center = middle_of(shot.others);
+  for (const Capsule& capsule : subject.capsules) {
+    shot.others.push_back({capsule.from, capsule.radius, 0});
+    shot.others.push_back({capsule.to, capsule.radius, 0});
+  }
+  if (viewing.turns) shot.others = all_around(shot.others, axis_of(shot.view));
+  return shot;
 }
 
 /// Zooms in: the picture becomes smaller than before. The middle of the extent stays where it is in
@@ -245,10 +292,12 @@ constexpr double free_blocker_radius = 345;    ///< covers 60 degrees: no floor 
 constexpr Vec3d studio_blocker{0.85, 0, 0.5};
 constexpr Vec3d free_blocker{0.62, -0.62, 0.48};
 
-Sphere ground_below(const Extent& extent, double reach, const Viewpoint& view) {
-  // The ground touches the lowest sphere; all other spheres lie above its tangent plane.
+/// The ground touches the lowest sphere; all other spheres lie above its tangent plane. On a
+/// turntable its centre lies on the axis.
+Sphere ground_below(const Extent& extent, double reach, const Viewpoint& view, bool turns) {
   const double radius = ground_radius * reach;
   const Sphere& lowest = extent.lowest;
+  if (turns) return {view.frame.center + (extent.bottom - radius) * view.off_ground, radius, 0};
   return {lowest.center - (lowest.radius + radius) * view.off_ground, radius, 0};
 }
 
@@ -315,21 +364,17 @@ std::vector<SceneryObject> scenery_of(const Viewing& viewing) {
 
 Surroundings surroundings_of(std::span<const Sphere> spheres, double aspect, const Viewing& viewing,
                              const Subject& subject, int threads) {
-  const Projection projection = viewing.projection.value_or(
-      viewing.view == View::automatic ? Projection::perspective : Projection::orthographic);
-  const Shot shot{
-      spheres,         subject.capsules,
-      subject.corners, viewpoint_of(spheres, viewing.view, subject.molecule, viewing.turning),
-      projection,      aspect};
+  const Shot shot = shot_of(spheres, aspect, viewing, subject);
   const auto& [camera, extent, growth] = framing_of(shot, viewing.zoom, subject, threads);
   const double reach = extent.reach * growth;
   Surroundings around;
   around.camera = camera;
   around.sky = sky_of(viewing.style);
   around.scenery = scenery_of(viewing);
+  around.axis = axis_of(shot.view);
   for (SceneryObject& object : around.scenery) {
     if (object.name == ground_name) {
-      object.sphere = ground_below(extent, reach, shot.view);
+      object.sphere = ground_below(extent, reach, shot.view, viewing.turns);
     } else if (object.name == wall_name) {
       object.sphere = wall_behind(shot.view.frame, reach, around.camera, aspect);
     } else {

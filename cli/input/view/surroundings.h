@@ -8,6 +8,7 @@
 
 #include "cli/input/view/free_area.h"
 #include "cli/input/view/style.h"
+#include "cli/input/view/turntable.h"
 #include "cli/input/view/view.h"
 #include "common/scene/scene.h"
 
@@ -28,6 +29,12 @@ struct Viewing {
   /// Returns the places of the labels in the picture of a scene that has a camera. Empty: no
   /// labels.
   std::function<LabelPlaces(const SceneFile&)> labels{};
+  /// Spheres and points of other frames that the picture includes, too. They do not determine the
+  /// direction of view.
+  std::vector<Sphere> other_spheres{};
+  std::vector<Vec3d> other_points{};
+  /// The picture includes these others at every angle of a turntable.
+  bool turns = false;
 };
 inline constexpr NumberRange zoom_range{0.1, 100};
 
@@ -68,6 +75,10 @@ struct Surroundings {
   Camera camera;  ///< a pinhole; tan_half_vfov is set
   Sky sky;
   std::vector<SceneryObject> scenery;  ///< the objects of scenery_of(), with positions
+  /// The axis on which camera and scenery turn around the spheres. It points away from the floor,
+  /// or upwards in the picture if there is a wall. A turn changes only which side of the spheres
+  /// the picture shows, if `turns` was set.
+  TurnAxis axis{};
 };
 
 /// The material of particles that have only positions.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "common/image/pixel_sums.h"
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/material.h"
@@ -82,6 +84,38 @@ SurfacePoint<Real> surface_point(const TraceScene<Real>& scene, const Ray<Real>&
   return {normal_at(ray, sphere, hit.leaving), sphere.center, sphere.radius};
 }
 
+/// Returns whether the surface of shape `number` lies inside another body of the same glass, where
+/// the path is: see InsideStack.
+template <typename Real>
+bool is_within_body(const TraceScene<Real>& scene, const InsideStack<Real>& sides,
+                    std::uint32_t number) {
+  const std::uint32_t material = scene.material_of[number];
+  return scene.surfaces[material].type == MaterialType::dielectric &&
+         std::ranges::any_of(sides.inside(), [&](std::uint32_t other) {
+           return other != number && scene.material_of[other] == material;
+         });
+}
+
+/// Returns the first crossing along a ray with a surface that bounds a body. Moves `ray` and
+/// `sides` straight through the surfaces before it, and counts the rays.
+template <typename Real, SphereSearch<Real> S>
+Hit<Real> next_surface(const TraceScene<Real>& scene, const S& search, Ray<Real>& ray,
+                       InsideStack<Real>& sides, TraceCounts& counts) {
+  ++counts.rays;
+  Hit<Real> hit = first_crossing(scene, search, ray, sides);
+  for (std::uint32_t crossed = 0; crossed < most_crossings && hit.sphere != no_sphere &&
+                                  is_within_body(scene, sides, hit.sphere);
+       ++crossed) {
+    const SurfacePoint<Real> point = surface_point(scene, ray, sides, hit);
+    sides.cross(hit.sphere, hit.leaving);
+    sides.stand_on(hit.sphere, point.normal);
+    ray = {point.position(), ray.direction};
+    ++counts.rays;
+    hit = first_crossing(scene, search, ray, sides);
+  }
+  return hit;
+}
+
 /// Puts a new path of pixel (x, y) inside the shapes that contain its origin.
 template <typename Real>
 void start_sides(const TraceScene<Real>& scene, const PathEnds<Real>& ends, std::uint32_t x,
@@ -105,8 +139,7 @@ Vec3<Real> trace_sample(const TraceScene<Real>& scene, const PathEnds<Real>& end
   start_sides(scene, ends, x, y, ray.origin, sides);
   Vec3<Real> throughput{1, 1, 1};
   for (std::uint32_t bounce = 0; bounce < ends.max_depth; ++bounce) {
-    ++counts.rays;
-    const Hit<Real> hit = first_crossing(scene, search, ray, sides);
+    const Hit<Real> hit = next_surface(scene, search, ray, sides, counts);
     if (hit.sphere == no_sphere) {
       return throughput * scene.sky.radiance(ray.direction.y);
     }

@@ -29,11 +29,8 @@ class Wavefront {
   void trace(const SampleBatch& batch, PixelSums* row, TraceCounts& counts) {
     begin(batch);
     for (std::uint32_t bounce = 0; bounce < scene_.max_depth && space_.paths.count > 0; ++bounce) {
-      counts.rays += space_.paths.count;
-      find();
-      sort_by_material();
+      find_surfaces(counts);
       add_sky();
-      space_.paths.count = 0;
       scatter_all_diffuse(bounce);
       scatter_all_metal(bounce);
       if constexpr (InsideStack) {
@@ -102,13 +99,83 @@ class Wavefront {
     }
   }
 
-  /// Moves every path to the hits of its material's type or of the sky.
-  PARRAY_INLINE void sort_by_material() {
+  /// Finds the next surface of all paths that bounds a body, and moves every path to the hits of
+  /// its material's type or of the sky.
+  PARRAY_INLINE void find_surfaces(TraceCounts& counts) {
     for (Hits<Real>& hits : space_.hits) {
       hits.count = 0;
     }
+    for (std::uint32_t crossed = 0;; ++crossed) {
+      counts.rays += space_.paths.count;
+      find();
+      sort_paths();
+      space_.paths.count = 0;
+      if constexpr (InsideStack) {
+        if (crossed < most_crossings) move_crossing_paths();
+      }
+      if (space_.paths.count == 0) return;
+    }
+  }
+
+  /// Adds every path to the hits.
+  PARRAY_INLINE void sort_paths() {
     for (std::uint32_t i = 0; i < space_.paths.count; i += lanes) {
       sort(i, first_bits(space_.paths.count - i));
+    }
+  }
+
+  /// Moves paths on that have met a surface inside another body of the same glass: from the hits of
+  /// glass to the paths, beyond the surface. See InsideStack.
+  PARRAY_INLINE void move_crossing_paths() {
+    Hits<Real>& hits = space_.hits[static_cast<int>(MaterialType::dielectric)];
+    std::uint32_t kept = 0;
+    for (std::uint32_t i = 0; i < hits.count; i += lanes) {
+      const std::uint32_t present = first_bits(hits.count - i);
+      const std::uint32_t crossing = crossing_lanes(hits, i, present);
+      if (crossing != 0) {
+        const std::uint32_t n = space_.paths.count;
+        const Meeting at = meet(hits, i, present);
+        go_on(hits, i, crossing, at, at.incoming, hits.throughput.template load<L>(i));
+        cross(hits, i, crossing, crossing, n);
+      }
+      if (kept != i || crossing != 0) keep(hits, i, present & ~crossing, kept);
+      kept += static_cast<std::uint32_t>(__builtin_popcount(present & ~crossing));
+    }
+    hits.count = kept;
+  }
+
+  /// Returns the lanes of hits whose surface lies inside another body of the same glass.
+  PARRAY_INLINE std::uint32_t crossing_lanes(const Hits<Real>& hits, std::uint32_t i,
+                                             std::uint32_t present) const {
+    const Uint inside = Uint::load(&hits.inside[i]);
+    std::uint32_t crossing = 0;
+    std::uint32_t left = ~bits_of(equal(inside, Uint(InsideLists::none))) & present;
+    for (; left != 0; left &= left - 1) {
+      const std::uint32_t k = static_cast<std::uint32_t>(__builtin_ctz(left));
+      for (std::uint32_t link = hits.inside[i + k]; link != InsideLists::none;
+           link = space_.inside.next(link)) {
+        const std::uint32_t slot = space_.inside.sphere(link);
+        const std::uint32_t material =
+            scene_.material_of[slot] >> scene_.material_bit >> MaterialRef::type_bits;
+        if (slot != hits.slot[i + k] && material == hits.material[i + k]) crossing |= 1U << k;
+      }
+    }
+    return crossing;
+  }
+
+  /// Moves the lanes `set` of hits i, i + 1 ... to place `to` <= i.
+  static PARRAY_INLINE void keep(Hits<Real>& hits, std::uint32_t i, std::uint32_t set,
+                                 std::uint32_t to) {
+    hits.origin.compress(to, set, hits.origin.template load<L>(i));
+    hits.direction.compress(to, set, hits.direction.template load<L>(i));
+    hits.throughput.compress(to, set, hits.throughput.template load<L>(i));
+    hits.old_normal.compress(to, set, hits.old_normal.template load<L>(i));
+    for (Column<Real>* const column : {&hits.inverse_square, &hits.side, &hits.t}) {
+      compress_store(&(*column)[to], set, L::load(&(*column)[i]));
+    }
+    for (Column<std::uint32_t>* const column :
+         {&hits.sample, &hits.slot, &hits.material, &hits.inside}) {
+      compress_store(&(*column)[to], set, Uint::load(&(*column)[i]));
     }
   }
 
@@ -364,17 +431,20 @@ class Wavefront {
       const auto glass = scatter_dielectric(surface, at.incoming, at.m, at.leaving, u);
       const std::uint32_t n = space_.paths.count;
       go_on(hits, i, present, at, glass.direction, hits.throughput.template load<L>(i));
-      cross(hits, i, bits_of(glass.mask) & present, n);
+      cross(hits, i, present, bits_of(glass.mask) & present, n);
     }
   }
 
-  /// Moves refracted paths through their surface. The lanes of `refracted` are paths n, n + 1 ...
-  PARRAY_INLINE void cross(const Hits<Real>& hits, std::uint32_t i, std::uint32_t refracted,
-                           std::uint32_t n) {
-    for (; refracted != 0; refracted &= refracted - 1) {
-      const auto k = static_cast<std::uint32_t>(__builtin_ctz(refracted));
+  /// Moves the paths in the lanes `crossing` through their surface. The lanes `going` are paths n,
+  /// n + 1 ...
+  PARRAY_INLINE void cross(const Hits<Real>& hits, std::uint32_t i, std::uint32_t going,
+                           std::uint32_t crossing, std::uint32_t n) {
+    for (; crossing != 0; crossing &= crossing - 1) {
+      const auto k = static_cast<std::uint32_t>(__builtin_ctz(crossing));
+      const std::uint32_t before = going & ((1U << k) - 1);
       const std::uint32_t slot = hits.slot[i + k];
-      std::uint32_t& inside = space_.paths.inside[n + k];
+      std::uint32_t& inside =
+          space_.paths.inside[n + static_cast<std::uint32_t>(__builtin_popcount(before))];
       inside = hits.side[i + k] > 0 ? space_.inside.remove(inside, slot)
                                     : space_.inside.push(inside, slot);
     }

@@ -24,6 +24,12 @@ Scene built_in_scene() {
     const std::uint32_t row = i / 8;
     scene.spheres.push_back({{0.75 * (i % 8) - 1, 0.2, 0.75 * row - 3}, 0.2, i % 3});
   }
+  // Sticks of every material; some glass ones overlap a ball of the same glass.
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    const Vec3d from{0.8 * (i % 8) - 1, 0.3, i / 8 - 2.5};
+    const Vec3d along{0.1 * (i % 3), 0.25 * (i % 5), 0.5 - 0.125 * (i % 7)};
+    scene.capsules.push_back({from, from + along, 0.0625 * (1 + i % 3), i % 4});
+  }
   return scene;
 }
 

@@ -212,6 +212,7 @@ export class Farm {
       if (worker.contribution >= 0) contribution = (contribution ?? 0) + worker.contribution;
     }
     for (const job of this.jobs.values()) {
+      if (job.frame !== undefined) continue;  // its series counts
       if (job.state === 'queued') ++waiting;
       if (job.state !== 'running' && job.state !== 'finishing') continue;
       ++running;

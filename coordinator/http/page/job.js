@@ -5,10 +5,10 @@ import {button, el, facts, notify, setClass, setText} from './dom.js';
 import {moment, percent, unfinished} from './format.js';
 import {fileOf, findQuickLook, JobActions} from './job_actions.js';
 import {factsOf, hasErrorMap, hasPicture, headline, historyOf, waiting} from './job_facts.js';
-import {mayControl} from './job_rules.js';
+import {mayControl, permits} from './job_rules.js';
 import {fetchMap} from './maps.js';
 import {fetchPicture, noPicture} from './picture.js';
-import {jobLink, renewAges} from './parts.js';
+import {jobLink, Poll, renewAges} from './parts.js';
 import {quickLookOf} from './quick_look.js';
 import {recipeOf, reportOf} from './report.js';
 import {neighboursOf, Series} from './series.js';
@@ -16,9 +16,15 @@ import {Trend} from './trend.js';
 import {Viewer} from './viewer.js';
 
 const framesEvery = 2000;  // ms
+const unlistedEvery = 4000;  // ms; events do not name frames
 const agesEvery = 20000;  // ms; texts such as "3 min ago" change
 
 const sentence = text => text && text[0].toUpperCase() + text.slice(1);
+
+function whyNoPicture(job) {
+  if (unfinished(job)) return 'No picture yet';
+  return job.state === 'done' ? 'No picture: the coordinator no longer keeps it' : 'No picture: the job ended before its first samples';
+}
 
 export class JobView {
   #farm;
@@ -34,6 +40,7 @@ export class JobView {
   #deleted;  // the job that this user has deleted
   #ages = 0;  // timers
   #later = 0;
+  #poll = new Poll(unlistedEvery, () => this.#loadUnlisted());
 
   constructor(farm) {
     this.#farm = farm;
@@ -74,11 +81,13 @@ export class JobView {
     this.#draw();
     this.#follow(this.#shown.signal);
     this.#ages = setInterval(() => renewAges(this.facts), agesEvery);
+    this.#poll.start();
   }
 
   hide() {
     this.#shown.abort();
     clearInterval(this.#ages);
+    this.#poll.stop();
     clearTimeout(this.#later);
     this.#later = 0;
     this.series.stop();
@@ -116,8 +125,11 @@ export class JobView {
   update(changes) {
     if (changes.generation) this.#loadDetails();
     if (this.job) {
-      if (changes.jobs.has(this.#id)) this.#draw();
-      if (this.job?.frames) this.series.update(changes.jobs);
+      if (changes.jobs.has(this.#id) || changes.jobs.has(this.job.series)) this.#draw();
+      if (this.job?.frames) {
+        this.series.update(changes.jobs);
+        this.todo.show(this.job, this.#knownOf(this.job));
+      }
     } else if (changes.jobs.has(this.#id) && !changes.generation) {
       this.#showDeleted();
     }
@@ -149,13 +161,21 @@ export class JobView {
       this.#draw();
       this.#showHistory(historyOf(job.events ?? []));
       this.trend.setPasses(job.passes ?? []);
-      if (job.frames) this.series.show(job, job.frame_list ?? []);
+      if (job.frames) this.#showFrames(job);
+      else if (job.frame !== undefined) this.#showSeriesOf(job);
       else if (!this.#quick && unfinished(job)) this.#findQuickLook(signal);
     } catch (problem) {
       if (signal.aborted) return;
       if (problem.status === 404) this.#showMissing(this.#state ? `Job ${id} was deleted.` : `Job ${id} does not exist. It was deleted, or never submitted.`);
       else if (problem.status > 0 && problem.status !== 401 && !this.job) this.#showMissing(problem.message);
     }
+  }
+
+  /** Loads what no event announces: an unfinished frame, and the frames of an unfinished series. */
+  async #loadUnlisted() {
+    const job = this.job;
+    if (!job || !unfinished(job) || this.#farm.connection.state === 'lost') return;
+    if (job.frame !== undefined || job.frames) await this.#loadDetails();
   }
 
   /** Loads the frames again: once for all frames that end within a few seconds. */
@@ -176,7 +196,7 @@ export class JobView {
     this.#showProgress(job);
     this.#showTroubles(job);
     this.#showFacts(job);
-    this.todo.show(job);
+    this.todo.show(job, this.#knownOf(job));
     const isSeries = Boolean(job.frames);
     this.trend.add(job.seconds_taken, job.samples_taken, job.error?.rmse, job.target_error);
     this.viewer.element.hidden = isSeries;
@@ -186,10 +206,20 @@ export class JobView {
     else if (isSeries && job.frames_done !== this.#framesDone) this.#loadFramesSoon();
     this.#framesDone = job.frames_done;
     if (job.state === this.#state) return;
-    if (!this.#state && job.frame !== undefined) this.#showNeighbours(job);
     this.#state = job.state;
-    if (job.state === 'done' && !isSeries) this.#loadResults(job);
+    if (job.state === 'done' && hasPicture(job)) this.#loadResults(job);
     this.#wake();
+  }
+
+  /** Shows the frames of a series, and the actions that their states permit. */
+  #showFrames(job) {
+    this.series.show(job, job.frame_list ?? []);
+    this.todo.show(job, this.#knownOf(job));
+  }
+
+  /** Returns what decides the actions on a series or on a frame, as for permits(). */
+  #knownOf(job) {
+    return {frames: job.frames ? this.series.states : undefined, series: this.#farm.jobs.get(job.series)};
   }
 
   #offerMaps(job) {
@@ -220,9 +250,10 @@ export class JobView {
     this.flag.hidden = !job.flag;
     const warning = unfinished(job) && job.warning ? sentence(job.warning) : '';
     this.warning.hidden = !warning;
-    if ((this.warning.firstChild?.textContent ?? '') === warning) return;
+    const cancel = Boolean(warning) && mayControl(job, this.#farm.server) && permits(job, 'cancel');
+    if ((this.warning.firstChild?.textContent ?? '') === warning && Boolean(this.warning.querySelector('button')) === cancel) return;
     this.warning.replaceChildren(...warning ? [el('p', {}, warning)] : []);
-    if (warning && mayControl(job, this.#farm.server)) this.warning.append(button('Cancel job', () => this.todo.act('cancel'), {class: 'danger'}));
+    if (cancel) this.warning.append(button('Cancel job', () => this.todo.act('cancel'), {class: 'danger'}));
   }
 
   #showFacts(job) {
@@ -239,12 +270,14 @@ export class JobView {
     this.#wake();
   }
 
-  /** Shows links to the frames before and after this one. */
-  async #showNeighbours(job) {
+  /** Shows links to the frames before and after this one, and the actions that the state of their series permits. */
+  async #showSeriesOf(job) {
+    if (!this.neighbours.hidden && this.#farm.jobs.has(job.series)) return;
     const {signal} = this.#shown;
     try {
-      const {before, after} = await neighboursOf(job, signal);
+      const {before, after, series} = await neighboursOf(job, signal);
       if (signal.aborted) return;
+      this.#farm.updateJob(series);
       const link = (id, text, label, key) => id === undefined ? el('span', {class: 'off', 'aria-hidden': 'true'}, text) :
         el('a', {href: `#/jobs/${id}`, 'aria-label': label, 'aria-keyshortcuts': key, title: `${label} (key ${key})`}, text);
       this.neighbours.replaceChildren(link(before, '‹', 'Previous frame', ','), el('a', {href: `#/jobs/${job.series}`}, `frame ${job.frame}`),
@@ -327,7 +360,7 @@ export class JobView {
     const quick = unfinished(job) ? await this.#quickLook(job, signal) : undefined;
     if (signal.aborted) return;
     if (quick) this.viewer.show(noPicture(job), quick);
-    this.viewer.showMessage(text || (quick ? '' : unfinished(job) ? 'No picture yet' : 'No picture: the job ended before its first samples'));
+    this.viewer.showMessage(text || (quick ? '' : whyNoPicture(job)));
   }
 
   #quickPicture;

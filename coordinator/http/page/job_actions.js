@@ -2,7 +2,7 @@
 
 import {change, download, getJson} from './api.js';
 import {button, confirm, el, notify} from './dom.js';
-import {stem} from './format.js';
+import {stem, unfinished} from './format.js';
 import {hasErrorMap, hasPicture} from './job_facts.js';
 import {mayControl, permits} from './job_rules.js';
 
@@ -31,7 +31,9 @@ function saving(text, job, path, file) {
 export class JobActions {
   #farm;
   #shown = '';
+  #downloads = '';
   #job;
+  #known = {};  // of the frames or the series of the job
 
   /** `deleted(job)`: called after this user has deleted the job. */
   constructor(farm, deleted) {
@@ -45,23 +47,33 @@ export class JobActions {
   }
 
   clear() {
-    this.#shown = '';
+    this.#shown = this.#downloads = '';
     this.#job = undefined;
     this.element.replaceChildren();
     this.save.replaceChildren();
     this.steer.hidden = true;
   }
 
-  show(job) {
+  /** `known`: what is known of the job's frames or of its series, as for permits(). */
+  show(job, known = {}) {
     this.#job = job;
-    const allowed = mayControl(job, this.#farm.server);
-    this.steer.hidden = !allowed || !permits(job, 'priority');
+    this.#known = known;
+    this.steer.hidden = !this.#offers('priority');
     if (document.activeElement !== this.priority) this.priority.value = job.priority;
-    const shown = [job.id, job.state, allowed, hasPicture(job), hasErrorMap(job), job.frames_done > 0].join();
-    if (shown === this.#shown) return;
-    this.#shown = shown;
-    this.#showButtons(words.filter(word => allowed && permits(job, word)));
-    this.#showDownloads(job);
+    const offered = words.filter(word => this.#offers(word));
+    const actions = [job.id, ...offered].join();
+    if (actions !== this.#shown) this.#showButtons(offered);
+    this.#shown = actions;
+    const downloads = [job.id, job.state, hasPicture(job), hasErrorMap(job), job.frames_done > 0].join();
+    if (downloads !== this.#downloads) this.#showDownloads(job);
+    this.#downloads = downloads;
+  }
+
+  #offers(word) {
+    const job = this.#job;
+    // An unfinished series has a button for its failed frames beside them.
+    if (word === 'requeue' && job.frames && unfinished(job)) return false;
+    return mayControl(job, this.#farm.server) && permits(job, word, this.#known);
   }
 
   #showButtons(permitted) {
@@ -76,7 +88,7 @@ export class JobActions {
       hasPicture(job) && saving('PNG', job, 'image.png', name + '.png'),
       hasPicture(job) && saving('EXR', job, 'image.exr', name + '.exr'),
       hasErrorMap(job) && saving('Error map', job, 'error.png', name + '-error.png'),
-      job.state === 'done' && saving('Report', job, 'report', name + '.json')];
+      job.state === 'done' && hasPicture(job) && saving('Report', job, 'report', name + '.json')];
     this.save.replaceChildren(...buttons.filter(Boolean));
     if (this.save.childElementCount) this.save.prepend(el('span', {}, 'Download'));
   }
@@ -84,7 +96,7 @@ export class JobActions {
   /** Performs an action: pause, resume, cancel, requeue or delete. */
   async act(word) {
     const job = this.#job;
-    if (!job || !permits(job, word)) return;
+    if (!job || !permits(job, word, this.#known)) return;
     if (warnings[word] && !await confirm(`${capital(word)} job ${job.id}?`, warnings[word], 'Keep job', `${capital(word)} job`)) return;
     try {
       if (word === 'delete') {
@@ -103,10 +115,10 @@ export class JobActions {
   /** Pauses or resumes the job (key p), or says why it cannot. */
   pauseOrResume() {
     const job = this.#job;
-    if (!job) return;
+    if (!job || !this.#farm.server) return;
     const word = job.state === 'paused' ? 'resume' : 'pause';
     if (!mayControl(job, this.#farm.server)) notify(`Job ${job.id} belongs to ${job.user}. Only ${job.user} and administrators can ${word} it.`);
-    else if (!permits(job, word)) notify(`Job ${job.id} is ${job.state}, so it cannot be paused.`);
+    else if (!permits(job, word, this.#known)) notify(`Job ${job.id} is ${job.state}, so it cannot be ${word}d.`);
     else this.act(word);
   }
 

@@ -2,7 +2,7 @@
 
 import {el} from './dom.js';
 import {count, counted, duration, estimate, goals, percent, radiance, sampleLimit, samplesOf, unfinished, whole} from './format.js';
-import {mayControl} from './job_rules.js';
+import {mayControl, permits} from './job_rules.js';
 import {age, jobLink} from './parts.js';
 
 /** Formats an estimate: "about 4 min". */
@@ -14,7 +14,7 @@ const known = value => value !== null && value !== undefined;
 export const hasPicture = job => !job.frames && (job.has_picture ?? job.state !== 'queued');
 
 /** Returns whether error.f32 and error.png work now. Older servers have them for done jobs only. */
-export const hasErrorMap = job => job.state === 'done' || job.has_picture === true && known(job.error?.rmse);
+export const hasErrorMap = job => job.state === 'done' ? hasPicture(job) : job.has_picture === true && known(job.error?.rmse);
 
 /** Returns the headline. `workers`: the number of workers that traced a done job, or undefined. */
 export function headline(job, workers) {
@@ -107,7 +107,7 @@ export function factsOf(job, seen, server) {
     ['Took', unfinished(job) && job.seconds_taken > 0 ? duration(job.seconds_taken) + ' so far' : ''],
     ['User', job.user],
     // Whoever may control the job has a field for the priority.
-    ['Priority', unfinished(job) && !mayControl(job, server) ? String(job.priority) : ''],
+    ['Priority', unfinished(job) && !(mayControl(job, server) && permits(job, 'priority')) ? String(job.priority) : ''],
     ['Frame', job.frame !== undefined && typeof job.series === 'number' ? el('a', {href: `#/jobs/${job.series}`}, `${job.frame} in series ${job.series}`) : ''],
     ['Quick look of', known(job.preview_of) ? jobLink(job.preview_of) : '']];
 }

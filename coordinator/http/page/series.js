@@ -10,7 +10,12 @@ import {Player} from './player.js';
 import {Thumbnails} from './thumbnails.js';
 
 const thumbnailWidth = 128;
+const pageOfFrames = 1000;
+const stoppedStates = ['failed', 'cancelled'];
 const order = ['done', 'running', 'finishing', 'queued', 'paused', 'failed', 'cancelled'];
+
+/** Returns the state of a frame: "held" if nobody has paused it, but the coordinator holds it back. */
+const stateOf = ({state, reason}) => state === 'paused' && !reason?.startsWith('paused by ') ? 'held' : state;
 
 /** Returns a frame's entry with the state of its job map. */
 const entryOf = (entry, job) => ({...entry, state: job.state, reason: job.reason, seconds: job.seconds_taken ?? entry.seconds,
@@ -82,9 +87,10 @@ export class Series {
   #setFrames(list, first) {
     const listed = new Set(list.map(entry => entry.frame));
     const end = list.at(-1)?.frame ?? -1;
+    const full = list.length === pageOfFrames;  // others may follow
     if (first) {
       for (const [frame, cell] of this.#cells) {
-        if (listed.has(frame) || frame > end) continue;
+        if (listed.has(frame) || full && frame > end) continue;
         cell.element.remove();
         this.#cells.delete(frame);
       }
@@ -101,6 +107,7 @@ export class Series {
     }
     this.#sortCells();
     this.#changed();
+    if (full && [...this.#cells.keys()].some(frame => frame > end)) this.#loadAfter(end).catch(() => {});
   }
 
   /** Restores the order of frames, which changes if a frame is submitted late. */
@@ -113,6 +120,16 @@ export class Series {
 
   #entries() {
     return [...this.#cells.values()].map(cell => cell.entry);
+  }
+
+  /** The frames that can be queued again. */
+  #stopped() {
+    return this.#entries().filter(entry => stoppedStates.includes(entry.state));
+  }
+
+  /** Returns the states of the frames, or undefined as long as some of them are not loaded. */
+  get states() {
+    return this.#cells.size && this.more.hidden ? new Set(this.#entries().map(stateOf)) : undefined;
   }
 
   #changed() {
@@ -171,33 +188,38 @@ export class Series {
     if (text.join() !== [...this.counts.children].map(item => item.textContent).join()) {
       this.counts.replaceChildren(...text.map(each => el('li', {class: 'state ' + each.replace(/^\d+ /, '')}, each)));
     }
-    const failed = numbers.get('failed') ?? 0;
+    const stopped = stoppedStates.filter(state => numbers.has(state));
+    const count = this.#stopped().length;
     // A series that has ended has a button Requeue of its own.
-    this.requeue.hidden = !failed || !unfinished(this.#job) || !mayControl(this.#job, this.#farm.server);
-    setText(this.requeue, `Requeue ${failed} failed ${failed === 1 ? 'frame' : 'frames'}`);
+    this.requeue.hidden = !count || !unfinished(this.#job) || !mayControl(this.#job, this.#farm.server);
+    setText(this.requeue, `Requeue ${count} ${stopped.join(' or ')} ${count === 1 ? 'frame' : 'frames'}`);
     const missing = this.#job.frames - entries.length;
     // A full page may be followed by others.
-    this.more.hidden = missing <= 0 || entries.length === 0 || entries.length % 1000 !== 0;
+    this.more.hidden = missing <= 0 || entries.length === 0 || entries.length % pageOfFrames !== 0;
     this.holes.hidden = missing <= 0 || !this.more.hidden || !entries.length;
     setText(this.holes, `${missing} of ${this.#job.frames} frames ${missing === 1 ? 'is' : 'are'} missing: deleted, or not submitted yet. ` +
       'Repeat the command that submitted the series to submit them.');
   }
 
   async #loadMore() {
-    const last = [...this.#cells.keys()].at(-1);
-    const id = this.#job.id;
     try {
-      const {frame_list: list = []} = await getJson(`jobs/${id}?from_frame=${last + 1}`);
-      if (id === this.#job?.id) this.#setFrames(list, false);
+      await this.#loadAfter([...this.#cells.keys()].at(-1));
     } catch (problem) {
       notify(problem.message, 'error');
     }
   }
 
+  /** Loads the frames after frame `last`. Throws Problem. */
+  async #loadAfter(last) {
+    const id = this.#job.id;
+    const {frame_list: list = []} = await getJson(`jobs/${id}?from_frame=${last + 1}`);
+    if (id === this.#job?.id) this.#setFrames(list, false);
+  }
+
   async #requeueFailed() {
     this.requeue.disabled = true;
-    const ids = this.#entries().filter(entry => entry.state === 'failed').map(entry => entry.job);
-    const problems = await requeueAll(this.#farm, ids.slice(0, 1000));
+    const ids = this.#stopped().map(entry => entry.job).slice(0, pageOfFrames);
+    const problems = await requeueAll(this.#farm, ids);
     this.requeue.disabled = false;
     if (problems.length) notify(problems[0] + (problems.length > 1 ? ` (and ${problems.length - 1} more)` : ''), 'error');
     else notify(ids.length === 1 ? '1 frame is queued again.' : `${ids.length} frames are queued again.`);
@@ -215,18 +237,20 @@ export class Series {
   }
 }
 
-/** Finds the neighbours of a frame in its series: {before, after}, job numbers or undefined. Throws Problem. */
+/** Finds the neighbours of a frame in its series: {before, after}, job numbers or undefined, and `series`, the map of the
+ *  series. Throws Problem. */
 export async function neighboursOf(job, signal) {
   let before;
   for (let from = 0;;) {
-    const {frame_list: list = []} = await getJson(`jobs/${job.series}?from_frame=${from}`, signal);
+    const series = await getJson(`jobs/${job.series}?from_frame=${from}`, signal);
+    const {frame_list: list = []} = series;
     const at = list.findIndex(entry => entry.frame === job.frame);
     if (at >= 0) {
-      const last = at === list.length - 1 && list.length === 1000;
+      const last = at === list.length - 1 && list.length === pageOfFrames;
       const after = last ? (await getJson(`jobs/${job.series}?from_frame=${job.frame + 1}`, signal)).frame_list?.[0] : list[at + 1];
-      return {before: list[at - 1]?.job ?? before, after: after?.job};
+      return {before: list[at - 1]?.job ?? before, after: after?.job, series};
     }
-    if (list.length < 1000) return {};
+    if (list.length < pageOfFrames) return {series};
     before = list.at(-1).job;
     from = list.at(-1).frame + 1;
   }

@@ -4,7 +4,7 @@ import {getJson} from './api.js';
 import {button, el, facts, setClass, setText} from './dom.js';
 import {bytes, count, duration, moment, rate, whole} from './format.js';
 import {age, ago, jobLink, Poll, reasonToLeave, renewAges} from './parts.js';
-import {maySteer, steerWorker} from './steer_worker.js';
+import {WorkerButtons} from './steer_worker.js';
 import {TimeChart} from './time_chart.js';
 import {traces} from './workers.js';
 
@@ -30,7 +30,7 @@ export class WorkerView {
     this.#farm = farm;
     this.heading = el('h1', {id: 'worker-title', tabindex: -1});
     this.state = el('span', {class: 'state'});
-    this.steer = button('', () => steerWorker(farm, this.#worker).then(() => this.#load()));
+    this.steer = new WorkerButtons(farm, {done: () => this.#load()});
     this.trouble = el('p', {class: 'trouble', role: 'status', hidden: true});
     this.missing = el('div', {class: 'empty', hidden: true});
     this.facts = el('div', {});
@@ -40,13 +40,14 @@ export class WorkerView {
     this.refresh = button('Refresh log', () => this.#loadLog());
     this.logNote = el('p', {class: 'hint', role: 'status'});
     this.log = el('pre', {class: 'log', tabindex: 0, role: 'region', 'aria-label': 'Log'});
+    this.logPart = el('section', {class: 'part log-part', 'aria-label': 'Log of the worker'},
+      el('div', {class: 'part-head'}, el('h2', {}, 'Log'), this.logNote, this.refresh), this.log);
     this.body = el('div', {class: 'worker-body'},
       el('div', {class: 'column'}, this.trouble, this.facts, this.failuresPart),
-      el('div', {class: 'column'}, this.chart.element,
-        el('section', {class: 'part log-part', 'aria-label': 'Log of the worker'}, el('div', {class: 'part-head'}, el('h2', {}, 'Log'), this.logNote, this.refresh), this.log)));
+      el('div', {class: 'column'}, this.chart.element, this.logPart));
     this.element = el('section', {class: 'view worker', 'aria-labelledby': 'worker-title'},
       el('div', {class: 'bar-of-view'}, el('a', {href: '#/workers', class: 'back', 'aria-label': 'All workers'}, '‹'), this.heading, this.state,
-        el('div', {class: 'actions'}, this.steer)), this.missing, this.body);
+        this.steer.element), this.missing, this.body);
   }
 
   get title() {
@@ -57,6 +58,7 @@ export class WorkerView {
     this.#name = nameOfAddress();
     this.#worker = this.#farm.workers.get(this.#name);
     this.#content = '';
+    this.#setConnected(true);
     setText(this.heading, this.#name);
     this.missing.hidden = true;
     this.body.hidden = !this.#worker;
@@ -86,10 +88,11 @@ export class WorkerView {
     try {
       answer = await getJson('workers/' + encodeURIComponent(name));
     } catch (problem) {
-      if (name === this.#name && problem.status === 404 && !this.#farm.workers.has(name)) await this.#showMissing();
+      if (name === this.#name && problem.status === 404) await this.#showUnconnected();
       return;
     }
     if (name !== this.#name) return;
+    this.#setConnected(true);
     this.#worker = answer;
     this.missing.hidden = true;
     this.body.hidden = false;
@@ -99,6 +102,21 @@ export class WorkerView {
     if (history) this.chart.set({...history, lines: [history.samples_per_second ?? []]});
     this.failuresPart.hidden = !recent_failures.length;
     this.failures.replaceChildren(...recent_failures.map(({at, job, reason}) => el('li', {class: 'bad'}, age(at), el('span', {}, ...job ? [jobLink(job), ': '] : [], reason))));
+  }
+
+  /** Hides what only a connected worker has: its log and its last hour. */
+  #setConnected(connected) {
+    this.logPart.hidden = this.chart.element.hidden = !connected;
+  }
+
+  /** Shows a machine in quarantine without what only a connected worker has, or that there is no such worker. */
+  async #showUnconnected() {
+    if (!this.#farm.workers.has(this.#name)) return this.#showMissing();
+    this.#setConnected(false);
+    this.missing.hidden = true;
+    this.body.hidden = false;
+    this.#worker = this.#farm.workers.get(this.#name);
+    this.#show();
   }
 
   async #showMissing() {
@@ -112,17 +130,18 @@ export class WorkerView {
     this.missing.replaceChildren(el('p', {}, `Worker ${this.#name} is not connected. ${why}`), el('a', {class: 'button', href: '#/workers'}, 'All workers'));
     this.missing.hidden = false;
     this.body.hidden = true;
-    this.steer.hidden = this.state.hidden = true;
+    this.#worker = undefined;
+    this.steer.show(undefined);
+    this.state.hidden = true;
   }
 
   #show() {
     const worker = this.#worker;
-    this.steer.hidden = !worker || !maySteer(this.#farm);
+    this.steer.show(worker);
     this.state.hidden = !worker;
     if (!worker) return;
     setText(this.state, worker.state);
     setClass(this.state, 'state ' + worker.state);
-    setText(this.steer, worker.state === 'ready' ? 'Drain' : 'Resume');
     setText(this.trouble, worker.reason ? `${worker.state}: ${worker.reason}` : '');
     this.trouble.hidden = !worker.reason;
     this.#showFacts(worker);

@@ -5,7 +5,7 @@ import {ask, button, el, setClass, setText} from './dom.js';
 import {count, duration, rate, whole} from './format.js';
 import {VirtualTable} from './list.js';
 import {command, leftRow, Poll, renewAges, workerLink} from './parts.js';
-import {maySteer, steerWorker} from './steer_worker.js';
+import {WorkerButtons} from './steer_worker.js';
 
 const leftEvery = 10000;  // ms
 
@@ -162,13 +162,12 @@ export class WorkersView {
     parts.bar = el('span', {class: 'bar', 'aria-hidden': 'true'});
     parts.rate = el('span', {class: 'share'});
     parts.speed.append(parts.bar, parts.rate);
-    parts.button = button('', () => steerWorker(this.#farm, parts.worker));
-    parts.act.append(parts.button);
+    parts.buttons = new WorkerButtons(this.#farm, {named: true});
+    parts.act.append(parts.buttons.element);
     return parts;
   }
 
   #fill(parts, worker) {
-    parts.worker = worker;
     setText(parts.link, worker.name);
     parts.link.setAttribute('href', workerLink(worker.name).getAttribute('href'));
     setText(parts.host, worker.host);
@@ -181,11 +180,7 @@ export class WorkersView {
     setText(parts.silent, worker.seconds_silent < 10 ? 'now' : duration(worker.seconds_silent) + ' ago');
     setText(parts.reason, worker.reason);
     parts.reason.title = worker.reason;
-    setText(parts.button, worker.state === 'ready' ? 'Drain' : 'Resume');
-    const label = `${parts.button.textContent} ${worker.name}`;
-    if (parts.button.getAttribute('aria-label') !== label) parts.button.setAttribute('aria-label', label);
-    parts.button.title = worker.state === 'ready' ? 'Give this worker no more leases' : 'Give this worker leases again';
-    parts.button.hidden = !maySteer(this.#farm);
+    parts.buttons.show(worker);
   }
 
   /** Shows speed and contribution: none for a worker that traces nothing. */

@@ -90,6 +90,42 @@ TEST_CASE("a scene comes back from its bytes as it was") {
   CHECK(scene_from_bytes(scene_to_bytes(empty)) == empty);
 }
 
+/// tiny_scene() with two capsules, one without length.
+Scene tiny_sticks() {
+  Scene scene = tiny_scene();
+  scene.capsules = {{{0, 1, 0}, {4, 1, 0.5}, 0.25, 1}, {{2, 1, 0}, {2, 1, 0}, 0.5, 0}};
+  return scene;
+}
+
+TEST_CASE("a scene with capsules has a form of its own, in which it comes back as it was") {
+  Scene scene = tiny_sticks();
+  const std::string bytes = scene_to_bytes(scene);
+  CHECK(bytes.substr(0, 8) == "PRSCENE3");
+  CHECK(scene_from_bytes(bytes) == scene);
+  CHECK(bytes.size() == scene_to_bytes(tiny_scene()).size() + 8 + 2 * scene_bytes_of_capsule);
+  scene.camera.projection = Projection::orthographic;
+  scene.camera.view_height = 3;
+  scene.camera.vfov = scene.camera.tan_half_vfov = 0;
+  CHECK(scene_to_bytes(scene).substr(0, 8) == "PRSCENE4");
+  CHECK(scene_from_bytes(scene_to_bytes(scene)) == scene);
+}
+
+TEST_CASE("a capsule that the kernel could not bear is refused") {
+  const auto refuses = [](const std::function<void(Capsule&)>& change) {
+    Scene scene = tiny_sticks();
+    change(scene.capsules[0]);
+    return refused(scene_to_bytes(scene));
+  };
+  CHECK_FALSE(refuses([](Capsule&) {}));
+  CHECK(refuses([](Capsule& c) { c.radius = 0; }));
+  CHECK(refuses([](Capsule& c) { c.radius = nan; }));
+  CHECK(refuses([](Capsule& c) { c.from.x = inf; }));
+  CHECK(refuses([](Capsule& c) { c.to.z = 2e15; }));
+  CHECK(refuses([](Capsule& c) { c.material = 2; }));
+  CHECK(refuses([](Capsule& c) { c.from = {0, 0, 0}, c.to = {1e-15, 0, 0}; }));
+  CHECK_FALSE(refuses([](Capsule& c) { c.from = {0, 0, 0}, c.to = {2e-15, 0, 0}; }));
+}
+
 TEST_CASE("random scenes come back with the same bits") {
   Dice dice(1);
   for (int round = 0; round < 200; ++round) {
@@ -108,6 +144,11 @@ TEST_CASE("random scenes come back with the same bits") {
     for (std::uint64_t i = dice.below(50); i > 0; --i) {
       scene.spheres.push_back({dice.ten_to(-9, 9) * dice.direction(), dice.ten_to(-9, 9),
                                static_cast<std::uint32_t>(dice.below(materials))});
+    }
+    for (std::uint64_t i = dice.below(20); i > 0; --i) {
+      scene.capsules.push_back({dice.ten_to(-9, 9) * dice.direction(),
+                                dice.ten_to(-9, 9) * dice.direction(), dice.ten_to(-9, 9),
+                                static_cast<std::uint32_t>(dice.below(materials))});
     }
     const std::string bytes = scene_to_bytes(scene);
     const Scene back = scene_from_bytes(bytes);
@@ -138,7 +179,10 @@ TEST_CASE("equal scenes have one identity, and any change gives another") {
       [](Scene& s) { s.spheres[2].material = 0; },
       [](Scene& s) { s.spheres[2].radius = 0.5; },
       [](Scene& s) { std::swap(s.spheres[0], s.spheres[1]); },
-      [](Scene& s) { s.spheres.pop_back(); }};
+      [](Scene& s) { s.spheres.pop_back(); },
+      [](Scene& s) {
+        s.capsules.push_back({{0, 0, 0}, {1, 0, 0}, 0.5, 0});
+      }};
   for (const auto& change : changes) {
     Scene other = scene;
     change(other);
@@ -147,17 +191,19 @@ TEST_CASE("equal scenes have one identity, and any change gives another") {
 }
 
 TEST_CASE("a scene cut short at any length, or that goes on, is refused") {
-  const std::string bytes = scene_to_bytes(tiny_scene());
-  for (std::size_t size = 0; size < bytes.size(); ++size) {
-    CHECK_UNARY(refused(bytes.substr(0, size)));
+  for (const Scene& scene : {tiny_scene(), tiny_sticks()}) {
+    const std::string bytes = scene_to_bytes(scene);
+    for (std::size_t size = 0; size < bytes.size(); ++size) {
+      CHECK_UNARY(refused(bytes.substr(0, size)));
+    }
+    CHECK(refused(bytes + '\0'));
+    CHECK(refused(bytes + bytes));
+    CHECK_FALSE(refused(bytes));
   }
-  CHECK(refused(bytes + '\0'));
-  CHECK(refused(bytes + bytes));
-  CHECK_FALSE(refused(bytes));
 }
 
 TEST_CASE("any damaged bit gives an error or another valid scene") {
-  const std::string bytes = scene_to_bytes(tiny_scene());
+  const std::string bytes = scene_to_bytes(tiny_sticks());
   std::size_t accepted = 0;
   std::size_t rejected = 0;
   for (std::size_t at = 0; at < bytes.size(); ++at) {
@@ -180,7 +226,7 @@ TEST_CASE("any damaged bit gives an error or another valid scene") {
 
 TEST_CASE("random bytes are refused and cost no more than their length") {
   Dice dice(2);
-  const std::string bytes = scene_to_bytes(tiny_scene());
+  const std::string bytes = scene_to_bytes(tiny_sticks());
   for (int round = 0; round < 20'000; ++round) {
     std::string damaged = bytes;
     for (std::uint64_t i = 1 + dice.below(6); i > 0; --i) {

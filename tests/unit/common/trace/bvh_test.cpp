@@ -200,7 +200,7 @@ TEST_CASE_TEMPLATE("depth stays bounded where every cut peels off one place", St
     built.push_back(
         {center.x, center.y, center.z, radius, static_cast<std::uint32_t>(built.size())});
   }
-  const BinaryTree<Store> tree = build_binary_tree<Store>(built, 4, 1);
+  const BinaryTree<Store> tree = build_binary_tree<Store>(std::span(built), 4, 1);
   CHECK(tree.depth > 30);
   CHECK(tree.depth <= max_tree_depth);
   const WideBvh<Store, 4> tables(spheres, true, 1);

@@ -107,7 +107,7 @@ TEST_CASE("no other choice of wide nodes has a smaller area, and every sphere st
   Dice dice(1);
   for (int round = 0; round < 60; ++round) {
     auto spheres = spheres_of(dice, 6 + static_cast<std::uint32_t>(round) % 14);
-    Tree tree = build_binary_tree<float>(spheres, leaf_size, 1);
+    Tree tree = build_binary_tree<float>(std::span(spheres), leaf_size, 1);
     if (inner_nodes(tree).size() <= 13) {
       const auto count = static_cast<std::uint32_t>(spheres.size());
       check_least<4>(tree, count);
@@ -124,7 +124,7 @@ TEST_CASE("areas that overflow or vanish still leave every sphere in one wide no
       sphere = {sphere.x * scale, sphere.y * scale, sphere.z * scale, sphere.radius * scale,
                 sphere.index};
     }
-    const Tree tree = build_binary_tree<float>(spheres, leaf_size, 1);
+    const Tree tree = build_binary_tree<float>(std::span(spheres), leaf_size, 1);
     std::vector<int> met(spheres.size());
     const Collapse<float, 16> collapse(tree, 1);
     static_cast<void>(area_of(tree, collapse, 0, met));

@@ -113,6 +113,20 @@ Scene nested_glass() {
   return scene;
 }
 
+/// Glass sticks within bubbles within glass, sticks that overlap, and one without length.
+Scene nested_sticks() {
+  Scene scene = under_white_sky();
+  scene.camera.look_from = {0, 0.5, 4};
+  scene.materials = {glass(1.5), glass(1 / 1.5), glass(1.33), glass(2.4)};
+  scene.spheres = {{{-1, 0, 0}, 0.7, 0}};
+  scene.capsules = {
+      {{-1, 0, 0}, {1, 0.2, 0}, 0.5, 0},         {{-1, 0, 0}, {1, 0.2, 0}, 0.45, 1},
+      {{-1, 0, 0}, {1, 0.2, 0}, 0.4499, 2},      {{0, -1, 0.3}, {0, 1, 0.3}, 0.3, 3},
+      {{0.5, -1, 0.2}, {0.2, 1, 0}, 0.25, 2},    {{1.5, 0.2, 0.3}, {1.5, 0.2, 0.3}, 0.4, 0},
+      {{1.5, 0.2, 0.3}, {1.6, 0.2, 0.3}, 0.2, 1}};
+  return scene;
+}
+
 /// Follows one path by the kernel's own steps. False: a crossing did not alternate with the one
 /// before it of the same sphere, or the path reached the sky from inside of something.
 template <typename Real, SphereSearch<Real> S>
@@ -120,7 +134,7 @@ bool alternates(const TracedPicture<Real>& scene, const S& search, Ray<Real> ray
                 const SampleRandom& random, std::uint64_t& crossings) {
   InsideStack<Real> sides;
   start_sides(scene, scene, 0, 0, ray.origin, sides);
-  std::vector<bool> inside(scene.spheres.size(), false);
+  std::vector<bool> inside(scene.shape_count(), false);
   for (const std::uint32_t index : sides.inside()) {
     inside[index] = true;
   }
@@ -156,12 +170,10 @@ bool alternates(const TracedPicture<Real>& scene, const S& search, Ray<Real> ray
 
 template <typename Real>
 TracedPicture<Real> trace_scene(const Scene& scene, std::uint32_t depth) {
-  TracedPicture<Real> result{{{}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
-                             {CameraRays<Real>(scene.camera, width, height), {}, depth}};
-  for (const Sphere& sphere : scene.spheres) {
-    result.spheres.push_back({vec_cast<Real>(sphere.center), static_cast<Real>(sphere.radius)});
-    result.material_of.push_back(sphere.material);
-  }
+  TracedPicture<Real> result{
+      {{}, {}, {}, stored_materials<Real>(scene), SkyGradient<Real>(scene.sky)},
+      {CameraRays<Real>(scene.camera, width, height), {}, depth}};
+  add_shapes<Real>(scene, {}, result);
   return result;
 }
 
@@ -312,6 +324,75 @@ TEST_CASE("glass in glass loses no light") {
   settings.max_depth = 100'000;
   for_all_kernels(nested_glass(), settings,
                   [](const Picture& picture) { CHECK(picture.pixels_other_than(one) == 0); });
+}
+
+TEST_CASE("glass inside the same glass changes no path, whatever the depth") {
+  RenderSettings settings;
+  settings.max_depth = 4;  // enough for the ball alone, but not for 60 surfaces inside it
+  Scene ball = under_white_sky();
+  ball.sky = {{1, 0.5, 0.25}, {0.25, 0.5, 1}};
+  ball.camera.look_from = {0, 0.5, 4};
+  ball.camera.tan_half_vfov = 0.2;
+  ball.materials = {glass(1.5)};
+  ball.spheres = {{{0, 0, 0}, 1, 0}};
+  Scene filled = ball;
+  test::Dice dice(8);
+  for (int i = 0; i < 30; ++i) {
+    filled.spheres.push_back({dice.in_cube(0.3), dice.between(0.1, 0.4), 0});
+    filled.capsules.push_back({dice.in_cube(0.3), dice.in_cube(0.4), 0.1, 0});
+  }
+  for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
+    const Picture alone = traced(ball, small(settings, precision, AcceleratorKind::bvh));
+    const Picture full = traced(filled, small(settings, precision, AcceleratorKind::bvh));
+    std::uint64_t apart = 0;
+    for (std::size_t i = 0; i < alone.pixels.size(); ++i) {
+      const auto a = static_cast<double>(alone.pixels[i].sum[0]);
+      const auto b = static_cast<double>(full.pixels[i].sum[0]);
+      apart += std::abs(a - b) > 1e-4 * a ? 1U : 0U;
+    }
+    CHECK(apart <= alone.pixels.size() / 100);  // rounding may change a choice of a path
+    CHECK(full.counts.rays > alone.counts.rays);
+  }
+}
+
+TEST_CASE("glass sticks in a white sky are exactly 1 in every sample") {
+  RenderSettings settings;
+  settings.max_depth = 100'000;
+  for_all_kernels(nested_sticks(), settings,
+                  [](const Picture& picture) { CHECK(picture.pixels_other_than(one) == 0); });
+}
+
+TEST_CASE("a sample of a lone diffuse stick of albedo 1/2 is 1/2 or 1, at every scale") {
+  RenderSettings settings;
+  settings.max_depth = 2;
+  for (int k = -20; k <= 30; k += 10) {
+    CAPTURE(k);
+    Scene scene = under_white_sky();
+    const double r = std::ldexp(1.0, k);
+    scene.camera.look_from = {0, r, 5 * r};
+    scene.materials = {diffuse(0.5)};
+    scene.capsules = {{{-r, 0, 0}, {2 * r, r, -r}, 0.7 * r, 0}};
+    for_all_kernels(scene, settings, [](const Picture& picture) {
+      for (const PixelSums& pixel : picture.pixels) REQUIRE(pixel.sum[0] % (one / 2) == 0);
+      CHECK(picture.counts.rays > picture.counts.samples);
+    });
+  }
+}
+
+TEST_CASE_TEMPLATE("a path goes into and out of every stick in turn", Real, float, double) {
+  std::uint64_t crossings = 0;
+  std::uint64_t broken = 0;
+  const TracedPicture<Real> scene = trace_scene<Real>(nested_sticks(), 1000);
+  const Linear<Real> linear(scene.spheres);
+  for (std::uint32_t pixel = 0; pixel < width * height; ++pixel) {
+    for (std::uint32_t s = 0; s < 16; ++s) {
+      const SampleRandom random(5, pixel, s);
+      const Ray<Real> ray = scene.view.template ray<Real>(pixel % width, pixel / width, random);
+      broken += alternates(scene, linear, ray, random, crossings) ? 0U : 1U;
+    }
+  }
+  CHECK(broken == 0);
+  CHECK(crossings > 10'000);
 }
 
 TEST_CASE("a white metal sphere in a white sky loses nothing but what fuzz absorbs") {

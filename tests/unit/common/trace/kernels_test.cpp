@@ -65,6 +65,32 @@ Scene crowded_glass() {
   return scene;
 }
 
+/// Sticks of all materials among spheres: long and short ones, without length, along the axes, and
+/// some of them twice.
+Scene sticks(std::uint32_t count) {
+  Scene scene = small_scene();
+  Dice dice(17);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec3d from = dice.in_cube(2.5) + Vec3d{0, 1.5, 0};
+    const Vec3d along = dice.one_in(4) ? Vec3d{0, 0, 1} : dice.direction();
+    const double length = dice.one_in(8) ? 0 : dice.ten_to(-3, 0.3);
+    scene.capsules.push_back({from, from + length * along, dice.ten_to(-2, -0.5), i % 4});
+    if (dice.one_in(16)) scene.capsules.push_back(scene.capsules.back());
+  }
+  return scene;
+}
+
+/// The lens reaches across the walls of two glass sticks, and of one that is metal.
+Scene lens_in_sticks() {
+  Scene scene = sticks(40);
+  scene.camera.aperture = 0.5;
+  const Vec3d eye = scene.camera.look_from;
+  scene.capsules.push_back({eye, eye + Vec3d{1, 0, 0}, 0.2, 2});
+  scene.capsules.push_back({eye + Vec3d{0.1, 1, 0}, eye - Vec3d{0.1, 1, 0}, 0.3, 3});
+  scene.capsules.push_back({eye - Vec3d{0, 0, 0.3}, eye - Vec3d{0, 1, 0.3}, 0.2, 1});
+  return scene;
+}
+
 /// Very many small spheres around a point, and some large ones around them.
 Scene cut_crowd() {
   Scene scene = small_scene();
@@ -101,6 +127,8 @@ std::vector<NamedScene> scenes() {
   result.push_back({"shells", shipped("shells.json")});
   result.push_back({"lens in glass", lens_in_glass()});
   result.push_back({"crowded glass", crowded_glass()});
+  result.push_back({"glass in the same glass", crowded_glass()});
+  for (Sphere& sphere : result.back().scene.spheres) sphere.material = 2;
   result.push_back({"diffuse only", all_of({MaterialType::diffuse, {0.5, 0.9, 0.1}, 0, 1})});
   result.push_back({"mirrors only", all_of({MaterialType::metal, {0.9, 0.8, 1}, 0, 1})});
   result.push_back({"fuzz only", all_of({MaterialType::metal, {0.9, 0.8, 1}, 1, 1})});
@@ -119,6 +147,16 @@ std::vector<NamedScene> scenes() {
   result.push_back({"a crowd cut by the camera", orthographic(crowded_glass(), 5, 0.3)});
   result.back().scene.camera.aperture = 0.4;
   result.push_back({"matt spheres cut by the camera", orthographic(cut_crowd(), 8, 0.2)});
+  result.push_back({"sticks", sticks(300)});
+  result.push_back({"one stick", sticks(1)});
+  result.push_back({"sticks alone", sticks(30)});
+  result.back().scene.spheres.clear();
+  result.push_back({"sticks of one matt material", sticks(100)});
+  result.back().scene.materials.resize(1);
+  for (Sphere& sphere : result.back().scene.spheres) sphere.material = 0;
+  for (Capsule& capsule : result.back().scene.capsules) capsule.material = 0;
+  result.push_back({"lens in sticks", lens_in_sticks()});
+  result.push_back({"sticks cut by the camera", orthographic(sticks(300), 5, 0.3)});
   result.push_back({"no number", small_scene()});
   result.back().scene.camera.focus_distance = 1e-300;  // no reader accepts it
   return result;
@@ -329,7 +367,7 @@ TEST_CASE("the reference's scenes show what their names say") {
   for (const NamedScene& named : scenes()) {
     CAPTURE(named.name);
     const TraceCounts counts = reference_sums(named.scene, settings).counts;
-    const bool empty = named.scene.spheres.empty();
+    const bool empty = named.scene.spheres.empty() && named.scene.capsules.empty();
     const bool no_number = named.name == "no number";
     CHECK((counts.rays > counts.samples) == (!empty && !no_number));
     CHECK((counts.nonfinite > 0) == no_number);

@@ -184,7 +184,7 @@ void check_starts(Dice& dice) {
     ++begun_inside;
     const RayStarts starts(shot.camera, shot.width, shot.height);
     CHECK(holds(starts.inside(stored), shot.x, shot.y));
-    const StartSpheres tiles(starts, 1, [&](std::uint32_t) { return stored; });
+    const StartSpheres tiles(starts, 1, [&](std::uint32_t) { return starts.inside(stored); });
     CHECK(tiles.of(shot.x, shot.y).size() == 1);
   }
   CHECK(begun_inside > 1000);
@@ -279,7 +279,8 @@ TEST_CASE("of very many spheres that a camera cuts each pixel asks a few") {
   for (int i = 0; i < 5; ++i) spheres.push_back({{0, 0, 0}, 1000});
   const RayStarts starts(camera, 800, 800);
   const auto count = static_cast<std::uint32_t>(spheres.size());
-  const StartSpheres tiles(starts, count, [&](std::uint32_t i) { return spheres[i]; });
+  const StartSpheres tiles(starts, count,
+                           [&](std::uint32_t i) { return starts.inside(spheres[i]); });
   std::size_t most = 0;
   std::size_t sum = 0;
   for (std::uint32_t y = 0; y < 800; y += 7) {

@@ -1,7 +1,11 @@
+#include "cli/input/particles/frames.h"
+
 #include <doctest/doctest.h>
 
 #include <string>
+#include <utility>
 
+#include "cli/input/particles/packed_file.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
 
@@ -49,6 +53,31 @@ TEST_CASE("each frame of a trajectory is read by its number, from 0") {
       files.write("a.pdb", pdb_model(1, "  7.000") + pdb_model(2, "  8.000") + "END\n");
   CHECK(read_particles(pdb, at(0)).positions[0].x == 7);
   CHECK(read_particles(pdb, at(1)).positions[0].x == 8);
+}
+
+TEST_CASE("a cursor reads ascending frames without returning to the front of the file") {
+  const ParticleFiles files;
+  for (const auto& [name, bytes] : {std::pair{"a.xyz", xyz}, {"b.xyz.gz", packed(xyz)}}) {
+    PackedFile file(files.write(name, bytes));
+    FrameCursor cursor;
+    const auto read = [&](std::uint64_t frame) {
+      ParticleRequest request = at(frame);
+      request.cursor = &cursor;
+      return read_particles(file, request);
+    };
+    CHECK(read(0).positions[0].x == 1);
+    const std::uint64_t rewinds = file.rewinds();
+    CHECK(read(1).positions[1].x == 3);
+    CHECK(read(2).positions[0].x == 4);
+    CHECK(read(2).facts.frame == 2);
+    CHECK(file.rewinds() == rewinds + 1);  // for the second time that it read frame 2
+    CHECK(read(0).count() == 1);
+    CHECK(read(2).positions[0].x == 4);
+    CHECK(message_of<InputError>([&] { (void)read(3); }).find("no frame 3") != std::string::npos);
+    CHECK(read(1).count() == 2);
+    (void)read_particles(file, at(0));  // without the cursor: the file is elsewhere now
+    CHECK(read(2).positions[0].x == 4);
+  }
 }
 
 TEST_CASE("a missing frame is refused with the number of frames") {

@@ -230,6 +230,18 @@ TEST_CASE("errors that a schema cannot express are refused") {
        with("\"materials\"", "\"render\": {\"seed\": 9007199254740994.0},\n \"materials\""),
        "s.json:8: /render/seed: 9007199254740994 is out of range: use a whole number from 0 to "
        "18446744073709551615"},
+      {"the ends of a capsule are too near",
+       with(
+           "\"spheres\"",
+           R"("capsules": [{"from": [0, 0, 0], "to": [0, 0, 1e-15], "radius": 1, "material": "gold"}],
+  "spheres")"),
+       "s.json:12: /capsules/0/to: the ends of the capsule are less than 2e-15 apart: write equal "
+       "ends, or use a larger unit of length"},
+      {"a capsule of an unknown material",
+       with("\"spheres\"",
+            R"("capsules": [{"from": [0, 0, 0], "to": [0, 0, 1], "radius": 1, "material": "glod"}],
+  "spheres")"),
+       "s.json:12: /capsules/0/material: unknown material 'glod': did you mean 'gold'?"},
       {"a section twice", with("  \"spheres\"", "  \"version\": 1,\n  \"spheres\""),
        "s.json:12: /version: duplicate key 'version': remove one of them"},
       {"a key twice", with("\"vfov\": 20", "\"vfov\": 20,\n\"vfov\": 20"),

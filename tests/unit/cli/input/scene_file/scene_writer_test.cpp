@@ -8,6 +8,7 @@
 #include <random>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
 #include "cli/input/scene_file/scene_sections.h"
 #include "common/base/error.h"
@@ -96,6 +97,11 @@ TEST_CASE("numbers of every size read back to the last bit") {
         {{number(-300, 15), number(-20, 15), number(-2, 2)},
          std::abs(number(-14.9, 14.9)),
          static_cast<std::uint32_t>(file.scene.spheres.size() % file.scene.materials.size())});
+  }
+  for (const Sphere& sphere :
+       std::vector<Sphere>(file.scene.spheres.begin(), file.scene.spheres.begin() + 100)) {
+    file.scene.capsules.push_back(
+        {sphere.center, file.scene.spheres[200].center, sphere.radius, sphere.material});
   }
   file.scene.spheres[0].center = {5e-324, -limits::max_length, limits::max_length};
   file.settings->seed = UINT64_MAX;

@@ -102,6 +102,30 @@ TEST_CASE("the view contains every sphere and is no wider than necessary") {
   });
 }
 
+TEST_CASE("the picture contains the spheres of other frames, at every angle of a turntable") {
+  const std::vector<Sphere> first = cloud(100, {0, 0, 0}, {2, 3, 4}, 0.1, 12);
+  const std::vector<Sphere> later = cloud(100, {3, 1, -1}, {4, 3, 2}, 0.3, 13);
+  for (Viewing viewing : viewings()) {
+    viewing.other_spheres = later;
+    viewing.other_spheres.insert(viewing.other_spheres.end(), first.begin(), first.end());
+    viewing.turns = true;
+    const Surroundings portrait = surroundings_of(first, 1.5, viewing);
+    for (const double degrees : {0.0, 45.0, 100.0, 213.0}) {
+      const Film film(turned(portrait.camera, portrait.axis, degrees), 1.5);
+      for (const Sphere& sphere : viewing.other_spheres) {
+        for (const auto& [x, y] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+          CHECK(film.inside(sphere, x, y) > 1);
+        }
+        for (const SceneryObject& prop : portrait.scenery) {
+          const Vec3d center = turned(prop.sphere.center, portrait.axis, degrees);
+          CHECK(length(sphere.center - center) >
+                prop.sphere.radius + sphere.radius - 1e-9 * prop.sphere.radius);
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("the picture contains the given points, and the ground is below them") {
   const std::vector<Sphere> spheres = cloud(100, {0, 0, 0}, {2, 3, 4}, 0.1, 12);
   for (const Viewing& viewing : viewings()) {

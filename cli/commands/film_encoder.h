@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/rooms.h"
+
+namespace parray::commands {
+
+/// Numbered pictures that become a film.
+struct FilmPictures {
+  std::filesystem::path folder;
+  std::uint32_t count = 0;  ///< pictures 0 to count - 1, named by film_picture()
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  double per_second = 25;
+};
+
+/// Returns the name of a picture in its folder: "frame-000007.png".
+std::string film_picture(std::uint32_t number);
+
+/// Throws InputError unless the name ends in .mp4, .webm or .gif.
+void check_film_name(const std::filesystem::path& film);
+
+/// Returns whether the format of the film needs an even width and height, which the pictures lack.
+bool needs_padding(const FilmPictures& pictures, const std::filesystem::path& film);
+
+/// Returns the arguments of ffmpeg, without the program, that make the file `target` of the
+/// pictures. Colours have the ranges and the matrix of Rec. ITU-R BT.709. Odd sizes get one more
+/// row or column.
+std::vector<std::string> encoder_arguments(const FilmPictures& pictures,
+                                           const std::filesystem::path& target);
+
+/// Makes the film with ffmpeg, which it looks for in the directories of `path`. The film appears
+/// when it is complete. Returns nothing if it is written, otherwise why not. `missing`: ffmpeg was
+/// not found. Throws Interrupted.
+struct NoFilm {
+  std::string why;
+  bool missing = false;
+};
+std::optional<NoFilm> encode_film(const FilmPictures& pictures, const std::filesystem::path& film,
+                                  const std::string& path);
+
+}  // namespace parray::commands

@@ -1,0 +1,66 @@
+#include "cli/input/view/silhouette.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "common/base/bands.h"
+
+namespace parray::input {
+namespace {
+
+/// Directions in equal distances, about 6 degrees apart. Source: the spherical Fibonacci lattice
+/// (Gonzalez, "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices",
+/// Mathematical Geosciences 42, 2010).
+std::vector<Vec3d> even_directions() {
+  constexpr int count = 1024;
+  std::vector<Vec3d> directions;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (2.0 * i + 1) / count;
+    const double angle = 2 * std::numbers::pi * i / std::numbers::phi;
+    const double radius = std::sqrt(1 - z * z);
+    directions.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+  }
+  return directions;
+}
+
+bool same(const Sphere& a, const Sphere& b) { return a.center == b.center && a.radius == b.radius; }
+
+}  // namespace
+
+void Silhouette::add_to(Farthest& farthest, const Vec3d& direction,
+                        std::span<const Sphere> spheres) {
+  for (const Sphere& sphere : spheres) {
+    const double reach = dot(direction, sphere.center) + sphere.radius;
+    if (reach > farthest.reach) farthest = {reach, sphere};
+  }
+}
+
+Silhouette::Silhouette()
+    : directions_(even_directions()),
+      farthest_(directions_.size(), {-std::numeric_limits<double>::infinity(), {}}) {}
+
+void Silhouette::add(std::span<const Sphere> spheres, int threads) {
+  Bands(directions_.size(), threads)
+      .run([&](std::size_t /*band*/, std::size_t begin, std::size_t end) {
+        constexpr std::size_t cached = 512;  // spheres that stay in the cache
+        for (std::size_t first = 0; first < spheres.size(); first += cached) {
+          const auto some = spheres.subspan(first, std::min(cached, spheres.size() - first));
+          for (std::size_t i = begin; i < end; ++i) add_to(farthest_[i], directions_[i], some);
+        }
+      });
+}
+
+std::vector<Sphere> Silhouette::spheres() const {
+  std::vector<Sphere> spheres;
+  for (const Farthest& farthest : farthest_) {
+    const bool none = farthest.reach == -std::numeric_limits<double>::infinity();
+    const bool known = std::ranges::any_of(
+        spheres, [&](const Sphere& sphere) { return same(sphere, farthest.sphere); });
+    if (!none && !known) spheres.push_back(farthest.sphere);
+  }
+  return spheres;
+}
+
+}  // namespace parray::input

@@ -1,0 +1,96 @@
+#include "cli/input/particles/fixed_looks.h"
+
+#include <doctest/doctest.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "cli/input/particles/selected_particles.h"
+#include "cli/input/scene_file/scene_file.h"
+#include "tests/support/rooms.h"
+#include "tests/support/temporary_directory.h"
+
+namespace parray {
+namespace {
+
+/// A scene file that names a trajectory in extended XYZ.
+class Trajectory {
+ public:
+  explicit Trajectory(const std::string& look) {
+    write("a.xyz", frame("b 0 0 0 -1\nc 1 0 0 2\n") + frame("a 0 0 0 3\nb 1 0 0 4\n") +
+                       frame("c 0 0 0 5\na 1 0 0 -7\n"));
+    write("s.json", R"({"version": 1,
+"camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40},
+"particles": [{"file": "a.xyz")" +
+                        look + "}]}");
+  }
+
+  /// Returns the scene of a frame, with the looks of all frames if `fixed` is true.
+  [[nodiscard]] SceneFile at(std::uint64_t number, bool fixed) const {
+    FixedLooks looks;
+    for (std::uint64_t i = 0; fixed && i < 3; ++i) looks.add(at(i, false).particle_files);
+    SceneFile scene = read_scene_file(directory_.path() / "s.json");
+    scene.particles[0].frame = FrameChoice{number, false};
+    if (fixed) looks.apply_to(scene.particles);
+    expand_particles(scene, directory_.path() / "s.json");
+    return scene;
+  }
+  /// Returns the colour of a particle of a frame.
+  [[nodiscard]] Vec3d color(std::uint64_t frame, std::size_t particle, bool fixed = true) const {
+    const SceneFile scene = at(frame, fixed);
+    return scene.scene.materials[scene.scene.spheres[particle].material].albedo;
+  }
+
+ private:
+  static std::string frame(const std::string& rows) {
+    return "2\nProperties=type:S:1:pos:R:3:q:R:1\n" + rows;
+  }
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(directory_.path() / name) << text;
+  }
+  test::TemporaryDirectory directory_;
+};
+
+}  // namespace
+
+TEST_CASE("the range of a colour map is that of all frames") {
+  const Trajectory film(R"(, "radius": 1, "color_by": "q")");
+  CHECK(film.at(0, false).legends.at(0).high == 2);
+  for (std::uint64_t frame = 0; frame < 3; ++frame) {
+    const SceneFile scene = film.at(frame, true);
+    CHECK(scene.legends.at(0).low == -7);
+    CHECK(scene.legends.at(0).high == 5);
+    CHECK(scene.particle_files.at(0).facts.notes.empty());  // none is clipped
+  }
+}
+
+TEST_CASE("a diverging map stays symmetric, and given ends stay") {
+  const Trajectory film(R"(, "radius": 1, "color_by": "q", "colormap": "blue-red")");
+  CHECK(film.at(1, true).legends.at(0).low == -7);
+  CHECK(film.at(1, true).legends.at(0).high == 7);
+  const Trajectory given(R"(, "radius": 1, "color_by": "q", "range": "0:3")");
+  CHECK(given.at(2, true).legends.at(0).high == 3);
+}
+
+TEST_CASE("a name has the same colour whichever other names a frame contains") {
+  for (const char* look :
+       {R"(, "radius": 1, "material": "by-type")", R"(, "radius": 1, "color_by": "type")"}) {
+    const Trajectory film(look);
+    CHECK(film.color(0, 0, false) != film.color(1, 1, false));  // b is the first, then the second
+    CHECK(film.color(0, 0) == film.color(1, 1));                // b
+    CHECK(film.color(0, 1) == film.color(2, 0));                // c
+    CHECK(film.color(1, 0) == film.color(2, 1));                // a
+    CHECK(film.color(0, 0) != film.color(0, 1));
+  }
+}
+
+TEST_CASE("radii by a number have the range of all frames") {
+  const Trajectory film(R"(, "radius_by": "q:1:3")");
+  const SceneFile scene = film.at(0, true);
+  CHECK(scene.scene.spheres[0].radius == doctest::Approx(2));    // -1 of -7 to 5
+  CHECK(scene.scene.spheres[1].radius == doctest::Approx(2.5));  // 2
+  CHECK(film.at(2, true).scene.spheres[0].radius == doctest::Approx(3));
+}
+
+}  // namespace parray
