@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "cli/input/particles/bonds.h"
+#include "cli/input/particles/crystal_radii.h"
 #include "cli/input/particles/particle_summary.h"
 #include "cli/input/particles/periodic.h"
 #include "cli/input/particles/residues.h"
@@ -122,15 +123,28 @@ void drop_rigid_bonds(const Particles& particles, const std::vector<std::uint32_
   });
 }
 
+/// Removes bonds between two metals of which one bonds to a nonmetal.
+void drop_bonds_of_metals(const Particles& particles, Bonds& bonds) {
+  const auto metal = [&](std::uint32_t i) { return is_metal(particles.elements[i]); };
+  std::vector<bool> compound(particles.count());
+  for (const auto& [from, to, image] : bonds) {
+    if (metal(from) != metal(to)) compound[from] = compound[to] = true;
+  }
+  std::erase_if(bonds, [&](const PeriodicBond& bond) {
+    return metal(bond.from) && metal(bond.to) && (compound[bond.from] || compound[bond.to]);
+  });
+}
+
 void add_bonds_of_close_atoms(const Particles& particles, const std::vector<std::uint32_t>& stated,
                               const Images& images, Bonds& bonds) {
   const CloseAtoms rule(particles, stated);
   const double least = least_distance * angstrom_of(particles);
-  for (const PeriodicBond& bond : covalent_bonds(particles)) {
-    if (length(images.delta(bond)) >= least && rule.may_bond(bond.from, bond.to)) {
-      bonds.push_back(bond);
-    }
-  }
+  Bonds close = covalent_bonds(particles);
+  std::erase_if(close, [&](const PeriodicBond& bond) {
+    return length(images.delta(bond)) < least || !rule.may_bond(bond.from, bond.to);
+  });
+  drop_bonds_of_metals(particles, close);
+  bonds.insert(bonds.end(), close.begin(), close.end());
 }
 
 /// Removes bonds across faces that lead to the place of another particle.

@@ -36,6 +36,7 @@ struct DrawnBond {
 ///   atoms of its own residue that have stated bonds, too.
 /// - Amino acids, nucleotides and water bond to each other only by C-N, O3'-P and SG-SG. Water
 ///   bonds to no other residue.
+/// - Two metals do not bond if one of them bonds to a nonmetal, as in oxides.
 /// - Atoms of different alternative locations do not bond. Atoms closer than 0.5 angstrom do not
 ///   bond, because they share a place.
 ///

@@ -54,7 +54,10 @@ std::string psf_with(const std::string& bonds) {
 }
 
 std::string prmtop_with(const std::string& bonds) {
-  return test::prmtop() + "%FLAG BONDS_INC_HYDROGEN\n%FORMAT(10I8)\n" + bonds;
+  std::string text = test::prmtop();
+  const std::string pointers = "       3       2       0";
+  text.replace(text.find(pointers), pointers.size(), "       3       2       2");
+  return text + "%FLAG BONDS_INC_HYDROGEN\n%FORMAT(10I8)\n" + bonds;
 }
 
 Particles read_as_names(const ParticleFiles& files, const std::string& name,
@@ -190,10 +193,10 @@ TEST_CASE("LAMMPS data: bonds use the numbers of the atoms, which may be in any 
   CHECK(polymer.bonds == Bonds{{0, 1}, {1, 2}});
   CHECK(polymer.all_bonds);
   CHECK(files.message("a.data", data_head + "1 1 10 40\n2 1 30 10\n") ==
-        "a.data:18: a bond has the atom '40', but not exactly one atom has this number: check the "
+        "a.data:19: a bond has the atom '40', but not exactly one atom has this number: check the "
         "numbers of the atoms");
   CHECK(files.message("a.data", data_head + "1 1 10 20\n") ==
-        "a.data:18: the file ends after 1 of 2 bonds: check that the file is complete");
+        "a.data:19: the file ends after 1 of 2 bonds: check that the file is complete");
 }
 
 TEST_CASE("PSF: the section NBOND has pairs of atoms") {

@@ -152,6 +152,12 @@ TEST_CASE("rock salt has no bonds") {
   CHECK(count_of(salt) == 0);
 }
 
+TEST_CASE("metals bond to each other unless they bond to a nonmetal") {
+  const std::vector<Vec3d> bridge{{0, 0, 0}, {1.5, 1.9, 0}, {3, 0, 0}};
+  CHECK(pairs_of(atoms_at(bridge, {42, 16, 42})) == Pairs{{0, 1}, {1, 2}});
+  CHECK(pairs_of(atoms_at(bridge, {42, 42, 42})) == Pairs{{0, 1}, {0, 2}, {1, 2}});
+}
+
 TEST_CASE("a chain across a face has a bond whose vector leads to the nearest image") {
   Particles chain;
   for (int n = 0; n < 8; ++n) {
