@@ -12,6 +12,7 @@
 #include "cli/input/particles/particle_summary.h"
 #include "cli/input/particles/periodic.h"
 #include "cli/input/particles/residues.h"
+#include "cli/input/particles/stated_bonds.h"
 #include "cli/input/select/neighbour_grid.h"
 
 namespace parray::input {
@@ -67,10 +68,11 @@ class CloseAtoms {
 
   [[nodiscard]] bool may_bond(std::size_t a, std::size_t b) const {
     if (!may_be_together(a, b)) return false;
-    const bool first = !stated_.empty() && stated_[a] > 0;
-    const bool second = !stated_.empty() && stated_[b] > 0;
-    if (same_residue(particles_, a, b)) return !first || !second;
-    return !first && !second && may_link(a, b);
+    if (same_residue(particles_, a, b)) return !are_stated(a, b);
+    if (kind_of(a) == Kind::water || kind_of(b) == Kind::water) return false;
+    if (is_link(a, b)) return !std::ranges::binary_search(particles_.bonds, bond_between(a, b));
+    const bool polymers = kind_of(a) == Kind::polymer && kind_of(b) == Kind::polymer;
+    return !polymers && !is_stated(a) && !is_stated(b);
   }
 
  private:
@@ -85,11 +87,16 @@ class CloseAtoms {
     return kinds_.empty() ? Kind::other : kinds_[particles_.residue_names.index[particle]];
   }
 
-  /// Returns whether atoms of two residues may bond.
-  [[nodiscard]] bool may_link(std::size_t a, std::size_t b) const {
-    if (kind_of(a) == Kind::water || kind_of(b) == Kind::water) return false;
-    if (kind_of(a) == Kind::other || kind_of(b) == Kind::other) return true;
-    if (particles_.atom_names.empty()) return true;
+  [[nodiscard]] bool is_stated(std::size_t particle) const {
+    return !stated_.empty() && stated_[particle] > 0;
+  }
+  [[nodiscard]] bool are_stated(std::size_t a, std::size_t b) const {
+    return is_stated(a) && is_stated(b);
+  }
+
+  /// Returns whether the names are those of a bond between two residues of a polymer.
+  [[nodiscard]] bool is_link(std::size_t a, std::size_t b) const {
+    if (particles_.atom_names.empty()) return false;
     using Link = std::pair<std::string_view, std::string_view>;
     constexpr std::array<Link, 4> links{{{"C", "N"}, {"O3'", "P"}, {"O3*", "P"}, {"SG", "SG"}}};
     const std::string_view first = particles_.atom_names.of(a);

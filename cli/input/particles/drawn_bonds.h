@@ -32,10 +32,10 @@ struct DrawnBond {
 ///
 /// Unless Particles::all_bonds, automatic bonds add covalent_bonds(), with these exceptions:
 ///
-/// - The stated bonds of an atom are all its bonds to other residues. They are all its bonds to
-///   atoms of its own residue that have stated bonds, too.
-/// - Amino acids, nucleotides and water bond to each other only by C-N, O3'-P and SG-SG. Water
-///   bonds to no other residue.
+/// - Two atoms of a residue that both have stated bonds do not bond.
+/// - Atoms of two residues bond by the links of polymers (C-N, O3'-P, SG-SG). By other bonds, they
+///   bond only if both have no stated bonds and one of them belongs to no amino acid and no
+///   nucleotide. Water bonds to no other residue.
 /// - Two metals do not bond if one of them bonds to a nonmetal, as in oxides.
 /// - Atoms of different alternative locations do not bond. Atoms closer than 0.5 angstrom do not
 ///   bond, because they share a place.

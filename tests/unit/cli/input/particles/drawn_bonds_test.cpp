@@ -225,6 +225,16 @@ TEST_CASE("a ligand with stated bonds does not bond to residues that only come c
   CHECK(pairs_of(pair) == Pairs{{0, 1}});
 }
 
+TEST_CASE("a chain has its links to a modified residue whose other bonds are stated") {
+  Particles chain = atoms_at({{0, 0, 0}, {1.6, 0, 0}, {3.1, 0, 0}}, {8, 15, 8});
+  name_atoms(chain, {"DA", "TAF", "TAF"}, {"O3'", "P", "O5'"});
+  chain.residue_numbers = {1, 2, 2};
+  chain.bonds = {{1, 2}};
+  CHECK(pairs_of(chain) == Pairs{{0, 1}, {1, 2}});
+  chain.bonds = {{0, 1}, {1, 2}};
+  CHECK(count_of(chain) == 2);  // each once
+}
+
 TEST_CASE("atoms of different alternative locations do not bond, nor do atoms at one place") {
   Particles atoms = atoms_at({{0, 0, 0}, {1.5, 0, 0}, {1.5, 0.9, 0}}, {6, 6, 6});
   atoms.alternatives = {' ', 'A', 'B'};
