@@ -109,7 +109,7 @@ void AutoSceneOptions::add_style_to(Command& command, ParticleOptions& particles
           "Surroundings of the particles. studio: a pale floor and soft light (default); "
           "publication: white with outlines; flat: white with outlines and light from all sides; "
           "night: dark, distant particles fade. Or shapes of the particles, also after --show: "
-          "spheres, balls-and-sticks (default for molecules of up to 500 atoms), sticks. Both: "
+          "spheres, balls-and-sticks (as molecules of up to 500 atoms are drawn), sticks. Both: "
           "flat,sticks")
       .words(words, true)
       .type_name("STYLE")

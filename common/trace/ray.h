@@ -11,7 +11,7 @@ inline constexpr std::uint32_t no_sphere = 0xFFFFFFFF;
 
 /// The most surfaces inside bodies of one glass that a path crosses one after the other: see
 /// inside_stack.h.
-inline constexpr std::uint32_t most_crossings = 4096;
+inline constexpr std::uint32_t most_crossings = 256;
 
 /// A half-line. `direction` is finite, not zero, and of unit length except for rounding.
 template <typename Real>

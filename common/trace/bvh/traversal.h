@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "common/trace/bvh/bvh_view.h"
+#include "common/trace/bvh/lane_loads.h"
 #include "common/trace/bvh/nearest_crossings.h"
 #include "common/trace/bvh/ray_columns.h"
 #include "common/trace/bvh/ray_groups.h"
@@ -82,12 +83,10 @@ class Traversal {
   /// Finds the nearest crossings that are exits, or entries into shapes of the tree.
   template <bool InsideStack, bool Mixed>
   PARRAY_INLINE void find_in_tree() {
-    each_inside<InsideStack>([&](std::uint32_t i)
-                                 __attribute__((always_inline)) { find_exit<Mixed>(i); });
-    if (node_count_ > 0) {
-      for (std::uint32_t octant = 0; octant < 8; ++octant) {
-        traverse_octant<InsideStack>(octant);
-      }
+    each_inside<L, InsideStack>(
+        rays_, [&](std::uint32_t i) __attribute__((always_inline)) { find_exit<Mixed>(i); });
+    for (std::uint32_t octant = 0; node_count_ > 0 && octant < 8; ++octant) {
+      traverse_octant<InsideStack>(octant);
     }
   }
 
@@ -103,8 +102,8 @@ class Traversal {
   /// the stored data, of spheres (screen.h). The planes of boxes move outward by 32 roundoffs of
   /// the ray's origin.
   PARRAY_INLINE void prepare_boxes(std::uint32_t i) {
-    const Vec3<B> o = load_store_lanes(rays_.origin, i);
-    const Vec3<B> d = load_store_lanes(rays_.direction, i);
+    const Vec3<B> o = stored_lanes<B>(rays_.origin, i);
+    const Vec3<B> d = stored_lanes<B>(rays_.direction, i);
     const B reach = max_of(max_of(max_of(o.x, -o.x), max_of(o.y, -o.y)), max_of(o.z, -o.z));
     const B margin = B(Store(32) * RealTraits<Store>::unit_roundoff) * reach;
     const B steepest = Slab<B>::steepest(reach);
@@ -127,15 +126,6 @@ class Traversal {
       return select(down, Uint(value), Uint(0U));
     };
     (bit(x.down, 1) + bit(y.down, 2) + bit(z.down, 4)).store(&queries_.octant[i]);
-  }
-
-  /// Loads columns of the real type as lanes of the stored type.
-  static PARRAY_INLINE Vec3<B> load_store_lanes(const VecColumns<Real>& columns, std::uint32_t i) {
-    if constexpr (sizeof(Real) == sizeof(Store)) {
-      return columns.template load<B>(i);
-    } else {
-      return {B::narrow(&columns.x[i]), B::narrow(&columns.y[i]), B::narrow(&columns.z[i])};
-    }
   }
 
   template <typename T>
@@ -166,9 +156,10 @@ class Traversal {
       const auto surface = L::Uint::load(&rays_.surface[i]);
       one_shifted_by(surface + typename L::Uint(0U - first)).store(&queries_.excluded[i]);
     }
-    each_inside<InsideStack>([&](std::uint32_t i) __attribute__((always_inline)) {
-      queries_.excluded[i] = cannot_enter<InsideStack, bar_bits>(i, first);
-    });
+    each_inside<L, InsideStack>(
+        rays_, [&](std::uint32_t i) __attribute__((always_inline)) {
+          queries_.excluded[i] = cannot_enter<InsideStack, bar_bits>(i, first);
+        });
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
       const Ray<L> rays(rays_.origin.template load<L>(i), rays_.direction.template load<L>(i),
                         L::load(&queries_.inverse_square[i]));
@@ -192,20 +183,6 @@ class Traversal {
       }
       nearest.store(&queries_.t[i]);
       slot.store(&queries_.slot[i]);
-    }
-  }
-
-  /// Calls f(i) for every ray that is inside a sphere.
-  template <bool InsideStack, typename F>
-  PARRAY_INLINE void each_inside(const F& f) const {
-    using Uint = typename L::Uint;
-    for (std::uint32_t i = 0; InsideStack && i < rays_.count; i += L::count) {
-      const std::uint32_t left = rays_.count - i;
-      const std::uint32_t present = left < L::count ? (1U << left) - 1U : (1U << L::count) - 1U;
-      const auto outside = equal(Uint::load(&rays_.inside[i]), Uint(InsideLists::none));
-      for (std::uint32_t set = ~bits_of(outside) & present; set != 0; set &= set - 1) {
-        f(i + static_cast<std::uint32_t>(__builtin_ctz(set)));
-      }
     }
   }
 
@@ -238,11 +215,6 @@ class Traversal {
     }
     return lanes;
   }
-  template <std::uint32_t Count>
-  static PARRAY_INLINE std::uint32_t bit_below(std::uint32_t number) {
-    return static_cast<std::uint32_t>(number < Count) << (number % 32);
-  }
-
   /// The shapes of a block that a ray may enter, and the passage of its line by spheres, kept
   /// between test_block() and take_nearest(). If the stored type is narrower, test_block() only
   /// screens a block of spheres, and take_nearest() computes the line.
@@ -265,13 +237,13 @@ class Traversal {
     } else if constexpr (!is_spheres) {
       const Ray<L> r = ray<L>(i);
       for (std::uint32_t k = 0; k < width; k += L::count) {
-        const CapsuleShape<L> capsules = lanes_of(block, k);
+        const CapsuleShape<L> capsules = capsules_of<L>(block, k);
         met |= bits_of(CapsulePassage<L>(r, capsules).approaches()) << k;
       }
     } else {
       const Ray<L> r = ray<L>(i);
       for (std::uint32_t k = 0; k < width; k += L::count) {
-        const ClosestApproach<L> passage(r, lanes_of(block.x, block.y, block.z, block.radius, k));
+        const ClosestApproach<L> passage(r, spheres_of<L>(block, k));
         out.foot[k / L::count] = passage.foot;
         out.depth_squared[k / L::count] = passage.depth_squared;
         met |= bits_of(passage.approaches()) << k;
@@ -279,18 +251,6 @@ class Traversal {
     }
     out.first_slot = first_slot_ + index * width;
     out.candidates = met & ~cannot_enter<InsideStack, width>(i, out.first_slot);
-  }
-
-  static PARRAY_INLINE SphereShape<L> lanes_of(const Store* x, const Store* y, const Store* z,
-                                               const Store* radius, std::uint32_t k) {
-    return {{L::load(x + k), L::load(y + k), L::load(z + k)}, L::load(radius + k)};
-  }
-
-  static PARRAY_INLINE CapsuleShape<L> lanes_of(const CapsuleBlock<Store, width>& block,
-                                                std::uint32_t k) {
-    return {{L::load(block.x + k), L::load(block.y + k), L::load(block.z + k)},
-            {L::load(block.half_x + k), L::load(block.half_y + k), L::load(block.half_z + k)},
-            L::load(block.radius + k)};
   }
 
   /// Improves the ray's nearest crossing and returns it in every lane.
@@ -318,7 +278,7 @@ class Traversal {
     const Ray<L> r = ray<L>(i);
     L nearest(queries_.t[i]);
     for (std::uint32_t k = 0; k < width; k += L::count) {
-      const CapsuleShape<L> capsules = lanes_of(block, k);
+      const CapsuleShape<L> capsules = capsules_of<L>(block, k);
       const L t = CapsulePassage<L>(r, capsules).crossing(L(Real(0)) > L(Real(0))).t;
       const std::uint32_t first = passages.first_slot + k;
       nearest = nearest_.take(i, t, passages.candidates >> k & lanes_set, nearest,
@@ -342,7 +302,7 @@ class Traversal {
     const Ray<L> r = ray<L>(i);
     L nearest(queries_.t[i]);
     for (std::uint32_t k = 0; k < count; k += L::count) {
-      const ClosestApproach<L> passage(r, lanes_of(few.x, few.y, few.z, few.radius, k));
+      const ClosestApproach<L> passage(r, spheres_of<L>(few, k));
       const std::uint32_t present = count - k < L::count ? (1U << (count - k)) - 1 : all_lanes;
       const L t = entry_distance(passage.foot, passage.depth_squared, r.inverse_square);
       const std::uint32_t* const slots = few.slot + k;
@@ -455,17 +415,6 @@ class Traversal {
     return min_of(min_of(x, y), min_of(z, bound_of(L(queries_.t[i]))));
   }
 
-  static PARRAY_INLINE Vec3<B> near_planes(const Group& group, const WideNode<Store, width>& node) {
-    const Store* planes = node.planes[0][0];
-    return {B::load(planes + group.near_x), B::load(planes + group.near_y),
-            B::load(planes + group.near_z)};
-  }
-  static PARRAY_INLINE Vec3<B> far_planes(const Group& group, const WideNode<Store, width>& node) {
-    const Store* planes = node.planes[0][0];
-    return {B::load(planes + (group.near_x ^ width)), B::load(planes + (group.near_y ^ width)),
-            B::load(planes + (group.near_z ^ width))};
-  }
-
   /// Makes the first step of all rays of a group: from the root, with boxes that stay in registers.
   PARRAY_INLINE void enter_root(const Group& group, std::uint32_t* top) const {
     const WideNode<Store, width>& root = nodes_[0];
@@ -473,8 +422,8 @@ class Traversal {
     const auto ordered = [&](const Vec3<B>& planes) {
       return Vec3<B>{permute(planes.x, order), permute(planes.y, order), permute(planes.z, order)};
     };
-    const Vec3<B> near = ordered(near_planes(group, root));
-    const Vec3<B> far = ordered(far_planes(group, root));
+    const Vec3<B> near = ordered(near_planes<B>(group, root));
+    const Vec3<B> far = ordered(far_planes<B>(group, root));
     const auto children = permute(B::Uint::load(root.child), order);
     for (std::uint32_t k = 0; k < group.count; ++k) {
       const std::uint32_t bottom = k * stack_size_;
@@ -493,8 +442,8 @@ class Traversal {
   PARRAY_INLINE std::uint32_t step_node(const Group& group, std::uint32_t i,
                                         const WideNode<Store, width>& node,
                                         std::uint32_t top) const {
-    const B near = enters_at(near_planes(group, node), i);
-    const B far = leaves_at(far_planes(group, node), i);
+    const B near = enters_at(near_planes<B>(group, node), i);
+    const B far = leaves_at(far_planes<B>(group, node), i);
     const auto order = B::load_order(node.order[group.octant]);
     const B ordered = permute(near, order);
     const std::uint32_t met = bits_of(ordered <= permute(far, order));
