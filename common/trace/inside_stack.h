@@ -18,8 +18,8 @@ namespace parray::trace {
 ///
 /// Bodies of the same glass that overlap are one body: a path goes straight on through a surface
 /// that lies inside another body of its own material. These crossings do not count as segments of
-/// the path. A line crosses a convex body at most twice, so the crossings end. most_crossings is
-/// the bound if rounding repeats a crossing; the next surface refracts.
+/// the path, except for each one after most_crossings others. So tracing ends even if thousands of
+/// bodies overlap.
 template <typename Real>
 class InsideStack {
  public:

@@ -9,9 +9,8 @@ namespace parray::trace {
 /// The index that stands for no sphere.
 inline constexpr std::uint32_t no_sphere = 0xFFFFFFFF;
 
-/// The most surfaces inside bodies of one glass that a path crosses one after the other: see
-/// inside_stack.h.
-inline constexpr std::uint32_t most_crossings = 256;
+/// The most surfaces inside one glass that a path crosses within one segment: see inside_stack.h.
+inline constexpr std::uint32_t most_crossings = 64;
 
 /// A half-line. `direction` is finite, not zero, and of unit length except for rounding.
 template <typename Real>

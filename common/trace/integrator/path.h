@@ -146,8 +146,9 @@ Vec3<Real> trace_sample(const TraceScene<Real>& scene, const PathEnds<Real>& end
     const SurfacePoint<Real> point = surface_point(scene, ray, sides, hit);
     const Vec3<Real>& normal = point.normal;
     const MaterialParameters<Real>& surface = scene.surfaces[scene.material_of[hit.sphere]];
-    const auto scattering = scatter(surface, ray.direction, hit.leaving ? -normal : normal,
-                                    hit.leaving, random, bounce);
+    auto scattering = scatter(surface, ray.direction, hit.leaving ? -normal : normal, hit.leaving,
+                              random, bounce);
+    if (is_within_body(scene, sides, hit.sphere)) scattering = {Event::refracted, ray.direction};
     if (scattering.event == Event::absorbed) {
       return {};
     }

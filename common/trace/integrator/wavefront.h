@@ -429,9 +429,16 @@ class Wavefront {
       surface.inverse_ior = material_column<5>(row);
       surface.normal_reflectance = material_column<6>(row);
       const auto glass = scatter_dielectric(surface, at.incoming, at.m, at.leaving, u);
+      const std::uint32_t straight = crossing_lanes(hits, i, present);
+      const auto chosen = [straight](const L& incoming, const L& refracted) {
+        return select_bits(straight, incoming, refracted);
+      };
+      const Vec3<L> direction{chosen(at.incoming.x, glass.direction.x),
+                              chosen(at.incoming.y, glass.direction.y),
+                              chosen(at.incoming.z, glass.direction.z)};
       const std::uint32_t n = space_.paths.count;
-      go_on(hits, i, present, at, glass.direction, hits.throughput.template load<L>(i));
-      cross(hits, i, present, bits_of(glass.mask) & present, n);
+      go_on(hits, i, present, at, direction, hits.throughput.template load<L>(i));
+      cross(hits, i, present, (bits_of(glass.mask) & present) | straight, n);
     }
   }
 

@@ -97,7 +97,8 @@ TEST_CASE("thousands of spheres in one place are traced alike by all accelerator
   for (const std::uint32_t material : {0U, 1U, 2U}) {
     CAPTURE(material);
     Scene scene = looked_at_from(4);
-    scene.spheres.assign(many, {{0.1, 0.2, 0.3}, 1, material});
+    // A path crosses the surfaces inside one glass one by one: its time grows with the square.
+    scene.spheres.assign(material == 2 ? many / 5 : many, {{0.1, 0.2, 0.3}, 1, material});
     check_accelerators(scene);
   }
 }
