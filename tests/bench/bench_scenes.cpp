@@ -104,7 +104,7 @@ Scene sticks(std::uint32_t count) {
   Scene scene;
   scene.camera = cloud_camera();
   scene.materials = cloud_materials();
-  // Of a stick of radius 1: its cylinder and its ends, in units of the volume of a unit ball.
+  // A stick of radius 1 has this volume, in volumes of a unit ball: its cylinder and its two ends.
   const double volume = 0.75 * length + 1;
   const double radius = std::cbrt(stick_fraction / (volume * count));
   for (std::uint32_t i = 0; i < count; ++i) {

@@ -8,8 +8,9 @@
 
 namespace parray::input {
 
-/// The spheres of many frames that reach farthest, one for each of many directions. A picture that
-/// contains these spheres contains the others, except for less than 1 % of the group's radius.
+/// Collects the spheres of many frames that reach farthest, one for each of many directions. A
+/// picture that contains these spheres contains the others, except for less than 1 % of the group's
+/// radius. Capsules do not count.
 class Silhouette {
  public:
   Silhouette();

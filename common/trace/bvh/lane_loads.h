@@ -6,8 +6,8 @@
 #include "common/trace/bvh/ray_columns.h"
 #include "common/trace/bvh/ray_groups.h"
 
-/// What traversal loads into lanes: rays, shapes of a block, and planes of a node. `L` are lanes of
-/// the real type, `B` lanes of the stored type.
+/// Functions that load lanes for traversal: of rays, of shapes of a block, and of planes of a node.
+/// `L` are lanes of the real type, `B` lanes of the stored type.
 namespace parray::trace {
 
 /// Loads columns of the real type as lanes of the stored type.

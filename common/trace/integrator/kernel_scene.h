@@ -23,9 +23,9 @@ struct MaterialRef {
 
 /// The features of a scene. The kernel leaves out features that the scene does not have.
 struct KernelFeatures {
-  bool sides = true;  ///< a path can be inside a shape: there is glass, or a shape at the lens
-  bool fuzz = true;   ///< some metal is not a perfect mirror
-  bool capsules = true;
+  bool sides = true;     ///< a path can be inside a shape: there is glass, or a shape at the lens
+  bool fuzz = true;      ///< some metal is not a perfect mirror
+  bool capsules = true;  ///< there are capsules
 
   friend bool operator==(const KernelFeatures&, const KernelFeatures&) = default;
 };
