@@ -94,17 +94,17 @@ class ChannelPlanes {
     Vec3d albedo{};
     int met = 0;
     for (const FirstHit& hit : hits) {
-      if (hit.sphere == no_sphere) continue;
+      if (hit.shape == no_shape) continue;
       ++met;
       depth += hit.distance * dot(hit.direction, forward_);
       normal = normal + hit.normal;
-      albedo = albedo + scene_.material_of(hit.sphere).albedo;
+      albedo = albedo + scene_.material_of(hit.shape).albedo;
     }
     const double share = 1.0 / samples();
     if (wants(Aov::depth)) depth_[pixel] = static_cast<float>(met > 0 ? depth / met : no_surface);
     if (wants(Aov::normal)) normal_.set(pixel, share * normal);
     if (wants(Aov::albedo)) albedo_.set(pixel, share * albedo);
-    if (wants(Aov::sphere)) sphere_[pixel] = hits.front().sphere;
+    if (wants(Aov::sphere)) sphere_[pixel] = hits.front().shape;
   }
 
   void fill_cost(std::size_t pixel, const PixelRun& run) {

@@ -68,4 +68,13 @@ PARRAY_INLINE constexpr Vec3<To> vec_cast(const Vec3<From>& a) {
   return {static_cast<To>(a.x), static_cast<To>(a.y), static_cast<To>(a.z)};
 }
 
+/// Returns the point nearest to `p` in the segment from -half to +half; 0 for a segment so short
+/// that its square underflows.
+template <typename Real>
+PARRAY_INLINE Vec3<Real> nearest_in_segment(const Vec3<Real>& half, const Vec3<Real>& p) {
+  const Real square = dot(half, half);
+  const Real along = square > Real(0) ? dot(p, half) / square : Real(0);
+  return min_of(max_of(along, Real(-1)), Real(1)) * half;
+}
+
 }  // namespace parray::math

@@ -87,9 +87,7 @@ void add_conditioning(const Capsule& capsule, const Vec3d& eye, Requirements& re
   const Vec3d to = capsule.to - result.origin;
   const Vec3d half = 0.5 * (to - from);
   const Vec3d middle = from + half;
-  const double square = dot(half, half);
-  const double along = square > 0 ? dot(eye - middle, half) / square : 0;
-  const Vec3d nearest = middle + std::clamp(along, -1.0, 1.0) * half;
+  const Vec3d nearest = middle + nearest_in_segment(half, eye - middle);
   result.extent = std::max({result.extent, largest_component(from), largest_component(to)});
   result.stored_shift =
       std::max(result.stored_shift, single_precision_shift(middle) + single_precision_shift(half));

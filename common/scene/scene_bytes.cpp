@@ -240,14 +240,14 @@ Scene scene_from_bytes(std::string_view bytes) {
   for (std::size_t i = 0; i < material_count; ++i) {
     scene.materials.push_back(get_material(in));
   }
-  const std::size_t sphere_count = get_count(in, limits::max_spheres, scene_bytes_of_sphere);
+  const std::size_t sphere_count = get_count(in, limits::max_shapes, scene_bytes_of_sphere);
   scene.spheres.reserve(sphere_count);
   for (std::size_t i = 0; i < sphere_count; ++i) {
     scene.spheres.push_back(get_sphere(in, material_count));
   }
   if (form.capsules) {
     const std::size_t capsule_count =
-        get_count(in, limits::max_spheres - sphere_count, scene_bytes_of_capsule);
+        get_count(in, limits::max_shapes - sphere_count, scene_bytes_of_capsule);
     if (capsule_count == 0) throw DecodeError("scene: a list of capsules is empty");
     scene.capsules.reserve(capsule_count);
     for (std::size_t i = 0; i < capsule_count; ++i) {

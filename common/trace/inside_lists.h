@@ -7,12 +7,12 @@
 
 namespace parray::trace {
 
-/// Stores, for each path of a batch, the list of the spheres that the path is inside of. Each list
+/// Stores, for each path of a batch, the list of the shapes that the path is inside of. Each list
 /// is a chain of links in one pool. A path holds the number of its first link; `none`: the list is
 /// empty. Serves one batch at a time; not thread-safe.
 class InsideLists {
  public:
-  static constexpr std::uint32_t none = no_sphere;
+  static constexpr std::uint32_t none = no_shape;
 
   InsideLists() = default;
   ~InsideLists();
@@ -24,11 +24,11 @@ class InsideLists {
     used_ = 0;
     free_ = none;
   }
-  PARRAY_INLINE std::uint32_t sphere(std::uint32_t link) const { return links_[link].sphere; }
+  PARRAY_INLINE std::uint32_t shape(std::uint32_t link) const { return links_[link].shape; }
   PARRAY_INLINE std::uint32_t next(std::uint32_t link) const { return links_[link].next; }
 
-  /// Returns the list `head` with a sphere in front of it.
-  PARRAY_INLINE std::uint32_t push(std::uint32_t head, std::uint32_t sphere) {
+  /// Returns the list `head` with a shape in front of it.
+  PARRAY_INLINE std::uint32_t push(std::uint32_t head, std::uint32_t shape) {
     std::uint32_t link = free_;
     if (link != none) {
       free_ = links_[link].next;
@@ -38,13 +38,13 @@ class InsideLists {
       }
       link = used_++;
     }
-    links_[link] = {sphere, head};
+    links_[link] = {shape, head};
     return link;
   }
-  /// Returns the list `head` without `sphere`, which must be in it.
-  PARRAY_INLINE std::uint32_t remove(std::uint32_t head, std::uint32_t sphere) {
+  /// Returns the list `head` without `shape`, which must be in it.
+  PARRAY_INLINE std::uint32_t remove(std::uint32_t head, std::uint32_t shape) {
     std::uint32_t* to = &head;
-    while (links_[*to].sphere != sphere) {
+    while (links_[*to].shape != shape) {
       to = &links_[*to].next;
     }
     const std::uint32_t link = *to;
@@ -65,7 +65,7 @@ class InsideLists {
 
  private:
   struct Link {
-    std::uint32_t sphere;
+    std::uint32_t shape;
     std::uint32_t next;
   };
   /// Throws std::bad_alloc.

@@ -6,8 +6,8 @@
 
 namespace parray::trace {
 
-/// The index that stands for no sphere.
-inline constexpr std::uint32_t no_sphere = 0xFFFFFFFF;
+/// The index that stands for no shape.
+inline constexpr std::uint32_t no_shape = 0xFFFFFFFF;
 
 /// The most surfaces inside one glass that a path crosses within one segment: see inside_stack.h.
 inline constexpr std::uint32_t most_crossings = 64;
@@ -26,16 +26,16 @@ struct Ray {
       : origin(o), direction(d), inverse_square(s) {}
 };
 
-/// The nearest crossing found so far. If two crossings are equally far, the sphere with the lower
+/// The nearest crossing found so far. If two crossings are equally far, the shape with the lower
 /// index wins, in any order of the tests.
 template <typename Real>
 struct Hit {
   Real t = RealTraits<Real>::infinity;
-  std::uint32_t sphere = no_sphere;
-  bool leaving = false;  ///< the ray comes from inside the sphere
+  std::uint32_t shape = no_shape;
+  bool leaving = false;  ///< the ray comes from inside the shape
 
   [[nodiscard]] bool loses_to(Real other_t, std::uint32_t other) const {
-    return other_t < t || (other_t == t && other < sphere);
+    return other_t < t || (other_t == t && other < shape);
   }
 };
 

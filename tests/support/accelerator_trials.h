@@ -32,11 +32,11 @@ void check_equal(const std::string& name, const Spheres<Real>& spheres, Dice& di
     linear.enter(query.ray, query.sides, expected);
     accelerator.enter(query.ray, query.sides, found);
     const auto k = static_cast<std::size_t>(kind);
-    hits[k] += expected.sphere != query.best.sphere ? 1 : 0;
-    different[k] += expected.t == found.t && expected.sphere == found.sphere &&
-                            expected.leaving == found.leaving
-                        ? 0
-                        : 1;
+    hits[k] += expected.shape != query.best.shape ? 1 : 0;
+    different[k] +=
+        expected.t == found.t && expected.shape == found.shape && expected.leaving == found.leaving
+            ? 0
+            : 1;
   }
   for (std::size_t kind = 0; kind < query_kinds; ++kind) {
     CAPTURE(kind);
@@ -75,7 +75,7 @@ void check_nothing_is_never_hit() {
   sides.start({});
   Hit<Real> best;
   accelerator.enter(Ray<Real>({0, 0, 0}, {0, 0, 1}), sides, best);
-  CHECK(best.sphere == no_sphere);
+  CHECK(best.shape == no_shape);
   CHECK(accelerator.depth() == 0);
   CHECK(accelerator.bytes() == 0);
 }
@@ -90,7 +90,7 @@ void check_first_of_equals_wins() {
   for (std::uint32_t skipped = 0; skipped < 5; ++skipped) {
     Hit<Real> best;
     accelerator.enter(ray, sides, best);
-    CHECK(best.sphere == skipped);
+    CHECK(best.shape == skipped);
     sides.cross(skipped, false);
   }
 }

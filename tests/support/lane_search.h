@@ -58,7 +58,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
     scene_.features.sides = sides;
     scene_.bvh = tables_.view();
     for (std::uint32_t slot = 0; slot < tables_.slot_count(); ++slot) {
-      if (tables_.input_index(slot) != no_sphere) {
+      if (tables_.input_index(slot) != no_shape) {
         slot_of_.at(tables_.input_index(slot)) = slot;
       }
     }
@@ -79,8 +79,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
     std::vector<Hit<Real>> hits;
     for (std::uint32_t i = 0; i < queries.size(); ++i) {
       const std::uint32_t slot = space_->queries.slot[i];
-      hits.push_back({space_->queries.t[i],
-                      slot == no_sphere ? no_sphere : tables_.input_index(slot),
+      hits.push_back({space_->queries.t[i], slot == no_shape ? no_shape : tables_.input_index(slot),
                       space_->queries.leaving[i] != 0});
     }
     return hits;
@@ -93,7 +92,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
     Paths<Real>& paths = space_->paths;
     paths.origin.set(i, query.ray.origin);
     paths.direction.set(i, query.ray.direction);
-    paths.surface[i] = no_sphere;
+    paths.surface[i] = no_shape;
     for (std::uint32_t index = 0; index < slot_of_.size(); ++index) {
       if (query.sides.stands_on(index)) {
         paths.surface[i] = slot_of_[index];

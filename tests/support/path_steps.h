@@ -27,7 +27,7 @@ inline TracedPicture<Quad> exact_scene(const Scene& scene, const RenderSettings&
 
 /// What happened to a path at one surface.
 struct Step {
-  std::uint32_t sphere = no_sphere;
+  std::uint32_t shape = no_shape;
   bool leaving = false;
   Event event = Event::absorbed;
 
@@ -41,21 +41,21 @@ bool follow(const TracedPicture<Real>& scene, const Linear<Real>& linear, Ray<Re
             InsideStack<Real>& sides, const SampleRandom& random, Look look) {
   for (std::uint32_t bounce = 0; bounce < scene.max_depth; ++bounce) {
     const Hit<Real> hit = first_crossing(scene, linear, ray, sides);
-    if (hit.sphere == no_sphere) {
+    if (hit.shape == no_shape) {
       return true;
     }
     const SurfacePoint<Real> point = surface_point(scene, ray, sides, hit);
     const Vec3<Real>& normal = point.normal;
-    const auto scattering = scatter(scene.surfaces[scene.material_of[hit.sphere]], ray.direction,
+    const auto scattering = scatter(scene.surfaces[scene.material_of[hit.shape]], ray.direction,
                                     hit.leaving ? -normal : normal, hit.leaving, random, bounce);
     look(ray, hit, scattering);
     if (scattering.event == Event::absorbed) {
       return false;
     }
     if (scattering.event == Event::refracted) {
-      sides.cross(hit.sphere, hit.leaving);
+      sides.cross(hit.shape, hit.leaving);
     }
-    sides.stand_on(hit.sphere, normal);
+    sides.stand_on(hit.shape, normal);
     ray = {point.position(), scattering.direction};
   }
   return false;
@@ -71,7 +71,7 @@ std::vector<Step> steps_of(const TracedPicture<Real>& scene, const Linear<Real>&
   std::vector<Step> steps;
   follow(scene, linear, ray, sides, random,
          [&steps](const Ray<Real>&, const Hit<Real>& hit, const Scattering<Real>& scattering) {
-           steps.push_back({hit.sphere, hit.leaving, scattering.event});
+           steps.push_back({hit.shape, hit.leaving, scattering.event});
          });
   return steps;
 }

@@ -40,7 +40,7 @@ TracedPicture<Real> reference_scene(const Scene& scene, const RenderSettings& se
   // Each path tests all shapes for its start.
   std::vector<std::uint32_t> all(result.shape_count());
   std::iota(all.begin(), all.end(), 0U);
-  result.start = StartSpheres(std::move(all));
+  result.start = StartShapes(std::move(all));
   return result;
 }
 

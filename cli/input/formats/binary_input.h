@@ -88,12 +88,12 @@ class BinaryInput {
   bool swapped_;
 };
 
-/// Returns `count`. Fails if it is negative or above limits::max_spheres.
+/// Returns `count`. Fails if it is negative or above limits::max_shapes.
 inline std::uint64_t checked_atoms(std::int64_t count, const FilePlace& place) {
-  if (count < 0 || static_cast<std::uint64_t>(count) > limits::max_spheres) {
+  if (count < 0 || static_cast<std::uint64_t>(count) > limits::max_shapes) {
     place.fail(std::to_string(count) +
                " atoms: the file is probably damaged, copy it again (the limit is " +
-               std::to_string(limits::max_spheres) + " atoms)");
+               std::to_string(limits::max_shapes) + " atoms)");
   }
   return static_cast<std::uint64_t>(count);
 }

@@ -150,7 +150,7 @@ std::optional<GsdChunk> GsdFile::next_chunk() {
 }
 
 void GsdFile::check(const GsdChunk& chunk) const {
-  if (chunk.rows > limits::max_spheres) {
+  if (chunk.rows > limits::max_shapes) {
     fail_damaged("the chunk " + printable(names_[chunk.name]) + " has " +
                  std::to_string(chunk.rows) + " rows");
   }

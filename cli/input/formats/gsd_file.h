@@ -57,7 +57,7 @@ class GsdFile {
 
   /// Returns the next entry of the index; nothing after the last one. The frames never descend.
   std::optional<GsdChunk> next_chunk();
-  /// Fails if the file ends before the end of the chunk, or for more than limits::max_spheres rows.
+  /// Fails if the file ends before the end of the chunk, or for more than limits::max_shapes rows.
   void check(const GsdChunk& chunk) const;
   /// Calls `put(value)` with each number of the chunk as a double, row by row.
   template <typename Put>

@@ -37,9 +37,9 @@ std::uint64_t count_field(std::string_view text, const FilePlace& place) {
   if (!count) {
     place.fail("'" + printable(text) + "' is not a number of particles: write a whole number");
   }
-  if (*count > limits::max_spheres) {
+  if (*count > limits::max_shapes) {
     place.fail(std::to_string(*count) + " particles are too many: use at most " +
-               std::to_string(limits::max_spheres));
+               std::to_string(limits::max_shapes));
   }
   return *count;
 }

@@ -36,7 +36,7 @@ double number_field(std::string_view text, std::string_view what, const FilePlac
 Vec3d position_field(const std::vector<std::string_view>& words, std::size_t at,
                      const FilePlace& place);
 
-/// Parses a number of particles from 0 to limits::max_spheres. Fails at `place` for other texts.
+/// Parses a number of particles from 0 to limits::max_shapes. Fails at `place` for other texts.
 std::uint64_t count_field(std::string_view text, const FilePlace& place);
 
 /// Error: a member of an item of `particles` in a scene file, or its option, does not suit the

@@ -49,8 +49,8 @@ void ParticleColumns::check_position(const Vec3d& position) const {
 
 void ParticleColumns::position(const Vec3d& position) {
   check_position(position);
-  if (count() == limits::max_spheres) {
-    place_->fail("more than " + std::to_string(limits::max_spheres) + " particles: split the file");
+  if (count() == limits::max_shapes) {
+    place_->fail("more than " + std::to_string(limits::max_shapes) + " particles: split the file");
   }
   append(particles_.positions, position, expected_);
 }

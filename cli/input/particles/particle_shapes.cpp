@@ -72,8 +72,8 @@ void ParticleShapes::check_limits(std::size_t first_capsule) const {
   const auto fail = [&](const std::string& problem) {
     throw InputError(printable(source_.file, 4096) + ": " + problem);
   };
-  if (scene_.spheres.size() + scene_.capsules.size() > limits::max_spheres) {
-    fail("more than " + std::to_string(limits::max_spheres) +
+  if (scene_.spheres.size() + scene_.capsules.size() > limits::max_shapes) {
+    fail("more than " + std::to_string(limits::max_shapes) +
          " spheres and capsules in all: split the scene");
   }
   for (const Capsule& capsule : std::span(scene_.capsules).subspan(first_capsule)) {

@@ -282,8 +282,8 @@ void append_spheres(Particles particles, const ParticleColors& colors, const Par
                     const std::string& file, const MaterialNames& materials, Scene& scene,
                     int threads) {
   const std::size_t count = particles.count();
-  if (count > limits::max_spheres - scene.spheres.size() - scene.capsules.size()) {
-    fail_too_many(file, limits::max_spheres, " spheres in all: split the scene");
+  if (count > limits::max_shapes - scene.spheres.size() - scene.capsules.size()) {
+    fail_too_many(file, limits::max_shapes, " spheres in all: split the scene");
   }
   if (count == 0) return;
   if (look.material.rule != MaterialRule::column) release(particles.colors);

@@ -181,13 +181,13 @@ Replicas replicas_from(std::string_view text) {
   bool valid = parts.size() == replicas.counts.size();
   for (std::size_t i = 0; valid && i < parts.size(); ++i) {
     const std::optional<std::uint64_t> count = natural_in(parts[i]);
-    valid = count && *count > 0 && *count <= limits::max_spheres;
+    valid = count && *count > 0 && *count <= limits::max_shapes;
     if (valid) replicas.counts[i] = static_cast<std::uint32_t>(*count);
   }
   if (valid) return replicas;
   throw InputError("'" + printable(text) +
                    "' is not a number of copies: write three whole numbers from 1 to " +
-                   std::to_string(limits::max_spheres) + ", such as 3x3x2");
+                   std::to_string(limits::max_shapes) + ", such as 3x3x2");
 }
 
 std::string text_of(const Replicas& replicas) {
@@ -198,10 +198,10 @@ std::string text_of(const Replicas& replicas) {
 
 void replicate(Particles& particles, const Replicas& replicas) {
   const std::optional<std::uint64_t> copies =
-      product_of(replicas, limits::max_spheres / particles.count());
+      product_of(replicas, limits::max_shapes / particles.count());
   if (!copies) {
     throw InputError(text_of(replicas) + " copies of " + std::to_string(particles.count()) +
-                     " particles are more than " + std::to_string(limits::max_spheres) +
+                     " particles are more than " + std::to_string(limits::max_shapes) +
                      " spheres: use fewer copies");
   }
   ParticleCell& cell = *particles.cell;

@@ -56,7 +56,7 @@ std::string text_of(const Replicas& replicas);
 
 /// Repeats particles and cell. The cell becomes the whole block of copies, as in OVITO. The
 /// original particles come first. A bond across a face leads to the next copy. Throws InputError,
-/// before it allocates, if there would be more than limits::max_spheres particles.
+/// before it allocates, if there would be more than limits::max_shapes particles.
 void replicate(Particles& particles, const Replicas& replicas);
 
 /// Adds copies of the particles on a face of the cell to the opposite faces. A particle is on a

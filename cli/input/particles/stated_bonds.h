@@ -7,7 +7,7 @@
 #include "cli/input/particles/particles.h"
 
 /// Operations on the bonds that a file states (Particles::bonds). Their numbers of particles are
-/// below limits::max_spheres.
+/// below limits::max_shapes.
 namespace parray::input {
 
 /// Returns the bond between two different particles, in either order.

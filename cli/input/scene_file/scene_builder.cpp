@@ -217,7 +217,7 @@ std::size_t SceneBuilder::take_items(ByteSource& source) {
   constexpr std::size_t usual_bytes = 4096;
   std::vector<Sphere>& spheres = out_.scene.spheres;
   const std::size_t before = spheres.size();
-  while (spheres.size() + out_.scene.capsules.size() < limits::max_spheres) {
+  while (spheres.size() + out_.scene.capsules.size() < limits::max_shapes) {
     const std::optional<SphereText> text = next_sphere_text(source.ahead(usual_bytes));
     const auto material = text ? names_.used(text->material) : std::nullopt;
     if (!material) break;
@@ -255,8 +255,8 @@ void SceneBuilder::add_sphere(const JsonValue& value) {
 
 /// Fails if the scene has no room for one more shape.
 void SceneBuilder::check_room(const JsonPlace& place, std::uint64_t line) const {
-  if (out_.scene.spheres.size() + out_.scene.capsules.size() < limits::max_spheres) return;
-  place.fail(line, "the scene has more than " + std::to_string(limits::max_spheres) +
+  if (out_.scene.spheres.size() + out_.scene.capsules.size() < limits::max_shapes) return;
+  place.fail(line, "the scene has more than " + std::to_string(limits::max_shapes) +
                        " spheres and capsules: split the scene");
 }
 

@@ -16,7 +16,7 @@ namespace {
 constexpr double nearest = 1e-6;
 
 /// Value instead of a sphere's number: the samples met several spheres.
-constexpr std::uint32_t several_spheres = no_sphere - 1;
+constexpr std::uint32_t several_spheres = no_shape - 1;
 
 using Values = std::array<double, feature_count>;
 
@@ -62,7 +62,7 @@ class FeatureRows {
       while (end < width_ && !one_sphere(y, end)) ++end;
       if (end < width_) {
         const std::size_t pixel = std::size_t{y} * width_ + end;
-        features_.plain_sky[pixel] = spheres_[pixel] == no_sphere ? 1 : 0;
+        features_.plain_sky[pixel] = spheres_[pixel] == no_shape ? 1 : 0;
       }
       if (begin < end) look(steady_tracer_, {y, begin, end}, more, hits);
       for (std::uint32_t x = begin; x < end; ++x) {
@@ -91,8 +91,8 @@ class FeatureRows {
 
   [[nodiscard]] Values values_of(const FirstHit& hit) const {
     const Vec3d& towards = hit.direction;
-    if (hit.sphere == no_sphere) return {0, 0, 0, -towards.x, -towards.y, -towards.z, 0};
-    const Vec3d& albedo = scene_.material_of(hit.sphere).albedo;
+    if (hit.shape == no_shape) return {0, 0, 0, -towards.x, -towards.y, -towards.z, 0};
+    const Vec3d& albedo = scene_.material_of(hit.shape).albedo;
     const double depth = begin_ + hit.distance * dot(hit.direction, forward_) / length_;
     return {albedo.x,
             albedo.y,
@@ -128,9 +128,9 @@ class FeatureRows {
     for (std::uint32_t x = 0; x < width_; ++x) {
       const auto pixel = std::span(hits).subspan(std::size_t{x} * few.count(), few.count());
       const bool one = std::all_of(pixel.begin(), pixel.end(), [&](const FirstHit& hit) {
-        return hit.sphere == pixel.front().sphere;
+        return hit.shape == pixel.front().shape;
       });
-      spheres_[std::size_t{y} * width_ + x] = one ? pixel.front().sphere : several_spheres;
+      spheres_[std::size_t{y} * width_ + x] = one ? pixel.front().shape : several_spheres;
       put(features_.steady, y, x, mean_of(pixel, 0, 1));
     }
   }
@@ -145,8 +145,8 @@ class FeatureRows {
     }
     const std::size_t pixel = std::size_t{y} * width_ + x;
     const bool sky =
-        spheres_[pixel] == no_sphere &&
-        std::ranges::all_of(hits, [](const FirstHit& hit) { return hit.sphere == no_sphere; });
+        spheres_[pixel] == no_shape &&
+        std::ranges::all_of(hits, [](const FirstHit& hit) { return hit.shape == no_shape; });
     features_.plain_sky[pixel] = sky ? 1 : 0;
   }
 

@@ -23,7 +23,7 @@ class NearestCrossings {
   /// Returns whether the shape in `slot` precedes that in `other` at the same distance. The order
   /// of the input decides; spheres precede capsules.
   PARRAY_INLINE bool wins_tie(std::uint32_t slot, std::uint32_t other) const {
-    if (other == no_sphere) return true;
+    if (other == no_shape) return true;
     if (other < first_slot_) return false;
     return labels_.index(slot - first_slot_) < labels_.index(other - first_slot_);
   }

@@ -51,12 +51,12 @@ struct VecColumns {
   }
 };
 
-/// The start of each ray, and the spheres that it cannot enter.
+/// The start of each ray, and the shapes that it cannot enter.
 template <typename Real>
 struct RayColumns {
   std::uint32_t count;
   VecColumns<Real> origin, direction;
-  Column<std::uint32_t> surface;  ///< slot of the sphere that the ray stands on, or no_sphere
+  Column<std::uint32_t> surface;  ///< slot of the shape that the ray stands on, or no_shape
   // Only used if rays can be inside a sphere.
   VecColumns<Real> normal;       ///< outward normal of the surface
   Column<std::uint32_t> inside;  ///< head of a list in InsideLists
@@ -91,7 +91,7 @@ struct Queries {
   Column<std::uint32_t> numbers;   ///< numbers of the rays of one octant
   Column<std::uint32_t> excluded;  ///< bits of the open spheres, of some 32, that it cannot enter
   Column<Real> t;                  ///< nearest crossing so far
-  Column<std::uint32_t> slot;      ///< slot of the sphere of that crossing, or no_sphere
+  Column<std::uint32_t> slot;      ///< slot of the shape of that crossing, or no_shape
   Column<std::uint32_t> leaving;
   struct None {};
   std::conditional_t<sizeof(Real) == sizeof(Store), None, ScreenColumns<Store>> screen;

@@ -94,7 +94,7 @@ class Traversal {
     const Vec3<L> d = rays_.direction.template load<L>(i);
     (L(Real(1)) / dot(d, d)).store(&queries_.inverse_square[i]);
     L(infinity).store(&queries_.t[i]);
-    typename L::Uint(no_sphere).store(&queries_.slot[i]);
+    typename L::Uint(no_shape).store(&queries_.slot[i]);
     typename L::Uint(0U).store(&queries_.leaving[i]);
   }
 
@@ -191,7 +191,7 @@ class Traversal {
   PARRAY_INLINE void find_exit(std::uint32_t i) {
     for (std::uint32_t link = rays_.inside[i]; link != InsideLists::none;
          link = space_.inside.next(link)) {
-      const std::uint32_t slot = space_.inside.sphere(link);
+      const std::uint32_t slot = space_.inside.shape(link);
       if (Mixed && (slot < first_slot_ || slot >= end_slot_)) continue;
       const Real t = exit(i, slot);
       if (t < queries_.t[i] || (t == queries_.t[i] && nearest_.wins_tie(slot, queries_.slot[i]))) {
@@ -210,7 +210,7 @@ class Traversal {
     if constexpr (InsideStack) {
       for (std::uint32_t link = rays_.inside[i]; link != InsideLists::none;
            link = space_.inside.next(link)) {
-        lanes |= bit_below<Count>(space_.inside.sphere(link) - first_slot);
+        lanes |= bit_below<Count>(space_.inside.shape(link) - first_slot);
       }
     }
     return lanes;

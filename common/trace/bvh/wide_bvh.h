@@ -58,10 +58,10 @@ class WideBvh {
   [[nodiscard]] BvhView<Store, W, Block> view() const;
   [[nodiscard]] const Block<Store, W>* blocks() const { return blocks_.data(); }
   [[nodiscard]] const WideNode<Store, W>* nodes() const { return nodes_.data(); }
-  /// Returns the input index of the shape in a slot; no_sphere for a slot without one.
+  /// Returns the input index of the shape in a slot; no_shape for a slot without one.
   [[nodiscard]] std::uint32_t input_index(std::uint32_t slot) const {
     const std::uint32_t index = labels().index(slot);
-    return index == index_mask() ? no_sphere : index;
+    return index == index_mask() ? no_shape : index;
   }
   [[nodiscard]] SlotLabels labels() const { return {labels_.data(), index_mask()}; }
   /// Returns the number of highest bits of a label that are free for a tag.

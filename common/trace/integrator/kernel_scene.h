@@ -30,7 +30,7 @@ struct KernelFeatures {
   friend bool operator==(const KernelFeatures&, const KernelFeatures&) = default;
 };
 
-/// StartSpheres in the form that kernels use.
+/// StartShapes in the form that kernels use.
 struct StartTable {
   const std::uint32_t* numbers = nullptr;  ///< slots, grouped by tile; null: none
   const std::uint32_t* begins = nullptr;   ///< first place of each tile's slots, then their end

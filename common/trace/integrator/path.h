@@ -5,7 +5,7 @@
 #include "common/image/pixel_sums.h"
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/material.h"
-#include "common/trace/integrator/start_spheres.h"
+#include "common/trace/integrator/start_shapes.h"
 #include "common/trace/sphere_search.h"
 
 namespace parray::trace {
@@ -35,7 +35,7 @@ struct TraceScene {
 template <typename Real>
 struct PathEnds {
   CameraRays<Real> view;
-  StartSpheres start;  ///< nearly always empty
+  StartShapes start;  ///< nearly always empty
   std::uint32_t max_depth = 1;
 };
 
@@ -73,11 +73,11 @@ Hit<Real> first_crossing(const TraceScene<Real>& scene, const S& search, const R
 template <typename Real>
 SurfacePoint<Real> surface_point(const TraceScene<Real>& scene, const Ray<Real>& ray,
                                  const InsideStack<Real>& sides, const Hit<Real>& hit) {
-  if (hit.sphere >= scene.spheres.size()) {
-    return surface_point(ray, scene.capsules[hit.sphere - scene.spheres.size()], hit.leaving);
+  if (hit.shape >= scene.spheres.size()) {
+    return surface_point(ray, scene.capsules[hit.shape - scene.spheres.size()], hit.leaving);
   }
-  const SphereShape<Real>& sphere = scene.spheres[hit.sphere];
-  if (hit.leaving && sides.stands_on(hit.sphere)) {
+  const SphereShape<Real>& sphere = scene.spheres[hit.shape];
+  if (hit.leaving && sides.stands_on(hit.shape)) {
     return {normalize(sphere.radius * sides.normal() + hit.t * ray.direction), sphere.center,
             sphere.radius};
   }
@@ -103,12 +103,12 @@ Hit<Real> next_surface(const TraceScene<Real>& scene, const S& search, Ray<Real>
                        InsideStack<Real>& sides, TraceCounts& counts) {
   ++counts.rays;
   Hit<Real> hit = first_crossing(scene, search, ray, sides);
-  for (std::uint32_t crossed = 0; crossed < most_crossings && hit.sphere != no_sphere &&
-                                  is_within_body(scene, sides, hit.sphere);
+  for (std::uint32_t crossed = 0;
+       crossed < most_crossings && hit.shape != no_shape && is_within_body(scene, sides, hit.shape);
        ++crossed) {
     const SurfacePoint<Real> point = surface_point(scene, ray, sides, hit);
-    sides.cross(hit.sphere, hit.leaving);
-    sides.stand_on(hit.sphere, point.normal);
+    sides.cross(hit.shape, hit.leaving);
+    sides.stand_on(hit.shape, point.normal);
     ray = {point.position(), ray.direction};
     ++counts.rays;
     hit = first_crossing(scene, search, ray, sides);
@@ -140,24 +140,24 @@ Vec3<Real> trace_sample(const TraceScene<Real>& scene, const PathEnds<Real>& end
   Vec3<Real> throughput{1, 1, 1};
   for (std::uint32_t bounce = 0; bounce < ends.max_depth; ++bounce) {
     const Hit<Real> hit = next_surface(scene, search, ray, sides, counts);
-    if (hit.sphere == no_sphere) {
+    if (hit.shape == no_shape) {
       return throughput * scene.sky.radiance(ray.direction.y);
     }
     const SurfacePoint<Real> point = surface_point(scene, ray, sides, hit);
     const Vec3<Real>& normal = point.normal;
-    const MaterialParameters<Real>& surface = scene.surfaces[scene.material_of[hit.sphere]];
+    const MaterialParameters<Real>& surface = scene.surfaces[scene.material_of[hit.shape]];
     auto scattering = scatter(surface, ray.direction, hit.leaving ? -normal : normal, hit.leaving,
                               random, bounce);
-    if (is_within_body(scene, sides, hit.sphere)) scattering = {Event::refracted, ray.direction};
+    if (is_within_body(scene, sides, hit.shape)) scattering = {Event::refracted, ray.direction};
     if (scattering.event == Event::absorbed) {
       return {};
     }
     if (scattering.event == Event::refracted) {
-      sides.cross(hit.sphere, hit.leaving);
+      sides.cross(hit.shape, hit.leaving);
     } else {
       throughput = throughput * surface.albedo;
     }
-    sides.stand_on(hit.sphere, normal);
+    sides.stand_on(hit.shape, normal);
     ray = {point.position(), scattering.direction};
   }
   counts.lost += TraceCounts::lost_of(

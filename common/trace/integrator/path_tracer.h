@@ -24,10 +24,10 @@ struct PixelRun {
 
 /// The first hit of a sample's camera ray.
 struct FirstHit {
-  std::uint32_t sphere = no_sphere;  ///< index in Scene::spheres; no_sphere: the sky
-  double distance = 0;               ///< along the ray, from the lens
-  Vec3d direction{};                 ///< direction of the ray; unit length except for rounding
-  Vec3d normal{};                    ///< unit normal on the side of the ray's origin; 0: the sky
+  std::uint32_t shape = no_shape;  ///< number in the scene (scene::Scene); no_shape: the sky
+  double distance = 0;             ///< along the ray, from the lens
+  Vec3d direction{};               ///< direction of the ray; unit length except for rounding
+  Vec3d normal{};                  ///< unit normal on the side of the ray's origin; 0: the sky
 
   friend bool operator==(const FirstHit&, const FirstHit&) = default;
 };

@@ -53,7 +53,7 @@ inline Camera moved(Camera camera, const Vec3d& origin) {
 /// Sets the first hit of a camera ray that meets nothing.
 template <typename Real>
 void set_sky(const Ray<Real>& ray, FirstHit& first) {
-  first.sphere = no_sphere;
+  first.shape = no_shape;
   first.distance = 0;
   first.direction = vec_cast<double>(ray.direction);
   first.normal = {};
@@ -65,7 +65,7 @@ void set_sky(const Ray<Real>& ray, FirstHit& first) {
 template <typename Real>
 void set_hit(const Ray<Real>& ray, const Hit<Real>& hit, const Vec3<Real>& outward,
              FirstHit& first) {
-  first.sphere = hit.sphere;
+  first.shape = hit.shape;
   first.distance = static_cast<double>(hit.t);
   first.direction = vec_cast<double>(ray.direction);
   first.normal = vec_cast<double>(hit.leaving ? -outward : outward);

@@ -66,7 +66,7 @@ class Wavefront {
       paths.direction.store(i, ray.direction);
       const L one(Real(1));
       paths.throughput.store(i, Vec3<L>{one, one, one});
-      Uint(no_sphere).store(&paths.surface[i]);
+      Uint(no_shape).store(&paths.surface[i]);
     }
     for (std::uint32_t i = 0; i < batch.count; ++i) {
       paths.sample[i] = i;
@@ -154,7 +154,7 @@ class Wavefront {
       const std::uint32_t k = static_cast<std::uint32_t>(__builtin_ctz(left));
       for (std::uint32_t link = hits.inside[i + k]; link != InsideLists::none;
            link = space_.inside.next(link)) {
-        const std::uint32_t slot = space_.inside.sphere(link);
+        const std::uint32_t slot = space_.inside.shape(link);
         const std::uint32_t material =
             scene_.material_of[slot] >> scene_.material_bit >> MaterialRef::type_bits;
         if (slot != hits.slot[i + k] && material == hits.material[i + k]) crossing |= 1U << k;

@@ -15,7 +15,7 @@
 #include "common/trace/bvh/wide_bvh.h"
 #include "common/trace/integrator/isa_kernels.h"
 #include "common/trace/integrator/scene_parts.h"
-#include "common/trace/integrator/start_spheres.h"
+#include "common/trace/integrator/start_shapes.h"
 #include "common/trace/isa.h"
 
 namespace parray::trace {
@@ -112,7 +112,7 @@ class WavefrontAccelerator final : public Accelerator {
   }
 
   /// Returns the slots of shapes that can contain the start of a camera ray.
-  [[nodiscard]] StartSpheres start_spheres(const RayStarts& starts) const {
+  [[nodiscard]] StartShapes start_shapes(const RayStarts& starts) const {
     const std::uint32_t first_capsule = spheres_.slot_count();
     return {starts, slot_count(), [&](std::uint32_t slot) {
               return slot < first_capsule ? starts.inside(shape_at<Store>(spheres_.blocks(), slot))
@@ -129,7 +129,7 @@ class WavefrontAccelerator final : public Accelerator {
 #pragma omp parallel for num_threads(threads) if (threads > 1) schedule(static)
     for (std::uint32_t slot = 0; slot < shapes.slot_count(); ++slot) {
       const std::uint32_t index = shapes.input_index(slot);
-      if (index == no_sphere) continue;
+      if (index == no_shape) continue;
       if (material_of_.empty()) {
         shapes.set_tag(slot, references[index]);
       } else {
@@ -158,7 +158,7 @@ class WavefrontTracer final : public PathTracer {
                   const WavefrontAccelerator<Real, Store, W>& scene, const Camera& camera,
                   const PictureSettings& picture, bool general)
       : PathTracer(std::move(self)),
-        start_(scene.start_spheres(RayStarts(camera, picture.width, picture.height))),
+        start_(scene.start_shapes(RayStarts(camera, picture.width, picture.height))),
         tables_(CameraRays<Real>(camera, picture.width, picture.height),
                 SkyGradient<Real>(scene.sky())),
         kernels_(scene.kernels_),
@@ -200,7 +200,7 @@ class WavefrontTracer final : public PathTracer {
       kernels_.begin(tables_, batch, space);
       kernels_.find(tables_, space);
       for (std::uint32_t i = 0; i < batch.count; ++i) {
-        if (space.queries.slot[i] != no_sphere) continue;
+        if (space.queries.slot[i] != no_shape) continue;
         add_sky_sample(tables_.sky.radiance(space.paths.direction.y[i]), scale_,
                        sky[batch.column[i] - run.x_begin]);
       }
@@ -243,7 +243,7 @@ class WavefrontTracer final : public PathTracer {
     const std::uint32_t slot = space.queries.slot[i];
     const Ray<Real> ray(space.paths.origin[i], space.paths.direction[i],
                         space.queries.inverse_square[i]);
-    if (slot == no_sphere) return set_sky(ray, first);
+    if (slot == no_shape) return set_sky(ray, first);
     const bool leaving = space.queries.leaving[i] != 0;
     const std::uint32_t first_capsule = tables_.capsules.first_slot;
     if (slot < first_capsule) {
@@ -256,7 +256,7 @@ class WavefrontTracer final : public PathTracer {
     }
   }
 
-  StartSpheres start_;
+  StartShapes start_;
   KernelScene<Real, Store, W> tables_;
   Kernels<Real, Store, W> kernels_;
   RadianceScale scale_;

@@ -61,7 +61,7 @@ class ScalarTracer final : public PathTracer {
       const std::uint32_t s = samples.begin + static_cast<std::uint32_t>(i % samples.count());
       const Ray<Real> ray = camera_ray(x, run.y, s);
       const Hit<Real> hit = first_of(ray, x, run.y, sides);
-      if (hit.sphere == no_sphere) {
+      if (hit.shape == no_shape) {
         set_sky(ray, hits[i]);
       } else {
         set_hit(ray, hit, surface_point(scene_, ray, sides, hit).normal, hits[i]);
@@ -76,7 +76,7 @@ class ScalarTracer final : public PathTracer {
       const SampleRange range = samples[x - run.x_begin];
       for (std::uint32_t s = range.begin; s < range.end; ++s) {
         const Ray<Real> ray = camera_ray(x, run.y, s);
-        if (first_of(ray, x, run.y, sides).sphere != no_sphere) continue;
+        if (first_of(ray, x, run.y, sides).shape != no_shape) continue;
         add_sky_sample(scene_.sky.radiance(ray.direction.y), scale_, sky[x - run.x_begin]);
       }
     }
@@ -129,7 +129,7 @@ class ScalarAccelerator final : public Accelerator {
                                                    std::move(ends), picture);
   }
 
-  [[nodiscard]] StartSpheres start_shapes(const RayStarts& starts) const {
+  [[nodiscard]] StartShapes start_shapes(const RayStarts& starts) const {
     return {starts, scene_.shape_count(), [this, &starts](std::uint32_t number) {
               return scene_.at_shape(number,
                                      [&starts](const auto& shape) { return starts.inside(shape); });

@@ -246,8 +246,8 @@ TEST_CASE("a count larger than the data is refused before anything is allocated"
   const std::size_t sphere_count_at = materials_at + scene.materials.size() * material_size;
   const std::uint64_t before = test::peak_address_space();
   REQUIRE(before > 0);
-  for (const std::uint64_t count : {std::uint64_t{4}, limits::max_materials, limits::max_spheres,
-                                    limits::max_spheres + 1, std::uint64_t{1} << 40, UINT64_MAX,
+  for (const std::uint64_t count : {std::uint64_t{4}, limits::max_materials, limits::max_shapes,
+                                    limits::max_shapes + 1, std::uint64_t{1} << 40, UINT64_MAX,
                                     UINT64_MAX / material_size, UINT64_MAX / sphere_size + 1}) {
     CAPTURE(count);
     CHECK(refused(with(bytes, material_count_at, count)));

@@ -6,7 +6,7 @@
 
 #include "common/math/float_mode.h"
 #include "common/scene/settings.h"
-#include "common/trace/integrator/start_spheres.h"
+#include "common/trace/integrator/start_shapes.h"
 #include "common/trace/isa.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"

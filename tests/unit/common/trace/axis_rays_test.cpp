@@ -81,7 +81,7 @@ void check_like_linear(Dice& dice, double scale, double offset) {
     expected.push_back(hit);
   }
   const auto met =
-      std::ranges::count_if(expected, [](const auto& h) { return h.sphere != no_sphere; });
+      std::ranges::count_if(expected, [](const auto& h) { return h.shape != no_shape; });
   CHECK(met > 50);
   for (const Isa isa : instruction_sets()) {
     CAPTURE(name_of(isa));

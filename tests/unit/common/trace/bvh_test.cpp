@@ -65,7 +65,7 @@ Trial<typename P::Real> trial(const Stored<P>& stored, Dice& dice, int rays) {
 
 template <typename Real>
 bool equal(const Hit<Real>& a, const Hit<Real>& b) {
-  return a.t == b.t && a.sphere == b.sphere && a.leaving == b.leaving;
+  return a.t == b.t && a.shape == b.shape && a.leaving == b.leaving;
 }
 
 /// Paths travel in batches of many sizes, so that every lane and every group gets its share.
@@ -97,7 +97,7 @@ void check_hits(const Trial<Real>& trial) {
   std::array<int, query_kinds> left{};
   for (std::size_t i = 0; i < trial.queries.size(); ++i) {
     const auto kind = static_cast<std::size_t>(trial.kinds[i]);
-    entered[kind] += trial.expected[i].sphere != no_sphere && !trial.expected[i].leaving ? 1 : 0;
+    entered[kind] += trial.expected[i].sphere != no_shape && !trial.expected[i].leaving ? 1 : 0;
     left[kind] += trial.expected[i].leaving ? 1 : 0;
   }
   for (const QueryKind kind : {QueryKind::from_afar, QueryKind::from_amid, QueryKind::along_axes,
@@ -160,7 +160,7 @@ TEST_CASE_TEMPLATE("where there is no sphere, none is hit", P, SinglePrecision, 
         query.sides.start({});
         const auto found = search->find(std::vector(500, query));
         for (const auto& hit : found) {
-          CHECK_UNARY(hit.sphere == no_sphere);
+          CHECK_UNARY(hit.shape == no_shape);
         }
       }
     }

@@ -229,9 +229,9 @@ std::vector<FirstHit> reference_hits_in(const Scene& scene, const RenderSettings
       const Hit<Real> hit = first_crossing(traced, linear, ray, sides);
       FirstHit& first = hits.emplace_back();
       first.direction = vec_cast<double>(ray.direction);
-      if (hit.sphere == no_sphere) continue;
+      if (hit.shape == no_shape) continue;
       const Vec3d outward = vec_cast<double>(surface_point(traced, ray, sides, hit).normal);
-      first = {hit.sphere, static_cast<double>(hit.t), vec_cast<double>(ray.direction),
+      first = {hit.shape, static_cast<double>(hit.t), vec_cast<double>(ray.direction),
                hit.leaving ? -outward : outward};
     }
   }
@@ -338,7 +338,7 @@ TEST_CASE("every kernel's background is what the scalar reference's rays do not 
           for (std::uint32_t x = 0; x < settings.width; ++x) {
             const std::size_t pixel = std::size_t{y} * settings.width + x;
             const auto hits = std::span(expected).subspan(pixel * all.count(), all.count());
-            const auto missed = std::ranges::count(hits, no_sphere, &FirstHit::sphere);
+            const auto missed = std::ranges::count(hits, no_shape, &FirstHit::shape);
             same = same && sky[x].count == missed && sky[x].sum == sums.pixels[pixel].sum;
           }
         }

@@ -11,7 +11,7 @@
 #include "common/scene/requirements.h"
 #include "common/scene/settings.h"
 #include "common/trace/integrator/camera_rays.h"
-#include "common/trace/integrator/start_spheres.h"
+#include "common/trace/integrator/start_shapes.h"
 #include "common/trace/tracer.h"
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
@@ -184,7 +184,7 @@ void check_starts(Dice& dice) {
     ++begun_inside;
     const RayStarts starts(shot.camera, shot.width, shot.height);
     CHECK(holds(starts.inside(stored), shot.x, shot.y));
-    const StartSpheres tiles(starts, 1, [&](std::uint32_t) { return starts.inside(stored); });
+    const StartShapes tiles(starts, 1, [&](std::uint32_t) { return starts.inside(stored); });
     CHECK(tiles.of(shot.x, shot.y).size() == 1);
   }
   CHECK(begun_inside > 1000);
@@ -210,7 +210,7 @@ TEST_CASE("a sphere is as large in the picture wherever it lies along the view")
     const RenderSettings settings = settings_of(40, 30, 4, precision);
     const auto covered = [&](double z) {
       const auto hits = hits_of(seen_along_z(4, {{{0.5, 0.25, z}, 1, 0}}), settings);
-      return std::ranges::count_if(hits, [](const FirstHit& h) { return h.sphere == 0; });
+      return std::ranges::count_if(hits, [](const FirstHit& h) { return h.shape == 0; });
     };
     const auto near = covered(0);
     CHECK(static_cast<double>(near) / (40 * 30 * 4) ==
@@ -247,7 +247,7 @@ TEST_CASE("of a sphere that the camera's plane cuts its inside is seen, in the c
     std::size_t inside = 0;
     std::size_t sky = 0;
     for (const FirstHit& hit : hits) {
-      if (hit.sphere == no_sphere) {
+      if (hit.shape == no_shape) {
         ++sky;
       } else {
         ++inside;
@@ -279,8 +279,8 @@ TEST_CASE("of very many spheres that a camera cuts each pixel asks a few") {
   for (int i = 0; i < 5; ++i) spheres.push_back({{0, 0, 0}, 1000});
   const RayStarts starts(camera, 800, 800);
   const auto count = static_cast<std::uint32_t>(spheres.size());
-  const StartSpheres tiles(starts, count,
-                           [&](std::uint32_t i) { return starts.inside(spheres[i]); });
+  const StartShapes tiles(starts, count,
+                          [&](std::uint32_t i) { return starts.inside(spheres[i]); });
   std::size_t most = 0;
   std::size_t sum = 0;
   for (std::uint32_t y = 0; y < 800; y += 7) {

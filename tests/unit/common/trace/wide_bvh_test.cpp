@@ -141,7 +141,7 @@ class Walk {
   void check_block(std::uint32_t index, const std::vector<Box>& around) {
     const auto& block = tables_.blocks()[index];
     for (int lane = 0; lane < F::width; ++lane) {
-      if (tables_.input_index(index * F::width + static_cast<std::uint32_t>(lane)) == no_sphere) {
+      if (tables_.input_index(index * F::width + static_cast<std::uint32_t>(lane)) == no_shape) {
         continue;
       }
       const std::array<long double, 3> center{block.x[lane], block.y[lane], block.z[lane]};
@@ -201,7 +201,7 @@ TEST_CASE_TEMPLATE("every sphere has exactly one slot, and lanes without one hol
       const auto& block = tables.blocks()[slot / F::width];
       const std::uint32_t lane = slot % F::width;
       const std::uint32_t index = tables.input_index(slot);
-      if (index == no_sphere) {
+      if (index == no_shape) {
         wrong += std::isnan(block.x[lane]) && std::isnan(block.y[lane]) &&
                          std::isnan(block.z[lane]) && std::isnan(block.radius[lane])
                      ? 0

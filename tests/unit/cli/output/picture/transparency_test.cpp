@@ -76,7 +76,7 @@ std::uint32_t met(const PathTracer& scalar, std::uint32_t x, std::uint32_t y,
   for (std::uint32_t s = 0; s < samples; ++s) {
     FirstHit hit;
     scalar.first_hits({y, x, x + 1}, {s, s + 1}, {&hit, 1});
-    count += hit.sphere == no_sphere ? 0 : 1;
+    count += hit.shape == no_shape ? 0 : 1;
   }
   return count;
 }

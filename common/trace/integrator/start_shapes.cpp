@@ -1,4 +1,4 @@
-#include "common/trace/integrator/start_spheres.h"
+#include "common/trace/integrator/start_shapes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -65,13 +65,13 @@ std::optional<PixelBox> RayStarts::box(const Vec3d& to_center, double radius) co
   return PixelBox{columns->first, columns->second, rows->first, rows->second};
 }
 
-StartSpheres::StartSpheres(std::vector<std::uint32_t> everywhere)
+StartShapes::StartShapes(std::vector<std::uint32_t> everywhere)
     : tiles_{nullptr, nullptr, whole_picture, 1},
       begins_{0, static_cast<std::uint32_t>(everywhere.size())},
       numbers_(std::move(everywhere)) {}
 
-void StartSpheres::sort_into_tiles(std::span<const Candidate> candidates, std::uint32_t width,
-                                   std::uint32_t height) {
+void StartShapes::sort_into_tiles(std::span<const Candidate> candidates, std::uint32_t width,
+                                  std::uint32_t height) {
   const auto entries = [&](std::uint32_t bits) {
     std::uint64_t sum = 0;
     for (const Candidate& candidate : candidates) sum += area(tiles_of(candidate.box, bits));
@@ -106,7 +106,7 @@ void StartSpheres::sort_into_tiles(std::span<const Candidate> candidates, std::u
       [&](std::uint32_t tile, std::uint32_t number) { numbers_[next[tile]++] = number; });
 }
 
-StartTable StartSpheres::table() const {
+StartTable StartShapes::table() const {
   if (empty()) return {};
   StartTable table = tiles_;
   table.numbers = numbers_.data();

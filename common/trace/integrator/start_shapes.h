@@ -10,8 +10,8 @@
 #include "common/trace/integrator/camera_rays.h"
 #include "common/trace/integrator/kernel_scene.h"
 
-/// Finds the spheres that a path may begin inside of. Each sample decides for itself, from the
-/// stored numbers of the spheres. This file finds the candidates that a sample must test.
+/// Finds the shapes that a path may begin inside of. Each sample decides for itself, from the
+/// stored numbers of the shapes. This file finds the candidates that a sample must test.
 namespace parray::trace {
 
 /// A box of pixels, both ends included.
@@ -26,11 +26,11 @@ struct PixelBox {
 /// camera they lie on its film and on the lenses around the film's points (see CameraRays).
 class RayStarts {
  public:
-  /// `camera` must be relative to the origin, like the spheres; width and height are in pixels.
+  /// `camera` must be relative to the origin, like the shapes; width and height are in pixels.
   RayStarts(const Camera& camera, std::uint32_t width, std::uint32_t height);
 
   /// Returns a box with the pixels that have rays beginning inside a sphere, and perhaps with some
-  /// others. Returns nothing for NaN, which stands for no sphere. The plane of an orthographic
+  /// others. Returns nothing for NaN, which stands for no shape. The plane of an orthographic
   /// camera may cut a sphere. Then the rays of the pixels that show the cut begin inside: they see
   /// its inside.
   template <typename Store>
@@ -50,8 +50,7 @@ class RayStarts {
     const double size = length(half);
     const double slack = 16.0 * RealTraits<float>::unit_roundoff * (far_ + length(middle) + size);
     const double radius = static_cast<double>(capsule.radius) + slack;
-    const double along = size > 0 ? dot(eye_ - middle, half) / (size * size) : 0;
-    const Vec3d nearest = middle + min_of(max_of(along, -1.0), 1.0) * half;
+    const Vec3d nearest = middle + nearest_in_segment(half, eye_ - middle);
     if (!(length(nearest - eye_) - reach_ < radius)) return {};
     return box(middle - eye_, size + radius);
   }
@@ -66,25 +65,25 @@ class RayStarts {
   Vec3d eye_;
   double lens_;
   double reach_;  ///< largest distance of a ray's start from the eye
-  double far_;    ///< largest distance of a ray's start from the spheres' origin
+  double far_;    ///< largest distance of a ray's start from the shapes' origin
   bool parallel_;
   double pixels_per_length_;
   std::uint32_t width_, height_;
 };
 
-/// The numbers of the spheres that the paths of a part of the picture may begin inside of, part by
+/// The numbers of the shapes that the paths of a part of the picture may begin inside of, part by
 /// part. A perspective camera has one part. An orthographic camera has square tiles, because its
-/// plane may cut very many spheres. Memory is proportional to the number of spheres.
-class StartSpheres {
+/// plane may cut very many shapes. Memory is proportional to the number of shapes.
+class StartShapes {
  public:
   /// Makes an empty object.
-  StartSpheres() : StartSpheres(std::vector<std::uint32_t>{}) {}
-  /// Makes an object with these spheres for all pixels.
-  explicit StartSpheres(std::vector<std::uint32_t> everywhere);
+  StartShapes() : StartShapes(std::vector<std::uint32_t>{}) {}
+  /// Makes an object with these shapes for all pixels.
+  explicit StartShapes(std::vector<std::uint32_t> everywhere);
   /// Selects the numbers in 0 .. count - 1 of the shapes for which `box_of(number)`, a result of
   /// RayStarts::inside(), is not empty.
   template <typename BoxOf>
-  StartSpheres(const RayStarts& starts, std::uint32_t count, const BoxOf& box_of) {
+  StartShapes(const RayStarts& starts, std::uint32_t count, const BoxOf& box_of) {
     std::vector<Candidate> candidates;
     for (std::uint32_t number = 0; number < count; ++number) {
       const std::optional<PixelBox> box = box_of(number);
