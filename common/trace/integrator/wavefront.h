@@ -111,7 +111,8 @@ class Wavefront {
       sort_paths();
       space_.paths.count = 0;
       if constexpr (InsideStack) {
-        if (crossed < most_crossings) move_crossing_paths();
+        crossings_remain_ = crossed == most_crossings;
+        if (!crossings_remain_) move_crossing_paths();
       }
       if (space_.paths.count == 0) return;
     }
@@ -147,9 +148,14 @@ class Wavefront {
   /// Returns the lanes of hits whose surface lies inside another body of the same glass.
   PARRAY_INLINE std::uint32_t crossing_lanes(const Hits<Real>& hits, std::uint32_t i,
                                              std::uint32_t present) const {
+    const Uint none(InsideLists::none);
     const Uint inside = Uint::load(&hits.inside[i]);
+    std::uint32_t left = ~bits_of(equal(inside, none)) & present;
+    if (left == 0) return 0;
+    // Most paths leave the only shape that they are inside of.
+    const Uint others = space_.inside.next(select_bits(left, inside, Uint(0U)));
+    left &= ~(bits_of(equal(others, none)) & bits_of(L::load(&hits.side[i]) > L(Real(0))));
     std::uint32_t crossing = 0;
-    std::uint32_t left = ~bits_of(equal(inside, Uint(InsideLists::none))) & present;
     for (; left != 0; left &= left - 1) {
       const std::uint32_t k = static_cast<std::uint32_t>(__builtin_ctz(left));
       for (std::uint32_t link = hits.inside[i + k]; link != InsideLists::none;
@@ -285,8 +291,10 @@ class Wavefront {
   /// A vector of hits with the data that scattering needs.
   struct Meeting {
     Vec3<L> incoming;
-    SurfacePoint<L> point;
-    Vec3<L> m;  ///< normal on the path's side
+    SphereShape<L>
+        sphere;      ///< a sphere that touches the surface from inside, where the path meets it
+    Vec3<L> normal;  ///< outward
+    Vec3<L> m;       ///< normal on the path's side
     MaskOf<L> leaving;
     RandomAddress<Uint> random;
   };
@@ -295,25 +303,24 @@ class Wavefront {
     const Ray<L> ray(hits.origin.template load<L>(i), hits.direction.template load<L>(i),
                      L::load(&hits.inverse_square[i]));
     const Uint slot = slots(hits, i, present);
-    const SphereShape<L> sphere = spheres(Capsules ? slot_among_spheres(slot) : slot);
+    SphereShape<L> sphere = spheres(Capsules ? slot_among_spheres(slot) : slot);
     const RandomAddress<Uint> random = random_of(hits, i, present);
-    SurfacePoint<L> point{{}, sphere.center, sphere.radius};
     if constexpr (InsideStack) {
       const MaskOf<L> leaving = L::load(&hits.side[i]) > L(Real(0));
       const MaskOf<L> from_itself = L::load(&hits.side[i]) > L(Real(1));
-      point.normal = normal_at(ray, sphere, leaving);
+      Vec3<L> normal = normal_at(ray, sphere, leaving);
       if (any(from_itself)) {
         const Vec3<L> across = normalize(sphere.radius * hits.old_normal.template load<L>(i) +
                                          L::load(&hits.t[i]) * ray.direction);
-        point.normal = select(from_itself, across, point.normal);
+        normal = select(from_itself, across, normal);
       }
-      if constexpr (Capsules) meet_capsules(ray, slot, leaving, point);
-      return {ray.direction, point, select(leaving, -point.normal, point.normal), leaving, random};
+      if constexpr (Capsules) meet_capsules(ray, slot, leaving, sphere, normal);
+      return {ray.direction, sphere, normal, select(leaving, -normal, normal), leaving, random};
     } else {
       const MaskOf<L> leaving = L(Real(0)) > L(Real(0));
-      point.normal = normal_entering(ray, sphere);
-      if constexpr (Capsules) meet_capsules(ray, slot, leaving, point);
-      return {ray.direction, point, point.normal, leaving, random};
+      Vec3<L> normal = normal_entering(ray, sphere);
+      if constexpr (Capsules) meet_capsules(ray, slot, leaving, sphere, normal);
+      return {ray.direction, sphere, normal, normal, leaving, random};
     }
   }
 
@@ -327,17 +334,17 @@ class Wavefront {
     return slot & ((slot_among_capsules(slot) >> 31) * Uint(0xFFFFFFFFU));
   }
 
-  /// Replaces the points in the lanes of capsules.
+  /// Replaces the sphere and the normal of a Meeting in the lanes of capsules.
   PARRAY_INLINE void meet_capsules(const Ray<L>& ray, const Uint& slot, const MaskOf<L>& leaving,
-                                   SurfacePoint<L>& point) const {
+                                   SphereShape<L>& sphere, Vec3<L>& normal) const {
     const Uint number = slot_among_capsules(slot);
     const MaskOf<L> met = equal(number >> 31, Uint(0U));
     if (!any(met)) return;
     const CapsuleShape<L> capsule = capsules(select(met, number, Uint(0U)));
     const SurfacePoint<L> on = surface_point(ray, capsule, leaving);
-    point.normal = select(met, on.normal, point.normal);
-    point.center = select(met, on.center, point.center);
-    point.radius = select(met, on.radius, point.radius);
+    normal = select(met, on.normal, normal);
+    sphere.center = select(met, on.center, sphere.center);
+    sphere.radius = select(met, on.radius, sphere.radius);
   }
 
   PARRAY_INLINE RandomAddress<Uint> random_of(const Hits<Real>& hits, std::uint32_t i,
@@ -363,13 +370,13 @@ class Wavefront {
                            const Meeting& at, const Vec3<L>& direction, const Vec3<L>& throughput) {
     Paths<Real>& to = space_.paths;
     const std::uint32_t n = to.count;
-    to.origin.compress(n, going, at.point.position());
+    to.origin.compress(n, going, at.sphere.center + at.sphere.radius * at.normal);
     to.direction.compress(n, going, direction);
     to.throughput.compress(n, going, throughput);
     compress_store(&to.sample[n], going, Uint::load(&hits.sample[i]));
     compress_store(&to.surface[n], going, Uint::load(&hits.slot[i]));
     if constexpr (InsideStack) {
-      to.normal.compress(n, going, at.point.normal);
+      to.normal.compress(n, going, at.normal);
       compress_store(&to.inside[n], going, Uint::load(&hits.inside[i]));
     }
     to.count = n + static_cast<std::uint32_t>(__builtin_popcount(going));
@@ -429,13 +436,14 @@ class Wavefront {
       surface.inverse_ior = material_column<5>(row);
       surface.normal_reflectance = material_column<6>(row);
       const auto glass = scatter_dielectric(surface, at.incoming, at.m, at.leaving, u);
-      const std::uint32_t straight = crossing_lanes(hits, i, present);
-      const auto chosen = [straight](const L& incoming, const L& refracted) {
-        return select_bits(straight, incoming, refracted);
-      };
-      const Vec3<L> direction{chosen(at.incoming.x, glass.direction.x),
-                              chosen(at.incoming.y, glass.direction.y),
-                              chosen(at.incoming.z, glass.direction.z)};
+      Vec3<L> direction = glass.direction;
+      std::uint32_t straight = 0;
+      if (crossings_remain_) {
+        straight = crossing_lanes(hits, i, present);
+        direction.x = select_bits(straight, at.incoming.x, direction.x);
+        direction.y = select_bits(straight, at.incoming.y, direction.y);
+        direction.z = select_bits(straight, at.incoming.z, direction.z);
+      }
       const std::uint32_t n = space_.paths.count;
       go_on(hits, i, present, at, direction, hits.throughput.template load<L>(i));
       cross(hits, i, present, (bits_of(glass.mask) & present) | straight, n);
@@ -459,6 +467,7 @@ class Wavefront {
 
   const SceneTables& scene_;
   Space& space_;
+  bool crossings_remain_ = false;  ///< hits of glass may lie inside another body of the same glass
 };
 
 }  // namespace parray::trace
