@@ -10,6 +10,7 @@
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/ascii.h"
+#include "common/base/error.h"
 #include "common/base/text.h"
 
 namespace parray::input {
@@ -191,13 +192,11 @@ bool may_end_with_bonds(PackedFile& file) {
   return lower_case(text).find("conect") != std::string::npos;
 }
 
-/// Returns the bonds after the last model of a file that begins with a model. They are those of all
-/// models, whose atoms have the same serial numbers. Leaves the file at its front.
-ConectBonds bonds_of_all_models(PackedFile& file) {
+/// Returns the bonds after the last model in a text that begins with a model. Throws InputError.
+ConectBonds bonds_after_models(ParticleInput input) {
   ConectBonds bonds;
-  if (!may_end_with_bonds(file)) return bonds;
   bool models = false;
-  for (ParticleInput input(file); input.next_line();) {
+  while (input.next_line()) {
     const std::string_view line = input.line();
     if (!models && is_atom_record(line)) break;
     if (is_model(line) || is_record(line, "endmdl")) {
@@ -207,8 +206,20 @@ ConectBonds bonds_of_all_models(PackedFile& file) {
       bonds.read(line);
     }
   }
+  return models ? bonds : ConectBonds();
+}
+
+/// Returns the bonds after the last model of a file that begins with a model. They are those of all
+/// models, whose atoms have the same serial numbers. Returns none if the file is damaged, because
+/// its first models may be intact. Leaves the file at its front.
+ConectBonds bonds_of_all_models(PackedFile& file) {
+  ConectBonds bonds;
+  try {
+    if (may_end_with_bonds(file)) bonds = bonds_after_models(ParticleInput(file));
+  } catch (const InputError&) {
+    bonds.clear();
+  }
   file.rewind();
-  if (!models) bonds.clear();
   return bonds;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cli/input/particles/frames.h"
+#include "cli/input/particles/particle_input.h"
 #include "tests/support/molecule_files.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
@@ -113,6 +114,16 @@ TEST_CASE("PDB: CONECT after the last model gives each model its bonds") {
   CHECK(bonds_in(model + own + model + shared, 0) == Bonds{{1, 2}});
   CHECK(bonds_in(model + inside, 0).empty());
   CHECK(bonds_in(model + inside + shared, 0) == Bonds{{0, 1}});
+}
+
+TEST_CASE(
+    "PDB: the first models of a damaged file are read, without the bonds after the last model") {
+  const ParticleFiles files;
+  const std::string model = "MODEL        1\n" + three_atoms_of_pdb() + "ENDMDL\n";
+  const std::string damage(2 * ParticleInput::max_line_bytes, 'x');
+  const std::string text = model + model + damage + "\nCONECT    1    2\nEND\n";
+  CHECK(files.read("a.pdb", text).count() == 3);
+  CHECK(files.read("a.pdb", text).bonds.empty());
 }
 
 TEST_CASE("PDB: the frames of a film are read in one pass, with the bonds of all models") {
