@@ -124,9 +124,9 @@ TEST_CASE("the picture of a film contains the solid cell of all frames") {
 
 TEST_CASE("the picture of a film contains radii by a number, whose range is that of all frames") {
   const std::string head = "2\nProperties=type:S:1:pos:R:3:q:R:1\n";
-  const std::string text = head + "a 0 0 0 1\na 9 0 0 2\n" + head + "a 0 0 0 -900\na 1 0 0 -900\n";
+  const std::string text = head + "a 3 0 0 -900\na 4 0 0 -899\n" + head + "a 0 0 0 1\na 9 0 0 2\n";
   const Scenes film("a.xyz", {text}, "--radius-by q:0.1:3");
-  CHECK(ends_in(film[0])[0].radius > 2.9);
+  CHECK(ends_in(film[1])[0].radius > 2.9);  // alone, the frame would give it 0.1
   check_all_inside(film);
 }
 

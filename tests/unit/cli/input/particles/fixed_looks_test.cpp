@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -122,7 +123,8 @@ TEST_CASE("a legend explains the colour of unknown numbers in all frames") {
     const Trajectory film(
         R"(, "radius": 1, "color_by": "q", "color_scale": ")" + std::string(scale) + "\"", "nan");
     CHECK(film.names(0) == film.names(2));
-    CHECK(film.names(0).back() == (scale == std::string("linear") ? "not known" : "no name"));
+    const std::string unknown = scale == std::string("linear") ? "not known" : "no name";
+    CHECK(std::ranges::count(film.names(0), unknown) == 1);
   }
 }
 
