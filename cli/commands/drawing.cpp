@@ -48,8 +48,10 @@ LabelSettings labels_of(const json& map) {
 }
 
 json json_of(const Postprocessing& steps) {
-  return {{"outline", {static_cast<int>(steps.outline.unit), steps.outline.value}},
-          {"depth_cue", steps.depth_cue}};
+  json map = {{"outline", {static_cast<int>(steps.outline.unit), steps.outline.value}},
+              {"depth_cue", steps.depth_cue}};
+  if (!steps.depths.empty()) map["depths"] = {steps.depths.low, steps.depths.high};
+  return map;
 }
 
 Postprocessing postprocessing_of(const json& map) {
@@ -60,6 +62,7 @@ Postprocessing postprocessing_of(const json& map) {
   }
   steps.outline = {static_cast<LineWidth::Unit>(unit), map.at("outline").at(1)};
   map.at("depth_cue").get_to(steps.depth_cue);
+  if (map.contains("depths")) steps.depths = {map["depths"].at(0), map["depths"].at(1)};
   return steps;
 }
 

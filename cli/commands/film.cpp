@@ -118,9 +118,14 @@ class Film {
     for (const std::uint32_t frame : frames_.numbers()) {
       if (folder_.has(frames_.place_of(frame))) there_.insert(frame);
     }
-    if (there_.empty()) return;
-    std::cerr << "parray: " << there_.size() << " of " << frames_.count() << " frames are in "
-              << printable(folder_.path().string(), 4096) << " from an earlier run\n";
+    const std::string folder = printable(folder_.path().string(), 4096);
+    if (!there_.empty()) {
+      std::cerr << "parray: " << there_.size() << " of " << frames_.count() << " frames are in "
+                << folder << " from an earlier run\n";
+    } else if (folder_.has_other_film()) {
+      std::cerr << "parray: the frames in " << folder
+                << " are of other options or files: rendering all frames again\n";
+    }
   }
 
   /// Renders the frames that are not there. Returns the exit status.

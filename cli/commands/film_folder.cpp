@@ -39,6 +39,13 @@ json report_in(const fs::path& file) {
   return text ? json::parse(*text, nullptr, false) : json();
 }
 
+/// Returns what the report of a frame says about its film; an empty object if it says nothing.
+json film_in(const fs::path& file) {
+  const json report = report_in(file);
+  const auto film = report.is_object() ? report.find("film") : report.end();
+  return film != report.end() && film->is_object() ? *film : json::object();
+}
+
 }  // namespace
 
 FilmFolder::FilmFolder(const fs::path& film, std::string identity)
@@ -65,12 +72,15 @@ json FilmFolder::facts(std::uint32_t place, std::uint32_t frame) const {
 }
 
 bool FilmFolder::has(std::uint32_t place) const {
+  const json film = film_in(report(place));
   std::error_code ignored;
-  if (!fs::is_regular_file(picture(place), ignored)) return false;
-  const json report = report_in(this->report(place));
-  const auto film = report.is_object() ? report.find("film") : report.end();
-  return film != report.end() && film->is_object() && film->value("identity", "") == identity_ &&
-         film->value("place", json()) == json(place);
+  return fs::is_regular_file(picture(place), ignored) && film.value("identity", "") == identity_ &&
+         film.value("place", json()) == json(place);
+}
+
+bool FilmFolder::has_other_film() const {
+  const std::string identity = film_in(report(0)).value("identity", "");
+  return !identity.empty() && identity != identity_;
 }
 
 json FilmFolder::frame_list(std::uint32_t count) const {

@@ -27,6 +27,8 @@ class FilmFolder {
 
   /// Returns whether the picture of a frame is there, made by a film of the same identity.
   [[nodiscard]] bool has(std::uint32_t place) const;
+  /// Returns whether the report of the first frame is that of a film with another identity.
+  [[nodiscard]] bool has_other_film() const;
   /// Returns what the report of the film says about the frames: number, picture, error, samples,
   /// seconds and image_sha256 of each. All must be there.
   [[nodiscard]] nlohmann::json frame_list(std::uint32_t count) const;

@@ -18,6 +18,13 @@ std::vector<std::uint32_t> numbers_in(const FrameRange& range) {
   return numbers;
 }
 
+/// Returns the text of a range that ends at a frame, with the first frame and step of `range`.
+std::string range_up_to(std::uint64_t last, const FrameRange& range) {
+  const std::string step = range.step == 1 ? "" : ":" + std::to_string(range.step);
+  return std::to_string(std::min<std::uint64_t>(range.first, last)) + ":" + std::to_string(last) +
+         step;
+}
+
 /// Throws InputError unless the options of the course fit together.
 void check(const FilmCourse& course) {
   if (course.turntable != 0 && !course.camera_path.empty()) {
@@ -49,9 +56,7 @@ FilmFrames::FilmFrames(const FilmCourse& course, const RenderOptions& options,
   for (const std::uint32_t frame : numbers_) {
     if (path_) (void)path_->at(frame);
   }
-  if (on_read) {
-    scenes_->report_reading([&](std::size_t read) { on_read(read, numbers_.size()); });
-  }
+  scenes_->report_reading(on_read);
   scenes_->fix(numbers_, course.turntable != 0, still_);
   scenes_->report_reading({});
 }
@@ -95,7 +100,8 @@ std::vector<std::uint32_t> FilmFrames::of_trajectory(std::uint64_t there) const 
     const FrameRange& range = *course_.frames->range;
     if (range.number(range.count() - 1) < there) return numbers_in(range);
     throw InputError("--frames: " + file + " has " + std::to_string(there) + " frames, 0 to " +
-                     std::to_string(there - 1) + ": choose some of them");
+                     std::to_string(there - 1) + ": write at most " +
+                     range_up_to(there - 1, range));
   }
   if (there <= limits::max_frames) return numbers_in({0, static_cast<std::uint32_t>(there - 1), 1});
   throw InputError("--frames: " + file + " has " + std::to_string(there) +
@@ -115,7 +121,10 @@ std::vector<std::string> FilmFrames::files() const {
 }
 
 void FilmFrames::move_camera(std::uint32_t frame, SceneFile& scene) const {
-  if (path_) scene.scene.camera = path_->at(frame);
+  if (path_) {
+    scene.scene.camera = path_->at(frame);
+    scene.postprocessing.depths = {};  // those of another camera
+  }
   if (course_.turntable == 0) return;
   // Scene files that are numbered have cameras of their own.
   const bool own = has_frame_number(course_.scene) && scenes_->is_scene();

@@ -26,8 +26,7 @@ struct FilmCourse {
 /// The frames of a film.
 class FilmFrames {
  public:
-  /// Takes the number of frames read so far and of all frames.
-  using OnRead = std::function<void(std::size_t read, std::size_t all)>;
+  using OnRead = FrameScenes::OnRead;
 
   /// Decides which frames the film has, and makes them alike. `course` and `options` must outlive
   /// this object. Calls `on_read`, if set, after each frame that it reads. Throws InputError.

@@ -47,6 +47,23 @@ const ParticleSource* trajectory_of(const SceneFile& scene, const std::filesyste
   return found == scene.particles.end() ? nullptr : &*found;
 }
 
+/// Returns the least and the largest depth of spheres, at every angle if they turn about the axis.
+NumberBounds depths_of(const std::vector<Sphere>& spheres, const Camera& camera,
+                       const TurnAxis& axis, bool turns) {
+  const int angles = turns ? 60 : 1;
+  const Vec3d forward = normalize(camera.look_at - camera.look_from);
+  NumberBounds depths;
+  for (const Sphere& sphere : spheres) {
+    for (int i = 0; i < angles; ++i) {
+      const Vec3d center = turned(sphere.center, axis, 360.0 * i / angles);
+      const double depth = dot(center - camera.look_from, forward);
+      depths.add(depth - sphere.radius);
+      depths.add(depth);
+    }
+  }
+  return depths;
+}
+
 }  // namespace
 
 FrameScenes::FrameScenes(std::string file, const RenderOptions& options, NamedFiles named,
@@ -121,9 +138,10 @@ void FrameScenes::fix(const std::vector<std::uint32_t>& frames, bool turns, bool
   is_scene_ ? fix_scene(shown) : fix_particles(shown, turns);
 }
 
-void FrameScenes::note_read(std::size_t frames) const {
+void FrameScenes::note_read(std::size_t all) {
   check_interrupted();
-  if (on_read_) on_read_(frames);
+  ++read_;
+  if (on_read_) on_read_(read_, all);
 }
 
 void FrameScenes::fix_scene(const std::vector<std::uint32_t>& frames) {
@@ -133,10 +151,9 @@ void FrameScenes::fix_scene(const std::vector<std::uint32_t>& frames) {
   axis_ = axis_of(shared_->scene.camera);
   if (frames.size() == 1) return;
   FixedLooks looks;
-  std::size_t read = 0;
   for (const std::uint32_t frame : frames) {
-    looks.add(with_particles(frame).particle_files);
-    note_read(++read);
+    looks.add(read(frame).particle_files);
+    note_read(frames.size());
   }
   looks.apply_to(shared_->particles);
 }
@@ -153,25 +170,46 @@ void FrameScenes::fix_particles(const std::vector<std::uint32_t>& frames, bool t
   };
   make();
   if (frames.size() == 1 && !turns) return;
-  const bool cell = viewing.whole_cell || shared_->particles.front().cell.crystal.value_or(false);
-  Silhouette silhouette;
-  FixedLooks looks;
-  std::size_t read = 0;
-  for (const std::uint32_t frame : frames) {
-    const SceneFile scene = with_particles(frame);
-    silhouette.add(std::span(scene.scene.spheres).subspan(scene.scenery), usable_cpus());
-    for (const Vec3d& corner : cell&& scene.cell ? corners_of(*scene.cell) : std::vector<Vec3d>{}) {
-      viewing.other_points.push_back(corner);
-    }
-    looks.add(scene.particle_files);
-    note_read(++read);
-  }
-  viewing.other_spheres = silhouette.spheres();
   viewing.turns = turns;
-  looks.apply_to(shared_->particles);
+  FixedLooks looks;
+  include_all(frames, viewing, [&](const SceneFile& scene) {
+    looks.add(scene.particle_files);
+    note_read(frames.size());
+  });
+  if (looks.apply_to(shared_->particles) && frames.size() > 1) {
+    include_all(frames, viewing, [&](const SceneFile&) { note_read(2 * frames.size()); });
+  }
   source = shared_->particles.front();
   if (!still_ && !numbered_) source.frame = FrameChoice{frames.front(), false};
   make();
+  shared_->postprocessing.depths =
+      depths_of(viewing.other_spheres, shared_->scene.camera, axis_, turns);
+}
+
+void FrameScenes::include_all(const std::vector<std::uint32_t>& frames, Viewing& viewing,
+                              const std::function<void(const SceneFile&)>& on_scene) {
+  const bool cell = viewing.whole_cell || shared_->particles.front().cell.crystal.value_or(false);
+  Silhouette silhouette;
+  viewing.other_points.clear();
+  for (const std::uint32_t frame : frames) {
+    const SceneFile scene = read(frame);
+    silhouette.add(std::span(scene.scene.spheres).subspan(scene.scenery), usable_cpus());
+    silhouette.add(scene.scene.capsules, usable_cpus());
+    for (const Vec3d& corner : cell&& scene.cell ? corners_of(*scene.cell) : std::vector<Vec3d>{}) {
+      viewing.other_points.push_back(corner);
+    }
+    on_scene(scene);
+  }
+  viewing.other_spheres = silhouette.spheres();
+}
+
+SceneFile FrameScenes::read(std::uint32_t frame) {
+  try {
+    return with_particles(frame);
+  } catch (const InputError& error) {
+    throw InputError(std::string(error.what()) + " (this is frame " + std::to_string(frame) +
+                     "; --frames chooses others)");
+  }
 }
 
 SceneFile FrameScenes::with_particles(std::uint32_t frame) {

@@ -13,6 +13,7 @@
 #include "cli/input/particles/fixed_looks.h"
 #include "cli/input/particles/selected_particles.h"
 #include "cli/input/scene_file/scene_file.h"
+#include "cli/input/view/surroundings.h"
 #include "cli/input/view/turntable.h"
 
 namespace parray::commands {
@@ -36,12 +37,14 @@ class FrameScenes {
   /// Counts the frames of the trajectory. Throws InputError if the scene names no trajectory, or
   /// chooses a frame itself.
   [[nodiscard]] std::uint64_t count() const;
-  /// Makes the frames alike. Reads each of them once, unless there is only one. `turns`: the camera
-  /// of an automatic scene will turn around it. `still`: all frames show the same scene. Call
-  /// before at().
+  /// Makes the frames alike. Reads each of them once, unless there is only one. Reads the particles
+  /// of automatic scenes again if shapes change their sizes. `turns`: the camera of an automatic
+  /// scene will turn around it. `still`: all frames show the same scene. Call before at().
   void fix(const std::vector<std::uint32_t>& frames, bool turns = false, bool still = false);
-  /// Sets a function that fix() calls with the number of frames that it has read.
-  void report_reading(std::function<void(std::size_t)> on_read) { on_read_ = std::move(on_read); }
+  /// Takes how many frames were read, and how many in all. Frames that are read twice count twice.
+  using OnRead = std::function<void(std::size_t read, std::size_t all)>;
+  /// Sets a function that fix() calls after each frame that it reads.
+  void report_reading(OnRead on_read) { on_read_ = std::move(on_read); }
   /// Returns the scene of a frame. Ascending frames are fastest.
   SceneFile at(std::uint32_t frame);
   /// Returns the axis of a turntable.
@@ -57,7 +60,12 @@ class FrameScenes {
   void fix_scene(const std::vector<std::uint32_t>& frames);
   void fix_particles(const std::vector<std::uint32_t>& frames, bool turns);
   SceneFile with_particles(std::uint32_t frame);
-  void note_read(std::size_t frames) const;
+  /// Does the same. Errors name the frame.
+  SceneFile read(std::uint32_t frame);
+  /// Reads the frames, calls `on_scene` for each, and makes `viewing` include all of them.
+  void include_all(const std::vector<std::uint32_t>& frames, Viewing& viewing,
+                   const std::function<void(const SceneFile&)>& on_scene);
+  void note_read(std::size_t all);
 
   const std::string file_;
   const RenderOptions& options_;
@@ -70,7 +78,8 @@ class FrameScenes {
   std::optional<SceneFile> only_;    ///< the scene of a still
   TurnAxis axis_{};
   OpenTrajectories open_;
-  std::function<void(std::size_t)> on_read_;
+  std::size_t read_ = 0;  ///< frames that fix() has read
+  OnRead on_read_;
 };
 
 /// Turns the camera around the scene, with the scenery of an automatic scene.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <iostream>
+#include <limits>
+#include <span>
 
 #include "cli/commands/setting_options.h"
 #include "cli/output/picture/image_file.h"
@@ -39,17 +41,37 @@ double pixels_of(const LineWidth& width, std::uint32_t height, double dpi) {
   return 0;
 }
 
+/// Returns the depth of the back of the farthest shape that is no scenery.
+double depth_of_farthest(const Scene& scene, std::uint32_t scenery) {
+  const Vec3d forward = normalize(scene.camera.look_at - scene.camera.look_from);
+  double farthest = 0;
+  const auto add = [&](const Vec3d& point, double radius) {
+    farthest = std::max(farthest, dot(point - scene.camera.look_from, forward) + radius);
+  };
+  for (const Sphere& sphere : std::span(scene.spheres).subspan(scenery)) {
+    add(sphere.center, sphere.radius);
+  }
+  for (const Capsule& capsule : scene.capsules) {
+    add(capsule.from, capsule.radius);
+    add(capsule.to, capsule.radius);
+  }
+  return farthest;
+}
+
 /// The data that both steps need.
 struct Seen {
   std::shared_ptr<const Scene> scene;
   std::uint32_t scenery;
   double depth_cue;
+  NumberBounds depths;                                        ///< of all frames of a film
+  double farthest = std::numeric_limits<double>::infinity();  ///< see SeenSpheres
 
   [[nodiscard]] SeenSpheres spheres(const ShownPicture& picture) const {
-    return {picture.floats("Z"), picture.wholes("sphere"), scenery};
+    return {picture.floats("Z"), picture.wholes("sphere"), scenery, farthest};
   }
   [[nodiscard]] DepthFade fade(const ShownPicture& picture) const {
     if (depth_cue == 0) return {};
+    if (!depths.empty()) return {depths.low, depths.high, depth_cue};
     return {spheres(picture), picture.image.width, depth_cue};
   }
 };
@@ -109,9 +131,12 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
         ": postprocessing needs a PNG picture, because an EXR file stores the traced values: write "
         "a .png");
   }
-  const Seen seen{scene, file.scenery, postprocessing.depth_cue};
+  Seen seen{scene, file.scenery, postprocessing.depth_cue, postprocessing.depths};
   PostprocessSteps steps;
-  if (postprocessing.depth_cue > 0) steps.push_back(depth_cue_step(seen));
+  if (postprocessing.depth_cue > 0) {
+    if (file.scenery > 0) seen.farthest = depth_of_farthest(*scene, file.scenery);
+    steps.push_back(depth_cue_step(seen));
+  }
   if (width > 0) steps.push_back(outline_step(seen, width));
   outputs.finishing.insert(outputs.finishing.begin(), steps.begin(), steps.end());
 }

@@ -127,10 +127,12 @@ class Here(FilmCase):
     def test_other_settings_or_another_file_make_all_frames_again(self):
         self.film("a.mp4", "--spp", "2")
         again = self.film("a.mp4", "--spp", "2", "--fps", "30")
+        self.assertNotIn("rendering all frames", again.stderr)
         self.assertIn("6 of 6 frames are in", again.stderr)
-        self.assertNotIn("from an earlier run", self.film("a.mp4", "--spp", "3").stderr)
+        other = r"parray: the frames in \S+a.frames are of other options or files: rendering all frames again\n"
+        self.assertRegex(self.film("a.mp4", "--spp", "3").stderr, other)
         self.run_file.write_text(trajectory().replace("C 2.0", "C 2.1"))
-        self.assertNotIn("from an earlier run", self.film("a.mp4", "--spp", "3").stderr)
+        self.assertRegex(self.film("a.mp4", "--spp", "3").stderr, other)
         (self.path("a.frames") / "frame-000002.png").unlink()
         self.assertIn("5 of 6 frames are in", self.film("a.mp4", "--spp", "3").stderr)
 
@@ -175,6 +177,28 @@ class Here(FilmCase):
         for frame in self.report("a.mp4")["frame_list"]:
             self.assertEqual(frame["stopped_by"], "time")
             self.assertNotEqual(frame["error"]["rmse"], None)
+
+    def test_arrows_cells_labels_and_the_depth_cue_are_those_of_all_frames_though_atoms_appear(self):
+        head = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS pp pp pp\n0 8\n0 8\n0 8\n" \
+               "ITEM: ATOMS id type x y z vx vy vz\n"
+        near, far = "1 1 1 1 1 0 1 0\n2 1 3 1 1 0 0 1\n", "3 2 7 7 7 0 9 0\n"
+        self.run_file = self.path("run.dump")
+        self.run_file.write_text(head.format(2) + near + head.format(3) + near + far)
+        self.film("a.mp4", "--spp", "1", "--arrows", "velocity", "--legend", "--cell", "--solid-cell", "--time-stamp",
+                  "--depth-cue", "1", "--width", "480", "--height", "360")
+        legends = [json.loads(path.with_suffix(".json").read_text())["legends"] for path in self.pictures("a.mp4")]
+        self.assertEqual([entry["name"] for entry in legends[0][0]["entries"]], ["1", "2"])
+        self.assertEqual(legends[0][1], legends[1][1])
+        self.assertEqual(legends[0][1]["entries"], [{"name": "longest = 9", "arrow": True}])
+
+    def test_sticks_without_elements_of_numbered_files_make_a_film(self):
+        for number in (1, 2):
+            self.path(f"n-{number}.data").write_text(
+                "title\n\n2 atoms\n1 bonds\n1 bond types\n1 atom types\n0 9 xlo xhi\n0 9 ylo yhi\n0 9 zlo zhi\n\n"
+                f"Atoms # bond\n\n1 1 1 1 1 1\n2 1 1 {1 + number} 1 1\n\nBonds\n\n1 1 1 2\n")
+        self.run_file = self.path("n-#.data")
+        self.film("a.mp4", "--style", "sticks", "--frames", "1:2", "--spp", "4", "--crystal", "off")
+        self.assertEqual(len(set(self.hashes("a.mp4"))), 2)
 
     def test_labels_and_outlines_are_drawn(self):
         self.film("a.mp4", "--spp", "2", "--frames", "0:1", "--style", "publication", "--legend", "--color-by", "speed",
@@ -250,7 +274,10 @@ class Refusals(FilmCase):
         for name, options, mentions in (
                 ("a.avi", [], "use a name that ends in .mp4, .webm or .gif"),
                 ("none/a.mp4", [], "does not exist"),
-                ("a.mp4", ["--frames", "0:9"], "has 6 frames, 0 to 5"),
+                ("a.mp4", ["--frames", "0:9"], "has 6 frames, 0 to 5: write at most 0:5\n"),
+                ("a.mp4", ["--frames", "2:1000:5"], "has 6 frames, 0 to 5: write at most 2:5:5\n"),
+                ("a.mp4", ["--select", "element C and speed < 1"], f"parray: {self.run_file}: --select: "),
+                ("a.mp4", ["--select", "element C and speed < 1"], " (this is frame 1; --frames chooses others)\n"),
                 ("a.mp4", ["--frames", "5-1"], "is not a range of frames"),
                 ("a.mp4", ["--count", "3"], "--count: "),
                 ("a.mp4", ["--frame", "0"], "add --turntable 360 or --camera-path"),

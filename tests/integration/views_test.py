@@ -230,6 +230,19 @@ class Finishing(ViewsTest):
         self.render("a.png", "--depth-cue", "on", "--outline", "0.5pt", "--dpi", "144")
         self.assertEqual(read_text(self.path("a.png"))["parray:finished"], "depth-cue, outline")
 
+    def test_the_depth_cue_of_a_night_fades_far_particles_though_their_gaps_show_the_wall(self):
+        layers = [(x, 0 if x < 8 else 12, z) for x in range(16) for z in range(8)]
+        self.path("layers.txt").write_text("x y z\n" + "".join(f"{x} {y} {z}.5\n" for x, y, z in layers))
+        light = {}
+        for share in ("0", "1"):
+            run("render", self.path("layers.txt"), "-o", self.path("a.png"), "--style", "night", "--view", "front",
+                "--radius", "0.5", "--depth-cue", share, "--width", "96", "--height", "72", "--spp", "4", "-q")
+            width, height, pixels = read_rgb(self.path("a.png"))
+            rows = [pixels[3 * width * y:3 * width * (y + 1)] for y in range(height)]
+            light[share] = [sum(sum(row[at:at + 3 * width // 2]) for row in rows) for at in (0, 3 * width // 2)]
+        self.assertGreater(light["1"][0], 0.8 * light["0"][0])  # the near half
+        self.assertLess(light["1"][1], 0.6 * light["0"][1])
+
     def test_a_sheet_shows_every_view_as_it_is_alone(self):
         sheet = self.render("sheet.png", "--views", "front,top,iso,left", "--style", "publication")
         width, height, pixels = read_rgb(self.path("sheet.png"))

@@ -8,7 +8,6 @@
 #include <map>
 #include <numeric>
 
-#include "cli/input/color/number_bounds.h"
 #include "cli/input/particles/elements.h"
 #include "cli/input/particles/file_place.h"
 #include "cli/input/particles/residues.h"
@@ -38,6 +37,10 @@ constexpr std::array<std::uint32_t, category_color_count - okabe_ito.size()> gri
     0x882808, 0xa0ffd0, 0x385068, 0xa068ff, 0x7000a0, 0x7808f0, 0xa84838, 0x58d8ff, 0x886078,
     0xa8e098, 0x88b878, 0xc828c0, 0xf0c048, 0xd0f898, 0xe87838, 0x8090e8, 0x903088};
 
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
 /// A category to which particles may belong.
 struct Category {
   std::string name;
@@ -45,10 +48,11 @@ struct Category {
 };
 
 /// Colours particles by category. `index` holds the category of each particle. The legend lists the
-/// categories that have particles, in the order `reading`.
+/// categories that have particles or are in `names`, in the order `reading`.
 ParticleColors colors_by_category(std::string title, const std::vector<Category>& categories,
                                   std::vector<std::uint32_t> index,
-                                  const std::vector<std::size_t>& reading) {
+                                  const std::vector<std::size_t>& reading,
+                                  const std::vector<std::string>& names) {
   ParticleColors colors;
   std::vector<std::uint64_t> counts(categories.size());
   for (const std::uint32_t category : index) ++counts[category];
@@ -56,10 +60,10 @@ ParticleColors colors_by_category(std::string title, const std::vector<Category>
   colors.index = std::move(index);
   colors.legend.title = std::move(title);
   for (const std::size_t i : reading) {
-    if (counts[i] == 0) continue;
-    const std::string& name = categories[i].name;
-    colors.legend.entries.push_back(
-        {name.empty() ? std::string(nameless_category) : name, categories[i].color, counts[i]});
+    const std::string& name =
+        categories[i].name.empty() ? std::string(nameless_category) : categories[i].name;
+    if (counts[i] == 0 && !contains(names, name)) continue;
+    colors.legend.entries.push_back({name, categories[i].color, counts[i]});
   }
   return colors;
 }
@@ -70,7 +74,7 @@ std::vector<std::size_t> as_they_come(std::size_t count) {
   return order;
 }
 
-ParticleColors by_element(const Particles& particles) {
+ParticleColors by_element(const Particles& particles, const std::vector<std::string>& names) {
   std::vector<Category> categories;
   for (std::size_t number = 0; number <= last_element; ++number) {
     const Element& entry = element(static_cast<std::uint8_t>(number));
@@ -79,7 +83,7 @@ ParticleColors by_element(const Particles& particles) {
   std::vector<std::size_t> reading = as_they_come(categories.size());
   std::rotate(reading.begin(), reading.begin() + 1, reading.end());  // "unknown" comes last
   return colors_by_category("element", categories,
-                            {particles.elements.begin(), particles.elements.end()}, reading);
+                            {particles.elements.begin(), particles.elements.end()}, reading, names);
 }
 
 /// Returns whether a name comes before another in a legend: numbers by value, then texts
@@ -94,18 +98,19 @@ bool reads_before(const std::string& a, const std::string& b) {
 }
 
 /// Colours particles by name.
-ParticleColors by_name(std::string title, const NameColumn& column) {
+ParticleColors by_name(std::string title, const NameColumn& column,
+                       const std::vector<std::string>& names) {
   const std::vector<Vec3d> colors = colors_of_names(column.names);
   std::vector<Category> categories;
   for (std::size_t i = 0; i < colors.size(); ++i) {
     categories.push_back({column.names[i], colors[i]});
   }
-  return colors_by_category(std::move(title), categories, column.index,
-                            reading_order(column.names));
+  return colors_by_category(std::move(title), categories, column.index, reading_order(column.names),
+                            names);
 }
 
 /// Colours residues by group. Each residue name without a group is a category of its own.
-ParticleColors by_residue(const NameColumn& column) {
+ParticleColors by_residue(const NameColumn& column, const std::vector<std::string>& names) {
   std::vector<Category> categories;
   for (const std::string_view group : residue_groups()) {
     categories.push_back({std::string(group), category_color(categories.size())});
@@ -120,14 +125,15 @@ ParticleColors by_residue(const NameColumn& column) {
   std::ranges::transform(column.index, index.begin(),
                          [&](std::uint32_t name) { return category_of[name]; });
   return colors_by_category("residue", categories, std::move(index),
-                            as_they_come(categories.size()));
+                            as_they_come(categories.size()), names);
 }
 
 /// Colours by one of color_by_words. Elements have their own colours. Types, chains and atom names
 /// get those of category_color() in the order of the legend. Residues: see residue_groups().
 ///
 /// Throws SourceError("color_by") if the particles lack the column.
-ParticleColors colored_by_category(std::string_view word, const Particles& particles) {
+ParticleColors colored_by_category(const ParticleColoring& coloring, const Particles& particles) {
+  const std::string_view word = coloring.by;
   const auto check = [&](bool there, const std::string& what) {
     if (!there) {
       throw SourceError("color_by",
@@ -136,13 +142,14 @@ ParticleColors colored_by_category(std::string_view word, const Particles& parti
   };
   if (word == "element") {
     check(!particles.elements.empty(), "elements");
-    return by_element(particles);
+    return by_element(particles, coloring.names);
   }
   const std::string_view column_word =
       word == "residue" ? "resname" : (word == "atom" ? "name" : word);
   const NameColumn& column = name_column(column_word, particles);
   check(!column.empty(), plural_of(column_word));
-  return word == "residue" ? by_residue(column) : by_name(std::string(word), column);
+  return word == "residue" ? by_residue(column, coloring.names)
+                           : by_name(coloring.by, column, coloring.names);
 }
 
 constexpr std::size_t block_size = 512;  ///< number of particles that are processed together
@@ -199,9 +206,9 @@ double percentile(const NumberSource& source, std::size_t count, NumberScale sca
   return finite[static_cast<std::size_t>(place)];
 }
 
-/// Returns the numbers at the ends of the map: low < high.
-NumberBounds scale_of(const ParticleColoring& coloring, ColorMap map, const NumberSource& source,
-                      std::size_t count, int threads) {
+/// Returns the numbers at the ends of the map: low <= high.
+NumberBounds ends_of(const ParticleColoring& coloring, ColorMap map, const NumberSource& source,
+                     std::size_t count, int threads) {
   const NumberScale kind = coloring.scale.value_or(NumberScale::linear);
   const bool log = kind == NumberScale::log;
   NumberBounds scale = extent_of(source, count, kind, threads);
@@ -224,17 +231,21 @@ NumberBounds scale_of(const ParticleColoring& coloring, ColorMap map, const Numb
     throw SourceError(
         "range", "a logarithmic scale has no " + number_text(scale.low) + ": write an end above 0");
   }
-  if (scale.low < scale.high) return scale;
   if (scale.low > scale.high) {
     throw SourceError("range", "low (" + number_text(scale.low) + ") is above high (" +
                                    number_text(scale.high) +
                                    ") for these particles: give both ends");
   }
-  // All numbers are equal: they get the middle of the map.
-  if (log) return {scale.low / 2, scale.high * 2};
-  const double room = std::max(std::abs(scale.low) / 2, 0.5);
+  return scale;
+}
+
+/// Returns a scale with low < high. If all numbers are equal, they get the middle of the map.
+NumberBounds scale_of(const NumberBounds& ends, NumberScale kind) {
+  if (ends.low < ends.high) return ends;
+  if (kind == NumberScale::log) return {ends.low / 2, ends.high * 2};
+  const double room = std::max(std::abs(ends.low) / 2, 0.5);
   constexpr double most = std::numeric_limits<double>::max();
-  return {std::max(scale.low - room, -most), std::min(scale.high + room, most)};
+  return {std::max(ends.low - room, -most), std::min(ends.high + room, most)};
 }
 
 /// How many numbers are unknown, and how many lie outside the scale.
@@ -300,29 +311,31 @@ ParticleColors colored_by_each_number(const ParticleColoring& coloring,
   const NumberSource source = source_of(by, particles);
   NameColumn column;
   std::map<double, std::uint32_t> known;
+  constexpr double not_known = std::numeric_limits<double>::infinity();
   for (const std::string& name : coloring.names) {
-    const std::optional<double> number = number_in(name);
+    const bool nameless = name == nameless_category;
+    const std::optional<double> number = nameless ? not_known : number_in(name);
     if (!number || !known.try_emplace(*number, column.names.size()).second) continue;
-    column.names.push_back(number_text(*number));
+    column.names.push_back(nameless ? "" : number_text(*number));
   }
-  each_block(
-      source, 0, particles.count(), [&](std::size_t /*first*/, std::span<const double> values) {
-        for (const double value : values) {
-          // An unknown number has an empty name. -0 + 0 is +0.
-          const bool is_known = std::isfinite(value);
-          const double key = is_known ? value + 0.0 : std::numeric_limits<double>::infinity();
-          const auto [entry, is_new] =
-              known.try_emplace(key, static_cast<std::uint32_t>(column.names.size()));
-          if (is_new) column.names.push_back(is_known ? number_text(key) : "");
-          if (column.names.size() > most_categories) {
-            throw SourceError("color_scale", printable(by) + " has more than " +
-                                                 std::to_string(most_categories) +
-                                                 " different numbers: use linear or log");
-          }
-          column.index.push_back(entry->second);
-        }
-      });
-  return by_name(by, column);
+  each_block(source, 0, particles.count(),
+             [&](std::size_t /*first*/, std::span<const double> values) {
+               for (const double value : values) {
+                 // An unknown number has an empty name. -0 + 0 is +0.
+                 const bool is_known = std::isfinite(value);
+                 const double key = is_known ? value + 0.0 : not_known;
+                 const auto [entry, is_new] =
+                     known.try_emplace(key, static_cast<std::uint32_t>(column.names.size()));
+                 if (is_new) column.names.push_back(is_known ? number_text(key) : "");
+                 if (column.names.size() > most_categories) {
+                   throw SourceError("color_scale", printable(by) + " has more than " +
+                                                        std::to_string(most_categories) +
+                                                        " different numbers: use linear or log");
+                 }
+                 column.index.push_back(entry->second);
+               }
+             });
+  return by_name(by, column, coloring.names);
 }
 
 ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& particles,
@@ -331,9 +344,9 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
   const NumberScale kind = coloring.scale.value_or(NumberScale::linear);
   const ColorMap map = coloring.map.value_or(ColorMap::viridis);
   const std::size_t count = particles.count();
-  const NumberBounds scale = scale_of(coloring, map, source, count, threads);
-
   ParticleColors colors;
+  colors.numbers = ends_of(coloring, map, source, count, threads);
+  const NumberBounds scale = scale_of(colors.numbers, kind);
   colors.palette = samples_of(map, color_levels);
   colors.palette.push_back(color_of_unknown(map));
   colors.index.resize(count);
@@ -356,8 +369,11 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
                    .high = scale.high,
                    .stops = samples_of(map, legend_stops),
                    .log = kind == NumberScale::log};
+  const std::string not_known = "not known";
+  if (misfits.unknown > 0 || contains(coloring.names, not_known)) {
+    colors.legend.entries.push_back({not_known, color_of_unknown(map), misfits.unknown});
+  }
   if (misfits.unknown > 0) {
-    colors.legend.entries.push_back({"not known", color_of_unknown(map), misfits.unknown});
     particles.facts.notes.push_back(
         {"unknown_numbers", misfits.unknown,
          particles_word(misfits.unknown) +
@@ -414,7 +430,7 @@ ParticleColors colors_of(const ParticleColoring& coloring, Particles& particles,
   if (coloring.scale == NumberScale::categories) {
     return colored_by_each_number(coloring, particles);
   }
-  return category ? colored_by_category(coloring.by, particles)
+  return category ? colored_by_category(coloring, particles)
                   : colored_by_number(coloring, particles, threads);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/input/color/legend.h"
+#include "cli/input/color/number_bounds.h"
 #include "cli/input/color/particle_coloring.h"
 #include "cli/input/particles/particles.h"
 #include "common/math/vec.h"
@@ -50,6 +51,8 @@ struct ParticleColors {
   std::vector<Vec3d> palette;        ///< linear RGB in [0, 1]
   std::vector<std::uint32_t> index;  ///< into `palette`, one per particle; empty: no colours
   Legend legend;
+  /// Numbers at the ends of the map; equal if all numbers are. Empty: no map.
+  NumberBounds numbers{};
 
   [[nodiscard]] bool empty() const { return index.empty(); }
 };

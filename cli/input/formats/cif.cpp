@@ -9,6 +9,7 @@
 #include "cli/input/formats/cif_links.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/formats/gemmi_seam.h"
+#include "cli/input/formats/not_shown.h"
 #include "common/base/printable.h"
 #include "common/base/text.h"
 
@@ -80,6 +81,9 @@ class CifReader : public CifVisitor {
     } else if (kind_ == Kind::operations) {
       if (column_ == operation_column_) operations_.push_back(cif_text(std::string(text)));
       column_ = column_ + 1 == columns_ ? 0 : column_ + 1;
+    } else if (kind_ == Kind::geometry) {
+      geometry_bonds_ += column_ == 0 ? 1 : 0;
+      column_ = column_ + 1 == columns_ ? 0 : column_ + 1;
     } else if (kind_ == Kind::links) {
       links_.add(cif_text(std::string(text)));
     }
@@ -104,6 +108,7 @@ class CifReader : public CifVisitor {
     }
     Particles particles = sites_.finish(crystal_);
     chosen_links_.finish(sites_.is_component(), particles);
+    note_geometry_bonds(chosen_geometry_bonds_, particles.facts);
     if (more_blocks_ > 0) {
       particles.facts.notes.push_back(
           {"blocks", more_blocks_, "further blocks with atoms, which are not read"});
@@ -112,7 +117,7 @@ class CifReader : public CifVisitor {
   }
 
  private:
-  enum class Kind : std::uint8_t { other, atoms, operations, links };
+  enum class Kind : std::uint8_t { other, atoms, operations, links, geometry };
 
   /// Chooses the kind of the loop at its first value, when all columns are known.
   void start_rows() {
@@ -123,6 +128,11 @@ class CifReader : public CifVisitor {
       links_.start(tags);
       kind_ = Kind::links;
       return;
+    }
+    if (tags[0].starts_with("_geom_bond_")) {
+      kind_ = Kind::geometry;
+      columns_ = tags.size();
+      column_ = 0;
     }
     for (const std::string_view tag : operation_tags) {
       const auto at = std::ranges::find(tags, tag);
@@ -196,8 +206,10 @@ class CifReader : public CifVisitor {
       done_ = true;
       keep_cell();
       chosen_links_ = std::move(links_);
+      chosen_geometry_bonds_ = geometry_bonds_;
     }
     links_ = {};
+    geometry_bonds_ = 0;
     items_.clear();
     operations_.clear();
   }
@@ -234,8 +246,10 @@ class CifReader : public CifVisitor {
   FilePlace place_;
   CifSites sites_;
   CifRow row_;
-  CifLinks links_;         // of the current block
-  CifLinks chosen_links_;  // of the block with the atoms
+  CifLinks links_;                           // of the current block
+  CifLinks chosen_links_;                    // of the block with the atoms
+  std::uint64_t geometry_bonds_ = 0;         // of the current block
+  std::uint64_t chosen_geometry_bonds_ = 0;  // of the block with the atoms
   Crystal crystal_;
   std::map<std::string, std::string> items_;  // items of the current block
   std::vector<std::string> operations_;
@@ -282,8 +296,8 @@ class CifBytes {
 /// Reads CIF. Uses the first block with atoms:
 /// - mmCIF (_atom_site with Cartesian coordinates): models are frames; reads the cell and bonds
 ///   between residues (_struct_conn). Numbers: occupancy, b_factor, charge (formal).
-/// - CIF of crystals (_atom_site with fractional coordinates): see unit_cell(). Does not read bonds
-///   (_geom_bond). Numbers: occupancy, b_factor (computed from U if the file gives U).
+/// - CIF of crystals (_atom_site with fractional coordinates): see unit_cell(). Counts bonds
+///   (_geom_bond) in a note. Numbers: occupancy, b_factor (computed from U if the file gives U).
 /// - Components (_chem_comp_atom): ideal coordinates if all atoms have them, otherwise those of the
 ///   model. Reads bonds (_chem_comp_bond). Numbers: charge.
 Particles read_cif(PackedFile& file, const ParticleRequest& request) {

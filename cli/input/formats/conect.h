@@ -20,6 +20,9 @@ class ConectBonds {
   /// Reads a CONECT record: the serial number of an atom in columns 7 to 11, and those of up to
   /// four bonded atoms in columns of the same width. Blanks separate numbers outside these columns.
   void read(std::string_view record);
+  [[nodiscard]] bool empty() const { return pairs_.empty(); }
+  /// Takes over the bonds of `other`, not its atoms.
+  void take_bonds(const ConectBonds& other) { pairs_ = other.pairs_; }
   /// Adds the bonds to the atoms and forgets bonds and atoms. Leaves out bonds whose serial numbers
   /// no atom has, or several atoms have, and counts them in a note.
   void finish(AtomColumns& atoms);

@@ -25,6 +25,11 @@ void note_bodies(std::uint64_t count, ParticleFacts& facts) {
               "line segments, triangles or bodies shown as spheres", facts);
 }
 
+void note_geometry_bonds(std::uint64_t count, ParticleFacts& facts) {
+  note_if_any("geometry_bonds", count, "bond of _geom_bond not read: bonds come from distances",
+              "bonds of _geom_bond not read: bonds come from distances", facts);
+}
+
 EllipsoidRows::EllipsoidRows(const std::vector<std::string_view>& names) {
   const auto x = place_in(names, "shapex");
   const auto y = place_in(names, "shapey");

@@ -10,6 +10,7 @@
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/particle_input.h"
 #include "common/base/ascii.h"
+#include "common/base/error.h"
 #include "common/base/text.h"
 
 namespace parray::input {
@@ -179,12 +180,56 @@ std::optional<ParticleCell> cell_in(std::string_view line) {
   return cell_from({a, b, c}, {alpha, beta, gamma});
 }
 
+/// Returns false if the file, unless it is packed, does not end with CONECT records. Only a few
+/// other records come after these.
+bool may_end_with_bonds(PackedFile& file) {
+  constexpr std::uint64_t tail = 4096;
+  if (file.size().value_or(0) <= tail) return true;
+  std::string text(tail, ' ');
+  file.skip(*file.size() - tail);
+  text.resize(file.read(text.data(), tail));
+  file.rewind();
+  return lower_case(text).find("conect") != std::string::npos;
+}
+
+/// Returns the bonds after the last model in a text that begins with a model. Throws InputError.
+ConectBonds bonds_after_models(ParticleInput input) {
+  ConectBonds bonds;
+  bool models = false;
+  while (input.next_line()) {
+    const std::string_view line = input.line();
+    if (!models && is_atom_record(line)) break;
+    if (is_model(line) || is_record(line, "endmdl")) {
+      models = true;
+      bonds.clear();
+    } else if (is_record(line, "conect")) {
+      bonds.read(line);
+    }
+  }
+  return models ? bonds : ConectBonds();
+}
+
+/// Returns the bonds after the last model of a file that begins with a model. They are those of all
+/// models, whose atoms have the same serial numbers. Returns none if the file is damaged, because
+/// its first models may be intact. Leaves the file at its front.
+ConectBonds bonds_of_all_models(PackedFile& file) {
+  ConectBonds bonds;
+  try {
+    if (may_end_with_bonds(file)) bonds = bonds_after_models(ParticleInput(file));
+  } catch (const InputError&) {
+    bonds.clear();
+  }
+  file.rewind();
+  return bonds;
+}
+
 /// Reads frames. A frame begins with MODEL or its first atom. It ends with ENDMDL, END, the next
 /// MODEL or the end of the file.
 template <const Dialect& Rules>
 class PdbFrames final : public FramesOf<ParticleInput> {
  public:
-  PdbFrames(PackedFile& file, const ParticleRequest& request) : FramesOf(file), request_(request) {
+  PdbFrames(PackedFile& file, const ParticleRequest& request)
+      : FramesOf(file), request_(request), bonds_of_all_(bonds_of_all_models(file)) {
     go_to_frame();
   }
 
@@ -211,6 +256,7 @@ class PdbFrames final : public FramesOf<ParticleInput> {
     }
     std::optional<ParticleCell> cell = cell_;
     go_to_frame();
+    if (bonds_.empty()) bonds_.take_bonds(bonds_of_all_);
     bonds_.finish(atoms);
     Particles particles = atoms.finish_frame();
     particles.cell = cell ? cell : cell_;  // some programs write CRYST1 after the model
@@ -253,13 +299,15 @@ class PdbFrames final : public FramesOf<ParticleInput> {
   ParticleRequest request_;
   std::optional<ParticleCell> cell_;
   ConectBonds bonds_;
+  ConectBonds bonds_of_all_;  // of frames that have no CONECT records of their own
   bool at_frame_ = false;
   bool line_is_next_ = false;  // true: the current line belongs to the frame and was not read yet
 };
 
 /// Reads PDB records with read_pdb_record(). Models are frames; END also separates frames. CRYST1
 /// is the cell. The bonds are those of the CONECT records in the frame and between it and the next
-/// frame. Numbers: occupancy, b_factor, charge (formal).
+/// frame. A model without such records has the bonds after the last model. Numbers: occupancy,
+/// b_factor, charge (formal).
 Particles read_pdb(PackedFile& file, const ParticleRequest& request) {
   return read_frame<PdbFrames<pdb_dialect>>(file, request);
 }

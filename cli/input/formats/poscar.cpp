@@ -68,6 +68,7 @@ Confidence looks_like_poscar(const FileStart& start) {
   const bool names = are_species(words_before_comment(start.line(5)));
   const std::size_t counts = names ? 6 : 5;
   if (!are_counts(words_before_comment(start.line(counts)))) return Confidence::none;
+  if (leading_numbers(start.line(counts + 1)) > 0) return Confidence::none;  // a table of numbers
   constexpr std::string_view modes = "scdk";
   const char mode = first_letter(start.line(counts + 1));
   const bool known = mode != '\0' && modes.find(mode) != std::string_view::npos;

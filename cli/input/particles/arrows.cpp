@@ -128,14 +128,21 @@ std::set<std::string, std::less<>> numbers_of_arrows(std::string_view arrows) {
   return numbers;
 }
 
+void ArrowMeasure::add(const ArrowMeasure& frame) {
+  longest = std::max(longest, frame.longest);
+  if (spacing == 0) spacing = frame.spacing;
+}
+
 ParticleArrows arrows_of(std::string_view arrows, const std::optional<double>& scale,
-                         Particles& particles) {
+                         Particles& particles, const std::optional<ArrowMeasure>& measure) {
   const std::array<const NumberColumn*, 3> columns = columns_in(particles, arrows);
-  ParticleArrows out{vectors_of(columns, particles), 0, {}};
-  double longest = 0;
-  for (const Vec3d& vector : out.arrows) longest = std::max(longest, length(vector));
+  ParticleArrows out{vectors_of(columns, particles), 0, {}, {}};
+  out.measure.spacing = typical_distance(particles.positions);
+  for (const Vec3d& vector : out.arrows) {
+    out.measure.longest = std::max(out.measure.longest, length(vector));
+  }
+  const auto [longest, spacing] = measure.value_or(out.measure);
   if (longest == 0) return out;
-  const double spacing = typical_distance(particles.positions);
   if (!scale && spacing == 0) {
     throw SourceError("arrow_scale",
                       "the particles have no neighbours that give arrows a length: "

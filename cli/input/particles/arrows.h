@@ -28,21 +28,33 @@ std::string arrows_from(std::string_view text);
 /// Returns the numeric columns that may hold the vectors. For "velocity": vx, velocity_x and so on.
 std::set<std::string, std::less<>> numbers_of_arrows(std::string_view arrows);
 
+/// What the sizes of arrows depend on besides each vector. The frames of a film agree on it.
+struct ArrowMeasure {
+  double longest = 0;  ///< length of the longest vector
+  double spacing = 0;  ///< distance of typical neighbours; 0: there are none
+
+  /// Adds a later frame: takes the longest vector of all frames and the first spacing.
+  void add(const ArrowMeasure& frame);
+  friend bool operator==(const ArrowMeasure&, const ArrowMeasure&) = default;
+};
+
 /// The arrows of particles.
 struct ParticleArrows {
   std::vector<Vec3d> arrows;  ///< from the centre to the tip, one per particle; 0: no arrow
   double width = 0;           ///< radius of the shafts of long arrows
   Legend legend;              ///< the value of the longest arrow
+  ArrowMeasure measure{};     ///< of these particles
 };
 
 /// Returns the arrows of particles, at least one. `scale` is the length of the arrow of a vector of
 /// length 1. Not given: the longest arrow has longest_arrow times the distance of typical
 /// neighbours. Particles whose vector is not known have no arrow, and a note counts them.
+/// `measure`: of all frames of a film. Not given: that of the particles.
 ///
 /// Throws UnknownNumber if the particles lack the columns. Throws SourceError for "arrow_scale" if
 /// arrows are too long, or if particles without neighbours need a scale.
 ParticleArrows arrows_of(std::string_view arrows, const std::optional<double>& scale,
-                         Particles& particles);
+                         Particles& particles, const std::optional<ArrowMeasure>& measure = {});
 
 /// Appends an arrow of one material. It is a capsule for the shaft and a chain of balls for the
 /// head. The balls shrink towards the tip by a constant factor, so that they look like a cone.

@@ -58,6 +58,11 @@ double crystal_radius(std::uint8_t atomic_number) {
 
 bool is_metal(std::uint8_t atomic_number) { return in_angstrom(metallic, atomic_number) > 0; }
 
+bool is_noble_gas(std::uint8_t atomic_number) {
+  constexpr std::array<std::uint8_t, 6> gases{2, 10, 18, 36, 54, 86};
+  return std::ranges::find(gases, atomic_number) != gases.end();
+}
+
 bool is_ionic(std::uint8_t atomic_number) {
   constexpr std::array<std::uint8_t, 12> ions{3, 4, 11, 12, 19, 20, 37, 38, 55, 56, 87, 88};
   return std::ranges::find(ions, atomic_number) != ions.end();

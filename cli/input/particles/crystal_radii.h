@@ -19,6 +19,9 @@ double crystal_radius(std::uint8_t atomic_number);
 /// Returns whether crystal_radius() of an element is a metallic radius.
 bool is_metal(std::uint8_t atomic_number);
 
+/// Returns whether an element is a noble gas: group 18.
+bool is_noble_gas(std::uint8_t atomic_number);
+
 /// Returns whether an element forms ions rather than bonds in most compounds: groups 1 and 2
 /// without hydrogen.
 bool is_ionic(std::uint8_t atomic_number);

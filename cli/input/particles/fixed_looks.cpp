@@ -79,16 +79,32 @@ void FixedLooks::add(const std::vector<ParticleFile>& files) {
         if (std::ranges::find(look.names, name) == look.names.end()) look.names.push_back(name);
       }
     }
+    Sizes& sizes = sizes_[i];
+    if (sizes.stick_radius == 0) sizes.stick_radius = files[i].stick_radius;
+    sizes.arrows.add(files[i].arrow_measure);
   }
 }
 
-void FixedLooks::apply_to(std::vector<ParticleSource>& sources) const {
+bool FixedLooks::apply_to(std::vector<ParticleSource>& sources) const {
+  bool resized = false;
+  for (const auto& [number, sizes] : sizes_) {
+    ParticleSource& source = sources.at(number);
+    if (!source.look.stick_radius && sizes.stick_radius > 0) {
+      source.look.stick_radius = sizes.stick_radius;
+      resized = true;
+    }
+    if (sizes.arrows.longest == 0) continue;
+    source.arrow_measure = sizes.arrows;
+    resized = true;
+  }
   for (const auto& [place, part] : looks_) {
     const auto& [number, representation] = place;
     ParticleSource& source = sources.at(number);
     ParticleLook& look = representation ? source.shows.at(*representation).look : source.look;
     fix(part, representation ? source.look : ParticleLook{}, look);
+    resized = resized || !part.sized.empty();
   }
+  return resized;
 }
 
 }  // namespace parray::input

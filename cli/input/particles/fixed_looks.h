@@ -8,7 +8,7 @@
 
 #include "cli/input/scene_file/scene_file.h"
 
-/// Looks that are the same in all frames of a film: colours, ranges of numbers and radii.
+/// Looks that are the same in all frames of a film: colours, legends, ranges of numbers and sizes.
 namespace parray::input {
 
 /// Adds look.coloring.names to the column of names that decides the colours, before the names of
@@ -22,12 +22,19 @@ class FixedLooks {
   void add(const std::vector<ParticleFile>& files);
   /// Makes the looks of the sources independent of the frame. Numbers at the ends of a colour map,
   /// or with the least and the largest radius, become the extremes of those of all frames. With
-  /// percentages, each frame contributes its own percentiles.
-  void apply_to(std::vector<ParticleSource>& sources) const;
+  /// percentages, each frame contributes its own percentiles. Sticks without elements get the
+  /// default radius of the first frame that has some. Arrows get the scale of ArrowMeasure::add().
+  /// Returns whether the sizes of shapes may have changed.
+  bool apply_to(std::vector<ParticleSource>& sources) const;
 
  private:
+  struct Sizes {
+    double stick_radius = 0;
+    ArrowMeasure arrows{};
+  };
   using Place = std::pair<std::size_t, std::optional<std::size_t>>;  ///< source, representation
   std::map<Place, PartLook> looks_;
+  std::map<std::size_t, Sizes> sizes_;  // by source
 };
 
 }  // namespace parray::input

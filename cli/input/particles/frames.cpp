@@ -95,8 +95,8 @@ Particles FrameCursor::read(const PackedFile& file, const ParticleRequest& reque
     reader_.reset();
     request_ = request;
     next_ = 0;
-    rewinds_ = file.rewinds();
     reader_ = open(request_);
+    rewinds_ = file.rewinds();
   }
   // After an error the reader has no place in the file.
   std::unique_ptr<FrameReader> reader = std::move(reader_);

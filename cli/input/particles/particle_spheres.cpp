@@ -250,7 +250,7 @@ std::string problem_with(const ParticleRadius& radius, const Particles& particle
 }
 
 Legend legend_of(const Particles& particles, const ParticleMaterial& material,
-                 const MaterialNames& materials) {
+                 const MaterialNames& materials, const std::vector<std::string>& names) {
   const bool by_element = material.rule == MaterialRule::by_element;
   if (!by_element && material.rule != MaterialRule::by_type) return {};
   std::vector<std::uint64_t> counts(by_element ? last_element + 1U : particles.types.names.size());
@@ -267,11 +267,12 @@ Legend legend_of(const Particles& particles, const ParticleMaterial& material,
   }
   const std::vector<Vec3d> type_colors = colors_of_names(particles.types.names);
   for (const std::size_t kind : order) {
-    if (counts[kind] == 0) continue;
     const auto symbol = element(static_cast<std::uint8_t>(by_element ? kind : 0)).symbol;
-    legend.entries.push_back({!by_element ? particles.types.names[kind]
-                              : kind == 0 ? "unknown"
-                                          : std::string(symbol),
+    const std::string name = !by_element ? particles.types.names[kind]
+                             : kind == 0 ? "unknown"
+                                         : std::string(symbol);
+    if (counts[kind] == 0 && std::ranges::count(names, name) == 0) continue;
+    legend.entries.push_back({name,
                               material_of(kind, particles, material, materials, type_colors).albedo,
                               counts[kind]});
   }

@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "cli/input/color/legend.h"
 #include "cli/input/color/particle_colors.h"
@@ -29,9 +30,10 @@ std::string problem_with(const ParticleRadius& radius, const Particles& particle
 
 /// Returns the meaning of the particles' colours under a decided, supported rule other than
 /// `color_by`. Elements come in the order of their numbers with unknown ones last, types in
-/// reading_order(). Returns an empty legend for other rules.
+/// reading_order(). Contains those that particles have, and those in `names`. Returns an empty
+/// legend for other rules.
 Legend legend_of(const Particles& particles, const ParticleMaterial& material,
-                 const MaterialNames& materials);
+                 const MaterialNames& materials, const std::vector<std::string>& names = {});
 
 /// Appends a sphere for each particle, in order, to `scene`. Materials of the scene stay distinct
 /// and in the order of their first use. The rules of `look` must be decided and supported.

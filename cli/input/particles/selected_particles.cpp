@@ -103,7 +103,7 @@ ParticleArrows arrows_to_draw(const ParticleSource& source, Particles& particles
                               ParticleRequest request) {
   if (source.arrows.empty()) return {};
   try {
-    return arrows_of(source.arrows, source.arrow_scale, particles);
+    return arrows_of(source.arrows, source.arrow_scale, particles, source.arrow_measure);
   } catch (const UnknownNumber&) {
     request.all = true;
     std::string names;
@@ -131,9 +131,8 @@ std::set<std::string, std::less<>> numbers_of(const ParticleLook& look) {
 
 /// Returns what the frames of a film must agree on for the look of this part.
 PartLook look_of(const SelectedPart& part, const Legend& legend) {
-  PartLook look{.representation = part.representation, .sized = part.sized};
-  if (!legend.stops.empty()) look.colored = {legend.low, legend.high};
-  if (!legend.stops.empty()) return look;
+  PartLook look{
+      .representation = part.representation, .colored = part.colors.numbers, .sized = part.sized};
   for (const LegendEntry& entry : legend.entries) look.names.push_back(entry.name);
   return look;
 }
@@ -152,8 +151,10 @@ void expand(ParticleSource source, const JsonPlace& place, const std::filesystem
     append_parts(parts_of(std::move(shown), particles, source, folder, threads), particles.path(),
                  source, file, threads);
   } catch (const SourceError& error) {
+    if (source.line == 0) fail_in_options(error, source, (folder / source.file).string());
     fail_in(source, place, error.key(), error.representation(), error.what());
   } catch (const InputError& error) {
+    if (source.line == 0) throw;
     place.at("file").fail(source.file_line, error.what());
   }
 }
@@ -219,11 +220,33 @@ SelectedParticles parts_of(Particles particles, PackedFile& file, const Particle
   return selected;
 }
 
+void fail_in_options(const SourceError& error, const ParticleSource& source,
+                     const std::string& file) {
+  const bool named = error.key() == "material" || error.key() == "radius";  // names the file
+  std::string text = error.what();
+  if (!named && !(error.representation() && error.key() == "select")) {
+    std::string option = error.key();
+    std::ranges::replace(option, '_', '-');
+    text = "--" + option + ": " + text;
+  }
+  if (error.representation()) {
+    text = "--show '" + printable(source.shows[*error.representation()].select) + "': " + text;
+  } else if (named) {
+    throw InputError(text);
+  }
+  FilePlace{file}.fail(text);
+}
+
 ParticleSource append_parts(SelectedParticles selected, const std::filesystem::path& path,
                             ParticleSource source, SceneFile& file, int threads,
                             const DefaultLook* otherwise) {
   ParticleShapes shapes(selected, source, file.scene);
   ParticleFile shown{path, {}, 0, std::move(selected.facts)};
+  const bool sticks = !selected.bonds.empty();
+  if (sticks && selected.parts.front().particles.elements.empty()) {
+    shown.stick_radius = selected.stick_radius;
+  }
+  shown.arrow_measure = selected.arrows.measure;
   if (!file.cell) file.cell = selected.cell;
   for (SelectedPart& part : selected.parts) {
     in_representation(part.representation, [&] {
@@ -234,9 +257,9 @@ ParticleSource append_parts(SelectedParticles selected, const std::filesystem::p
     std::ranges::move(part.particles.facts.notes, std::back_inserter(shown.facts.notes));
     (part.representation ? source.shows[*part.representation].look : source.look) =
         to_write(part.look);
-    Legend legend = part.colors.empty()
-                        ? legend_of(part.particles, part.look.material, file.materials)
-                        : std::move(part.colors.legend);
+    Legend legend = part.colors.empty() ? legend_of(part.particles, part.look.material,
+                                                    file.materials, part.look.coloring.names)
+                                        : std::move(part.colors.legend);
     shown.looks.push_back(look_of(part, legend));
     add_legend(file.legends, std::move(legend));
     append_spheres(std::move(part.particles), part.colors, part.look, source.file, file.materials,

@@ -11,6 +11,7 @@
 #include "cli/input/color/particle_colors.h"
 #include "cli/input/particles/arrows.h"
 #include "cli/input/particles/drawn_bonds.h"
+#include "cli/input/particles/file_place.h"
 #include "cli/input/particles/frames.h"
 #include "cli/input/particles/packed_file.h"
 #include "cli/input/particles/particles.h"
@@ -58,6 +59,10 @@ Particles selected(Particles particles, PackedFile& file, ParticleSource& source
 SelectedParticles parts_of(Particles particles, PackedFile& file, const ParticleSource& source,
                            const std::filesystem::path& folder = {}, int threads = 1);
 
+/// Throws InputError "FILE: --OPTION: problem" for an error in a source that options describe.
+[[noreturn]] void fail_in_options(const SourceError& error, const ParticleSource& source,
+                                  const std::string& file);
+
 /// The look of particles if the file supports no automatic rule.
 struct DefaultLook {
   std::string material_name;  ///< becomes a material name of the scene if the source uses it
@@ -98,7 +103,8 @@ class OpenTrajectories {
 /// order. Clears `file.particles`. Names of particle files are relative to the folder of the scene
 /// file `scene_path`. Files of `open` stay open; null: none does.
 ///
-/// Throws InputError "SCENE:LINE: /particles/INDEX/...: problem: remedy".
+/// Throws InputError "SCENE:LINE: /particles/INDEX/...: problem: remedy". For a source without a
+/// line, which options describe, throws the errors of fail_in_options().
 void expand_particles(SceneFile& file, const std::filesystem::path& scene_path, int threads = 1,
                       OpenTrajectories* open = nullptr);
 

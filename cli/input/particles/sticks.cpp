@@ -5,6 +5,7 @@
 
 #include "cli/input/particles/beads.h"
 #include "cli/input/particles/bonds.h"
+#include "cli/input/particles/crystal_radii.h"
 #include "common/base/error.h"
 #include "common/scene/limits.h"
 #include "common/scene/scene_bytes.h"
@@ -18,10 +19,16 @@ bool has_radius_rule(const ParticleLook& look) {
   return !open || !look.radius_by.empty();
 }
 
-/// Returns false for atoms that are too close for bonds.
-bool has_bonds(const Particles& particles, BondSource source) {
+/// Returns whether there are bonds other than those between two metals or two noble gases. Returns
+/// false for atoms that are too close for bonds.
+bool has_molecules(const Particles& particles, BondSource source) {
+  const auto both = [&](const DrawnBond& bond, bool (*is)(std::uint8_t)) {
+    return is(particles.elements[bond.first]) && is(particles.elements[bond.second]);
+  };
   try {
-    return !drawn_bonds(particles, source).empty();
+    return std::ranges::any_of(drawn_bonds(particles, source), [&](const DrawnBond& bond) {
+      return !both(bond, is_metal) && !both(bond, is_noble_gas);
+    });
   } catch (const InputError&) {
     return false;
   }
@@ -31,7 +38,7 @@ bool is_small_molecule(const Particles& particles, const ParticleSource& source)
   const bool beads = std::ranges::count(particles.facts.notes, "beads", &ParticleNote::key) > 0;
   return particles.count() <= most_atoms_with_sticks && !source.cell.crystal.value_or(false) &&
          !particles.elements.empty() && std::ranges::count(particles.elements, 0) == 0 && !beads &&
-         particles.radii.empty() && has_bonds(particles, source.bonds);
+         particles.radii.empty() && has_molecules(particles, source.bonds);
 }
 
 /// Returns the share of its usual radius that a ball has between sticks.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cli/input/color/particle_coloring.h"
+#include "cli/input/particles/arrows.h"
 #include "cli/input/particles/cell_operations.h"
 #include "cli/input/particles/drawn_bonds.h"
 #include "cli/input/particles/particles.h"
@@ -101,7 +102,9 @@ struct ParticleSource {
   std::string arrows{};                 ///< vectors that arrows show (arrows.h); empty: none
   std::optional<double> arrow_scale{};  ///< length of the arrow of a vector of length 1; not given:
                                         ///< the longest arrow has longest_arrow spacings
-  bool solid_cell = false;              ///< the edges of the cell are rods
+  /// Of all frames of a film. Scene files do not contain it.
+  std::optional<ArrowMeasure> arrow_measure{};
+  bool solid_cell = false;  ///< the edges of the cell are rods
   /// Of these, only particles in one of the representations are shown. Empty: all, in `look`.
   std::vector<Representation> shows{};
   std::uint64_t line = 0;       ///< line of the item in the scene file

@@ -54,7 +54,7 @@ double depth_cue_from(std::string_view text) {
 }
 
 Postprocessing PostprocessingSection::over(const Postprocessing& other) const {
-  return {outline.value_or(other.outline), depth_cue.value_or(other.depth_cue)};
+  return {outline.value_or(other.outline), depth_cue.value_or(other.depth_cue), other.depths};
 }
 
 }  // namespace parray::input

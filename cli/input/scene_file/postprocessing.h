@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "cli/input/color/number_bounds.h"
 #include "common/scene/number_range.h"
 
 /// Postprocessing of a picture. EXR files stay as traced.
@@ -27,6 +28,9 @@ struct LineWidth {
 struct Postprocessing {
   LineWidth outline{};   ///< width of lines around spheres in front of something farther away
   double depth_cue = 0;  ///< share of the background in the colour of the farthest surface; 0: off
+  /// Depths of the nearest and the farthest surface of all frames of a film. Empty: those of the
+  /// picture. Scene files do not contain them.
+  NumberBounds depths{};
 
   friend bool operator==(const Postprocessing&, const Postprocessing&) = default;
 };

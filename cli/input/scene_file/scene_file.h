@@ -37,6 +37,8 @@ struct ParticleFile {
   std::uint64_t count = 0;     ///< number of particles in the scene
   ParticleFacts facts;
   std::vector<PartLook> looks{};  ///< of its parts with particles
+  double stick_radius = 0;        ///< default of sticks without elements; 0: there are none
+  ArrowMeasure arrow_measure{};   ///< `longest` is 0 if the file has no arrows
 };
 
 /// The content of a scene file: the scene and its settings. Settings that the file does not name

@@ -172,23 +172,10 @@ AutoScene auto_scene(const std::filesystem::path& path, const ParticleSource& so
 
 AutoScene auto_scene(PackedFile& file, const ParticleSource& source, const RenderSettings& settings,
                      const Viewing& viewing, int threads) {
-  const FilePlace place{file.name()};
   try {
     return made(file, source, settings, viewing, threads);
   } catch (const SourceError& error) {
-    const bool named = error.key() == "material" || error.key() == "radius";  // names the file
-    std::string text = error.what();
-    if (!named && !(error.representation() && error.key() == "select")) {
-      std::string option = error.key();
-      std::ranges::replace(option, '_', '-');
-      text = "--" + option + ": " + text;
-    }
-    if (error.representation()) {
-      text = "--show '" + printable(source.shows[*error.representation()].select) + "': " + text;
-    } else if (named) {
-      throw InputError(text);
-    }
-    place.fail(text);
+    fail_in_options(error, source, file.name());
   }
 }
 

@@ -27,30 +27,45 @@ std::vector<Vec3d> even_directions() {
 
 bool same(const Sphere& a, const Sphere& b) { return a.center == b.center && a.radius == b.radius; }
 
-}  // namespace
-
-void Silhouette::add_to(Farthest& farthest, const Vec3d& direction,
-                        std::span<const Sphere> spheres) {
-  for (const Sphere& sphere : spheres) {
-    const double reach = dot(direction, sphere.center) + sphere.radius;
-    if (reach > farthest.reach) farthest = {reach, sphere};
-  }
+double reach_of(const Sphere& sphere, const Vec3d& direction) {
+  return dot(direction, sphere.center) + sphere.radius;
 }
+double reach_of(const Capsule& capsule, const Vec3d& direction) {
+  return std::max(dot(direction, capsule.from), dot(direction, capsule.to)) + capsule.radius;
+}
+
+/// Returns the sphere at the end of a shape that reaches farthest in a direction.
+Sphere end_of(const Sphere& sphere, const Vec3d& /*direction*/) { return sphere; }
+Sphere end_of(const Capsule& capsule, const Vec3d& direction) {
+  const bool to = dot(direction, capsule.to) > dot(direction, capsule.from);
+  return {to ? capsule.to : capsule.from, capsule.radius, capsule.material};
+}
+
+}  // namespace
 
 Silhouette::Silhouette()
     : directions_(even_directions()),
       farthest_(directions_.size(), {-std::numeric_limits<double>::infinity(), {}}) {}
 
-void Silhouette::add(std::span<const Sphere> spheres, int threads) {
+template <typename Shape>
+void Silhouette::add_all(std::span<const Shape> shapes, int threads) {
   Bands(directions_.size(), threads)
       .run([&](std::size_t /*band*/, std::size_t begin, std::size_t end) {
-        constexpr std::size_t cached = 512;  // spheres that stay in the cache
-        for (std::size_t first = 0; first < spheres.size(); first += cached) {
-          const auto some = spheres.subspan(first, std::min(cached, spheres.size() - first));
-          for (std::size_t i = begin; i < end; ++i) add_to(farthest_[i], directions_[i], some);
+        constexpr std::size_t cached = 512;  // shapes that stay in the cache
+        for (std::size_t first = 0; first < shapes.size(); first += cached) {
+          const auto some = shapes.subspan(first, std::min(cached, shapes.size() - first));
+          for (std::size_t i = begin; i < end; ++i) {
+            for (const Shape& shape : some) {
+              const double reach = reach_of(shape, directions_[i]);
+              if (reach > farthest_[i].reach) farthest_[i] = {reach, end_of(shape, directions_[i])};
+            }
+          }
         }
       });
 }
+
+template void Silhouette::add_all(std::span<const Sphere>, int);
+template void Silhouette::add_all(std::span<const Capsule>, int);
 
 std::vector<Sphere> Silhouette::spheres() const {
   std::vector<Sphere> spheres;

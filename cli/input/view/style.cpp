@@ -51,7 +51,7 @@ Postprocessing postprocessing_of(Style style) {
     case Style::flat:
       return {automatic, 0};
     case Style::night:
-      return {{}, usual_depth_cue};
+      return {{}, usual_depth_cue, {}};
     case Style::studio:
       break;
   }

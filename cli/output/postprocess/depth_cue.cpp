@@ -36,7 +36,7 @@ DepthFade::DepthFade(const SeenSpheres& seen, std::uint32_t width, double streng
   Range inner;
   Range all;
   for (std::size_t i = 0; i < count; ++i) {
-    if (!in_front(i) || !std::isfinite(seen.depth[i])) continue;
+    if (!in_front(i) || !std::isfinite(seen.depth[i]) || seen.depth[i] > seen.farthest) continue;
     all.add(seen.depth[i]);
     if (all_around(i, width, count, in_front)) inner.add(seen.depth[i]);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct SeenSpheres {
   /// Number of first spheres that count as background, like the sky: the ground of an automatic
   /// scene.
   std::uint32_t scenery = 0;
+  /// Depth of the farthest surface without the scenery. Pixels with a larger depth show scenery,
+  /// too.
+  double farthest = std::numeric_limits<double>::infinity();
 
   [[nodiscard]] bool background(std::size_t pixel) const {
     return sphere[pixel] < scenery || sphere[pixel] == UINT32_MAX;
@@ -29,8 +33,12 @@ class DepthFade {
  public:
   DepthFade() = default;
   /// Takes the range of depths from the picture, without background. The depth of a pixel beside
-  /// background is a mean of both, so other pixels decide if there are any.
+  /// background is a mean of both, so other pixels decide if there are any. A pixel in a gap
+  /// between surfaces may show a wall far away, too: `seen.farthest` excludes it.
   DepthFade(const SeenSpheres& seen, std::uint32_t width, double strength);
+  /// Takes the range of depths from `nearest` to `farthest`.
+  DepthFade(double nearest, double farthest, double strength)
+      : nearest_(nearest), range_(farthest - nearest), strength_(strength) {}
 
   [[nodiscard]] double operator()(double depth) const;
 

@@ -49,6 +49,24 @@ TEST_CASE("LAMMPS: a note counts ellipsoids and other bodies, which are shown as
         "2 line segments, triangles or bodies shown as spheres");
 }
 
+TEST_CASE("CIF: a note counts bonds of _geom_bond, which are not read") {
+  const ParticleFiles files;
+  const std::string head = "data_a\n_cell_length_a 4\n_cell_length_b 5\n_cell_length_c 6\n";
+  const std::string sites =
+      "loop_\n_atom_site_label\n_atom_site_fract_x\n_atom_site_fract_y\n_atom_site_fract_z\n"
+      "C1 0 0 0\nO1 0.3 0 0\n";
+  const std::string bonds =
+      "loop_\n_geom_bond_atom_site_label_1\n_geom_bond_atom_site_label_2\n_geom_bond_distance\n";
+  const std::string rows = "C1 O1 1.2\nC1 C1 4.0\n";
+  CHECK(told(files.read("a.cif", head + sites), "geometry_bonds").empty());
+  CHECK(told(files.read("a.cif", head + sites + bonds + rows), "geometry_bonds") ==
+        "2 bonds of _geom_bond not read: bonds come from distances");
+  CHECK(told(files.read("a.cif", head + bonds + "C1 O1 1.2\n" + sites), "geometry_bonds") ==
+        "1 bond of _geom_bond not read: bonds come from distances");
+  const std::string other = "data_b\n" + bonds + rows;
+  CHECK(told(files.read("a.cif", other + head + sites + other), "geometry_bonds").empty());
+}
+
 TEST_CASE("a note counts particles without a known element if masses give only some elements") {
   const ParticleFiles files;
   const std::string data =

@@ -66,6 +66,13 @@ TEST_CASE("three columns are positions with every separator, under every name") 
   }
 }
 
+TEST_CASE("tables of whole numbers are no POSCAR, though their lines look like counts of atoms") {
+  const ParticleFiles files;
+  const std::string rows = "0 0 1\n0 1 0\n1 0 0\n1 1 0\n2 1 1\n2 2 1\n";
+  CHECK(files.read("a.txt", rows + "3 1 1\n3 2 1\n").count() == 8);
+  CHECK(files.read("a.txt", "x y z\n" + rows + "3 1 1\n").count() == 7);
+}
+
 TEST_CASE("the fourth of four columns is the radius if all its numbers are positive") {
   const ParticleFiles files;
   const Particles grains = files.read("a.txt", "0 0 0 0.5\n1 2 3 0.25\n");

@@ -1,8 +1,11 @@
 #include <doctest/doctest.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "cli/input/particles/frames.h"
+#include "cli/input/particles/particle_input.h"
 #include "tests/support/molecule_files.h"
 #include "tests/support/particle_files.h"
 #include "tests/support/rooms.h"
@@ -86,6 +89,56 @@ TEST_CASE("PDB: CONECT gives each bond once, though files repeat bonds in both d
   CHECK(files.read("a.pdb", two + bonds).bonds == Bonds{{0, 1}, {0, 2}});
   const std::string later = three_atoms_of_pdb() + "END\n" + three_atoms_of_pdb() + bonds;
   CHECK(files.read("a.pdb", later).bonds.empty());  // they belong to the second frame
+}
+
+TEST_CASE("PDB: CONECT after the last model gives each model its bonds") {
+  const ParticleFiles files;
+  const std::string model = "MODEL        1\n" + three_atoms_of_pdb() + "ENDMDL\n";
+  const std::string shared = "CONECT    1    2\nMASTER        0\nEND\n";
+  const auto bonds_in = [&](const std::string& text, std::uint64_t frame) {
+    ParticleRequest request;
+    request.frame = FrameChoice{frame, false};
+    return read_particles(files.write("a.pdb", text), request).bonds;
+  };
+  const std::string remark(5000, ' ');
+  const std::string long_models = model + "REMARK" + remark + "\n" + model + model;
+  for (const std::string& text : {model + model + model + shared, long_models + shared}) {
+    for (std::uint64_t frame = 0; frame < 3; ++frame) {
+      CHECK(bonds_in(text, frame) == Bonds{{0, 1}});
+    }
+  }
+  CHECK(bonds_in(long_models + "END\n", 0).empty());
+  // Records inside or right after a model belong to this model alone.
+  const std::string own = "CONECT    2    3\n";
+  const std::string inside = "MODEL 2\n" + three_atoms_of_pdb() + own + "ENDMDL\n";
+  CHECK(bonds_in(model + own + model + shared, 0) == Bonds{{1, 2}});
+  CHECK(bonds_in(model + inside, 0).empty());
+  CHECK(bonds_in(model + inside + shared, 0) == Bonds{{0, 1}});
+}
+
+TEST_CASE(
+    "PDB: the first models of a damaged file are read, without the bonds after the last model") {
+  const ParticleFiles files;
+  const std::string model = "MODEL        1\n" + three_atoms_of_pdb() + "ENDMDL\n";
+  const std::string damage(2 * ParticleInput::max_line_bytes, 'x');
+  const std::string text = model + model + damage + "\nCONECT    1    2\nEND\n";
+  CHECK(files.read("a.pdb", text).count() == 3);
+  CHECK(files.read("a.pdb", text).bonds.empty());
+}
+
+TEST_CASE("PDB: the frames of a film are read in one pass, with the bonds of all models") {
+  const ParticleFiles files;
+  const std::string model = "MODEL        1\n" + three_atoms_of_pdb() + "ENDMDL\n";
+  PackedFile file(files.write("a.pdb", model + model + model + "CONECT    1    2\nEND\n"));
+  FrameCursor cursor;
+  ParticleRequest request;
+  request.cursor = &cursor;
+  for (std::uint64_t frame = 0; frame < 3; ++frame) {
+    request.frame = FrameChoice{frame, false};
+    const std::uint64_t before = file.rewinds();
+    CHECK(read_particles(file, request).bonds == Bonds{{0, 1}});
+    CHECK((file.rewinds() == before) == (frame > 0));
+  }
 }
 
 TEST_CASE("PDB: serial numbers of CONECT may be hybrid-36, hexadecimal, long or out of order") {

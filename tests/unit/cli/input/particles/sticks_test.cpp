@@ -140,6 +140,26 @@ TEST_CASE("large molecules, unknown elements, radii of the file and beads stay s
   }
 }
 
+TEST_CASE("metals and noble gases that are no part of a molecule stay spheres") {
+  const auto row_of = [](const std::vector<std::uint8_t>& elements, double distance) {
+    Particles row;
+    row.elements = elements;
+    for (std::size_t i = 0; i < elements.size(); ++i) {
+      row.positions.push_back({distance * static_cast<double>(i), 0, 0});
+    }
+    return row;
+  };
+  const Particles gold = row_of({79, 79, 79}, 2.8);
+  CHECK_FALSE(drawn_bonds(gold, BondSource::automatic).empty());
+  CHECK(decided_style(gold) == ParticleStyle::automatic);
+  const Particles argon = row_of({18, 18, 18}, 1.1);  // in units of Lennard-Jones
+  CHECK_FALSE(drawn_bonds(argon, BondSource::automatic).empty());
+  CHECK(decided_style(argon) == ParticleStyle::automatic);
+  CHECK(decided_style(row_of({18, 18, 18}, 3.8)) == ParticleStyle::automatic);
+  CHECK(decided_style(row_of({79, 79, 16}, 2.4)) == ParticleStyle::balls_and_sticks);
+  CHECK(decided_style(row_of({54, 9}, 2)) == ParticleStyle::balls_and_sticks);
+}
+
 TEST_CASE("representations of a small molecule get the style one by one") {
   ParticleSource source;
   source.shows.resize(3);

@@ -42,6 +42,17 @@ TEST_CASE("the silhouette reaches as far as all spheres of all frames, except fo
   }
 }
 
+TEST_CASE("the silhouette reaches as far as the ends of capsules") {
+  Silhouette silhouette;
+  silhouette.add(std::vector<Sphere>{{{0, 0, 0}, 1, 0}});
+  silhouette.add(
+      std::vector<Capsule>{{{0, 0, 0}, {5, 0, 0}, 0.5, 0}, {{0, -7, 0}, {0, 0, 0}, 1, 0}});
+  const std::vector<Sphere> few = silhouette.spheres();
+  CHECK(reach(few, {1, 0, 0}) == 5.5);
+  CHECK(reach(few, {-1, 0, 0}) == doctest::Approx(1));
+  CHECK(reach(few, {0, -1, 0}) == 8);
+}
+
 TEST_CASE("a silhouette contains each sphere once, and none if there are none") {
   Silhouette silhouette;
   CHECK(silhouette.spheres().empty());

@@ -213,6 +213,23 @@ TEST_CASE("the nearest surface keeps its colour and the farthest loses the given
   }
 }
 
+TEST_CASE("a pixel that also shows a wall far away does not decide the range of depths") {
+  const Scene scene = scene_of({{{0, 0, 3}, 2, 0}, {{0, 0, -3}, 4, 0}});
+  Seen seen(scene);
+  seen.depth[50 * side + 50 + 30] = 9000;  // a gap in the farther sphere
+  SeenSpheres view = seen.view();
+  CHECK(DepthFade(view, side, 1)(60) < 0.01);
+  view.farthest = 57;
+  CHECK(DepthFade(view, side, 1)(60) == 1);
+}
+
+TEST_CASE("a film gives the range of depths") {
+  const DepthFade fade(40, 60, 0.5);
+  CHECK(fade(30) == 0);
+  CHECK(fade(50) == 0.25);
+  CHECK(fade(70) == 0.5);
+}
+
 TEST_CASE("with a transparent background distant surfaces become transparent") {
   const Scene scene = scene_of({{{-2, 0, 3}, 1, 0}, {{2, 0, -3}, 1, 0}});
   const Seen seen(scene);
