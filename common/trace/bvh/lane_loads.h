@@ -47,6 +47,18 @@ PARRAY_INLINE Vec3<B> far_planes(const RayGroup<Width>& group, const Node& node)
           B::load(planes + (group.near_z ^ Width))};
 }
 
+/// Returns the same distance in every lane, in the stored type, not rounded down. `t` has it in
+/// every lane.
+template <typename B, typename L>
+PARRAY_INLINE B bound_of(const L& t) {
+  using Store = typename B::Scalar;
+  if constexpr (sizeof(typename L::Scalar) == sizeof(Store)) {
+    return t;
+  } else {
+    return B(static_cast<Store>(first_of(t)) * (1 + 4 * RealTraits<Store>::unit_roundoff));
+  }
+}
+
 /// Returns bit `number` if that is below `Count`, otherwise 0.
 template <std::uint32_t Count>
 PARRAY_INLINE std::uint32_t bit_below(std::uint32_t number) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "common/trace/bvh/beam_search.h"
 #include "common/trace/bvh/bvh_view.h"
 #include "common/trace/bvh/lane_loads.h"
 #include "common/trace/bvh/nearest_crossings.h"
@@ -28,7 +29,8 @@ class Traversal {
 
   PARRAY_INLINE Traversal(const BvhView<Store, width, Block>& bvh, const RayColumns<Real>& rays,
                           Space& space)
-      : nodes_(bvh.nodes),
+      : bvh_(bvh),
+        nodes_(bvh.nodes),
         blocks_(bvh.blocks),
         node_count_(bvh.node_count),
         open_spheres_(bvh.open_spheres),
@@ -42,9 +44,10 @@ class Traversal {
         space_(space) {}
 
   /// Sets queries.t, .slot and .leaving for every ray, from the spheres. `InsideStack`: rays can be
-  /// inside a shape. `Mixed`: this may be a capsule.
+  /// inside a shape. `Mixed`: this may be a capsule. `beam`: so many
+  /// neighbouring rays are alike, stand on no surface and are inside no shape.
   template <bool InsideStack, bool Mixed = false>
-  PARRAY_INLINE void find_all() {
+  PARRAY_INLINE void find_all(std::uint32_t beam) {
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
       prepare(i);
     }
@@ -53,6 +56,11 @@ class Traversal {
     }
     for (std::uint32_t first = 0; first < open_spheres_; first += bar_bits) {
       try_open_spheres<InsideStack>(first);
+    }
+    if constexpr (!Mixed) {
+      if (beam >= width && node_count_ > 0) {
+        BeamSearch<L, B>(bvh_, rays_, space_).find(beam / width * width);
+      }
     }
     find_in_tree<InsideStack, Mixed>();
   }
@@ -378,7 +386,7 @@ class Traversal {
       for (std::uint32_t n = 0; n < entering.count; ++n) {
         const std::uint32_t k = entering.ray[n];
         const L nearest = take_nearest(group.ray[k], passages[k]);
-        top[k] = drop_farther(bound_of(nearest), k * stack_size_, top[k]);
+        top[k] = drop_farther(bound_of<B>(nearest), k * stack_size_, top[k]);
       }
       for (std::uint32_t n = 0; n < entering.count; ++n) {
         const std::uint32_t k = entering.ray[n];
@@ -412,7 +420,7 @@ class Traversal {
     const B x = multiply_add(planes.x, B(queries_.inverse.x[i]), B(queries_.far_shift.x[i]));
     const B y = multiply_add(planes.y, B(queries_.inverse.y[i]), B(queries_.far_shift.y[i]));
     const B z = multiply_add(planes.z, B(queries_.inverse.z[i]), B(queries_.far_shift.z[i]));
-    return min_of(min_of(x, y), min_of(z, bound_of(L(queries_.t[i]))));
+    return min_of(min_of(x, y), min_of(z, bound_of<B>(L(queries_.t[i]))));
   }
 
   /// Makes the first step of all rays of a group: from the root, with boxes that stay in registers.
@@ -453,15 +461,6 @@ class Traversal {
     return top + static_cast<std::uint32_t>(__builtin_popcount(met)) - 1;
   }
 
-  /// Returns the nearest crossing in every lane, in the stored type, not rounded down.
-  static PARRAY_INLINE B bound_of(const L& t) {
-    if constexpr (sizeof(Real) == sizeof(Store)) {
-      return t;
-    } else {
-      return B(static_cast<Store>(first_of(t)) * (1 + 4 * RealTraits<Store>::unit_roundoff));
-    }
-  }
-
   /// Removes the child on top of the stack and all that begin beyond the nearest crossing. Returns
   /// the new top.
   PARRAY_INLINE std::uint32_t drop_farther(const B& bound, std::uint32_t bottom,
@@ -482,6 +481,7 @@ class Traversal {
     return kept - 1;
   }
 
+  const BvhView<Store, width, Block>& bvh_;
   // Copies, so that they stay in registers even if something is stored.
   const WideNode<Store, width>* nodes_;
   const Block<Store, width>* blocks_;

@@ -29,7 +29,7 @@ class Wavefront {
   void trace(const SampleBatch& batch, PixelSums* row, TraceCounts& counts) {
     begin(batch);
     for (std::uint32_t bounce = 0; bounce < scene_.max_depth && space_.paths.count > 0; ++bounce) {
-      find_surfaces(counts);
+      find_surfaces(bounce == 0, counts);
       add_sky();
       scatter_all_diffuse(bounce);
       scatter_all_metal(bounce);
@@ -41,9 +41,10 @@ class Wavefront {
     add_samples(batch, space_.radiance, row, counts);
   }
 
-  /// Finds the next surface of all paths.
-  PARRAY_INLINE void find() {
-    Traversal<L, B>(scene_.bvh, space_.paths, space_).template find_all<InsideStack, Capsules>();
+  /// Finds the next surface of all paths. `begins`: they are camera rays.
+  PARRAY_INLINE void find(bool begins) {
+    Traversal<L, B> spheres(scene_.bvh, space_.paths, space_);
+    spheres.template find_all<InsideStack, Capsules>(begins ? rays_of_beam() : 0);
     if constexpr (Capsules) {
       Traversal<L, B, CapsuleBlock> capsules(scene_.capsules, space_.paths, space_);
       capsules.template find_nearer<InsideStack>(scene_.bvh.node_count > 0);
@@ -85,6 +86,16 @@ class Wavefront {
 
  private:
   static constexpr std::uint32_t lanes = L::count;
+  static constexpr std::uint32_t most_of_beam = 64;  ///< more would bring nothing
+
+  /// Returns how many neighbouring camera rays search the tree together: at most those of 8 pixels,
+  /// because rays that spread visit more boxes together than apart.
+  PARRAY_INLINE std::uint32_t rays_of_beam() const {
+    if (scene_.start.numbers != nullptr) return 0;
+    const std::uint32_t pixels = space_.pixel[space_.paths.count - 1] - space_.pixel[0] + 1;
+    const std::uint32_t rays = 8 * space_.paths.count / pixels;
+    return rays < most_of_beam ? rays : most_of_beam;
+  }
 
   static PARRAY_INLINE std::uint32_t first_bits(std::uint32_t count) {
     return count >= lanes ? (1U << lanes) - 1 : (1U << count) - 1;
@@ -100,14 +111,14 @@ class Wavefront {
   }
 
   /// Finds the next surface of all paths that bounds a body, and moves every path to the hits of
-  /// its material's type or of the sky.
-  PARRAY_INLINE void find_surfaces(TraceCounts& counts) {
+  /// its material's type or of the sky. `begins`: they are camera rays.
+  PARRAY_INLINE void find_surfaces(bool begins, TraceCounts& counts) {
     for (Hits<Real>& hits : space_.hits) {
       hits.count = 0;
     }
     for (std::uint32_t crossed = 0;; ++crossed) {
       counts.rays += space_.paths.count;
-      find();
+      find(begins && crossed == 0);
       sort_paths();
       space_.paths.count = 0;
       if constexpr (InsideStack) {

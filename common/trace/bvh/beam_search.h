@@ -1,0 +1,256 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "common/trace/bvh/bvh_view.h"
+#include "common/trace/bvh/lane_loads.h"
+#include "common/trace/bvh/nearest_crossings.h"
+#include "common/trace/bvh/ray_columns.h"
+#include "common/trace/bvh/ray_groups.h"
+
+/// Finds the first surfaces of beams: runs of neighbouring rays, such as the camera rays of a few
+/// pixels, whose directions have the same signs. The rays of a beam visit a node together: one test
+/// with intervals decides which children any of them may meet. Source of such tests: Boulos, Wald,
+/// Shirley, "Geometric and arithmetic culling methods for entire ray packets", 2006.
+namespace parray::trace {
+
+/// The rays of a beam as intervals of their numbers, the same in every lane. A box that a ray of
+/// the beam meets, by the rules of Slab, is met by the beam.
+template <typename B>
+struct BeamSlab {
+  using Store = typename B::Scalar;
+
+  B near_origin, far_origin;          ///< for planes on the near and on the far side
+  B least_inverse, greatest_inverse;  ///< of the inverses of Slab
+
+  /// Takes the least and greatest coordinates of the origins, widened by the margin of Slab.
+  PARRAY_INLINE BeamSlab(const B& least, const B& greatest, const B& least_inv,
+                         const B& greatest_inv, bool down)
+      : near_origin(down ? least : greatest),
+        far_origin(down ? greatest : least),
+        least_inverse(least_inv),
+        greatest_inverse(greatest_inv) {}
+
+  // (plane - origin) x inverse rounds like a shift of the plane by 2 roundoffs of the difference.
+  // Rounding keeps order, so each bound is that of the interval's worst ray.
+  PARRAY_INLINE B enters_at(const B& plane) const {
+    const B away = plane - near_origin;
+    return min_of(away * least_inverse, away * greatest_inverse);
+  }
+  PARRAY_INLINE B leaves_at(const B& plane) const {
+    const B away = plane - far_origin;
+    return max_of(away * least_inverse, away * greatest_inverse);
+  }
+};
+
+/// `L` are lanes of the real type, `B` lanes of the stored type.
+template <typename L, typename B>
+class BeamSearch {
+ public:
+  using Real = typename L::Scalar;
+  using Store = typename B::Scalar;
+  static constexpr int width = B::count;
+  using Space = TraversalSpace<Real, Store>;
+
+  /// `rays` must stand on no surface and be inside no shape. `space` holds what Traversal has
+  /// prepared for them, and their crossings with open spheres.
+  PARRAY_INLINE BeamSearch(const BvhView<Store, width>& bvh, const RayColumns<Real>& rays,
+                           Space& space)
+      : bvh_(bvh),
+        rays_(rays),
+        queries_(space.queries),
+        nearest_(bvh.labels, 0, space.queries),
+        space_(space) {}
+
+  /// Finds the nearest crossings of all rays that form beams of at most `most` rays, a multiple of
+  /// `width`. Takes these rays out of their octants, so that Traversal leaves them out.
+  void find(std::uint32_t most) {
+    for (std::uint32_t i = 0; i + width <= rays_.count; i += most) {
+      const std::uint32_t left = rays_.count - i;
+      const std::uint32_t end = i + (left < most ? left / width * width : most);
+      if (!forms_beam(i, end)) continue;
+      search(beam_of(i, end));
+      for (std::uint32_t k = i; k < end; k += width) {
+        typename B::Uint(no_octant).store(&queries_.octant[k]);
+      }
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t no_octant = 8;
+  static constexpr std::uint32_t all_lanes = (1U << width) - 1U;
+
+  struct Beam {
+    RayGroup<width> signs;
+    BeamSlab<B> x, y, z;
+    std::uint32_t begin, end;
+    B bound;  ///< the farthest of the rays' nearest crossings, in every lane
+  };
+
+  /// The least and the greatest number of a column, in every lane.
+  struct Interval {
+    B least, greatest;
+
+    PARRAY_INLINE explicit Interval(const B& first) : least(first), greatest(first) {}
+    PARRAY_INLINE void add(const B& value) {
+      least = min_of(value, least);
+      greatest = max_of(value, greatest);
+    }
+    PARRAY_INLINE void spread() {
+      least = least_of(least);
+      greatest = -least_of(-greatest);
+    }
+  };
+
+  /// Returns whether rays [begin, end) have directions of the same signs, and no NaN.
+  PARRAY_INLINE bool forms_beam(std::uint32_t begin, std::uint32_t end) const {
+    const typename B::Uint octant(queries_.octant[begin]);
+    std::uint32_t same = all_lanes;
+    for (std::uint32_t i = begin; i < end; i += width) {
+      same &= bits_of(equal(B::Uint::load(&queries_.octant[i]), octant));
+      same &=
+          bits_of(B::load(&queries_.near_shift.z[i]) < B(std::numeric_limits<Store>::infinity()));
+    }
+    return same == all_lanes;
+  }
+
+  PARRAY_INLINE Beam beam_of(std::uint32_t begin, std::uint32_t end) const {
+    Vec3<B> o = stored_lanes<B>(rays_.origin, begin);
+    Interval origin_x(o.x), origin_y(o.y), origin_z(o.z);
+    Vec3<B> inverse = queries_.inverse.template load<B>(begin);
+    Interval x(inverse.x), y(inverse.y), z(inverse.z);
+    for (std::uint32_t i = begin + width; i < end; i += width) {
+      o = stored_lanes<B>(rays_.origin, i);
+      inverse = queries_.inverse.template load<B>(i);
+      origin_x.add(o.x), origin_y.add(o.y), origin_z.add(o.z);
+      x.add(inverse.x), y.add(inverse.y), z.add(inverse.z);
+    }
+    for (Interval* interval : {&origin_x, &origin_y, &origin_z, &x, &y, &z}) interval->spread();
+    const auto size = [](const Interval& interval) {
+      return max_of(interval.greatest, -interval.least);
+    };
+    const B reach = max_of(max_of(size(origin_x), size(origin_y)), size(origin_z));
+    const B margin = B(Store(32) * RealTraits<Store>::unit_roundoff) * reach;
+    const std::uint32_t octant = queries_.octant[begin];
+    const auto slab = [&](const Interval& origin, const Interval& inverses, std::uint32_t axis) {
+      return BeamSlab<B>(origin.least - margin, origin.greatest + margin, inverses.least,
+                         inverses.greatest, (octant >> axis & 1U) != 0);
+    };
+    return {{nullptr, end - begin, octant},
+            slab(origin_x, x, 0),
+            slab(origin_y, y, 1),
+            slab(origin_z, z, 2),
+            begin,
+            end,
+            farthest(begin, end)};
+  }
+
+  /// Returns the farthest of the nearest crossings of rays [begin, end), not rounded down.
+  PARRAY_INLINE B farthest(std::uint32_t begin, std::uint32_t end) const {
+    L most_t = L::load(&queries_.t[begin]);
+    for (std::uint32_t i = begin + L::count; i < end; i += L::count) {
+      most_t = max_of(L::load(&queries_.t[i]), most_t);
+    }
+    return bound_of<B>(-least_of(-most_t));
+  }
+
+  void search(Beam beam) {
+    Store* const stack_t = space_.stack_t;
+    std::uint32_t* const stack_child = space_.stack_child;
+    std::uint32_t top = push_children(beam, bvh_.nodes[0], 0);
+    while (top > 0) {
+      --top;
+      if (!(stack_t[top] <= first_of(beam.bound))) continue;
+      const std::uint32_t child = stack_child[top];
+      if ((child & ChildRef::is_block) == 0) {
+        top = push_children(beam, bvh_.nodes[child], top);
+      } else {
+        try_block(beam, child & ChildRef::number);
+      }
+    }
+  }
+
+  /// Adds the children of a node that the beam may meet to the stack, and returns its new top.
+  PARRAY_INLINE std::uint32_t push_children(const Beam& beam, const WideNode<Store, width>& node,
+                                            std::uint32_t top) const {
+    const B near = enters_at(beam, near_planes<B>(beam.signs, node));
+    const B far = leaves_at(beam, far_planes<B>(beam.signs, node));
+    const auto order = B::load_order(node.order[beam.signs.octant]);
+    const B ordered = permute(near, order);
+    const std::uint32_t met = bits_of(ordered <= permute(far, order));
+    compress_store(space_.stack_t + top, met, ordered);
+    compress_store(space_.stack_child + top, met, permute(B::Uint::load(node.child), order));
+    return top + static_cast<std::uint32_t>(__builtin_popcount(met));
+  }
+
+  static PARRAY_INLINE B enters_at(const Beam& beam, const Vec3<B>& planes) {
+    return max_of(max_of(beam.x.enters_at(planes.x), beam.y.enters_at(planes.y)),
+                  max_of(beam.z.enters_at(planes.z), B(Store(0))));
+  }
+  static PARRAY_INLINE B leaves_at(const Beam& beam, const Vec3<B>& planes) {
+    return min_of(min_of(beam.x.leaves_at(planes.x), beam.y.leaves_at(planes.y)),
+                  min_of(beam.z.leaves_at(planes.z), beam.bound));
+  }
+
+  /// Tests the spheres of a block whose boxes the beam may meet. These boxes grow like those of
+  /// nodes: see WideBvh.
+  PARRAY_INLINE void try_block(Beam& beam, std::uint32_t index) {
+    const SphereShape<B> spheres = spheres_of<B>(bvh_.blocks[index], 0);
+    const Vec3<B>& c = spheres.center;
+    const auto size = [](const B& a) { return max_of(a, -a); };
+    const B largest = size(c.x) + size(c.y) + size(c.z) + spheres.radius;
+    const B half = spheres.radius + B(Store(40) * RealTraits<Store>::unit_roundoff) * largest;
+    const std::uint32_t octant = beam.signs.octant;
+    const auto toward = [&](std::uint32_t axis) {
+      return (octant >> axis & 1U) != 0 ? half : -half;
+    };
+    const Vec3<B> reach{toward(0), toward(1), toward(2)};
+    const B near = enters_at(beam, c + reach);
+    const B far = leaves_at(beam, c - reach);
+    std::uint32_t met = bits_of((near <= far) & (half == half));
+    if (met == 0) return;
+    for (; met != 0; met &= met - 1) {
+      try_sphere(beam, index * width + static_cast<std::uint32_t>(__builtin_ctz(met)));
+    }
+    beam.bound = farthest(beam.begin, beam.end);
+  }
+
+  /// Tests all rays of the beam against the sphere in a slot.
+  PARRAY_INLINE void try_sphere(const Beam& beam, std::uint32_t slot) {
+    const SphereShape<Real> one = shape_at<Real>(bvh_.blocks, slot);
+    const SphereShape<L> same{vec_cast<L>(one.center), L(one.radius)};
+    for (std::uint32_t i = beam.begin; i < beam.end; i += L::count) {
+      const Ray<L> rays(rays_.origin.template load<L>(i), rays_.direction.template load<L>(i),
+                        L::load(&queries_.inverse_square[i]));
+      const ClosestApproach<L> passage(rays, same);
+      const auto met = passage.approaches();
+      if (!any(met)) continue;
+      const L t = entry_distance(passage.foot, passage.depth_squared, rays.inverse_square);
+      const L before = L::load(&queries_.t[i]);
+      const auto better = met & (t < before);
+      if (const std::uint32_t tied = bits_of(met & (t == before)); tied != 0) [[unlikely]] {
+        take_tied(i, tied, slot);
+      }
+      select(better, t, before).store(&queries_.t[i]);
+      select(better, typename L::Uint(slot), L::Uint::load(&queries_.slot[i]))
+          .store(&queries_.slot[i]);
+    }
+  }
+
+  /// Gives a sphere the rays in lanes `tied` that meet it as soon as another, if it precedes that.
+  void take_tied(std::uint32_t i, std::uint32_t tied, std::uint32_t slot) {
+    for (; tied != 0; tied &= tied - 1) {
+      std::uint32_t& other = queries_.slot[i + static_cast<std::uint32_t>(__builtin_ctz(tied))];
+      if (nearest_.wins_tie(slot, other)) other = slot;
+    }
+  }
+
+  const BvhView<Store, width> bvh_;
+  const RayColumns<Real>& rays_;
+  Queries<Real, Store>& queries_;
+  NearestCrossings<L, Store> nearest_;
+  Space& space_;
+};
+
+}  // namespace parray::trace
