@@ -1,0 +1,58 @@
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "common/trace/device/device_fingerprint.h"
+#include "common/trace/selfcheck/fingerprint.h"
+#include "tests/device/device_picture.h"
+#include "tests/device/opencl.h"
+#include "tests/device/scenes.h"
+#include "tests/support/rooms.h"
+#include "tests/support/tracers.h"
+
+/// The kernels through OpenCL: another compiler and another machine's instructions.
+namespace parray::test {
+namespace {
+
+const std::string kernels = PARRAY_DEVICE_DIR "/kernels.spir";
+
+/// Says why a test is left out, if it is.
+bool skipped(const std::string& file) {
+  const std::string reason = OpenCl::reason_without(file);
+  if (!reason.empty()) MESSAGE("skipped: " << reason);
+  return !reason.empty();
+}
+
+}  // namespace
+
+TEST_CASE("through OpenCL, kernels have the scalar tracer's bits for every scene file") {
+  if (skipped(kernels)) return;
+  OpenCl device(kernels);
+  for (const NamedScene& named : all_scene_files(60, 40, 8)) {
+    CAPTURE(named.name);
+    RenderSettings settings = named.settings;
+    const DevicePictureSums found = device_sums(
+        named.scene, settings, [&](const Launch& launch) { device.run(launch); });
+    CHECK(found.sums == sums_of(*make_path_tracer(named.scene, settings), settings));
+    CHECK(found.handed_back == 0);
+  }
+}
+
+TEST_CASE("through OpenCL, kernels have both pinned fingerprints") {
+  if (skipped(kernels)) return;
+  OpenCl device(kernels);
+  const auto launch = [&](const Launch& l) { device.run(l); };
+  CHECK(fingerprint_of(launch) == pinned_device_fingerprint);
+  CHECK(trace_fingerprint([&](const Scene& scene, const RenderSettings& settings) {
+          return std::make_unique<DeviceTracer>(scene, settings, launch);
+        }) == pinned_fingerprint);
+}
+
+TEST_CASE("through OpenCL, kernels that fuse products and sums have another fingerprint") {
+  const std::string fused = PARRAY_DEVICE_DIR "/fused.spir";
+  if (skipped(fused)) return;
+  OpenCl device(fused);
+  CHECK(fingerprint_of([&](const Launch& l) { device.run(l); }) != pinned_device_fingerprint);
+}
+
+}  // namespace parray::test
