@@ -59,7 +59,7 @@ void trace_item(const void* scene_block, const void* picture_block, const Device
   result = {};
   result.handed_back = overflowed ? 1 : 0;
   if (overflowed) return;
-  for (int channel = 0; channel < 3; ++channel) {
+  for (unsigned channel = 0; channel < 3; ++channel) {
     result.sum[channel] = sums.sum[channel];
     result.sum_of_squares[channel] = sums.sum_of_squares[channel];
     result.odd[channel] = sums.odd[channel];
