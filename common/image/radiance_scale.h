@@ -65,8 +65,14 @@ class RadianceScale {
 
   /// Returns the square of a fixed-point value, shifted right by 32 bits so that sums fit 64 bits.
   static std::uint64_t square_of(std::uint64_t fixed) {
+#if defined(__SIZEOF_INT128__) && !defined(__SPIRV__)
     __extension__ using Wide = unsigned __int128;  // 2^32 squared needs it
     return static_cast<std::uint64_t>(Wide{fixed} * fixed >> 32);
+#else
+    const std::uint64_t low = fixed & 0xFFFFFFFF;
+    const std::uint64_t high = fixed >> 32;
+    return (high * high << 32) + 2 * high * low + (low * low >> 32);
+#endif
   }
 
  private:

@@ -28,6 +28,13 @@ struct CapsuleShape {
   Real radius;
 };
 
+/// Converts the type of a shape's numbers.
+template <typename To, typename From>
+PARRAY_INLINE CapsuleShape<To> shape_cast(const CapsuleShape<From>& capsule) {
+  return {vec_cast<To>(capsule.middle), vec_cast<To>(capsule.half),
+          static_cast<To>(capsule.radius)};
+}
+
 /// A point where a line crosses the surface of a capsule.
 template <typename Real>
 struct CapsuleCrossing {

@@ -8,6 +8,37 @@
 
 namespace parray::trace {
 
+/// Up to `Most` numbers without memory from the heap, for code that cannot allocate. Has the
+/// functions of std::vector that InsideStack calls.
+template <std::uint32_t Most>
+class ShortList {
+ public:
+  void clear() {
+    count_ = 0;
+    overflowed_ = false;
+  }
+  /// Adds a number. If the list is full, leaves it as it is and sets overflowed().
+  void push_back(std::uint32_t number) {
+    overflowed_ = overflowed_ || count_ == Most;
+    if (!overflowed_) at_[count_++] = number;
+  }
+  void erase(const std::uint32_t* place) {
+    for (std::uint32_t i = static_cast<std::uint32_t>(place - at_) + 1; i < count_; ++i) {
+      at_[i - 1] = at_[i];
+    }
+    --count_;
+  }
+  [[nodiscard]] const std::uint32_t* begin() const { return at_; }
+  [[nodiscard]] const std::uint32_t* end() const { return at_ + count_; }
+  /// Returns whether a number found no room since the last clear().
+  [[nodiscard]] bool overflowed() const { return overflowed_; }
+
+ private:
+  std::uint32_t at_[Most > 0 ? Most : 1];
+  std::uint32_t count_ = 0;
+  bool overflowed_ = false;
+};
+
 /// Tracks the side of every shape that a path is on: the shapes that the path is inside of, and
 /// the shape that it stands on.
 ///
@@ -20,12 +51,19 @@ namespace parray::trace {
 /// that lies inside another body of its own material. These crossings do not count as segments of
 /// the path, except for each one after most_crossings others. So tracing ends even if thousands of
 /// bodies overlap.
-template <typename Real>
+///
+/// `List` stores the shapes that a path is inside of: a vector, or a ShortList.
+template <typename Real, typename List = std::vector<std::uint32_t>>
 class InsideStack {
  public:
   /// Begins a path that stands on no surface. `inside` lists the shapes that contain its origin.
   void start(const std::vector<std::uint32_t>& inside) {
     inside_.assign(inside.begin(), inside.end());
+    surface_ = no_shape;
+  }
+  /// Begins a path that stands on no surface and is inside of no shape.
+  void start() {
+    inside_.clear();
     surface_ = no_shape;
   }
 
@@ -47,7 +85,15 @@ class InsideStack {
   }
 
   /// Returns the shapes that the path is inside of, in the order in which it entered them.
-  [[nodiscard]] const std::vector<std::uint32_t>& inside() const { return inside_; }
+  [[nodiscard]] const List& inside() const { return inside_; }
+  /// Returns whether the path has entered more shapes than `List` holds. It must not go on then.
+  [[nodiscard]] bool overflowed() const {
+    if constexpr (requires { inside_.overflowed(); }) {
+      return inside_.overflowed();
+    } else {
+      return false;
+    }
+  }
   [[nodiscard]] bool stands_on(std::uint32_t shape) const { return shape == surface_; }
   /// Returns the normal of the last stand_on(). Has no meaning before that.
   [[nodiscard]] const Vec3<Real>& normal() const { return normal_; }
@@ -59,7 +105,7 @@ class InsideStack {
   }
 
  private:
-  std::vector<std::uint32_t> inside_;
+  List inside_;
   std::uint32_t surface_ = no_shape;
   Vec3<Real> normal_{};
 };

@@ -12,6 +12,12 @@ struct SphereShape {
   Real radius;
 };
 
+/// Converts the type of a shape's numbers.
+template <typename To, typename From>
+PARRAY_INLINE SphereShape<To> shape_cast(const SphereShape<From>& sphere) {
+  return {vec_cast<To>(sphere.center), static_cast<To>(sphere.radius)};
+}
+
 /// A point on the surface of a shape.
 template <typename Real>
 struct SurfacePoint {

@@ -11,24 +11,30 @@
 
 namespace parray::trace {
 
-/// Finds the first sphere that a ray enters. A search is built from the spheres in input order and
-/// is immutable afterwards, so any number of threads may use it.
+/// Finds the first sphere that a ray enters. Immutable, so any number of threads may use it.
 ///
 /// `enter` improves `best` with the nearest sphere that the ray enters and that `sides` does not
 /// exclude. All searches call enters() of sphere.h on the same numbers and break ties by index, so
-/// all give the same bits.
-template <typename S, typename Real>
-concept SphereSearch = std::constructible_from < S,
-        const std::vector<SphereShape<Real>>
-& > &&requires(const S& s, const Ray<Real>& ray, const InsideStack<Real>& sides, Hit<Real>& best) {
+/// all give the same bits. A search may also have a function `enter_capsules` with the same
+/// parameters, which finds capsules.
+template <typename S, typename Real, typename Sides>
+concept EntrySearch = requires(const S& s, const Ray<Real>& ray, const Sides& sides,
+                               Hit<Real>& best) {
   { s.enter(ray, sides, best) } -> std::same_as<void>;
+};
+
+/// A search that is built from the spheres in input order.
+template <typename S, typename Real>
+concept SphereSearch = EntrySearch<S, Real, InsideStack<Real>> && std::constructible_from < S,
+        const std::vector<SphereShape<Real>>
+& > &&requires(const S& s) {
   { s.bytes() } -> std::same_as<std::size_t>;
 };
 
 /// Tries one sphere or capsule: the step that all searches share.
-template <typename Real, typename Shape>
+template <typename Real, typename Shape, typename List>
 void try_shape(const Ray<Real>& ray, const Shape& shape, std::uint32_t index,
-               const InsideStack<Real>& sides, Hit<Real>& best) {
+               const InsideStack<Real, List>& sides, Hit<Real>& best) {
   Real t;
   if (enters(ray, shape, t) && best.loses_to(t, index) && !sides.cannot_enter(index)) {
     best = {t, index, false};

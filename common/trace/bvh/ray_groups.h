@@ -57,7 +57,7 @@ struct RayGroup {
 /// plane is so far from the origin that the sign of infinity tells its side.
 template <typename B>
 struct Slab {
-  using Store = typename B::Scalar;
+  using Store = decltype(RealTraits<B>::unit_roundoff + 0);
 
   B inverse, near, far;
   MaskOf<B> down;

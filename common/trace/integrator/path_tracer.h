@@ -11,6 +11,7 @@
 #include "common/image/radiance_scale.h"
 #include "common/image/sample_range.h"
 #include "common/trace/integrator/accelerator.h"
+#include "common/trace/integrator/add_sample.h"
 #include "common/trace/ray.h"
 
 namespace parray::trace {
@@ -83,20 +84,6 @@ class PathTracer {
 std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator> accelerator,
                                              const Camera& camera, const PictureSettings& picture);
 
-/// Adds sample number `sample` to a pixel, from numbers in the form that RadianceScale::fixed_of()
-/// takes. If one is NaN, because the radiance is not finite, the function only counts the sample.
-inline void add_fixed(const Vec3d& shifted, std::uint32_t sample, PixelSums& pixel,
-                      TraceCounts& counts) {
-  ++counts.samples;
-  if (const double sum = shifted.x + shifted.y + shifted.z; sum != sum) {
-    ++counts.nonfinite;
-    return;
-  }
-  pixel.add({RadianceScale::fixed_of(shifted.x), RadianceScale::fixed_of(shifted.y),
-             RadianceScale::fixed_of(shifted.z)},
-            sample);
-}
-
 /// Adds a background sample with a finite radiance.
 template <typename Real>
 void add_sky_sample(const Vec3<Real>& radiance, const RadianceScale& scale, SkySamples& sky) {
@@ -104,16 +91,6 @@ void add_sky_sample(const Vec3<Real>& radiance, const RadianceScale& scale, SkyS
   sky.sum[0] += scale.to_fixed(static_cast<double>(radiance.x));
   sky.sum[1] += scale.to_fixed(static_cast<double>(radiance.y));
   sky.sum[2] += scale.to_fixed(static_cast<double>(radiance.z));
-}
-
-/// Does the same as add_fixed(), from a radiance.
-inline void add_sample(const Vec3d& radiance, const RadianceScale& scale, std::uint32_t sample,
-                       PixelSums& pixel, TraceCounts& counts) {
-  // x - x is 0 for finite x alone.
-  const auto shifted = [&scale](double value) {
-    return static_cast<double>(scale.to_fixed(value)) + RadianceScale::shift + (value - value);
-  };
-  add_fixed({shifted(radiance.x), shifted(radiance.y), shifted(radiance.z)}, sample, pixel, counts);
 }
 
 }  // namespace parray::trace

@@ -27,17 +27,6 @@ CapsuleShape<Store> stored_shape(const Capsule& capsule, const Vec3d& origin) {
           vec_cast<Store>(0.5 * (capsule.to - capsule.from)), static_cast<Store>(capsule.radius)};
 }
 
-/// Convert the type of a shape's numbers.
-template <typename To, typename From>
-SphereShape<To> shape_cast(const SphereShape<From>& sphere) {
-  return {vec_cast<To>(sphere.center), static_cast<To>(sphere.radius)};
-}
-template <typename To, typename From>
-CapsuleShape<To> shape_cast(const CapsuleShape<From>& capsule) {
-  return {vec_cast<To>(capsule.middle), vec_cast<To>(capsule.half),
-          static_cast<To>(capsule.radius)};
-}
-
 template <typename Real>
 std::vector<MaterialParameters<Real>> stored_materials(const Scene& scene) {
   return {scene.materials.begin(), scene.materials.end()};

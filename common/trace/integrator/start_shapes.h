@@ -101,6 +101,7 @@ class StartShapes {
   /// Returns the table for the kernels, which refers to this object. Its pointers are null if this
   /// object is empty.
   [[nodiscard]] StartTable table() const;
+  [[nodiscard]] std::size_t tile_count() const { return begins_.size() - 1; }
 
  private:
   struct Candidate {

@@ -8,6 +8,7 @@
 #include "common/scene/settings.h"
 #include "common/trace/integrator/path.h"
 #include "common/trace/integrator/scene_parts.h"
+#include "common/trace/integrator/trace_scene.h"
 
 namespace parray::trace {
 
@@ -131,8 +132,8 @@ class ScalarAccelerator final : public Accelerator {
 
   [[nodiscard]] StartShapes start_shapes(const RayStarts& starts) const {
     return {starts, scene_.shape_count(), [this, &starts](std::uint32_t number) {
-              return scene_.at_shape(number,
-                                     [&starts](const auto& shape) { return starts.inside(shape); });
+              return at_shape(scene_, number,
+                              [&starts](const auto& shape) { return starts.inside(shape); });
             }};
   }
 

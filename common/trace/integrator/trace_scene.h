@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/trace/integrator/camera_rays.h"
+#include "common/trace/integrator/material.h"
+#include "common/trace/integrator/start_shapes.h"
+
+/// The parameters of path.h in containers of the host.
+namespace parray::trace {
+
+/// Everything that a path can meet. Immutable; all threads and all pictures of the scene share it.
+template <typename Real>
+struct TraceScene {
+  std::vector<SphereShape<Real>> spheres;
+  std::vector<CapsuleShape<Real>> capsules;  ///< numbered after the spheres
+  std::vector<std::uint32_t> material_of;    ///< material of each shape
+  std::vector<MaterialParameters<Real>> surfaces;
+  SkyGradient<Real> sky;
+
+  [[nodiscard]] std::uint32_t shape_count() const {
+    return static_cast<std::uint32_t>(spheres.size() + capsules.size());
+  }
+};
+
+/// The camera, start spheres and maximum depth of a picture's paths. Immutable; all threads share
+/// it.
+template <typename Real>
+struct PathEnds {
+  CameraRays<Real> view;
+  StartShapes start;  ///< nearly always empty
+  std::uint32_t max_depth = 1;
+};
+
+}  // namespace parray::trace
