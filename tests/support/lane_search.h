@@ -37,8 +37,10 @@ class LaneSearch {
  public:
   virtual ~LaneSearch() = default;
   /// Returns the hit of each query. Takes at most SampleBatch::most queries; the kernel traces
-  /// their paths together.
-  virtual std::vector<Hit<Real>> find(std::span<const Query<Real>> queries) = 0;
+  /// their paths together. `beam`: so many neighbouring queries are alike, stand on no surface and
+  /// are inside no sphere; 0: none are.
+  virtual std::vector<Hit<Real>> find(std::span<const Query<Real>> queries,
+                                      std::uint32_t beam = 0) = 0;
   [[nodiscard]] virtual std::uint32_t depth() const = 0;
 };
 
@@ -69,8 +71,9 @@ class LaneSearchOf final : public LaneSearch<Real> {
     std::memset(space_->stack_child, 0xA5, sizeof space_->stack_child);
   }
 
-  std::vector<Hit<Real>> find(std::span<const Query<Real>> queries) override {
+  std::vector<Hit<Real>> find(std::span<const Query<Real>> queries, std::uint32_t beam) override {
     space_->inside.clear();
+    space_->beam = beam;
     space_->paths.count = static_cast<std::uint32_t>(queries.size());
     for (std::uint32_t i = 0; i < queries.size(); ++i) {
       set_path(i, queries[i]);

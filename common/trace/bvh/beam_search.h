@@ -63,9 +63,10 @@ class BeamSearch {
         nearest_(bvh.labels, 0, space.queries),
         space_(space) {}
 
-  /// Finds the nearest crossings of all rays that form beams of at most `most` rays, a multiple of
-  /// `width`. Takes these rays out of their octants, so that Traversal leaves them out.
-  void find(std::uint32_t most) {
+  /// Finds the nearest crossings of all rays that form beams of at most `space.beam` >= `width`
+  /// rays. Takes these rays out of their octants, so that Traversal leaves them out.
+  void find() {
+    const std::uint32_t most = space_.beam / width * width;
     for (std::uint32_t i = 0; i + width <= rays_.count; i += most) {
       const std::uint32_t left = rays_.count - i;
       const std::uint32_t end = i + (left < most ? left / width * width : most);

@@ -101,6 +101,9 @@ template <typename Real, typename Store>
 struct TraversalSpace {
   Queries<Real, Store> queries;
   InsideLists inside;
+  /// So many neighbouring rays are alike, stand on no surface and are inside no shape, in the next
+  /// search; 0: none are.
+  std::uint32_t beam = 0;
   Candidates<Store> candidates;
   /// Number of stack entries. Rays traverse in groups; the pending children of a ray lie one after
   /// the other.

@@ -44,10 +44,9 @@ class Traversal {
         space_(space) {}
 
   /// Sets queries.t, .slot and .leaving for every ray, from the spheres. `InsideStack`: rays can be
-  /// inside a shape. `Mixed`: this may be a capsule. `beam`: so many
-  /// neighbouring rays are alike, stand on no surface and are inside no shape.
+  /// inside a shape. `Mixed`: this may be a capsule.
   template <bool InsideStack, bool Mixed = false>
-  PARRAY_INLINE void find_all(std::uint32_t beam) {
+  PARRAY_INLINE void find_all() {
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
       prepare(i);
     }
@@ -58,10 +57,9 @@ class Traversal {
       try_open_spheres<InsideStack>(first);
     }
     if constexpr (!Mixed) {
-      if (beam >= width && node_count_ > 0) {
-        BeamSearch<L, B>(bvh_, rays_, space_).find(beam / width * width);
-      }
+      if (space_.beam >= width && node_count_ > 0) BeamSearch<L, B>(bvh_, rays_, space_).find();
     }
+    space_.beam = 0;
     find_in_tree<InsideStack, Mixed>();
   }
 

@@ -45,7 +45,7 @@ PARRAY_INLINE void begin_batch(const SceneTables& scene, const SampleBatch& batc
 template <typename L, typename B, typename SceneTables, typename Space>
 PARRAY_INLINE void find_all(const SceneTables& scene, Space& space) {
   with_wavefront<L, B>(
-      scene, space, [&](auto&& wavefront) __attribute__((always_inline)) { wavefront.find(true); });
+      scene, space, [&](auto&& wavefront) __attribute__((always_inline)) { wavefront.find(); });
 }
 
 }  // namespace

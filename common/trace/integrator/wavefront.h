@@ -29,7 +29,7 @@ class Wavefront {
   void trace(const SampleBatch& batch, PixelSums* row, TraceCounts& counts) {
     begin(batch);
     for (std::uint32_t bounce = 0; bounce < scene_.max_depth && space_.paths.count > 0; ++bounce) {
-      find_surfaces(bounce == 0, counts);
+      find_surfaces(counts);
       add_sky();
       scatter_all_diffuse(bounce);
       scatter_all_metal(bounce);
@@ -41,10 +41,9 @@ class Wavefront {
     add_samples(batch, space_.radiance, row, counts);
   }
 
-  /// Finds the next surface of all paths. `begins`: they are camera rays.
-  PARRAY_INLINE void find(bool begins) {
-    Traversal<L, B> spheres(scene_.bvh, space_.paths, space_);
-    spheres.template find_all<InsideStack, Capsules>(begins ? rays_of_beam() : 0);
+  /// Finds the next surface of all paths.
+  PARRAY_INLINE void find() {
+    Traversal<L, B>(scene_.bvh, space_.paths, space_).template find_all<InsideStack, Capsules>();
     if constexpr (Capsules) {
       Traversal<L, B, CapsuleBlock> capsules(scene_.capsules, space_.paths, space_);
       capsules.template find_nearer<InsideStack>(scene_.bvh.node_count > 0);
@@ -56,6 +55,7 @@ class Wavefront {
     space_.sample_number = batch.sample;
     Paths<Real>& paths = space_.paths;
     paths.count = batch.count;
+    space_.beam = rays_of_beam(batch);
     for (std::uint32_t i = 0; i < batch.count; i += lanes) {
       const Uint column = Uint::load(&batch.column[i]);
       const Uint pixel = Uint(batch.y * scene_.width) + column;
@@ -90,10 +90,10 @@ class Wavefront {
 
   /// Returns how many neighbouring camera rays search the tree together: at most those of 8 pixels,
   /// because rays that spread visit more boxes together than apart.
-  PARRAY_INLINE std::uint32_t rays_of_beam() const {
-    if (scene_.start.numbers != nullptr) return 0;
-    const std::uint32_t pixels = space_.pixel[space_.paths.count - 1] - space_.pixel[0] + 1;
-    const std::uint32_t rays = 8 * space_.paths.count / pixels;
+  PARRAY_INLINE std::uint32_t rays_of_beam(const SampleBatch& batch) const {
+    if (Capsules || scene_.start.numbers != nullptr) return 0;
+    const std::uint32_t pixels = batch.column[batch.count - 1] - batch.column[0] + 1;
+    const std::uint32_t rays = 8 * batch.count / pixels;
     return rays < most_of_beam ? rays : most_of_beam;
   }
 
@@ -111,14 +111,14 @@ class Wavefront {
   }
 
   /// Finds the next surface of all paths that bounds a body, and moves every path to the hits of
-  /// its material's type or of the sky. `begins`: they are camera rays.
-  PARRAY_INLINE void find_surfaces(bool begins, TraceCounts& counts) {
+  /// its material's type or of the sky.
+  PARRAY_INLINE void find_surfaces(TraceCounts& counts) {
     for (Hits<Real>& hits : space_.hits) {
       hits.count = 0;
     }
     for (std::uint32_t crossed = 0;; ++crossed) {
       counts.rays += space_.paths.count;
-      find(begins && crossed == 0);
+      find();
       sort_paths();
       space_.paths.count = 0;
       if constexpr (InsideStack) {
