@@ -53,12 +53,13 @@ class Traversal {
     for (std::uint32_t i = 0; node_count_ > 0 && i < rays_.count; i += B::count) {
       prepare_boxes(i);
     }
+    const bool beams = !Mixed && space_.beam >= width;
+    BeamSearch<L, B> beam_search(bvh_, rays_, space_);
+    const std::uint32_t done = beams ? beam_search.find_open() : 0;
     for (std::uint32_t first = 0; first < open_spheres_; first += bar_bits) {
-      try_open_spheres<InsideStack>(first);
+      try_open_spheres<InsideStack>(first, done);
     }
-    if constexpr (!Mixed) {
-      if (space_.beam >= width && node_count_ > 0) BeamSearch<L, B>(bvh_, rays_, space_).find();
-    }
+    if (beams && node_count_ > 0) beam_search.find();
     space_.beam = 0;
     find_in_tree<InsideStack, Mixed>();
   }
@@ -153,9 +154,10 @@ class Traversal {
     return exit_distance(r, shape(slot));
   }
 
-  /// Tests open spheres [first, first + bar_bits), one after the other, against lanes of rays.
+  /// Tests open spheres [first, first + bar_bits), one after the other, against lanes of rays from
+  /// ray `begin` on.
   template <bool InsideStack>
-  PARRAY_INLINE void try_open_spheres(std::uint32_t first) {
+  PARRAY_INLINE void try_open_spheres(std::uint32_t first, std::uint32_t begin) {
     const std::uint32_t left = open_spheres_ - first;
     const std::uint32_t count = left < bar_bits ? left : bar_bits;
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
@@ -166,7 +168,7 @@ class Traversal {
         rays_, [&](std::uint32_t i) __attribute__((always_inline)) {
           queries_.excluded[i] = cannot_enter<InsideStack, bar_bits>(i, first);
         });
-    for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
+    for (std::uint32_t i = begin; i < rays_.count; i += L::count) {
       const Ray<L> rays(rays_.origin.template load<L>(i), rays_.direction.template load<L>(i),
                         L::load(&queries_.inverse_square[i]));
       const auto excluded = L::Uint::load(&queries_.excluded[i]);

@@ -50,6 +50,24 @@ std::vector<Query<typename P::Real>> groups_of_rays(const Stored<P>& stored, Dic
   return queries;
 }
 
+/// Returns how many hits differ from `expected`. The queries travel in batches of many sizes.
+template <typename Real>
+int differences(LaneSearch<Real>& search, const std::vector<Query<Real>>& queries,
+                const std::vector<Hit<Real>>& expected, std::uint32_t beam, Dice& dice) {
+  int different = 0;
+  for (std::size_t begin = 0; begin < queries.size();) {
+    const std::size_t most = 64 * (1 + dice.below(16)) - begin % 3;
+    const std::size_t count = std::min(queries.size() - begin, most);
+    const auto found = search.find(std::span(queries).subspan(begin, count), beam);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Hit<Real>& right = expected[begin + i];
+      different += found[i].t == right.t && found[i].shape == right.shape ? 0 : 1;
+    }
+    begin += count;
+  }
+  return different;
+}
+
 template <typename P>
 void check_beams(const std::string& name, const Stored<P>& stored, Dice& dice) {
   using Real = typename P::Real;
@@ -64,22 +82,13 @@ void check_beams(const std::string& name, const Stored<P>& stored, Dice& dice) {
         static_cast<std::ptrdiff_t>(queries.size()));
   for (const Isa isa : instruction_sets()) {
     CAPTURE(name_of(isa));
-    const auto search = lane_search<P>(isa, stored, true, false);
-    for (const std::uint32_t beam : {16U, 40U, 64U}) {
-      CAPTURE(beam);
-      int different = 0;
-      for (std::size_t begin = 0; begin < queries.size();) {
-        const std::size_t left = queries.size() - begin;
-        const std::size_t count =
-            std::min<std::size_t>(left, 64 * (1 + dice.below(16)) - begin % 3);
-        const auto found = search->find(std::span(queries).subspan(begin, count), beam);
-        for (std::size_t i = 0; i < count; ++i) {
-          const Hit<Real>& right = expected[begin + i];
-          different += found[i].t == right.t && found[i].shape == right.shape ? 0 : 1;
-        }
-        begin += count;
+    for (const bool tree : {true, false}) {
+      CAPTURE(tree);
+      const auto search = lane_search<P>(isa, stored, tree, false);
+      for (const std::uint32_t beam : {16U, 40U, 64U}) {
+        CAPTURE(beam);
+        CHECK(differences(*search, queries, expected, beam, dice) == 0);
       }
-      CHECK(different == 0);
     }
   }
 }
