@@ -18,14 +18,13 @@ const std::map<std::string, Kernel>& kernels() {
   {#name, trace_item<Real, Store, Search, most_inside>},
       PARRAY_FOR_EACH_DEVICE_KERNEL(PARRAY_KERNEL)
 #undef PARRAY_KERNEL
-#define PARRAY_SHORT_KERNELS(precision, Real, Store)                             \
-  {"trace_" #precision "_linear_1", trace_item<Real, Store, DeviceLinear, 1>},   \
+#define PARRAY_SHORT_KERNELS(precision, Real, Store)                               \
+  {"trace_" #precision "_linear_1", trace_item<Real, Store, DeviceLinear, 1>},     \
       {"trace_" #precision "_linear_2", trace_item<Real, Store, DeviceLinear, 2>}, \
-      {"trace_" #precision "_bvh_1", trace_item<Real, Store, DeviceTree, 1>},    \
+      {"trace_" #precision "_bvh_1", trace_item<Real, Store, DeviceTree, 1>},      \
       {"trace_" #precision "_bvh_2", trace_item<Real, Store, DeviceTree, 2>},
-          PARRAY_SHORT_KERNELS(f32, float, float)
-          PARRAY_SHORT_KERNELS(mixed, double, float)
-          PARRAY_SHORT_KERNELS(f64, double, double)
+          PARRAY_SHORT_KERNELS(f32, float, float) PARRAY_SHORT_KERNELS(mixed, double, float)
+              PARRAY_SHORT_KERNELS(f64, double, double)
 #undef PARRAY_SHORT_KERNELS
   };
   return all;
@@ -43,7 +42,8 @@ void launch_on_host(const Launch& launch) {
 
 void launch_on_host(const Launch& launch, std::uint32_t most_inside) {
   Launch other = launch;
-  other.kernel = launch.kernel.substr(0, launch.kernel.rfind('_') + 1) + std::to_string(most_inside);
+  other.kernel =
+      launch.kernel.substr(0, launch.kernel.rfind('_') + 1) + std::to_string(most_inside);
   launch_on_host(other);
 }
 

@@ -6,9 +6,9 @@
 
 #include "common/trace/device/device_fingerprint.h"
 #include "common/trace/selfcheck/fingerprint.h"
-#include "tests/device/device_picture.h"
 #include "tests/device/host_kernels.h"
 #include "tests/device/scenes.h"
+#include "tests/support/device_picture.h"
 #include "tests/support/extreme_scenes.h"
 #include "tests/support/rooms.h"
 #include "tests/support/tracers.h"
@@ -79,8 +79,7 @@ TEST_CASE("device code has the scalar tracer's bits for every scene file") {
 }
 
 TEST_CASE("device code has the scalar tracer's bits for overlapping glass, balls and sticks") {
-  const HandedBack handed_back =
-      check_scene("overlapping", overlapping_shapes(), small_picture());
+  const HandedBack handed_back = check_scene("overlapping", overlapping_shapes(), small_picture());
   CHECK(handed_back.at_0 > handed_back.at_1);
   CHECK(handed_back.at_1 > handed_back.at_2);
   CHECK(handed_back.at_2 > handed_back.at_8);
@@ -127,15 +126,15 @@ TEST_CASE("device code as C++ has the pinned fingerprint of a machine") {
 }
 
 TEST_CASE("the scalar tracer and device code as C++ have the pinned fingerprint of devices") {
-  const std::string scalar = device_fingerprint([](const Scene& scene, const RenderSettings& s,
-                                                   std::span<PixelSums> pixels,
-                                                   TraceCounts& counts) {
-    const auto tracer = make_scalar_tracer(scene, s);
-    for (std::uint32_t y = 0; y < s.height; ++y) {
-      tracer->trace({y, 0, s.width}, {0, s.samples_per_pixel},
-                    pixels.subspan(std::size_t{y} * s.width, s.width), counts);
-    }
-  });
+  const std::string scalar =
+      device_fingerprint([](const Scene& scene, const RenderSettings& s,
+                            std::span<PixelSums> pixels, TraceCounts& counts) {
+        const auto tracer = make_scalar_tracer(scene, s);
+        for (std::uint32_t y = 0; y < s.height; ++y) {
+          tracer->trace({y, 0, s.width}, {0, s.samples_per_pixel},
+                        pixels.subspan(std::size_t{y} * s.width, s.width), counts);
+        }
+      });
   CHECK(scalar == pinned_device_fingerprint);
   CHECK(fingerprint_of([](const Launch& launch) { launch_on_host(launch); }) ==
         pinned_device_fingerprint);

@@ -118,17 +118,16 @@ void OpenCl::run(const Launch& launch) {
   cl_int status = 0;
   const auto buffer = [&](const void* data, std::size_t bytes, cl_mem_flags flags) {
     // Without const, because OpenCL has one type for both directions.
-    const cl_mem made = clCreateBuffer(state_->context, flags | CL_MEM_COPY_HOST_PTR,
-                                       std::max<std::size_t>(bytes, 1), const_cast<void*>(data),
-                                       &status);
+    const cl_mem made =
+        clCreateBuffer(state_->context, flags | CL_MEM_COPY_HOST_PTR,
+                       std::max<std::size_t>(bytes, 1), const_cast<void*>(data), &status);
     check(status, "clCreateBuffer");
     return made;
   };
-  cl_mem buffers[] = {
-      buffer(launch.scene.data(), launch.scene.size(), CL_MEM_READ_ONLY),
-      buffer(launch.picture.data(), launch.picture.size(), CL_MEM_READ_ONLY),
-      buffer(launch.items.data(), launch.items.size_bytes(), CL_MEM_READ_ONLY),
-      buffer(launch.sums.data(), launch.sums.size_bytes(), CL_MEM_READ_WRITE)};
+  cl_mem buffers[] = {buffer(launch.scene.data(), launch.scene.size(), CL_MEM_READ_ONLY),
+                      buffer(launch.picture.data(), launch.picture.size(), CL_MEM_READ_ONLY),
+                      buffer(launch.items.data(), launch.items.size_bytes(), CL_MEM_READ_ONLY),
+                      buffer(launch.sums.data(), launch.sums.size_bytes(), CL_MEM_READ_WRITE)};
   const auto count = static_cast<cl_uint>(launch.items.size());
   const cl_kernel kernel = state_->kernel(launch.kernel);
   for (cl_uint i = 0; i < 3; ++i) clSetKernelArg(kernel, i, sizeof(cl_mem), &buffers[i]);

@@ -1,12 +1,13 @@
+#include "tests/device/opencl.h"
+
 #include <doctest/doctest.h>
 
 #include <string>
 
 #include "common/trace/device/device_fingerprint.h"
 #include "common/trace/selfcheck/fingerprint.h"
-#include "tests/device/device_picture.h"
-#include "tests/device/opencl.h"
 #include "tests/device/scenes.h"
+#include "tests/support/device_picture.h"
 #include "tests/support/rooms.h"
 #include "tests/support/tracers.h"
 
@@ -31,8 +32,8 @@ TEST_CASE("through OpenCL, kernels have the scalar tracer's bits for every scene
   for (const NamedScene& named : all_scene_files(60, 40, 8)) {
     CAPTURE(named.name);
     RenderSettings settings = named.settings;
-    const DevicePictureSums found = device_sums(
-        named.scene, settings, [&](const Launch& launch) { device.run(launch); });
+    const DevicePictureSums found =
+        device_sums(named.scene, settings, [&](const Launch& launch) { device.run(launch); });
     CHECK(found.sums == sums_of(*make_path_tracer(named.scene, settings), settings));
     CHECK(found.handed_back == 0);
   }
