@@ -45,30 +45,38 @@ if(PARRAY_CLANG)
   execute_process(COMMAND ${PARRAY_CLANG} -dumpversion OUTPUT_VARIABLE clang_version OUTPUT_STRIP_TRAILING_WHITESPACE)
   string(REGEX REPLACE "\\..*" "" clang_version "${clang_version}")
   find_program(PARRAY_OPT opt-${clang_version})
+  find_program(PARRAY_LLVM_AS llvm-as-${clang_version})
+  find_program(PARRAY_LLVM_DIS llvm-dis-${clang_version})
   find_program(PARRAY_LLVM_SPIRV llvm-spirv-${clang_version})
 endif()
 
 if(PARRAY_DEVICE_PTX)
-  parray_device_compile(ptx kernels.ptx -ffp-contract=off)
-  parray_device_compile(ptx fused.ptx -ffp-contract=fast)
+  # Calls would pass structs through memory.
+  parray_device_compile(ptx kernels.ptx -ffp-contract=off -mllvm -inline-threshold=100000)
+  parray_device_compile(ptx fused.ptx -ffp-contract=fast -O1)
   add_custom_target(parray_device_ptx DEPENDS ${PARRAY_DEVICE_DIR}/kernels.ptx ${PARRAY_DEVICE_DIR}/fused.ptx)
 else()
   message(STATUS "Without device code as PTX: it needs clang with the target nvptx64")
 endif()
 
-if(PARRAY_DEVICE_SPIRV AND PARRAY_OPT AND PARRAY_LLVM_SPIRV)
+if(PARRAY_DEVICE_SPIRV AND PARRAY_OPT AND PARRAY_LLVM_DIS AND PARRAY_LLVM_AS AND PARRAY_LLVM_SPIRV)
   set(contract_kernels off)
   set(contract_fused on)
   foreach(name kernels fused)
     set(base ${PARRAY_DEVICE_DIR}/${name})
     parray_device_compile(spirv ${name}.bc -ffp-contract=${contract_${name}})
+    # The way back writes a wrong type into attributes `sret`, so that LLVM would optimise results away. What a device
+    # may fuse, the files `fused` do fuse.
     add_custom_command(OUTPUT ${base}.spv ${base}.spir DEPENDS ${base}.bc VERBATIM
       COMMAND ${PARRAY_OPT} -passes=always-inline,globaldce ${base}.bc -o ${base}.inlined.bc
       COMMAND ${PARRAY_LLVM_SPIRV} ${base}.inlined.bc -o ${base}.spv
-      COMMAND ${PARRAY_LLVM_SPIRV} -r ${base}.spv -o ${base}.spir)
+      COMMAND ${PARRAY_LLVM_SPIRV} -r ${base}.spv -o ${base}.back.bc
+      COMMAND ${PARRAY_LLVM_DIS} ${base}.back.bc -o ${base}.ll
+      COMMAND sed -E -i "s/ sret\\(%\"[^\"]*\" addrspace\\(4\\)\\*\\)//g; s/@_Z3mad(fff|ddd)/@_Z3fma\\1/g" ${base}.ll
+      COMMAND ${PARRAY_LLVM_AS} ${base}.ll -o ${base}.spir)
     list(APPEND device_spirv ${base}.spir)
   endforeach()
   add_custom_target(parray_device_spirv DEPENDS ${device_spirv})
 else()
-  message(STATUS "Without device code as SPIR-V: it needs clang, opt and llvm-spirv of the same version")
+  message(STATUS "Without device code as SPIR-V: it needs clang, opt, llvm-as, llvm-dis and llvm-spirv of one version")
 endif()

@@ -18,15 +18,16 @@ namespace parray::trace {
 /// all give the same bits. A search may also have a function `enter_capsules` with the same
 /// parameters, which finds capsules.
 template <typename S, typename Real, typename Sides>
-concept EntrySearch =
-    requires(const S& s, const Ray<Real>& ray, const Sides& sides, Hit<Real>& best) {
+concept EntrySearch = requires(const S& s, const Ray<Real>& ray, const Sides& sides,
+                               Hit<Real>& best) {
   { s.enter(ray, sides, best) } -> std::same_as<void>;
 };
 
 /// A search that is built from the spheres in input order.
 template <typename S, typename Real>
-concept SphereSearch = EntrySearch<S, Real, InsideStack<Real>> &&
-    std::constructible_from<S, const std::vector<SphereShape<Real>>&> && requires(const S& s) {
+concept SphereSearch = EntrySearch<S, Real, InsideStack<Real>> && std::constructible_from < S,
+        const std::vector<SphereShape<Real>>
+& > &&requires(const S& s) {
   { s.bytes() } -> std::same_as<std::size_t>;
 };
 

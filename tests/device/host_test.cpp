@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 
 #include "common/trace/device/device_fingerprint.h"
@@ -99,13 +100,18 @@ TEST_CASE("a path inside more shapes than the stack holds hands its pixel back t
   }
 }
 
-TEST_CASE("device code has the scalar tracer's bits for thousands of glass sticks in one body") {
+TEST_CASE(
+    "device code has the scalar tracer's bits where paths cross hundreds of sticks in a body") {
   Scene scene = small_scene();
-  for (std::uint32_t i = 0; i < 150; ++i) {  // a path crosses more than most_crossings surfaces
+  for (std::uint32_t i = 0; i < 150; ++i) {  // more than most_crossings side by side
     const double x = 0.05 * i - 4;
     scene.capsules.push_back({{x, 0.5, -2}, {x, 0.5, 2}, 0.4, 2});
   }
-  check_scene("sticks", scene, small_picture());
+  RenderSettings settings = small_picture();
+  settings.width = 8;
+  settings.height = 6;
+  settings.samples_per_pixel = 2;
+  check_scene("sticks", scene, settings);
 }
 
 TEST_CASE("device code has the scalar tracer's bits for scenes of extreme numbers") {
@@ -138,6 +144,23 @@ TEST_CASE("the scalar tracer and device code as C++ have the pinned fingerprint 
   CHECK(scalar == pinned_device_fingerprint);
   CHECK(fingerprint_of([](const Launch& launch) { launch_on_host(launch); }) ==
         pinned_device_fingerprint);
+}
+
+TEST_CASE("the CPU traces a scene whose tree is deeper than the stack of a kernel") {
+  Scene scene = small_scene();
+  for (double radius = 1e-15; radius < 1e15; radius *= 1.1) {  // each a little farther away
+    scene.spheres.push_back({radius * Vec3d{20, 3, -7}, radius, 1});
+  }
+  RenderSettings settings = small_picture();
+  settings.precision = Precision::f64;
+  settings.accelerator = AcceleratorKind::bvh;
+  const DeviceScene tables(scene, settings.precision, settings.accelerator);
+  CHECK_FALSE(tables.fits());
+  CHECK(DeviceScene(scene, settings.precision, AcceleratorKind::linear).fits());
+  const DevicePictureSums found =
+      device_sums(scene, settings, [](const Launch&) { throw std::logic_error("launched"); });
+  CHECK(found.sums == sums_of(*make_scalar_tracer(scene, settings), settings));
+  CHECK(found.handed_back == found.sums.pixels.size());
 }
 
 TEST_CASE("an empty item and a scene without shapes have sums of their own") {

@@ -6,6 +6,7 @@
 
 #include "common/trace/device/device_fingerprint.h"
 #include "common/trace/selfcheck/fingerprint.h"
+#include "tests/device/host_kernels.h"
 #include "tests/device/scenes.h"
 #include "tests/support/device_picture.h"
 #include "tests/support/rooms.h"
@@ -49,11 +50,18 @@ TEST_CASE("through OpenCL, kernels have both pinned fingerprints") {
         }) == pinned_fingerprint);
 }
 
-TEST_CASE("through OpenCL, kernels that fuse products and sums have another fingerprint") {
+TEST_CASE("through OpenCL, f32 kernels that fuse products and sums have another fingerprint") {
   const std::string fused = PARRAY_DEVICE_DIR "/fused.spir";
   if (skipped(fused)) return;
   OpenCl device(fused);
-  CHECK(fingerprint_of([&](const Launch& l) { device.run(l); }) != pinned_device_fingerprint);
+  std::uint64_t launches = 0;
+  const std::string found = fingerprint_of([&](const Launch& launch) {
+    if (launch.kernel.find("_f32_") == std::string::npos) return launch_on_host(launch);
+    device.run(launch);
+    ++launches;
+  });
+  CHECK(launches == 4);
+  CHECK(found != pinned_device_fingerprint);
 }
 
 }  // namespace parray::test

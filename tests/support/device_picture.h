@@ -44,11 +44,12 @@ inline std::uint64_t trace_items(const DeviceScene& scene, const DevicePicture& 
                                  std::span<const DeviceItem> items, std::span<PixelSums> pixels,
                                  TraceCounts& counts) {
   std::vector<DeviceSums> results(items.size());
-  launch({kernel_name(scene, picture), scene.bytes(), picture.bytes(), items, results});
+  if (scene.fits())
+    launch({kernel_name(scene, picture), scene.bytes(), picture.bytes(), items, results});
   std::uint64_t handed_back = 0;
   for (std::size_t i = 0; i < items.size(); ++i) {
     const DeviceItem& item = items[i];
-    if (results[i].handed_back != 0) {
+    if (!scene.fits() || results[i].handed_back != 0) {
       ++handed_back;
       fallback.trace({item.y, item.x, item.x + 1}, {item.begin, item.end}, pixels.subspan(i, 1),
                      counts);

@@ -125,7 +125,8 @@ constexpr std::string_view tracer_folder = "common/trace/";
 /// The tracer's rooms from the bottom up: a file may include those of its own level and below.
 int level_in_tracer(const std::string& path) {
   static const std::vector<std::pair<std::string, int>> levels = {
-      {"bvh/", 1}, {"integrator/", 2}, {"reference/", 3}, {"tracer.", 4}, {"selfcheck/", 5}};
+      {"bvh/", 1},    {"integrator/", 2}, {"reference/", 3},
+      {"device/", 3}, {"tracer.", 4},     {"selfcheck/", 5}};
   const std::string place = path.substr(tracer_folder.size());
   for (const auto& [room, level] : levels) {
     if (place.starts_with(room)) return level;
@@ -348,6 +349,7 @@ TEST_CASE("the check of includes refuses what the architecture forbids") {
   CHECK(refuses("common/trace/bvh/a.h", "#include \"common/trace/integrator/path.h\""));
   CHECK(refuses("common/trace/integrator/a.h", "#include \"common/trace/reference/octree.h\""));
   CHECK(refuses("common/trace/integrator/a.h", "#include \"common/trace/tracer.h\""));
+  CHECK(refuses("common/trace/integrator/a.h", "#include \"common/trace/device/device_view.h\""));
   CHECK(refuses("common/math/a.h", "#include \"common/base/error.h\""));
   CHECK(refuses("common/image/a.h", "#include \"common/schedule/row_order.h\""));
   CHECK(refuses("common/scene/a.h", "#include \"common/trace/ray.h\""));

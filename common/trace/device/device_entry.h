@@ -10,18 +10,18 @@
 namespace parray::trace {
 
 /// The kernels of a device: K(name, Real, Store, Search, most shapes that a path can be inside of).
-#define PARRAY_FOR_EACH_DEVICE_KERNEL(K)                       \
-  K(trace_f32_linear_0, float, float, DeviceLinear, 0)         \
-  K(trace_f32_linear_8, float, float, DeviceLinear, 8)         \
-  K(trace_f32_bvh_0, float, float, DeviceTree, 0)              \
-  K(trace_f32_bvh_8, float, float, DeviceTree, 8)              \
-  K(trace_mixed_linear_0, double, float, DeviceLinear, 0)      \
-  K(trace_mixed_linear_8, double, float, DeviceLinear, 8)      \
-  K(trace_mixed_bvh_0, double, float, DeviceTree, 0)           \
-  K(trace_mixed_bvh_8, double, float, DeviceTree, 8)           \
-  K(trace_f64_linear_0, double, double, DeviceLinear, 0)       \
-  K(trace_f64_linear_8, double, double, DeviceLinear, 8)       \
-  K(trace_f64_bvh_0, double, double, DeviceTree, 0)            \
+#define PARRAY_FOR_EACH_DEVICE_KERNEL(K)                  \
+  K(trace_f32_linear_0, float, float, DeviceLinear, 0)    \
+  K(trace_f32_linear_8, float, float, DeviceLinear, 8)    \
+  K(trace_f32_bvh_0, float, float, DeviceTree, 0)         \
+  K(trace_f32_bvh_8, float, float, DeviceTree, 8)         \
+  K(trace_mixed_linear_0, double, float, DeviceLinear, 0) \
+  K(trace_mixed_linear_8, double, float, DeviceLinear, 8) \
+  K(trace_mixed_bvh_0, double, float, DeviceTree, 0)      \
+  K(trace_mixed_bvh_8, double, float, DeviceTree, 8)      \
+  K(trace_f64_linear_0, double, double, DeviceLinear, 0)  \
+  K(trace_f64_linear_8, double, double, DeviceLinear, 8)  \
+  K(trace_f64_bvh_0, double, double, DeviceTree, 0)       \
   K(trace_f64_bvh_8, double, double, DeviceTree, 8)
 
 /// Traces a work item: the body of a kernel. `scene` and `picture` are the blocks of DeviceScene

@@ -22,6 +22,7 @@ using PictureTracer = std::function<void(const Scene& scene, const RenderSetting
 std::string device_fingerprint(const PictureTracer& trace);
 
 /// The value of device_fingerprint() for this trace_version (proto/messages.h).
-inline constexpr std::string_view pinned_device_fingerprint = "";
+inline constexpr std::string_view pinned_device_fingerprint =
+    "090981e98de16a59387e3b6d0d2711e69fd9e2548a7d39ae8ce2b8924f15d4b1";
 
 }  // namespace parray::trace

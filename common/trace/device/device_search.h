@@ -41,9 +41,9 @@ struct BoxRay {
     const auto plane = [&](int axis, bool far_side) {
       return node.planes[axis][(octant >> axis & 1) ^ (far_side ? 1U : 0U)][k];
     };
-    const Store near = max_of(max_of(plane(0, false) * x.inverse + x.near,
-                                     plane(1, false) * y.inverse + y.near),
-                              max_of(plane(2, false) * z.inverse + z.near, Store(0)));
+    const Store near =
+        max_of(max_of(plane(0, false) * x.inverse + x.near, plane(1, false) * y.inverse + y.near),
+               max_of(plane(2, false) * z.inverse + z.near, Store(0)));
     const Store far =
         min_of(min_of(plane(0, true) * x.inverse + x.far, plane(1, true) * y.inverse + y.far),
                min_of(plane(2, true) * z.inverse + z.far, bound));

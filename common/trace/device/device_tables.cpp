@@ -96,8 +96,8 @@ AlignedArray<std::byte> scene_block(const Scene& scene, const Vec3d& origin, boo
 
   using Head = DeviceSceneHead<Real, Store>;
   BlockWriter writer(sizeof(Head));
-  Head head{SkyGradient<Real>(scene.sky), RadianceScale(largest_radiance(scene)), {}, {}, {}, {},
-            {}, {}};
+  Head head{
+      SkyGradient<Real>(scene.sky), RadianceScale(largest_radiance(scene)), {}, {}, {}, {}, {}, {}};
   head.spheres = writer.add(spheres);
   head.capsules = writer.add(capsules);
   head.material_of = writer.add(material_of);
@@ -119,19 +119,23 @@ AlignedArray<std::byte> picture_block(const DeviceScene& scene, const Camera& ca
                                       const PictureSettings& picture, bool& starts_inside) {
   const DeviceSceneView<Real, Store> shapes(scene.bytes().data());
   const RayStarts starts(camera, picture.width, picture.height);
-  const StartShapes start(starts, shapes.spheres.size() + shapes.capsules.size(),
-                          [&](std::uint32_t number) {
-                            return at_shape(shapes, number, [&](const auto& shape) {
-                              return starts.inside(shape);
-                            });
-                          });
+  const StartShapes start(
+      starts, shapes.spheres.size() + shapes.capsules.size(), [&](std::uint32_t number) {
+        return at_shape(shapes, number, [&](const auto& shape) { return starts.inside(shape); });
+      });
   starts_inside = !start.empty();
   const StartTable table = start.table();
 
   using Head = DevicePictureHead<Real>;
   BlockWriter writer(sizeof(Head));
   Head head{CameraRays<Real>(camera, picture.width, picture.height),
-            picture.seed, picture.width, picture.max_depth, {}, {}, table.bits, table.across,
+            picture.seed,
+            picture.width,
+            picture.max_depth,
+            {},
+            {},
+            table.bits,
+            table.across,
             picture.sampler};
   if (starts_inside) {
     const std::size_t tiles = start.tile_count();

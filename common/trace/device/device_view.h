@@ -43,9 +43,9 @@ template <typename Real, typename Store>
 struct DeviceSceneHead {
   SkyGradient<Real> sky;
   RadianceScale scale;
-  TablePlace spheres, capsules;  ///< SphereShape<Store>, CapsuleShape<Store>
-  TablePlace material_of;        ///< material of each shape
-  TablePlace surfaces;           ///< MaterialParameters<Real>
+  TablePlace spheres, capsules;                ///< SphereShape<Store>, CapsuleShape<Store>
+  TablePlace material_of;                      ///< material of each shape
+  TablePlace surfaces;                         ///< MaterialParameters<Real>
   TreePlace<Store> sphere_tree, capsule_tree;  ///< empty with linear search
 };
 

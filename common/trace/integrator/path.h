@@ -190,9 +190,9 @@ PARRAY_INLINE bool advance(const Scene& scene, const Ends& ends, const Search& s
 /// Returns the radiance of one sample of pixel (x, y), and counts as advance() does. `sides` is
 /// scratch memory. If sides.overflowed() afterwards, the result is unknown.
 template <typename Real, typename List, PathScene<Real> Scene, typename Ends, typename Search>
-Vec3<Real> trace_sample(const Scene& scene, const Ends& ends, const Search& search,
-                        std::uint32_t x, std::uint32_t y, const SampleRandom& random,
-                        InsideStack<Real, List>& sides, TraceCounts& counts) {
+Vec3<Real> trace_sample(const Scene& scene, const Ends& ends, const Search& search, std::uint32_t x,
+                        std::uint32_t y, const SampleRandom& random, InsideStack<Real, List>& sides,
+                        TraceCounts& counts) {
   Path<Real> path = begin_path(scene, ends, x, y, random, sides);
   Vec3<Real> radiance{};
   while (advance(scene, ends, search, random, path, sides, radiance, counts)) {
