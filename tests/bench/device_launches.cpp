@@ -25,15 +25,16 @@ double median_seconds(std::size_t rounds, const Work& work) {
 
 /// Returns the seconds of the host for an empty launch with its wait.
 double empty_launch(const test::CudaDevice& device, const test::CudaKernel& kernel) {
-  const test::cuda::Pointer none = 0;
+  const test::CudaMemory none(device.driver(), 64);
   const TimeLimit clock(0);
-  device.launch(kernel, 1, 32, none, none, none, std::uint32_t{0}, none);
+  device.launch(kernel, 1, 32, none.address(), none.address(), none.address(), std::uint32_t{0},
+                none.address());
   device.wait();
   return clock.used();
 }
 
 Json measure_copies(const SpeedOptions& options, const test::CudaDevice& device) {
-  const std::size_t bytes = std::size_t{options.width} * options.height * sizeof(test::DeviceSums);
+  const std::size_t bytes = std::size_t{options.width} * options.height * sizeof(DeviceSums);
   AlignedArray<std::byte> host(bytes);
   std::memset(host.data(), 1, bytes);
   test::CudaMemory memory(device.driver(), bytes);
@@ -61,8 +62,8 @@ Json measure_launches(const SpeedOptions& options, int cap, std::uint32_t block,
   settings.width = options.width;
   settings.height = options.height;
   settings.precision = Precision::f32;
-  const test::DeviceScene tables(scene, Precision::f32, AcceleratorKind::bvh);
-  const test::DevicePicture picture(tables, scene.camera, settings);
+  const DeviceScene tables(scene, Precision::f32, AcceleratorKind::bvh);
+  const DevicePicture picture(tables, scene.camera, settings);
   const test::CudaKernel kernel = modules.with(cap).kernel(kernel_name(tables, picture));
   Json figures = {{"most_registers", name_of_cap(cap)}, {"block", block}};
   figures["empty_launch_us"] =

@@ -186,18 +186,23 @@ Json facts_of(const test::CudaDevice& device) {
           {"driver", facts.driver}};
 }
 
-std::string goal_line(const Json& report) {
-  if (!report.contains("speed")) return "";
+Json goal_row(const Json& report) {
+  if (!report.contains("speed")) return nullptr;
   for (const Json& row : report["speed"]["rows"]) {
-    if (row["spheres"] != goal_spheres || row["precision"] != "f32" || !row.contains("best")) {
-      continue;
+    if (row["spheres"] == goal_spheres && row["precision"] == "f32" && row.contains("best")) {
+      return row;
     }
-    const double rate = row["best"]["million_samples_per_s"].get<double>() * 1e6;
-    return "Goal: " + number(goal / 1e9, 2) + " G samples/s in f32 at " +
-           std::to_string(goal_spheres) + " spheres. Measured: " + number(rate / 1e9, 3) +
-           " G samples/s. " + (rate >= goal ? "Reached." : "Not reached.");
   }
-  return "";
+  return nullptr;
+}
+
+std::string goal_line(const Json& report) {
+  const Json row = goal_row(report);
+  if (row.is_null()) return "";
+  const double rate = row["best"]["million_samples_per_s"].get<double>() * 1e6;
+  return "Goal: " + number(goal / 1e9, 2) + " G samples/s in f32 at " +
+         std::to_string(goal_spheres) + " spheres. Measured: " + number(rate / 1e9, 3) +
+         " G samples/s. " + (rate >= goal ? "Reached." : "Not reached.");
 }
 
 void write_report(const Json& report, const std::filesystem::path& folder) {

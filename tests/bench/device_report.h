@@ -11,6 +11,8 @@ namespace parray::bench {
 /// Returns the figures of the device itself.
 Json facts_of(const test::CudaDevice& device);
 
+/// Returns the row of the goal; null: it was not measured.
+Json goal_row(const Json& report);
 /// Returns a line that says whether the goal is reached; empty: its row was not measured.
 std::string goal_line(const Json& report);
 

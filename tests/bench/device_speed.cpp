@@ -16,8 +16,6 @@
 namespace parray::bench {
 namespace {
 
-using test::DeviceSums;
-
 /// Scenes with more spheres are not traced by linear search.
 constexpr std::uint32_t most_linear = 48;
 constexpr std::uint32_t first_block = 128;
@@ -48,8 +46,7 @@ struct Cell {
 double million(double value) { return value / 1e6; }
 
 /// Returns a plan of launches that take about launch_seconds.
-ItemPlan plan_of(const Row& row, const test::DeviceScene& scene,
-                 const test::DevicePicture& picture) {
+ItemPlan plan_of(const Row& row, const DeviceScene& scene, const DevicePicture& picture) {
   constexpr double most_blocks = 4;
   ItemPlan plan;
   const DeviceWork work(row.device, scene, picture, items_of(row.settings, plan));
@@ -90,8 +87,9 @@ void check_cells(const Row& row, const DeviceWork& work, const std::vector<Cell>
     }
     const std::string text = first_difference(work.some_items(), found, cpu);
     if (!text.empty()) {
-      row.verdict.wrong("picture of " + row.name() + ", " + name_of_cap(cell.cap) +
-                        " registers, blocks of " + std::to_string(cell.block) + ", " + text);
+      row.verdict.wrong("picture of " + row.name() + " with the limit of registers " +
+                        name_of_cap(cell.cap) + " and blocks of " + std::to_string(cell.block) +
+                        ", " + text);
     }
   }
 }
@@ -124,12 +122,12 @@ const Json& best_of(const Json& cells) {
 
 /// Adds the figures of all cells of a row to `figures`.
 void measure_row(const Row& row, const Scene& scene, const PathTracer& cpu, Json& figures) {
-  const test::DeviceScene tables(scene, row.settings.precision, row.settings.accelerator, 4);
+  const DeviceScene tables(scene, row.settings.precision, row.settings.accelerator, 4);
   if (!tables.fits()) {
     figures["left_out"] = "the tree is deeper than a kernel's stack";
     return;
   }
-  const test::DevicePicture picture(tables, scene.camera, row.settings);
+  const DevicePicture picture(tables, scene.camera, row.settings);
   const DeviceWork work(row.device, tables, picture,
                         items_of(row.settings, plan_of(row, tables, picture)));
   std::vector<Cell> cells = cells_of(row, work.kernel());
@@ -217,6 +215,7 @@ const test::CudaModule& ModulesByCap::with(int cap) {
 
 Json measure_speed(const SpeedOptions& options, const TimeLimit& time,
                    const test::CudaDevice& device, ModulesByCap& modules, Verdict& verdict) {
+  for (const int cap : options.caps) modules.with(cap);
   Json rows = Json::array();
   Json left_out = Json::array();
   std::printf(

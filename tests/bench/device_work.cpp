@@ -12,9 +12,6 @@
 namespace parray::bench {
 namespace {
 
-using test::DeviceItem;
-using test::DeviceSums;
-
 constexpr std::uint32_t tile_width = 8;
 constexpr std::uint32_t tile_height = 4;
 /// Items that are compared with the CPU.
@@ -82,13 +79,13 @@ std::string difference(const DeviceItem& item, const DeviceSums& found,
 }
 
 std::vector<double> measure_rates(const PathTracer& cpu, const RenderSettings& settings,
-                                  std::size_t rounds, double seconds) {
+                                  std::size_t turns, double seconds) {
   constexpr std::uint32_t samples_of_a_call = 16;
   const FloatMode ieee;
   std::vector<double> rates;
   std::vector<PixelSums> sums(settings.width);
   std::uint32_t y = 0;
-  for (std::size_t round = 0; round <= rounds; ++round) {
+  for (std::size_t round = 0; round <= turns; ++round) {
     TraceCounts counts;
     const double begin = cpu_seconds();
     double elapsed = 0;
@@ -117,8 +114,8 @@ std::vector<DeviceItem> items_of(const RenderSettings& settings, const ItemPlan&
   return items;
 }
 
-DeviceWork::DeviceWork(const test::CudaDevice& device, const test::DeviceScene& scene,
-                       const test::DevicePicture& picture, std::vector<DeviceItem> items)
+DeviceWork::DeviceWork(const test::CudaDevice& device, const DeviceScene& scene,
+                       const DevicePicture& picture, std::vector<DeviceItem> items)
     : device_(device),
       kernel_(kernel_name(scene, picture)),
       items_(std::move(items)),
@@ -172,11 +169,11 @@ std::string first_difference(std::span<const DeviceItem> items, std::span<const 
 }
 
 std::vector<double> cpu_rates(const PathTracer& cpu, const RenderSettings& settings,
-                              std::size_t rounds, double seconds) {
+                              std::size_t turns, double seconds) {
   std::vector<double> rates;
   std::jthread([&] {  // the core is that of this thread alone
     pin_to_one_core();
-    rates = measure_rates(cpu, settings, rounds, seconds);
+    rates = measure_rates(cpu, settings, turns, seconds);
   })
       .join();
   return rates;

@@ -21,22 +21,23 @@ struct ItemPlan {
 
 /// Returns the items of a launch. The threads of a warp trace the same samples of the pixels of a
 /// tile (8 x 4) or of a row.
-std::vector<test::DeviceItem> items_of(const RenderSettings& settings, const ItemPlan& plan);
+std::vector<DeviceItem> items_of(const RenderSettings& settings, const ItemPlan& plan);
 
 /// A picture on the device.
 class DeviceWork {
  public:
-  DeviceWork(const test::CudaDevice& device, const test::DeviceScene& scene,
-             const test::DevicePicture& picture, std::vector<test::DeviceItem> items);
+  DeviceWork(const test::CudaDevice& device, const DeviceScene& scene, const DevicePicture& picture,
+             std::vector<DeviceItem> items);
 
   /// Traces all items and returns the device's seconds.
   double trace(const test::CudaKernel& kernel, std::uint32_t block) const;
 
-  /// Returns the results of the items from number sample_begin() on: some from the middle.
-  [[nodiscard]] std::vector<test::DeviceSums> some_results() const;
-  [[nodiscard]] std::span<const test::DeviceItem> some_items() const;
+  /// Returns some items from the middle.
+  [[nodiscard]] std::span<const DeviceItem> some_items() const;
+  /// Returns the results of some_items().
+  [[nodiscard]] std::vector<DeviceSums> some_results() const;
   /// Returns the results of all items.
-  [[nodiscard]] std::vector<test::DeviceSums> all_results() const;
+  [[nodiscard]] std::vector<DeviceSums> all_results() const;
 
   [[nodiscard]] const std::string& kernel() const { return kernel_; }
   [[nodiscard]] std::uint64_t samples() const { return samples_; }
@@ -45,18 +46,18 @@ class DeviceWork {
  private:
   const test::CudaDevice& device_;
   std::string kernel_;
-  std::vector<test::DeviceItem> items_;
+  std::vector<DeviceItem> items_;
   std::uint64_t samples_ = 0;
   test::CudaMemory scene_memory_, picture_memory_, item_memory_, sum_memory_;
 };
 
 /// Describes the first item whose results are not the CPU's; empty: there is none. Items that were
 /// handed back count as right.
-std::string first_difference(std::span<const test::DeviceItem> items,
-                             std::span<const test::DeviceSums> found, const PathTracer& cpu);
+std::string first_difference(std::span<const DeviceItem> items, std::span<const DeviceSums> found,
+                             const PathTracer& cpu);
 
-/// Returns the samples per second of one core of the CPU, in each round.
+/// Returns the samples per second of one core of the CPU, in each turn.
 std::vector<double> cpu_rates(const PathTracer& cpu, const RenderSettings& settings,
-                              std::size_t rounds, double seconds);
+                              std::size_t turns, double seconds);
 
 }  // namespace parray::bench
