@@ -34,7 +34,7 @@ class Missing : public std::runtime_error {
 };
 
 struct Arguments {
-  std::string library = "libcuda.so.1";
+  std::string library;
   int device = 0;
   std::string code;       ///< folder of kernels.ptx and probe.ptx
   std::string scenes;     ///< folder of the shipped scenes
@@ -257,7 +257,8 @@ int main(int argc, char** argv) {
     line.option("--code", a.code, "Folder of kernels.ptx and probe.ptx").required();
     line.option("--scenes", a.scenes, "Folder of the shipped scenes").required();
     line.option("--generated", a.generated, "Folder of one-weekend-N.json").required();
-    line.option("--driver", a.library, "CUDA's driver library").show_default();
+    line.option("--driver", a.library,
+                "CUDA's driver library (default: libcuda.so.1 of the system)");
     line.number("--device", a.device, 0, 1000, "Number of the device").show_default();
     line.option("-o,--output", a.output, "Folder for device.md and device.json");
     line.flag("--quick", a.quick, "Less of everything: below a minute");

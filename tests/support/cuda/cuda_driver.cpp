@@ -2,7 +2,18 @@
 
 #include <dlfcn.h>
 
+#include <array>
+#include <type_traits>
+
 namespace parray::test {
+
+namespace {
+
+/// Where containers and WSL have the library, if the loader does not find it by its name.
+constexpr std::array usual_places{"libcuda.so.1", "/usr/local/nvidia/lib64/libcuda.so.1",
+                                  "/usr/lib/wsl/lib/libcuda.so.1"};
+
+}  // namespace
 
 CudaDriver::CudaDriver(const std::string& library) {
   load(library);
@@ -13,18 +24,24 @@ CudaDriver::CudaDriver(const std::string& library) {
   if (device_count() == 0) throw NoDevice("no CUDA device: the driver lists none");
 }
 
-CudaDriver::~CudaDriver() = default;  // the library stays loaded: a driver keeps threads of its own
-
 void CudaDriver::load(const std::string& library) {
-  library_ = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (library_ == nullptr) {
-    const char* reason = dlerror();  // NOLINT(concurrency-mt-unsafe): glibc keeps one per thread
-    throw NoDevice("no CUDA driver: " + std::string(reason == nullptr ? library : reason));
+  std::string reason;
+  for (const std::string place : usual_places) {
+    const std::string& file = library.empty() ? place : library;
+    library_ = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (library_ != nullptr) return find_functions(file);
+    const char* error = dlerror();  // NOLINT(concurrency-mt-unsafe): glibc keeps one per thread
+    if (reason.empty()) reason = error == nullptr ? file : error;
   }
+  throw NoDevice("no CUDA driver: " + reason);
+}
+
+void CudaDriver::find_functions(const std::string& library) {
   const auto find = [&](auto& function, const char* name) {
     void* symbol = dlsym(library_, name);
-    if (symbol == nullptr)
+    if (symbol == nullptr) {
       throw NoDevice("the CUDA driver is too old: " + library + " lacks " + name);
+    }
     function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(symbol);
   };
 #define PARRAY_CUDA_FIND(name, ...) find(functions_.name, #name);

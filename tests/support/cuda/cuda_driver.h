@@ -24,9 +24,10 @@ class DeviceError : public RunError {
 /// toolkit. Any thread may call its functions.
 class CudaDriver {
  public:
-  /// Throws NoDevice if the library cannot be loaded, lacks a function, or finds no device.
-  explicit CudaDriver(const std::string& library = "libcuda.so.1");
-  ~CudaDriver();
+  /// Loads `library`; empty: the driver's library where systems have it. Throws NoDevice if the
+  /// library cannot be loaded, lacks a function, or finds no device.
+  explicit CudaDriver(const std::string& library = "");
+  ~CudaDriver() = default;  // the library stays loaded: it keeps threads of its own
   CudaDriver(const CudaDriver&) = delete;
   CudaDriver& operator=(const CudaDriver&) = delete;
 
@@ -50,6 +51,7 @@ class CudaDriver {
 
  private:
   void load(const std::string& library);
+  void find_functions(const std::string& library);
   void check(cuda::Result result, const char* function) const;
 
   void* library_ = nullptr;
