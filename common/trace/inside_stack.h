@@ -8,9 +8,9 @@
 
 namespace parray::trace {
 
-/// Up to `most` numbers without memory from the heap, for code that cannot allocate. Has the
+/// Up to `Most` numbers without memory from the heap, for code that cannot allocate. Has the
 /// functions of std::vector that InsideStack calls.
-template <std::uint32_t most>
+template <std::uint32_t Most>
 class ShortList {
  public:
   void clear() {
@@ -19,7 +19,7 @@ class ShortList {
   }
   /// Adds a number. If the list is full, leaves it as it is and sets overflowed().
   void push_back(std::uint32_t number) {
-    overflowed_ = overflowed_ || count_ == most;
+    overflowed_ = overflowed_ || count_ == Most;
     if (!overflowed_) at_[count_++] = number;
   }
   void erase(const std::uint32_t* place) {
@@ -34,7 +34,7 @@ class ShortList {
   [[nodiscard]] bool overflowed() const { return overflowed_; }
 
  private:
-  std::uint32_t at_[most > 0 ? most : 1];
+  std::uint32_t at_[Most > 0 ? Most : 1];
   std::uint32_t count_ = 0;
   bool overflowed_ = false;
 };

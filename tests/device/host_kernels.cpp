@@ -2,7 +2,6 @@
 
 #include <map>
 
-#include "common/math/float_mode.h"
 #include "common/trace/device/device_entry.h"
 
 namespace parray::test {
@@ -33,7 +32,6 @@ const std::map<std::string, Kernel>& kernels() {
 }  // namespace
 
 void launch_on_host(const Launch& launch) {
-  const FloatMode ieee;
   const Kernel kernel = kernels().at(launch.kernel);
   for (std::size_t i = 0; i < launch.items.size(); ++i) {
     kernel(launch.scene.data(), launch.picture.data(), launch.items[i], launch.sums[i]);

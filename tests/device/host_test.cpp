@@ -4,8 +4,11 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "common/math/float_mode.h"
 #include "common/trace/device/device_fingerprint.h"
+#include "common/trace/inside_stack.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "tests/device/host_kernels.h"
 #include "tests/device/scenes.h"
@@ -144,6 +147,33 @@ TEST_CASE("the scalar tracer and device code as C++ have the pinned fingerprint 
   CHECK(scalar == pinned_device_fingerprint);
   CHECK(fingerprint_of([](const Launch& launch) { launch_on_host(launch); }) ==
         pinned_device_fingerprint);
+}
+
+TEST_CASE("device code that flushes denormals to zero has another fingerprint") {
+  if (float_control::denormal_results == 0) return;  // an unknown processor
+  const std::string found = fingerprint_of([](const Launch& launch) {
+    const FloatMode restored_afterwards;
+    float_control::write(float_control::ieee | float_control::denormal_results);
+    launch_on_host(launch);
+  });
+  CHECK(found != pinned_device_fingerprint);
+}
+
+TEST_CASE("a list of nested shapes keeps their order and says that it is full") {
+  ShortList<3> list;
+  for (const std::uint32_t shape : {5U, 6U, 7U}) list.push_back(shape);
+  CHECK_FALSE(list.overflowed());
+  list.erase(list.begin());
+  CHECK(std::vector<std::uint32_t>(list.begin(), list.end()) == std::vector<std::uint32_t>{6, 7});
+  list.push_back(8);
+  CHECK_FALSE(list.overflowed());
+  list.push_back(9);
+  CHECK(list.overflowed());
+  list.erase(list.begin());
+  CHECK(list.overflowed());
+  list.clear();
+  CHECK_FALSE(list.overflowed());
+  CHECK(list.begin() == list.end());
 }
 
 TEST_CASE("the CPU traces a scene whose tree is deeper than the stack of a kernel") {

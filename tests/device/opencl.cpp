@@ -44,12 +44,12 @@ cl_device_id find_device() {
   if (clGetPlatformIDs(0, nullptr, &count) != CL_SUCCESS || count == 0) return nullptr;
   std::vector<cl_platform_id> platforms(count);
   clGetPlatformIDs(count, platforms.data(), nullptr);
-  for (const cl_platform_id platform : platforms) {
+  for (cl_platform_id platform : platforms) {
     cl_uint devices = 0;
     if (clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &devices) != CL_SUCCESS) continue;
     std::vector<cl_device_id> all(devices);
     clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, devices, all.data(), nullptr);
-    for (const cl_device_id device : all) {
+    for (cl_device_id device : all) {
       const bool takes_spir =
           text_of(device, CL_DEVICE_EXTENSIONS).find("cl_khr_spir") != std::string::npos;
       if (takes_spir && rounds_correctly(device)) return device;
@@ -77,7 +77,7 @@ struct OpenCl::State {
     const auto known = kernels.find(name);
     if (known != kernels.end()) return known->second;
     cl_int status = 0;
-    const cl_kernel made = clCreateKernel(program, name.c_str(), &status);
+    cl_kernel made = clCreateKernel(program, name.c_str(), &status);
     check(status, "clCreateKernel of " + name);
     return kernels[name] = made;
   }
@@ -93,7 +93,7 @@ OpenCl::OpenCl(const std::string& file) : state_(std::make_unique<State>()) {
   if (const std::string reason = reason_without(file); !reason.empty()) {
     throw std::runtime_error(reason);
   }
-  const cl_device_id device = find_device();
+  cl_device_id device = find_device();
   std::ifstream in(file, std::ios::binary);
   const std::vector<unsigned char> code((std::istreambuf_iterator<char>(in)), {});
   cl_int status = 0;
@@ -118,9 +118,8 @@ void OpenCl::run(const Launch& launch) {
   cl_int status = 0;
   const auto buffer = [&](const void* data, std::size_t bytes, cl_mem_flags flags) {
     // Without const, because OpenCL has one type for both directions.
-    const cl_mem made =
-        clCreateBuffer(state_->context, flags | CL_MEM_COPY_HOST_PTR,
-                       std::max<std::size_t>(bytes, 1), const_cast<void*>(data), &status);
+    cl_mem made = clCreateBuffer(state_->context, flags | CL_MEM_COPY_HOST_PTR,
+                                 std::max<std::size_t>(bytes, 1), const_cast<void*>(data), &status);
     check(status, "clCreateBuffer");
     return made;
   };
@@ -129,7 +128,7 @@ void OpenCl::run(const Launch& launch) {
                       buffer(launch.items.data(), launch.items.size_bytes(), CL_MEM_READ_ONLY),
                       buffer(launch.sums.data(), launch.sums.size_bytes(), CL_MEM_READ_WRITE)};
   const auto count = static_cast<cl_uint>(launch.items.size());
-  const cl_kernel kernel = state_->kernel(launch.kernel);
+  cl_kernel kernel = state_->kernel(launch.kernel);
   for (cl_uint i = 0; i < 3; ++i) clSetKernelArg(kernel, i, sizeof(cl_mem), &buffers[i]);
   clSetKernelArg(kernel, 3, sizeof count, &count);
   clSetKernelArg(kernel, 4, sizeof(cl_mem), &buffers[3]);
@@ -141,7 +140,7 @@ void OpenCl::run(const Launch& launch) {
   check(clEnqueueReadBuffer(state_->queue, buffers[3], CL_TRUE, 0, launch.sums.size_bytes(),
                             launch.sums.data(), 0, nullptr, nullptr),
         "clEnqueueReadBuffer");
-  for (const cl_mem memory : buffers) clReleaseMemObject(memory);
+  for (cl_mem memory : buffers) clReleaseMemObject(memory);
 }
 
 }  // namespace parray::test

@@ -25,6 +25,14 @@ bool skipped(const std::string& file) {
   return !reason.empty();
 }
 
+/// Compares a picture of a device with the CPU's.
+void check_picture(OpenCl& device, const Scene& scene, const RenderSettings& settings) {
+  const DevicePictureSums found =
+      device_sums(scene, settings, [&](const Launch& launch) { device.run(launch); });
+  CHECK(found.sums == sums_of(*make_path_tracer(scene, settings), settings));
+  CHECK(found.handed_back == 0);
+}
+
 }  // namespace
 
 TEST_CASE("through OpenCL, kernels have the scalar tracer's bits for every scene file") {
@@ -32,11 +40,46 @@ TEST_CASE("through OpenCL, kernels have the scalar tracer's bits for every scene
   OpenCl device(kernels);
   for (const NamedScene& named : all_scene_files(60, 40, 8)) {
     CAPTURE(named.name);
+    check_picture(device, named.scene, named.settings);
+  }
+}
+
+TEST_CASE("long: through OpenCL, every scene file in every precision, sampler and search" *
+          doctest::skip()) {
+  if (skipped(kernels)) return;
+  OpenCl device(kernels);
+  for (const NamedScene& named : all_scene_files(60, 40, 8)) {
+    CAPTURE(named.name);
     RenderSettings settings = named.settings;
+    for (const Precision precision : {Precision::f32, Precision::mixed, Precision::f64}) {
+      for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
+        for (const AcceleratorKind search : {AcceleratorKind::linear, AcceleratorKind::bvh}) {
+          settings.precision = precision;
+          settings.sampler = sampler;
+          settings.accelerator = search;
+          check_picture(device, named.scene, settings);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("through OpenCL, kernels hand back pixels with deeper nests than they store") {
+  if (skipped(kernels)) return;
+  OpenCl device(kernels);
+  RenderSettings settings;
+  settings.width = 60;
+  settings.height = 40;
+  settings.samples_per_pixel = 2;
+  settings.precision = Precision::f32;
+  settings.accelerator = AcceleratorKind::bvh;
+  for (const bool around_eye : {false, true}) {
+    CAPTURE(around_eye);
+    const Scene scene = nested_balls(15, around_eye);
     const DevicePictureSums found =
-        device_sums(named.scene, settings, [&](const Launch& launch) { device.run(launch); });
-    CHECK(found.sums == sums_of(*make_path_tracer(named.scene, settings), settings));
-    CHECK(found.handed_back == 0);
+        device_sums(scene, settings, [&](const Launch& launch) { device.run(launch); });
+    CHECK(found.sums == sums_of(*make_path_tracer(scene, settings), settings));
+    CHECK(found.handed_back > 0);
   }
 }
 

@@ -80,7 +80,7 @@ void judge(LaneSearch<typename P::Real>& search, const SphereShape<typename P::R
     if (truth.distance <= truth.radius) {
       continue;
     }
-    const bool hit = hits[i].sphere == 0;
+    const bool hit = hits[i].shape == 0;
     if (hit != truth.enters()) {
       double& band = truth.ulp <= Quad(0.25) ? worst.band : worst.speck;
       band = std::max(band, truth.tangency());

@@ -96,7 +96,7 @@ std::set<std::uint32_t> spheres_seen(const PathSteps& paths) {
   std::set<std::uint32_t> seen;
   for (const std::vector<Step>& steps : paths) {
     if (!steps.empty()) {
-      seen.insert(steps.front().sphere);
+      seen.insert(steps.front().shape);
     }
   }
   return seen;

@@ -202,8 +202,8 @@ TEST_CASE_TEMPLATE("row 23: a ray that leaves a convex surface never meets it ag
         }
         sides.stand_on(0, n);
         const Hit<Real> hit = first_crossing(here, linear, ray, sides);
-        again += !inner && hit.sphere == 0 ? 1 : 0;
-        inside_out += inner && (hit.sphere != 0 || !hit.leaving || !(hit.t > 0)) ? 1 : 0;
+        again += !inner && hit.shape == 0 ? 1 : 0;
+        inside_out += inner && (hit.shape != 0 || !hit.leaving || !(hit.t > 0)) ? 1 : 0;
       }
     }
   }

@@ -44,8 +44,9 @@ inline std::uint64_t trace_items(const DeviceScene& scene, const DevicePicture& 
                                  std::span<const DeviceItem> items, std::span<PixelSums> pixels,
                                  TraceCounts& counts) {
   std::vector<DeviceSums> results(items.size());
-  if (scene.fits())
+  if (scene.fits()) {
     launch({kernel_name(scene, picture), scene.bytes(), picture.bytes(), items, results});
+  }
   std::uint64_t handed_back = 0;
   for (std::size_t i = 0; i < items.size(); ++i) {
     const DeviceItem& item = items[i];

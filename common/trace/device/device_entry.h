@@ -28,7 +28,7 @@ namespace parray::trace {
 /// and DevicePicture. When a path ends, the next one begins in the same loop, so that threads side
 /// by side do not wait for each other's paths.
 template <typename Real, typename Store, template <typename, typename> class Search,
-          std::uint32_t most_inside>
+          std::uint32_t MostInside>
 void trace_item(const void* scene_block, const void* picture_block, const DeviceItem& item,
                 DeviceSums& result) {
   const DeviceSceneView<Real, Store> scene(scene_block);
@@ -39,7 +39,7 @@ void trace_item(const void* scene_block, const void* picture_block, const Device
     return SampleRandom(picture.head.seed, item.y * picture.head.width + item.x, sample,
                         picture.head.sampler);
   };
-  InsideStack<Real, ShortList<most_inside>> sides;
+  InsideStack<Real, ShortList<MostInside>> sides;
   PixelSums sums;
   TraceCounts counts;
   bool overflowed = false;
@@ -59,7 +59,7 @@ void trace_item(const void* scene_block, const void* picture_block, const Device
   result = {};
   result.handed_back = overflowed ? 1 : 0;
   if (overflowed) return;
-  for (int channel = 0; channel < 3; ++channel) {
+  for (unsigned channel = 0; channel < 3; ++channel) {
     result.sum[channel] = sums.sum[channel];
     result.sum_of_squares[channel] = sums.sum_of_squares[channel];
     result.odd[channel] = sums.odd[channel];

@@ -28,7 +28,7 @@ Scene sizes() {
   scene.camera.look_at = {0, 0, -1};
   scene.camera.aperture = 0;
   scene.camera.tan_half_vfov = 1;
-  double radius = 1e-15;
+  double radius = 1 / 1e15;
   for (std::uint32_t i = 0; i < 61; ++i) {
     const Vec3d center = 8 * radius * Vec3d{0.4 * (i % 5) - 0.8, 0.4 * (i % 4) - 0.6, -1};
     if (i % 3 == 2) {
@@ -48,7 +48,8 @@ Scene ties() {
   scene.camera.look_at = {1.5, 0.5, 1.5};
   scene.camera.aperture = 0;
   for (std::uint32_t i = 0; i < 64; ++i) {
-    const Vec3d center{1.0 * (i % 4), 1.0 * (i / 4 % 4) - 1, 1.0 * (i / 16)};
+    const std::uint32_t layer = i / 16;
+    const Vec3d center{1.0 * (i % 4), 1.0 * (i / 4 % 4) - 1, 1.0 * layer};
     scene.spheres.push_back({center, 0.5, i % 5});
     if (i % 2 == 0) scene.spheres.push_back({center, 0.5, (i + 2) % 5});
     if (i % 3 == 0) scene.capsules.push_back({center, center, 0.5, (i + 1) % 5});
@@ -61,18 +62,21 @@ Scene ties() {
 /// a sky as dark as the smallest numbers.
 Scene denormals() {
   Scene scene = scene_with_materials();
-  scene.sky = {{3e-39, 1e-39, 2e-40}, {1e-38, 5e-39, 7e-41}};
-  scene.materials[0].albedo = {1e-5, 1e-6, 0.9};
-  scene.materials[1].albedo = {0.7, 1e-3, 1e-4};
-  scene.camera.look_from = {8e-20, 2e-20, 6e-20};
+  constexpr double dark = 1 / 1e39;
+  constexpr double small = 1 / 1e20;
+  scene.sky = {dark * Vec3d{3, 1, 0.2}, dark * Vec3d{10, 5, 0.07}};
+  scene.materials[0].albedo = {1 / 1e5, 1 / 1e6, 0.9};
+  scene.materials[1].albedo = {0.7, 1 / 1e3, 1 / 1e4};
+  scene.camera.look_from = small * Vec3d{8, 2, 6};
   scene.camera.look_at = {};
-  scene.camera.aperture = 1e-21;
-  scene.camera.focus_distance = 1e-19;
+  scene.camera.aperture = 0.1 * small;
+  scene.camera.focus_distance = 10 * small;
   for (std::uint32_t i = 0; i < 27; ++i) {
-    const Vec3d center{1e-20 * (i % 3), 1e-20 * (i / 3 % 3), 1e-20 * (i / 9)};
-    scene.spheres.push_back({center, 6e-21, i % 5});
+    const std::uint32_t layer = i / 9;
+    const Vec3d center = small * Vec3d{1.0 * (i % 3), 1.0 * (i / 3 % 3), 1.0 * layer};
+    scene.spheres.push_back({center, 0.6 * small, i % 5});
     if (i % 4 == 0) {
-      scene.capsules.push_back({center, center + 1e-20 * Vec3d{0.5, 1, 0.25}, 3e-21, i % 5});
+      scene.capsules.push_back({center, center + small * Vec3d{0.5, 1, 0.25}, 0.3 * small, i % 5});
     }
   }
   return scene;
@@ -89,7 +93,8 @@ Scene glass() {
   scene.camera.focus_distance = 3;
   scene.spheres = {{{0, -1e6, 0}, 1e6, 0}, {{0, 1, 0}, 1.5, 2}, {{0, 1, 0}, 1.25, 4}};
   for (std::uint32_t i = 0; i < 48; ++i) {
-    const Vec3d center{0.5 * (i % 8) - 1.75, 0.25 * (i % 5), 0.5 * (i / 8) - 1.5};
+    const std::uint32_t row = i / 8;
+    const Vec3d center{0.5 * (i % 8) - 1.75, 0.25 * (i % 5), 0.5 * row - 1.5};
     scene.spheres.push_back({center, 0.375, i % 4 == 0 ? 1U : 2U});
     scene.capsules.push_back({center, center + Vec3d{0.5, 0.3, 0.1}, 0.2, i % 7 == 0 ? 3U : 2U});
   }

@@ -65,7 +65,7 @@ struct BoxRay {
         z(o.z, d.z, margin, steepest),
         octant((x.down ? 1U : 0U) + (y.down ? 2U : 0U) + (z.down ? 4U : 0U)) {
     const Store sum = (o.x + o.y + o.z) + (d.x + d.y + d.z);
-    is_number = !(sum != sum);
+    is_number = sum == sum;  // NOLINT(misc-redundant-expression): a NaN is not
   }
   static Store reach_of(const Vec3<Store>& o) {
     return max_of(max_of(max_of(o.x, -o.x), max_of(o.y, -o.y)), max_of(o.z, -o.z));

@@ -88,7 +88,7 @@ void check_like_linear(Dice& dice, double scale, double offset) {
     const auto found = lane_search<P>(isa, stored, true, false)->find(queries);
     int different = 0;
     for (std::size_t i = 0; i < queries.size(); ++i) {
-      different += found[i].t == expected[i].t && found[i].sphere == expected[i].sphere ? 0 : 1;
+      different += found[i].t == expected[i].t && found[i].shape == expected[i].shape ? 0 : 1;
     }
     CHECK(different == 0);
   }

@@ -97,7 +97,7 @@ void check_hits(const Trial<Real>& trial) {
   std::array<int, query_kinds> left{};
   for (std::size_t i = 0; i < trial.queries.size(); ++i) {
     const auto kind = static_cast<std::size_t>(trial.kinds[i]);
-    entered[kind] += trial.expected[i].sphere != no_shape && !trial.expected[i].leaving ? 1 : 0;
+    entered[kind] += trial.expected[i].shape != no_shape && !trial.expected[i].leaving ? 1 : 0;
     left[kind] += trial.expected[i].leaving ? 1 : 0;
   }
   for (const QueryKind kind : {QueryKind::from_afar, QueryKind::from_amid, QueryKind::along_axes,
@@ -185,7 +185,7 @@ TEST_CASE_TEMPLATE("among equal spheres the first that is not ruled out wins", P
       }
       const auto found = search->find(queries);
       for (std::uint32_t i = 0; i < queries.size(); ++i) {
-        CHECK(found[i].sphere == i);
+        CHECK(found[i].shape == i);
         CHECK_FALSE(found[i].leaving);
       }
     }

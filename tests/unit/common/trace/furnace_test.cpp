@@ -246,9 +246,9 @@ TEST_CASE_TEMPLATE("a path never meets the surface it leaves, and inside goes al
     const Ray<Real> into(origin, vec_cast<Real>(-outward));
     InsideStack<Real> sides;
     sides.start({});
-    again_without_sides += first_crossing(scene, linear, away, sides).sphere == 0 ? 1 : 0;
+    again_without_sides += first_crossing(scene, linear, away, sides).shape == 0 ? 1 : 0;
     sides.stand_on(0, normal);
-    again += first_crossing(scene, linear, away, sides).sphere == 0 ? 1 : 0;
+    again += first_crossing(scene, linear, away, sides).shape == 0 ? 1 : 0;
     sides.cross(0, false);
     const Hit<Real> end = first_crossing(scene, linear, into, sides);
     other_than_chord += end.leaving && end.t == chord_from_surface(into, sphere, normal) ? 0 : 1;

@@ -20,7 +20,7 @@ using Spheres = std::multiset<std::uint32_t>;
 Spheres contents(const InsideLists& lists, std::uint32_t head) {
   Spheres result;
   for (std::uint32_t link = head; link != InsideLists::none; link = lists.next(link)) {
-    result.insert(lists.sphere(link));
+    result.insert(lists.shape(link));
   }
   return result;
 }
