@@ -72,18 +72,9 @@ struct ProbeOperands {
   Real a, b, c;
 };
 
-/// Returns operands number `index`. Half of them have random bits. The exponents of a quarter are
-/// close together, so that all bits of the result count. An eighth is denormal or nearly so, and an
-/// eighth contains a special number. Three quarters of `c` nearly or exactly cancel the product.
-template <typename Real>
-ProbeOperands<Real> probe_operands(std::uint64_t index) {
-  using Number = ProbeNumber<Real>;
-  using Word = typename Number::Word;
-  constexpr std::uint64_t step = 0x9E3779B97F4A7C15ULL;
-  const std::uint64_t choice = probe_mix((4 * index + 1) * step);
-  auto a = static_cast<Word>(probe_mix((4 * index + 2) * step));
-  auto b = static_cast<Word>(probe_mix((4 * index + 3) * step));
-  auto c = static_cast<Word>(probe_mix((4 * index + 4) * step));
+/// Changes random operands by a random choice: see probe_operands().
+template <typename Word, typename Number>
+void choose_operands(std::uint64_t choice, Word& a, Word& b) {
   constexpr Word middle = Number::one >> Number::mantissa;
   const auto small = static_cast<Word>(choice >> 8 & 7);
   const auto other = static_cast<Word>(choice >> 11 & 15);
@@ -103,6 +94,21 @@ ProbeOperands<Real> probe_operands(std::uint64_t index) {
     default:
       break;
   }
+}
+
+/// Returns operands number `index`. Half of them have random bits. The exponents of a quarter are
+/// close together, so that all bits of the result count. An eighth is denormal or nearly so, and an
+/// eighth contains a special number. Three quarters of `c` nearly or exactly cancel the product.
+template <typename Real>
+ProbeOperands<Real> probe_operands(std::uint64_t index) {
+  using Number = ProbeNumber<Real>;
+  using Word = typename Number::Word;
+  constexpr std::uint64_t step = 0x9E3779B97F4A7C15ULL;
+  const std::uint64_t choice = probe_mix((4 * index + 1) * step);
+  auto a = static_cast<Word>(probe_mix((4 * index + 2) * step));
+  auto b = static_cast<Word>(probe_mix((4 * index + 3) * step));
+  auto c = static_cast<Word>(probe_mix((4 * index + 4) * step));
+  choose_operands<Word, Number>(choice, a, b);
   const Real first = std::bit_cast<Real>(a);
   const Real second = std::bit_cast<Real>(b);
   const std::uint64_t near_product = choice >> 20 & 3;
