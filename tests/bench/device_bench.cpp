@@ -193,7 +193,7 @@ class Run {
     report_[part] = std::move(figures);
     report_["wrong"] = verdict_.found();
     report_["seconds"] = time_.used();
-    std::fflush(stdout);
+    static_cast<void>(std::fflush(stdout));
     if (!arguments_.output.empty()) write_report(report_, arguments_.output);
   }
 

@@ -1,10 +1,11 @@
 #include <algorithm>
-#include <atomic>
 #include <bit>
+#include <cmath>
 #include <cstdio>
-#include <cstring>
+#include <iomanip>
 #include <mutex>
-#include <optional>
+#include <span>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -20,11 +21,10 @@ constexpr std::uint64_t most_of_a_launch = 1 << 24;
 /// Returns a number with all its digits and its bits.
 template <typename Real>
 std::string text_of(Real value) {
-  char text[64];
-  std::snprintf(
-      text, sizeof text, "%.17g (%#llx)", static_cast<double>(value),
-      static_cast<unsigned long long>(std::bit_cast<typename ProbeBits<Real>::Word>(value)));
-  return text;
+  std::ostringstream text;
+  text << std::setprecision(17) << value << " (0x" << std::hex
+       << std::bit_cast<typename ProbeBits<Real>::Word>(value) << ")";
+  return text.str();
 }
 
 /// Returns whether two results are the same. All NaN are: IEEE 754 leaves their bits open, and no
@@ -32,7 +32,7 @@ std::string text_of(Real value) {
 template <typename Real>
 bool same(Real a, Real b) {
   using Word = typename ProbeBits<Real>::Word;
-  return std::bit_cast<Word>(a) == std::bit_cast<Word>(b) || (a != a && b != b);
+  return std::bit_cast<Word>(a) == std::bit_cast<Word>(b) || (std::isnan(a) && std::isnan(b));
 }
 
 /// Compares results of a device with those of the CPU.

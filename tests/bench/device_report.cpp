@@ -1,7 +1,7 @@
 #include "tests/bench/device_report.h"
 
-#include <cstdio>
 #include <fstream>
+#include <iomanip>
 #include <set>
 #include <sstream>
 #include <vector>
@@ -13,9 +13,9 @@ namespace parray::bench {
 namespace {
 
 std::string number(const Json& value, int digits = 1) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", digits, value.get<double>());
-  return text;
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(digits) << value.get<double>();
+  return text.str();
 }
 
 std::string text(const Json& value) {
@@ -50,7 +50,7 @@ void write_checks(std::ostream& out, const Json& report) {
   if (report.contains("fingerprint")) {
     const Json& print = report["fingerprint"];
     const bool equal = print["device"] == print["cpu"] &&
-                       (print["pinned"] == "" || print["device"] == print["pinned"]);
+                       (text(print["pinned"]).empty() || print["device"] == print["pinned"]);
     add_row(out, {"fingerprint of a device", text(print["pictures"]) + " pictures",
                   equal ? "0" : "**another fingerprint**"});
   }

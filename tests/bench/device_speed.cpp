@@ -162,7 +162,7 @@ void print_row(const Json& figures, double cpu) {
               figures["search"].get<std::string>().c_str(), rate,
               best["most_registers"].get<std::string>().c_str(), best["block"].get<int>(), cpu,
               rate / cpu);
-  std::fflush(stdout);
+  static_cast<void>(std::fflush(stdout));
 }
 
 RenderSettings settings_of(const SpeedOptions& options, Precision precision) {

@@ -101,7 +101,10 @@ TEST_CASE("the PTX of random operations rounds every operation by itself") {
     return;
   }
   for (const std::string& problem : problems_in(file)) CHECK_MESSAGE(false, problem);
-  CHECK(problems_in(PARRAY_DEVICE_DIR "/fused_probe.ptx").size() == 2);  // in f32 and in f64
+  const auto fused = problems_in(PARRAY_DEVICE_DIR "/fused_probe.ptx");
+  CHECK(std::count_if(fused.begin(), fused.end(), [](const std::string& problem) {
+          return problem.ends_with("fuses");
+        }) == 2);  // in f32 and in f64
 }
 
 }  // namespace parray::test

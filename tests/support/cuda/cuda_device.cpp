@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <utility>
 
 namespace parray::test {
@@ -52,8 +53,8 @@ CudaModule::CudaModule(const CudaDriver& driver, const std::string& ptx, int mos
   std::array<char, 2048> log{};
   std::array options{cuda::error_log, cuda::error_log_bytes, cuda::most_registers};
   // Numbers are passed in place of addresses.
-  std::array<void*, 3> values{log.data(), reinterpret_cast<void*>(log.size()),
-                              reinterpret_cast<void*>(static_cast<std::uintptr_t>(most_registers))};
+  std::array<void*, 3> values{log.data(), std::bit_cast<void*>(log.size()),
+                              std::bit_cast<void*>(static_cast<std::uintptr_t>(most_registers))};
   const unsigned count = most_registers > 0 ? 3 : 2;
   try {
     driver.cuModuleLoadDataEx(&module_, static_cast<const void*>(ptx.c_str()), count,

@@ -11,10 +11,11 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <chrono>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <iostream>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -95,7 +96,7 @@ std::string_view fault() {
 
 /// Says what is wrong with a call and returns `result`.
 Result refuse(Result result, const char* what) {
-  std::fprintf(stderr, "CUDA stand-in: %s\n", what);
+  std::cerr << "CUDA stand-in: " << what << "\n";
   return result;
 }
 
@@ -149,14 +150,13 @@ void run_grid(const BoundKernel& kernel, std::uint32_t threads) {
 void flip_bit(const BoundKernel& kernel) {
   const BufferUse& results = kernel.buffers.back();
   if (results.bytes == 0) return;
-  *reinterpret_cast<unsigned char*>(results.address + results.bytes / 2) ^= 1;
+  *std::bit_cast<unsigned char*>(results.address + results.bytes / 2) ^= 1;
 }
 
-Result launch(StandIn& all, Function function, unsigned blocks, unsigned block_threads,
-              void** parameters) {
+Result launch(StandIn& all, Function function, unsigned grid, unsigned block, void** parameters) {
   const auto known = all.functions.find(function);
   if (known == all.functions.end()) return refuse(invalid_handle, "launch of an unknown function");
-  if (blocks == 0 || block_threads == 0 || block_threads > 1024) {
+  if (grid == 0 || block == 0 || block > 1024) {
     return refuse(invalid_value, "launch of an empty grid or of a block above 1024 threads");
   }
   const BoundKernel kernel = known->second->bind(parameters);
@@ -169,7 +169,7 @@ Result launch(StandIn& all, Function function, unsigned blocks, unsigned block_t
     all.sticky = checked;
     return success;
   }
-  run_grid(kernel, blocks * block_threads);
+  run_grid(kernel, grid * block);
   if (fault() == "flip " + known->second->name) flip_bit(kernel);
   return success;
 }
@@ -250,7 +250,8 @@ Result cuDeviceGet(DeviceNumber* device, int ordinal) {
 
 Result cuDeviceGetName(char* name, int size, DeviceNumber device) {
   if (device != 0) return invalid_device;
-  std::snprintf(name, static_cast<std::size_t>(size), "stand-in for a CUDA device");
+  constexpr std::string_view text = "stand-in for a CUDA device";
+  name[text.copy(name, static_cast<std::size_t>(size) - 1)] = '\0';
   return success;
 }
 
@@ -351,7 +352,7 @@ Result cuMemFree_v2(Pointer memory) {
 Result cuMemcpyHtoD_v2(Pointer to, const void* from, std::size_t bytes) {
   return in_context([&](StandIn& all) {
     if (!has_bytes(all, to, bytes)) return refuse(invalid_value, "copy beyond a block of memory");
-    std::memcpy(reinterpret_cast<void*>(to), from, bytes);
+    std::memcpy(std::bit_cast<void*>(to), from, bytes);
     return success;
   });
 }
@@ -359,7 +360,7 @@ Result cuMemcpyHtoD_v2(Pointer to, const void* from, std::size_t bytes) {
 Result cuMemcpyDtoH_v2(void* to, Pointer from, std::size_t bytes) {
   return in_context([&](StandIn& all) {
     if (!has_bytes(all, from, bytes)) return refuse(invalid_value, "copy beyond a block of memory");
-    std::memcpy(to, reinterpret_cast<const void*>(from), bytes);
+    std::memcpy(to, std::bit_cast<const void*>(from), bytes);
     return success;
   });
 }

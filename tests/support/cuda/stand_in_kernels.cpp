@@ -1,11 +1,15 @@
 #include "tests/support/cuda/stand_in_kernels.h"
 
+#include <bit>
 #include <map>
 
 #include "common/trace/device/device_entry.h"
 #include "tests/bench/device_probe.h"
 
 namespace parray::test::stand_in {
+
+using namespace bench;  // the operations
+
 namespace {
 
 template <typename T>
@@ -13,10 +17,13 @@ T parameter(void** parameters, int number) {
   return *static_cast<const T*>(parameters[number]);
 }
 
-using TraceItem = void (*)(const void* scene, const void* picture, const DeviceItem& item,
-                           DeviceSums& sums);
+template <typename T>
+T* place(cuda::Pointer address) {
+  return std::bit_cast<T*>(address);
+}
 
-template <TraceItem trace>
+template <typename Real, typename Store, template <typename, typename> class Search,
+          std::uint32_t most_inside>
 BoundKernel bind_trace(void** parameters) {
   const auto scene = parameter<cuda::Pointer>(parameters, 0);
   const auto picture = parameter<cuda::Pointer>(parameters, 1);
@@ -30,9 +37,9 @@ BoundKernel bind_trace(void** parameters) {
            {sums, count * sizeof(DeviceSums), alignof(DeviceSums)}},
           [=](std::uint32_t thread) {
             if (thread >= count) return;
-            trace(reinterpret_cast<const void*>(scene), reinterpret_cast<const void*>(picture),
-                  reinterpret_cast<const DeviceItem*>(items)[thread],
-                  reinterpret_cast<DeviceSums*>(sums)[thread]);
+            trace_item<Real, Store, Search, most_inside>(
+                place<const void>(scene), place<const void>(picture),
+                place<const DeviceItem>(items)[thread], place<DeviceSums>(sums)[thread]);
           }};
 }
 
@@ -51,10 +58,10 @@ BoundKernel bind_probe(void** parameters) {
 const std::map<std::string, KernelBinder>& kernels() {
   static const std::map<std::string, KernelBinder> all = {
 #define PARRAY_KERNEL(name, Real, Store, Search, most_inside) \
-  {#name, bind_trace<trace_item<Real, Store, Search, most_inside>>},
+  {#name, bind_trace<Real, Store, Search, most_inside>},
       PARRAY_FOR_EACH_DEVICE_KERNEL(PARRAY_KERNEL)
 #undef PARRAY_KERNEL
-#define PARRAY_PROBE(name, Real, Operation) {#name, bind_probe<Real, bench::Operation>},
+#define PARRAY_PROBE(name, Real, Operation) {#name, bind_probe<Real, Operation>},
           PARRAY_FOR_EACH_DEVICE_PROBE(PARRAY_PROBE)
 #undef PARRAY_PROBE
   };
