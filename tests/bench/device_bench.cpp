@@ -170,7 +170,8 @@ class Run {
   void measure() {
     const SpeedOptions options = speed_options(arguments_);
     if (arguments_.wants("speed")) {
-      keep("speed", measure_speed(options, time_, device_, modules_, verdict_));
+      measure_speed(options, time_, device_, modules_, verdict_,
+                    [this](const Json& figures) { keep("speed", figures); });
       const std::string goal = goal_line(report_);
       if (!goal.empty()) std::printf("%s\n", goal.c_str());
     }

@@ -165,6 +165,14 @@ void print_row(const Json& figures, double cpu) {
   static_cast<void>(std::fflush(stdout));
 }
 
+void print_heads(const SpeedOptions& options) {
+  std::printf(
+      "\nM samples/s, best of limits of registers (%zu) and sizes of blocks (%zu), and of "
+      "one core (%s)\n",
+      options.caps.size(), options.blocks.size(), processor().c_str());
+  std::puts(" spheres  type   search     device  regs  block    one core   ratio");
+}
+
 RenderSettings settings_of(const SpeedOptions& options, Precision precision) {
   RenderSettings settings = small_picture();
   settings.width = options.width;
@@ -213,38 +221,33 @@ const test::CudaModule& ModulesByCap::with(int cap) {
   return *module;
 }
 
-Json measure_speed(const SpeedOptions& options, const TimeLimit& time,
-                   const test::CudaDevice& device, ModulesByCap& modules, Verdict& verdict) {
+void measure_speed(const SpeedOptions& options, const TimeLimit& time,
+                   const test::CudaDevice& device, ModulesByCap& modules, Verdict& verdict,
+                   const std::function<void(const Json&)>& keep) {
   for (const int cap : options.caps) modules.with(cap);
-  Json rows = Json::array();
-  Json left_out = Json::array();
-  std::printf(
-      "\nM samples/s, best of limits of registers (%zu) and sizes of blocks (%zu), and of "
-      "one core (%s)\n",
-      options.caps.size(), options.blocks.size(), processor().c_str());
-  std::puts(" spheres  type   search     device  regs  block    one core   ratio");
+  Json figures = {{"cpu", processor()},
+                  {"picture", {{"width", options.width}, {"height", options.height}}},
+                  {"compile_seconds", modules.compile_seconds()},
+                  {"rows", Json::array()},
+                  {"left_out", Json::array()}};
+  print_heads(options);
   double longest = 0;
   for (const std::uint32_t spheres : options.spheres) {
     const Scene scene = scene_of_size(spheres, options.generated);
     for (const Precision precision : options.precisions) {
-      if (!time.allows(longest)) {
-        left_out.push_back(std::to_string(spheres) + " " + std::string(name_of(precision)));
-        continue;
-      }
       const double begin = time.used();
-      measure_scene({options, device, modules, verdict, settings_of(options, precision), spheres},
-                    scene, rows);
+      if (time.allows(longest)) {
+        measure_scene({options, device, modules, verdict, settings_of(options, precision), spheres},
+                      scene, figures["rows"]);
+      } else {
+        const std::string name = std::to_string(spheres) + " " + std::string(name_of(precision));
+        std::printf("left out, because the time is over: %s\n", name.c_str());
+        figures["left_out"].push_back(name);
+      }
       longest = std::max(longest, time.used() - begin);
+      keep(figures);
     }
   }
-  for (const Json& row : left_out) {
-    std::printf("left out, because the time is over: %s\n", row.get<std::string>().c_str());
-  }
-  return {{"cpu", processor()},
-          {"picture", {{"width", options.width}, {"height", options.height}}},
-          {"compile_seconds", modules.compile_seconds()},
-          {"rows", std::move(rows)},
-          {"left_out", std::move(left_out)}};
 }
 
 }  // namespace parray::bench

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -67,9 +68,11 @@ std::string name_of_cap(int cap);
 
 /// Measures samples per second of the device by scene, precision, limit of registers and size of
 /// blocks, and of one core of the CPU. Compares some sums of every picture with the CPU's. Leaves
-/// rows out when the time is over, and says so.
-Json measure_speed(const SpeedOptions& options, const TimeLimit& time,
-                   const test::CudaDevice& device, ModulesByCap& modules, Verdict& verdict);
+/// rows out when the time is over, and says so. Calls `keep` with all figures so far after each
+/// scene and precision.
+void measure_speed(const SpeedOptions& options, const TimeLimit& time,
+                   const test::CudaDevice& device, ModulesByCap& modules, Verdict& verdict,
+                   const std::function<void(const Json&)>& keep);
 
 /// Measures how the division into items changes the speed, at goal_spheres spheres in f32 with the
 /// limit `cap` and blocks of `block` threads; and the time of an empty launch and of copies.

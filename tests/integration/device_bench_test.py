@@ -97,6 +97,14 @@ class DeviceBench(unittest.TestCase):
         self.assert_wrong(result, r"picture of 20 spheres \(f32, bvh\) with the limit of registers none and blocks of 64, "
                                   r"pixel \(8, 2\), samples 0 to 15: the sum of channel 0 is \d+, not \d+")
 
+    def test_a_scene_for_which_no_time_is_left_is_left_out_by_name(self):
+        out = self.folder / "out"
+        result = self.bench("-o", out, "--only", "speed", "--precisions", "f32", "--time-limit", "0.0001")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        report = json.loads((out / "device.json").read_text())
+        self.assertEqual(report["speed"]["left_out"], ["8 f32", "20 f32"])
+        self.assertIn("Left out, because the time was over: 20 f32", (out / "device.md").read_text())
+
     def test_without_driver_device_or_code_it_says_so_with_status_77(self):
         self.assert_one_line(self.bench(driver=self.folder / "none.so"), 77, "no CUDA driver", "none.so")
         self.assert_one_line(self.bench(fault="no_device"), 77, "no CUDA device", "CUDA_ERROR_NO_DEVICE")
@@ -124,6 +132,10 @@ class PackedBench(unittest.TestCase):
                                     timeout=300, env={"PATH": "/usr/bin:/bin"})
             self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
             self.assertIn("0 wrong", result.stdout)
+            told = subprocess.run([pack / "tests/bench/device", "--help", "--build", pack], capture_output=True, text=True,
+                                  check=True).stdout
+            self.assertIn("--pack DIR", told)
+            self.assertIn("--operations", told)
             self.assertRegex(result.stdout, r"Goal: 0\.50 G samples/s in f32 at 486 spheres\. Measured: .*(Not r|R)eached\.")
             self.assertIn("tiles of 8 x 4", (pack / "out/device.md").read_text())
             libraries = subprocess.run(["ldd", pack / "bin/bench_device"], capture_output=True, text=True, check=True).stdout
