@@ -33,7 +33,6 @@ class DeviceScene {
   [[nodiscard]] bool fits() const { return fits_; }
   /// Returns whether paths can be inside a shape because there is glass.
   [[nodiscard]] bool has_glass() const { return has_glass_; }
-  [[nodiscard]] bool has_capsules() const { return has_capsules_; }
 
  private:
   Precision precision_;
@@ -41,7 +40,6 @@ class DeviceScene {
   Vec3d origin_;
   bool fits_ = true;
   bool has_glass_ = false;
-  bool has_capsules_ = false;
   AlignedArray<std::byte> block_;
 };
 
