@@ -141,11 +141,19 @@ std::span<const DeviceItem> DeviceWork::some_items() const {
   return std::span(items_).subspan((items_.size() - count) / 2, count);
 }
 
+/// Returns the first byte of the results of some_items().
+std::size_t DeviceWork::some_begin() const {
+  return static_cast<std::size_t>(some_items().data() - items_.data()) * sizeof(DeviceSums);
+}
+
+void DeviceWork::spoil_some_results() {
+  const std::vector<std::byte> wrong(some_items().size() * sizeof(DeviceSums), std::byte{0x5A});
+  sum_memory_.copy_in(wrong, some_begin());
+}
+
 std::vector<DeviceSums> DeviceWork::some_results() const {
-  const std::span<const DeviceItem> items = some_items();
-  std::vector<DeviceSums> results(items.size());
-  const auto begin = static_cast<std::size_t>(items.data() - items_.data());
-  sum_memory_.copy_out(std::as_writable_bytes(std::span(results)), begin * sizeof(DeviceSums));
+  std::vector<DeviceSums> results(some_items().size());
+  sum_memory_.copy_out(std::as_writable_bytes(std::span(results)), some_begin());
   return results;
 }
 
@@ -159,7 +167,7 @@ std::string first_difference(std::span<const DeviceItem> items, std::span<const 
                              const PathTracer& cpu) {
   std::vector<std::string> differences(items.size());
   on_processors(items.size(), [&](std::size_t i) {
-    if (found[i].handed_back == 0) {
+    if (found[i].handed_back != 1) {
       differences[i] = difference(items[i], found[i], cpu_result(cpu, items[i]));
     }
   });

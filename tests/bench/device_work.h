@@ -32,6 +32,8 @@ class DeviceWork {
   /// Traces all items and returns the device's seconds.
   double trace(const test::CudaKernel& kernel, std::uint32_t block) const;
 
+  /// Overwrites the results of some_items(), so that they are right only if trace() writes them.
+  void spoil_some_results();
   /// Returns some items from the middle.
   [[nodiscard]] std::span<const DeviceItem> some_items() const;
   /// Returns the results of some_items().
@@ -44,6 +46,8 @@ class DeviceWork {
   [[nodiscard]] std::size_t item_count() const { return items_.size(); }
 
  private:
+  [[nodiscard]] std::size_t some_begin() const;
+
   const test::CudaDevice& device_;
   std::string kernel_;
   std::vector<DeviceItem> items_;

@@ -97,6 +97,11 @@ class DeviceBench(unittest.TestCase):
         self.assert_wrong(result, r"picture of 20 spheres \(f32, bvh\) with the limit of registers none and blocks of 64, "
                                   r"pixel \(8, 2\), samples 0 to 15: the sum of channel 0 is \d+, not \d+")
 
+    def test_a_measured_launch_that_computes_nothing_is_wrong(self):
+        result = self.bench("--only", "speed", "--precisions", "f32", fault="skip trace_f32_linear_8")
+        self.assert_wrong(result, r"picture of 8 spheres \(f32, linear\)")
+        self.assertNotIn("(f32, bvh)", result.stdout)
+
     def test_a_scene_for_which_no_time_is_left_is_left_out_by_name(self):
         out = self.folder / "out"
         result = self.bench("-o", out, "--only", "speed", "--precisions", "f32", "--time-limit", "0.0001")

@@ -36,9 +36,9 @@ void CudaMemory::free() noexcept {
   if (address_ != 0) driver_->unchecked().cuMemFree_v2(address_);
 }
 
-void CudaMemory::copy_in(std::span<const std::byte> data) {
+void CudaMemory::copy_in(std::span<const std::byte> data, std::size_t begin) {
   if (!data.empty()) {
-    driver_->cuMemcpyHtoD_v2(address_, static_cast<const void*>(data.data()), data.size());
+    driver_->cuMemcpyHtoD_v2(address_ + begin, static_cast<const void*>(data.data()), data.size());
   }
 }
 

@@ -38,7 +38,8 @@ class CudaMemory {
   CudaMemory(CudaMemory&& other) noexcept { *this = std::move(other); }
   CudaMemory& operator=(CudaMemory&& other) noexcept;
 
-  void copy_in(std::span<const std::byte> data);
+  /// Copies to the bytes from `begin` on.
+  void copy_in(std::span<const std::byte> data, std::size_t begin = 0);
   /// Copies the bytes from `begin` on. Waits for earlier launches.
   void copy_out(std::span<std::byte> data, std::size_t begin = 0) const;
   /// Returns the address, as a parameter of kernels.
