@@ -24,13 +24,17 @@ function(parray_device_check kind found)
   endif()
 endfunction()
 
-# Compiles the kernels to `file` in the device folder.
+# Compiles the kernels, or those of SOURCE, to `file` in the device folder. The other arguments are flags.
 function(parray_device_compile kind file)
+  cmake_parse_arguments(PARSE_ARGV 2 device "" "SOURCE" "")
   set(source ${CMAKE_SOURCE_DIR}/common/trace/device/kernels.cu)
+  if(device_SOURCE)
+    set(source ${device_SOURCE})
+  endif()
   set(result ${PARRAY_DEVICE_DIR}/${file})
   add_custom_command(OUTPUT ${result} DEPENDS ${source} DEPFILE ${result}.d VERBATIM
     COMMENT "Compiling device code ${file}"
-    COMMAND ${PARRAY_CLANG} ${device_flags} ${device_flags_${kind}} ${ARGN} -MD -MF ${result}.d -MT ${result} -o ${result}
+    COMMAND ${PARRAY_CLANG} ${device_flags} ${device_flags_${kind}} ${device_UNPARSED_ARGUMENTS} -MD -MF ${result}.d -MT ${result} -o ${result}
       ${source})
 endfunction()
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "tests/device/device_picture.h"
+#include "tests/support/device_picture.h"
 
 namespace parray::test {
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "tests/device/device_picture.h"
+#include "tests/support/device_picture.h"
 
 namespace parray::test {
 

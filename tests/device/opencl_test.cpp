@@ -6,9 +6,9 @@
 
 #include "common/trace/device/device_fingerprint.h"
 #include "common/trace/selfcheck/fingerprint.h"
-#include "tests/device/device_picture.h"
 #include "tests/device/host_kernels.h"
 #include "tests/device/scenes.h"
+#include "tests/support/device_picture.h"
 #include "tests/support/rooms.h"
 #include "tests/support/tracers.h"
 

@@ -94,4 +94,17 @@ TEST_CASE("the kernels' PTX rounds every operation by itself") {
   CHECK(problems_in(fused).size() > 100);
 }
 
+TEST_CASE("the PTX of random operations rounds every operation by itself") {
+  const std::string file = PARRAY_DEVICE_DIR "/probe.ptx";
+  if (!std::ifstream(file)) {
+    MESSAGE("skipped: the build has no " << file << " (it needs clang)");
+    return;
+  }
+  for (const std::string& problem : problems_in(file)) CHECK_MESSAGE(false, problem);
+  const auto fused = problems_in(PARRAY_DEVICE_DIR "/fused_probe.ptx");
+  CHECK(std::count_if(fused.begin(), fused.end(), [](const std::string& problem) {
+          return problem.ends_with("fuses");
+        }) == 2);  // in f32 and in f64
+}
+
 }  // namespace parray::test

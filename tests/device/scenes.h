@@ -1,45 +1,18 @@
 #pragma once
 
-#include <algorithm>
-#include <filesystem>
-#include <string>
+#include <cstdint>
 #include <vector>
 
-#include "cli/input/scene_file/scene_file.h"
-#include "common/scene/requirements.h"
-#include "common/scene/settings.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
+#include "tests/support/scene_files.h"
 
 namespace parray::test {
-
-struct NamedScene {
-  std::string name;
-  Scene scene;
-  RenderSettings settings;  ///< with the choices of `auto`
-};
 
 /// Returns the scenes of scenes/ and of scenes/regression/, as pictures of this size.
 inline std::vector<NamedScene> all_scene_files(std::uint32_t width, std::uint32_t height,
                                                std::uint32_t samples) {
-  std::vector<std::filesystem::path> paths;
-  for (const std::string folder : {"/scenes", "/scenes/regression"}) {
-    for (const auto& entry : std::filesystem::directory_iterator(PARRAY_SOURCE_DIR + folder)) {
-      if (entry.path().extension() == ".json") paths.push_back(entry.path());
-    }
-  }
-  std::sort(paths.begin(), paths.end());
-  std::vector<NamedScene> scenes;
-  for (const auto& path : paths) {
-    const SceneFile file = read_scene_file(path.string());
-    RenderSettings settings = file.settings;
-    settings.width = width;
-    settings.height = height;
-    settings.samples_per_pixel = samples;
-    scenes.push_back({path.stem().string(), file.scene,
-                      resolve_settings(requirements_of(file.scene), settings).settings});
-  }
-  return scenes;
+  return scene_files(PARRAY_SOURCE_DIR "/scenes", width, height, samples);
 }
 
 /// Returns overlapping balls and sticks of glass, metal and paint: paths cross surfaces inside of
