@@ -88,12 +88,13 @@ class Wavefront {
   static constexpr std::uint32_t lanes = L::count;
   static constexpr std::uint32_t most_of_beam = 64;  ///< more would bring nothing
 
-  /// Returns how many neighbouring camera rays search the tree together: at most those of 8 pixels,
-  /// because rays that spread visit more boxes together than apart.
+  /// Returns how many neighbouring camera rays search the tree together: those of a few pixels. The
+  /// more shapes there are, the fewer pixels see the same ones.
   PARRAY_INLINE std::uint32_t rays_of_beam(const SampleBatch& batch) const {
     if (Capsules || scene_.start.numbers != nullptr) return 0;
+    const std::uint32_t most_pixels = scene_.bvh.node_count < 4096 ? 8 : 2;
     const std::uint32_t pixels = batch.column[batch.count - 1] - batch.column[0] + 1;
-    const std::uint32_t rays = 8 * batch.count / pixels;
+    const std::uint32_t rays = most_pixels * batch.count / pixels;
     return rays < most_of_beam ? rays : most_of_beam;
   }
 
