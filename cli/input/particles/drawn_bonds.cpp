@@ -79,6 +79,8 @@ class CloseAtoms {
   enum class Kind : std::uint8_t { other, water, polymer };
 
   [[nodiscard]] bool may_be_together(std::size_t a, std::size_t b) const {
+    const std::vector<std::uint8_t>& elements = particles_.elements;
+    if (is_noble_gas(elements[a]) && is_noble_gas(elements[b])) return false;
     const std::vector<char>& letters = particles_.alternatives;
     return letters.empty() || letters[a] == ' ' || letters[b] == ' ' || letters[a] == letters[b];
   }

@@ -36,6 +36,7 @@ struct DrawnBond {
 /// - Atoms of two residues bond by the links of polymers (C-N, O3'-P, SG-SG). By other bonds, they
 ///   bond only if both have no stated bonds and one of them belongs to no amino acid and no
 ///   nucleotide. Water bonds to no other residue.
+/// - Two noble gases do not bond.
 /// - Two metals do not bond if one of them bonds to a nonmetal, as in oxides.
 /// - Atoms of different alternative locations do not bond. Atoms closer than 0.5 angstrom do not
 ///   bond, because they share a place.

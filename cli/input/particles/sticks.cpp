@@ -19,26 +19,29 @@ bool has_radius_rule(const ParticleLook& look) {
   return !open || !look.radius_by.empty();
 }
 
-/// Returns whether there are bonds other than those between two metals or two noble gases. Returns
-/// false for atoms that are too close for bonds.
+/// Returns whether there are bonds other than those between two metals. Returns false for atoms
+/// that are too close for bonds.
 bool has_molecules(const Particles& particles, BondSource source) {
-  const auto both = [&](const DrawnBond& bond, bool (*is)(std::uint8_t)) {
-    return is(particles.elements[bond.first]) && is(particles.elements[bond.second]);
-  };
+  const auto metal = [&](std::uint32_t i) { return is_metal(particles.elements[i]); };
   try {
     return std::ranges::any_of(drawn_bonds(particles, source), [&](const DrawnBond& bond) {
-      return !both(bond, is_metal) && !both(bond, is_noble_gas);
+      return !metal(bond.first) || !metal(bond.second);
     });
   } catch (const InputError&) {
     return false;
   }
 }
 
-bool is_small_molecule(const Particles& particles, const ParticleSource& source) {
+/// Returns whether the particles are atoms of known elements, without radii of the file.
+bool are_atoms(const Particles& particles) {
   const bool beads = std::ranges::count(particles.facts.notes, "beads", &ParticleNote::key) > 0;
+  return !particles.elements.empty() && std::ranges::count(particles.elements, 0) == 0 && !beads &&
+         particles.radii.empty();
+}
+
+bool is_small_molecule(const Particles& particles, const ParticleSource& source) {
   return particles.count() <= most_atoms_with_sticks && !source.cell.crystal.value_or(false) &&
-         !particles.elements.empty() && std::ranges::count(particles.elements, 0) == 0 && !beads &&
-         particles.radii.empty() && has_molecules(particles, source.bonds);
+         has_molecules(particles, source.bonds);
 }
 
 /// Returns the share of its usual radius that a ball has between sticks.
@@ -78,7 +81,11 @@ void decide_style(const Particles& particles, ParticleSource& source) {
   };
   if (source.shows.empty()) consider(source.look, source.look);
   for (Representation& show : source.shows) consider(show.look, completed(show.look, source.look));
-  if (open.empty() || !is_small_molecule(particles, source)) return;
+  if (open.empty() || !are_atoms(particles)) return;
+  if (!is_small_molecule(particles, source)) {
+    if (source.arrows.empty()) return;
+    source.bonds = BondSource::off;
+  }
   for (ParticleLook* look : open) look->style = ParticleStyle::balls_and_sticks;
 }
 

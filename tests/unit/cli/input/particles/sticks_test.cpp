@@ -153,11 +153,33 @@ TEST_CASE("metals and noble gases that are no part of a molecule stay spheres") 
   CHECK_FALSE(drawn_bonds(gold, BondSource::automatic).empty());
   CHECK(decided_style(gold) == ParticleStyle::automatic);
   const Particles argon = row_of({18, 18, 18}, 1.1);  // in units of Lennard-Jones
-  CHECK_FALSE(drawn_bonds(argon, BondSource::automatic).empty());
+  CHECK_UNARY(drawn_bonds(argon, BondSource::automatic).empty());
   CHECK(decided_style(argon) == ParticleStyle::automatic);
   CHECK(decided_style(row_of({18, 18, 18}, 3.8)) == ParticleStyle::automatic);
   CHECK(decided_style(row_of({79, 79, 16}, 2.4)) == ParticleStyle::balls_and_sticks);
   CHECK(decided_style(row_of({54, 9}, 2)) == ParticleStyle::balls_and_sticks);
+}
+
+TEST_CASE("atoms with arrows are balls, so that they do not hide the arrows") {
+  Particles argon;
+  argon.elements = {18, 18};
+  argon.positions = {{0, 0, 0}, {3.8, 0, 0}};
+  ParticleSource source;
+  source.arrows = "velocity";
+  decide_style(argon, source);
+  CHECK(source.look.style == ParticleStyle::balls_and_sticks);
+  CHECK(source.bonds == BondSource::off);
+  ParticleSource asked;
+  asked.arrows = "velocity";
+  asked.look.style = ParticleStyle::spheres;
+  decide_style(argon, asked);
+  CHECK(asked.look.style == ParticleStyle::spheres);
+  CHECK(asked.bonds == BondSource::automatic);
+  ParticleSource molecule;
+  molecule.arrows = "velocity";
+  decide_style(methanal(), molecule);
+  CHECK(molecule.look.style == ParticleStyle::balls_and_sticks);
+  CHECK(molecule.bonds == BondSource::automatic);
 }
 
 TEST_CASE("representations of a small molecule get the style one by one") {
