@@ -99,8 +99,9 @@ json json_of(const ParticleCell& cell) {
 
 ParticleCell cell_of(const json& map) {
   ParticleCell cell{vec3_of(map.at("origin")), {}, map.at("periodic")};
-  for (std::size_t i = 0; i < cell.edges.size(); ++i)
+  for (std::size_t i = 0; i < cell.edges.size(); ++i) {
     cell.edges.at(i) = vec3_of(map.at("edges").at(i));
+  }
   return cell;
 }
 

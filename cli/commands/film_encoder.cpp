@@ -20,8 +20,9 @@ std::string kind_of(const fs::path& film) { return lower_case(film.extension().s
 /// Returns a path for ffmpeg: it cannot begin like an option or a protocol, and % has no meaning.
 std::string plain_path(const fs::path& path) {
   std::string text;
-  for (const char letter : fs::absolute(path).string())
+  for (const char letter : fs::absolute(path).string()) {
     text += letter == '%' ? "%%" : std::string(1, letter);
+  }
   return text;
 }
 

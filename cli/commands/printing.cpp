@@ -93,7 +93,7 @@ std::string samples_cell(const JobStatus& job) {
 
 /// Returns the limit of the samples and the number so far.
 static std::string job_samples_text(const JobStatus& job) {
-  const std::string limit =
+  std::string limit =
       job.samples_per_pixel > 0 ? counted(job.samples_per_pixel, "sample") + " each" : "";
   const bool so_far = job.samples_per_pixel == 0 || (job.state != "done" && job.samples_taken > 0);
   if (!so_far) return limit;

@@ -114,7 +114,7 @@ std::string range_text(const json& range) {
 
 std::string particle_format(const json& report) {
   const std::string packing = report["packing"];
-  const std::string format = report["format"];
+  std::string format = report["format"];
   if (packing.empty()) return format;
   return format + (packing.starts_with("tar") ? ", in " : ", compressed by ") + packing;
 }

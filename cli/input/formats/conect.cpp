@@ -56,8 +56,7 @@ void ConectBonds::read(std::string_view record) {
 
 void ConectBonds::finish(AtomColumns& atoms) {
   std::ranges::sort(pairs_);
-  const auto repeated = std::ranges::unique(pairs_);
-  pairs_.erase(repeated.begin(), repeated.end());
+  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
   std::uint64_t left_out = 0;
   for (const auto& [one, other] : pairs_) {
     const auto first = serials_.find(one);

@@ -211,7 +211,7 @@ class RecordWords {
 /// Returns false for other texts.
 bool read_mixed_number(std::string_view text, AtomRecord& record) {
   if (text.size() > 1 && ascii::is_letter(text[0]) && !ascii::is_letter(text[1])) {
-    record.chain = text.substr(0, 1);
+    record.chain = std::string(1, text[0]);
     text.remove_prefix(1);
   }
   if (text.size() > 1 && ascii::is_letter(text.back())) {

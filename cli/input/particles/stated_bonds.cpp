@@ -31,8 +31,7 @@ StatedBond bond_between(std::uint64_t one, std::uint64_t other) {
 
 void put_in_order(std::vector<StatedBond>& bonds) {
   std::ranges::sort(bonds);
-  const auto repeated = std::ranges::unique(bonds);
-  bonds.erase(repeated.begin(), repeated.end());
+  bonds.erase(std::unique(bonds.begin(), bonds.end()), bonds.end());
 }
 
 void keep_bonds(std::vector<StatedBond>& bonds, const ParticleMask& mask) {
