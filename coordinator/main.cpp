@@ -261,9 +261,9 @@ void declare_options(CommandLine& line, Arguments& a) {
       .show_default()
       .group(workers_group);
   line.number("--spot-checks", a.spot_checks, 0.0, 1.0,
-              "Share of the leases, 0 to 1, that another machine or the referee (a process of this "
-              "coordinator) traces again, to compare the bits; at least 0.1 of a machine's first "
-              "100 leases, unless it is 0 "
+              "Share of the leases, 0 to 1, that another machine traces again, to compare the bits "
+              "(without another machine, a process of this coordinator traces some of the cells); "
+              "at least 0.1 of a machine's first 100 leases, unless it is 0 "
               "(default: 0.01, but 0 for workers of the same user on this machine)")
       .group(workers_group);
   line.number("--max-message-bytes", a.max_message_bytes, std::size_t{1} << 20,

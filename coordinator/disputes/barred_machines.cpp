@@ -183,7 +183,7 @@ void DisputeDesk::note_retracted(Job& job, const Retracted& retracted) {
       work.leases->put_back(retracted.retraction->cells);
     }
     for (const CellRange& range : retracted.retraction->unchecked) {
-      check_by_referee(job, range);
+      check_by_referee(job, range, false);
       place_check(job, {range, 0, {retracted.machine}});
     }
   }

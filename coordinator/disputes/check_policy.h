@@ -32,7 +32,7 @@ class CheckPolicy {
     double first_share = 0.1;
     std::uint64_t first_leases = 100;   ///< number of leases of a machine that count as first
     std::uint64_t restart_leases = 20;  ///< number of leases of a new process that count as first
-    double referee_share = 0.1;         ///< share of the checks that the referee makes
+    double referee_share = 0.1;         ///< share of the checks in which the referee takes part
   };
   /// `random` returns uniform numbers in [0, 1). Workers must not be able to predict them.
   CheckPolicy(Options options, std::function<double()> random)
@@ -43,8 +43,10 @@ class CheckPolicy {
   /// Draws whether the worker's lease is checked.
   bool wants_check(const CheckedWorker& worker);
   /// Draws which of `machines` machines makes a check: returns its index. Nothing: the referee
-  /// makes the check.
+  /// takes part.
   std::optional<std::size_t> draw_checker(std::size_t machines);
+  /// Returns whether every lease must be checked.
+  [[nodiscard]] bool checks_all() const { return options_.share >= 1; }
   /// Draws an integer from 0 to `count` - 1. `count` must be above 0.
   std::uint64_t below(std::uint64_t count);
 

@@ -72,7 +72,7 @@ class DisputeDesk {
   struct Retracted;
   void place_check(Job& job, LeaseTable::Check check);
   [[nodiscard]] RefereeCase case_of(const Job& job, double length) const;
-  bool check_by_referee(Job& job, const CellRange& range);
+  bool check_by_referee(Job& job, const CellRange& range, bool sole);
   void open_dispute(Job& job, const Merged& merged);
   void check_answer(RefereeDesk::Traced traced);
   void note_checked_answer(Job& job, const CheckedAnswer& checked);

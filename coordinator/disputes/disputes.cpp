@@ -53,15 +53,14 @@ void DisputeDesk::draw_check(Job& job, const Merged& merged) {
   }
 }
 
-/// Gives a check to a machine drawn at random, or to the referee.
+/// Gives a check to a machine drawn at random. The referee traces only some of the cells, so it
+/// replaces no machine.
 void DisputeDesk::place_check(Job& job, LeaseTable::Check check) {
   const std::vector<TracerKey> able = farm_.workers.usable_machines(check.not_by);
-  auto drawn = checks_.draw_checker(able.size());
-  if (!drawn && check_by_referee(job, check.range)) {
-    return;
-  }
+  const auto drawn = checks_.draw_checker(able.size());
+  const bool refereed = !drawn && check_by_referee(job, check.range, able.empty());
   if (able.empty()) {
-    ++job.work->unchecked;
+    job.work->unchecked += refereed ? 0 : 1;
     return;
   }
   check.by = able[drawn ? *drawn : checks_.below(able.size())];
@@ -93,8 +92,9 @@ RefereeCase DisputeDesk::case_of(const Job& job, double length) const {
   return made;
 }
 
-/// Lets the referee check some random cells of the range. False: it cannot.
-bool DisputeDesk::check_by_referee(Job& job, const CellRange& range) {
+/// Lets the referee check some random cells of the range. `sole`: no machine checks the range.
+/// False: the referee cannot.
+bool DisputeDesk::check_by_referee(Job& job, const CellRange& range, bool sole) {
   if (job.spheres > most_spheres_to_check && farm_.workers.usable_machines().size() > 1) {
     return false;
   }
@@ -104,7 +104,13 @@ bool DisputeDesk::check_by_referee(Job& job, const CellRange& range) {
   for (std::uint64_t cell = first; cell < first + count; ++cell) {
     check.cells.push_back(cell);
   }
-  return desk_.open(farm_.now, std::move(check));
+  const bool too_few = sole && checks_.checks_all() && count < range.count();
+  check.sole = sole && !too_few;
+  if (!desk_.open(farm_.now, std::move(check))) {
+    return false;
+  }
+  job.work->unchecked += too_few ? 1 : 0;
+  return true;
 }
 
 void DisputeDesk::compare_result(Job& job, const Merged& merged) {

@@ -54,12 +54,19 @@ RefereeDesk::Entries::iterator RefereeDesk::find(std::uint64_t number) {
 
 void RefereeDesk::drop(std::uint64_t generation) {
   std::erase_if(entries_, [&](const Entry& e) { return e.content.generation == generation; });
+  failed_.erase(generation);
 }
 
 std::size_t RefereeDesk::drop_checks(std::uint64_t generation) {
-  return std::erase_if(entries_, [&](const Entry& e) {
-    return e.content.generation == generation && !e.content.dispute && e.state == State::waiting;
+  const auto failed = failed_.extract(generation);
+  std::size_t unchecked = failed ? failed.mapped() : 0;
+  std::erase_if(entries_, [&](const Entry& e) {
+    const bool waits =
+        e.content.generation == generation && !e.content.dispute && e.state == State::waiting;
+    unchecked += waits && e.content.sole ? 1 : 0;
+    return waits;
   });
+  return unchecked;
 }
 
 void RefereeDesk::drop_claims(std::uint64_t machine) {
@@ -74,6 +81,9 @@ void RefereeDesk::fail(Time now, Entries::iterator entry, const std::string& why
     return;
   }
   if (!entry->content.dispute) {
+    if (entry->content.sole) {
+      ++failed_[entry->content.generation];
+    }
     entries_.erase(entry);
     return;
   }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <list>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ struct RefereeCase {
   std::uint64_t generation = 0;
   /// True: two machines returned different bits. False: the case is a check, which may be skipped.
   bool dispute = false;
+  bool sole = true;  ///< if this check is not made, its lease counts as unchecked
   std::shared_ptr<const WorkPlan> plan;
   std::string scene;
   ScenePayload payload;
@@ -55,7 +57,8 @@ class RefereeDesk {
   bool open(Time now, RefereeCase opened);
   /// Forgets all cases of a job's work.
   void drop(std::uint64_t generation);
-  /// Forgets the waiting checks of a job's work. Returns their number.
+  /// Forgets the waiting checks of a job's work. Returns how many leases are unchecked because of
+  /// this, or because the referee has failed since the last call.
   std::size_t drop_checks(std::uint64_t generation);
   /// Forgets the disputes whose claimant is this machine.
   void drop_claims(std::uint64_t machine);
@@ -135,6 +138,7 @@ class RefereeDesk {
   const Options options_;
   RefereeBudget budget_;
   Entries entries_;
+  std::map<std::uint64_t, std::size_t> failed_;  ///< failed sole checks of each generation
   std::uint64_t next_number_ = 1;
   std::uint64_t asked_ = 0;  ///< number of the case that was asked; 0: none
   Time asked_at_{};

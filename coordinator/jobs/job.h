@@ -53,7 +53,7 @@ struct JobWork : RunState {
   RenderFacts facts;
   JobFailures failures;
   bool held = false;            ///< a dispute is the reason in Job::pause_reason
-  std::uint64_t unchecked = 0;  ///< leases whose check was due and impossible
+  std::uint64_t unchecked = 0;  ///< leases whose whole check was due and impossible
 };
 
 /// A job in the coordinator's memory.

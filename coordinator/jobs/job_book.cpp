@@ -252,8 +252,8 @@ void JobBook::end_pass_if_done(Job& job) {
   work.unchecked += disputes_.referee().drop_checks(work.generation);
   if (work.unchecked > 0 && job.record.flag.empty()) {
     job.record.flag = fmt::format(
-        "{} of its leases were not checked: neither another machine nor the referee could trace "
-        "them again",
+        "{} of its leases were not checked completely: neither another machine nor the referee "
+        "could trace all their cells again",
         work.unchecked);
     farm_.note(job, job.record.flag);
   }

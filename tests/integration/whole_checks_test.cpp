@@ -1,0 +1,120 @@
+// A check covers all cells of a lease, although the referee traces only some of them.
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include "common/scene/settings.h"
+#include "tests/support/rooms.h"
+#include "tests/support/service.h"
+
+namespace parray::test {
+namespace {
+
+/// Returns options with which the referee takes part in every check. The constant random number
+/// makes it trace cells in the middle of the lease.
+CoordinatorOptions always_with_referee(double share = 1) {
+  CoordinatorOptions options = service_options();
+  options.checks.share = share;
+  options.checks.referee_share = 1;
+  options.random = [] { return 0.5; };
+  return options;
+}
+
+/// Returns results that took so long that the referee has time for few cells of a lease. In the
+/// wrong ones, the first cell is that of another picture.
+Manner slow(bool lies) {
+  return [lies](Hand& hand, const msg::Grant& grant) {
+    TracedCells cells = Hand::trace(small_scene(), grant);
+    if (lies) {
+      msg::Grant other = grant;
+      ++other.settings->seed;
+      const TracedCells wrong = Hand::trace(small_scene(), other);
+      const std::size_t first_cell = record_bytes(grant.cells.grid->shape().cell_pixels);
+      std::memcpy(cells.records.data(), wrong.records.data(), first_cell);
+    }
+    msg::Result result = Hand::result(grant, std::move(cells));
+    result.seconds = 10;
+    hand.say(result);
+  };
+}
+
+RenderSettings settings_with_long_leases() {
+  RenderSettings settings = many_leases();
+  settings.height = 200;
+  return settings;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("a machine checks the cells of a lease that the referee leaves out") {
+  const auto referee = std::make_shared<SimReferee>();
+  CoordinatorOptions options = always_with_referee();
+  options.referee = referee;
+  Service service(options);
+  Hand ann(service, "ann");
+  Hand faulty(service, "faulty");
+  const RenderSettings settings = settings_with_long_leases();
+  const JobId job = service.submit(small_scene(), settings);
+  work(service, {{&ann, slow(false)}, {&faulty, slow(false)}}, job, 1);
+  work(service, {{&ann, slow(false)}, {&faulty, slow(true)}}, job);
+  REQUIRE(service.state(job) == "done");
+  CHECK(referee->asked > 0);
+  CHECK(service.sha256(job) == expected_sha256(settings));
+  CHECK(service.worker("faulty").at("state") == "quarantined");
+  CHECK(service.worker("ann").at("state") == "ready");
+}
+
+TEST_CASE("if machines and the referee check all leases, every cell is checked, without a flag") {
+  Service service(always_with_referee());
+  Hand ann(service, "ann");
+  Hand bob(service, "bob");
+  const JobId job = service.submit(small_scene(), settings_with_long_leases());
+  work(service, {{&ann, slow(false)}, {&bob, slow(false)}}, job);
+  REQUIRE(service.state(job) == "done");
+  CHECK(service.fetch(job).report.at("checked_share") == 1);
+  CHECK(service.job(job).at("flag") == "");
+}
+
+TEST_CASE("a job says that the referee alone could not check all cells, if all must be checked") {
+  for (const double share : {1.0, 0.6}) {
+    CAPTURE(share);
+    Service service(always_with_referee(share));
+    Hand ann(service, "ann");
+    const JobId job = service.submit(small_scene(), settings_with_long_leases());
+    work(service, {{&ann, slow(false)}}, job);
+    REQUIRE(service.state(job) == "done");
+    const double checked = service.fetch(job).report.at("checked_share");
+    CHECK(checked > 0);
+    CHECK(checked < 1);
+    CHECK(contains(service.job(job).at("flag"), "not checked completely") == (share == 1));
+  }
+}
+
+TEST_CASE("a job says that the referee failed at checks that no machine could make") {
+  const auto referee = std::make_shared<SimReferee>();
+  referee->ailments.failure = "it was killed by signal 9";
+  CoordinatorOptions options = always_with_referee(0.6);
+  options.referee = referee;
+  Service service(options);
+  Hand ann(service, "ann");
+  const JobId job = service.submit(small_scene(), settings_with_long_leases());
+  work(service, {{&ann, slow(false)}}, job, 2000, milliseconds(500));
+  REQUIRE(service.state(job) == "done");
+  REQUIRE(referee->asked > 0);
+  const std::string flag = service.job(job).at("flag");
+  CHECK(contains(flag, "not checked completely"));
+  CHECK(std::stoull(flag) == service.tally().accepted);
+  Hand bob(service, "bob");
+  const JobId next = service.submit(small_scene(), settings_with_long_leases());
+  work(service, {{&ann, slow(false)}, {&bob, slow(false)}}, next, 2000, milliseconds(500));
+  REQUIRE(service.state(next) == "done");
+  CHECK(service.job(next).at("flag") == "");
+}
+
+}  // namespace parray::test
