@@ -28,6 +28,8 @@ class DisputeDesk {
   /// Decides whether an accepted lease is checked, and by whom. The worker that traced it may have
   /// left.
   void draw_check(Job& job, const Merged& merged);
+  /// Returns whether all leases must be checked.
+  [[nodiscard]] bool checks_all() const { return checks_.checks_all(); }
   /// Gives checks to other machines if their machine has left or could not make them.
   void place_orphans(Job& job);
   /// Handles a result that was compared with merged cells. Opens a dispute if they differ.

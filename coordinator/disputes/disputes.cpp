@@ -69,6 +69,9 @@ void DisputeDesk::place_check(Job& job, LeaseTable::Check check) {
 }
 
 void DisputeDesk::place_orphans(Job& job) {
+  if (job.work->started == never && farm_.workers.size() == 0) {
+    return;  // the coordinator has just started: the workers are not back yet
+  }
   for (LeaseTable::Check& check : job.work->leases->take_orphans(farm_.workers.usable_machines())) {
     place_check(job, std::move(check));
   }

@@ -91,10 +91,18 @@ struct JobBook::Prepared {
   ScenePayload scene;
   RunState state;
   std::vector<CellRange> missing;
+  /// Cells whose checks an earlier run did not finish; empty unless all leases must be checked.
+  std::vector<ResultCollector::Unchecked> unchecked;
   bool complete = false;  ///< the picture is complete, and there is no pass to trace
   std::string damage;     ///< of stored results; empty: none
   std::string failure;
 };
+
+/// A decoded result stays below 32 MiB, so that no task takes long.
+static std::uint64_t most_cells_of_result(const WorkPlan& plan) {
+  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 25;
+  return most_bytes / record_bytes(plan.grid()->shape().cell_pixels);
+}
 
 static std::size_t touching_threads() {
   return static_cast<std::size_t>(std::clamp(usable_cpus(), 1, 4));
@@ -116,6 +124,17 @@ static bool may_touch(const RenderSettings& settings, bool waiting_counts) {
          bytes * byte_seconds / static_cast<double>(touching_threads()) < settings.time_limit / 6;
 }
 
+/// Returns the cells of the current pass that are not checked, in ranges for checks.
+static std::vector<ResultCollector::Unchecked> unchecked_of(const JobPicture& picture) {
+  constexpr std::uint64_t checks = 256;  // so that many workers can share a whole picture
+  if (!picture.has_begun()) {
+    return {};
+  }
+  const WorkPlan& plan = *picture.plan();
+  return picture.collector().unchecked_cells(
+      std::clamp<std::uint64_t>(plan.cells() / checks, 1, most_cells_of_result(plan)));
+}
+
 /// Returns the scene with this SHA-256. Throws RunError if the store lacks it.
 static ScenePayload stored_scene(Store& store, const std::string& digest) {
   auto bytes = store.scene(digest);
@@ -133,7 +152,7 @@ void JobBook::prepare(Job& job) {
   prepare_pass(
       job, "preparing the job", "for its picture",
       [store = farm_.store, scene = job.scene, at = farm_.since_1970(farm_.now),
-       waiting_counts = farm_.options.waiting_counts,
+       waiting_counts = farm_.options.waiting_counts, checks_all = disputes_.checks_all(),
        judge = judge_of(job.record)](JobRun& run, Prepared& prepared) {
         const RenderSettings& settings = run.record().settings;
         prepared.scene = store != nullptr ? stored_scene(*store, run.record().scene) : scene;
@@ -144,7 +163,12 @@ void JobBook::prepare(Job& job) {
           touch(run.picture());
         }
         prepared.damage = run.replay(JobRun::OnDamage::cut);
-        prepared.complete = !run.begin_pass({}, at);
+        if (checks_all) {
+          prepared.unchecked = unchecked_of(run.picture());
+        }
+        if (prepared.unchecked.empty()) {  // else the checks belong to the current pass
+          prepared.complete = !run.begin_pass({}, at);
+        }
       });
 }
 
@@ -185,6 +209,9 @@ void JobBook::trace_prepared(Job& job, Prepared& prepared) {
   JobWork& work = *job.work;
   work.scene = std::move(prepared.scene);
   begin_tracing(job, prepared.state, prepared.missing);
+  for (const auto& [range, tracer] : prepared.unchecked) {
+    work.leases->want_check({range, 0, {tracer}});  // place_orphans() finds a machine
+  }
   if (prepared.complete) {
     work.started = work.started == never ? farm_.now : work.started;
     if (work.tasks == 0) {  // else disputes_.note_retracted() finishes it
@@ -214,15 +241,11 @@ void JobBook::begin_tracing(Job& job, const RunState& state,
   constexpr double most_leases = 4000;
   length.longest =
       std::max(length.longest, static_cast<double>(farm_.workers.size()) / most_leases);
-  // A decoded result stays below 32 MiB, so that no task takes long.
-  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 25;
-  const std::uint64_t most_cells =
-      most_bytes / record_bytes(work.plan->grid()->shape().cell_pixels);
   if (work.leases) {
     job.next_epoch = work.leases->next_epoch();
   }
   work.leases.emplace(ChunkSizer(job.record.settings->schedule, *work.plan, length), missing,
-                      job.next_epoch, most_cells);
+                      job.next_epoch, most_cells_of_result(*work.plan));
   farm_.grants_due = true;
   if (state.error.known() && work.started != never && work.pass > 0) {
     note_error(job, work.samples);
@@ -257,6 +280,7 @@ void JobBook::end_pass_if_done(Job& job) {
         work.unchecked);
     farm_.note(job, job.record.flag);
   }
+  work.started = std::min(work.started, farm_.now);
   if (job.record.settings->has_passes()) {
     next_pass(job);
   } else {

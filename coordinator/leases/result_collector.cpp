@@ -146,7 +146,8 @@ bool ResultCollector::is_checked(std::uint64_t cell) const {
   });
 }
 
-std::uint64_t ResultCollector::checked_cells() const {
+/// Returns for each cell whether it is merged and checked.
+std::vector<bool> ResultCollector::checked() const {
   std::vector<bool> checked(cells_.size());
   for (const Check& check : checks_) {
     for (std::uint64_t cell = check.range.begin; cell < check.range.end; ++cell) {
@@ -154,7 +155,30 @@ std::uint64_t ResultCollector::checked_cells() const {
       checked[cell] = checked[cell] || (done.digest != 0 && done.tracer != check.tracer);
     }
   }
-  return static_cast<std::uint64_t>(std::count(checked.begin(), checked.end(), true));
+  return checked;
+}
+
+std::uint64_t ResultCollector::checked_cells() const {
+  const std::vector<bool> cells = checked();
+  return static_cast<std::uint64_t>(std::count(cells.begin(), cells.end(), true));
+}
+
+std::vector<ResultCollector::Unchecked> ResultCollector::unchecked_cells(std::uint64_t most) const {
+  const std::vector<bool> done = checked();
+  std::vector<Unchecked> found;
+  for (std::uint64_t cell = 0; cell < cells_.size(); ++cell) {
+    if (cells_[cell].digest == 0 || done[cell]) {
+      continue;
+    }
+    const TracerKey tracer = tracers_[cells_[cell].tracer];
+    if (!found.empty() && found.back().range.end == cell && found.back().tracer == tracer &&
+        found.back().range.count() < most) {
+      ++found.back().range.end;
+    } else {
+      found.push_back({{cell, cell + 1}, tracer});
+    }
+  }
+  return found;
 }
 
 std::vector<ResultCollector::Differing> ResultCollector::differing(

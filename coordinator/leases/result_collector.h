@@ -56,6 +56,13 @@ class ResultCollector {
   [[nodiscard]] bool is_checked(std::uint64_t cell) const;
   /// Returns the number of checked cells.
   [[nodiscard]] std::uint64_t checked_cells() const;
+  /// Merged cells that are not checked.
+  struct Unchecked {
+    CellRange range;
+    TracerKey tracer = 0;  ///< the tracer of all these cells
+  };
+  /// Returns all merged cells that are not checked, in ranges of at most `most` cells.
+  [[nodiscard]] std::vector<Unchecked> unchecked_cells(std::uint64_t most) const;
 
   /// A merged cell whose bits differ from a digest.
   struct Differing {
@@ -117,6 +124,7 @@ class ResultCollector {
   void merge(const CellBatch& batch, std::uint64_t index, const Cell& cell, std::uint64_t digest,
              std::span<const std::byte> record, std::uint32_t tracer, Taken& taken);
   void exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded);
+  [[nodiscard]] std::vector<bool> checked() const;
   void forget_checks_of_missing();
   void clear_pixels(std::uint64_t index, std::vector<std::uint64_t>& cleared);
   [[nodiscard]] std::uint32_t place_of(TracerKey tracer);

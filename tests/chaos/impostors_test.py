@@ -87,7 +87,8 @@ class Impostors(unittest.TestCase):
             self.start(farm, "ann", self.addresses[1])
             report = farm.finish(farm.submit(SCENE, *SETTINGS))
             self.assertGreater(report["checked_share"], 0)
-            self.assertEqual(report["flag"], "")
+            # On a slow machine the referee has no time for all cells.
+            self.assertEqual(report["flag"] == "", report["checked_share"] == 1, report["flag"])
 
     def test_a_worker_of_another_release_is_refused_with_a_message(self):
         with self.farm() as farm:

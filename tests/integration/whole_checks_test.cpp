@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/scene/settings.h"
+#include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"
 
@@ -115,6 +116,38 @@ TEST_CASE("a job says that the referee failed at checks that no machine could ma
   work(service, {{&ann, slow(false)}, {&bob, slow(false)}}, next, 2000, milliseconds(500));
   REQUIRE(service.state(next) == "done");
   CHECK(service.job(next).at("flag") == "");
+}
+
+TEST_CASE("a coordinator that was killed makes the checks that had waited") {
+  for (const bool passes : {false, true}) {
+    for (const int rounds : {1, 2, 5, 100}) {
+      CAPTURE(passes);
+      CAPTURE(rounds);
+      CrashStore store(0, 1);
+      CoordinatorOptions options = always_with_referee();
+      options.checks.referee_share = 0;
+      Service service(options, &store);
+      Hand ann(service, "ann");
+      Hand faulty(service, "faulty");
+      const RenderSettings settings = passes ? in_passes() : settings_with_long_leases();
+      const JobId job = service.submit(small_scene(), settings);
+      work(service, {{&ann, idle}, {&faulty, slow(true)}}, job, rounds);
+      REQUIRE(service.tally().accepted > 0);
+      REQUIRE(service.state(job) == "running");
+      store.crash();
+      service.restart();
+      for (int i = 0; i < 10; ++i) {
+        service.turn();  // the workers are not back yet
+      }
+      ann.join();
+      Hand bob(service, "bob");
+      work(service, {{&ann, slow(false)}, {&bob, slow(false)}}, job);
+      REQUIRE(service.state(job) == "done");
+      CHECK(service.sha256(job) == expected_sha256(settings));
+      CHECK(service.fetch(job).report.at("checked_share") == 1);
+      CHECK(service.job(job).at("flag") != "");
+    }
+  }
 }
 
 }  // namespace parray::test

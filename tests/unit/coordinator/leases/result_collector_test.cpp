@@ -164,6 +164,21 @@ TEST_CASE("a check counts only if another tracer has traced the cells") {
   CHECK_FALSE(rig.collector.has_cells_of(faulty));
 }
 
+TEST_CASE("unchecked cells are listed in ranges of one tracer and of limited length") {
+  Rig rig;
+  rig.take(ann, {0, 4});
+  rig.take(bob, {4, 9});
+  rig.collector.note_check(bob, {1, 6});
+  const auto listed = rig.collector.unchecked_cells(3);
+  REQUIRE(listed.size() == 3);
+  CHECK(listed[0].range == CellRange{0, 1});
+  CHECK(listed[0].tracer == ann);
+  CHECK(listed[1].range == CellRange{4, 7});
+  CHECK(listed[1].tracer == bob);
+  CHECK(listed[2].range == CellRange{7, 9});
+  CHECK(listed[2].tracer == bob);
+}
+
 TEST_CASE("cells that a faulty worker has checked stay merged and are unchecked again") {
   Rig rig;
   rig.take(ann, {0, 6});
