@@ -57,7 +57,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
         scene_(CameraRays<Real>(Camera{}, 1, 1), SkyGradient<Real>(Sky{})),
         space_(std::make_unique<Space>()),
         slot_of_(spheres.size()) {
-    scene_.features.sides = sides;
+    scene_.features = {.sides = sides, .fuzz = false, .capsules = false};
     scene_.bvh = tables_.view();
     for (std::uint32_t slot = 0; slot < tables_.slot_count(); ++slot) {
       if (tables_.input_index(slot) != no_shape) {
