@@ -58,10 +58,9 @@ void check_coordinates(const char* key, const std::vector<Vec3d>& positions) {
 Molecules joined_molecules(Particles& particles) {
   Molecules molecules = blaming("whole", [&] { return make_whole(particles); });
   if (molecules.endless > 0) {
-    particles.facts.notes.push_back(
-        {"endless_molecules", molecules.endless,
-         std::string(molecules.endless == 1 ? "molecule bonds" : "molecules bond") +
-             " to itself across the cell and cannot be made whole"});
+    std::string text = molecules.endless == 1 ? "molecule bonds" : "molecules bond";
+    text += " to itself across the cell and cannot be made whole";
+    particles.facts.notes.push_back({"endless_molecules", molecules.endless, text});
   }
   return molecules;
 }
