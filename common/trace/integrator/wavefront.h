@@ -92,7 +92,8 @@ class Wavefront {
   /// more shapes there are, the fewer pixels see the same ones.
   PARRAY_INLINE std::uint32_t rays_of_beam(const SampleBatch& batch) const {
     if (Capsules || scene_.start.numbers != nullptr) return 0;
-    const std::uint32_t most_pixels = scene_.bvh.node_count < 4096 ? 8 : 2;
+    const std::uint32_t nodes = scene_.bvh.node_count;
+    const std::uint32_t most_pixels = nodes < 4096 ? 8 : nodes < 65536 ? 2 : 1;
     const std::uint32_t pixels = batch.column[batch.count - 1] - batch.column[0] + 1;
     const std::uint32_t rays = most_pixels * batch.count / pixels;
     return rays < most_of_beam ? rays : most_of_beam;
