@@ -209,9 +209,9 @@ ConectBonds bonds_after_models(ParticleInput input) {
   return models ? bonds : ConectBonds();
 }
 
-/// Returns the bonds after the last model of a file that begins with a model. They are those of all
-/// models, whose atoms have the same serial numbers. Returns none if the file is damaged, because
-/// its first models may be intact. Leaves the file at its front.
+/// Returns the bonds after the last model of a file that begins with a model. All models have these
+/// bonds, because their atoms have the same serial numbers. A damaged file gives no bonds: its
+/// first models may still be readable. Leaves the file at its front.
 ConectBonds bonds_of_all_models(PackedFile& file) {
   ConectBonds bonds;
   try {

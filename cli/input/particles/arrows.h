@@ -28,7 +28,7 @@ std::string arrows_from(std::string_view text);
 /// Returns the numeric columns that may hold the vectors. For "velocity": vx, velocity_x and so on.
 std::set<std::string, std::less<>> numbers_of_arrows(std::string_view arrows);
 
-/// What the sizes of arrows depend on besides each vector. The frames of a film agree on it.
+/// The numbers that set the scale and the width of arrows. All frames of a film have the same ones.
 struct ArrowMeasure {
   double longest = 0;  ///< length of the longest vector
   double spacing = 0;  ///< distance of typical neighbours; 0: there are none

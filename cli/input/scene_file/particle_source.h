@@ -102,7 +102,7 @@ struct ParticleSource {
   std::string arrows{};                 ///< vectors that arrows show (arrows.h); empty: none
   std::optional<double> arrow_scale{};  ///< length of the arrow of a vector of length 1; not given:
                                         ///< the longest arrow has longest_arrow spacings
-  /// Of all frames of a film. Scene files do not contain it.
+  /// The same for all frames of a film. Scene files do not contain it.
   std::optional<ArrowMeasure> arrow_measure{};
   bool solid_cell = false;  ///< the edges of the cell are rods
   /// Of these, only particles in one of the representations are shown. Empty: all, in `look`.

@@ -9,10 +9,10 @@
 #include "common/trace/bvh/ray_columns.h"
 #include "common/trace/bvh/ray_groups.h"
 
-/// Finds the first surfaces of beams: runs of neighbouring rays, such as the camera rays of a few
-/// pixels, whose directions have the same signs. The rays of a beam visit a node together: one test
-/// with intervals decides which children any of them may meet. Source of such tests: Boulos, Wald,
-/// Shirley, "Geometric and arithmetic culling methods for entire ray packets", 2006.
+/// Finds the first surfaces of beams. A beam is a run of neighbouring rays, such as the camera rays
+/// of a few pixels. Their directions have the same signs. The beam visits each node once: one test
+/// with intervals finds the children that any of its rays may meet. Source of such tests: Boulos,
+/// Wald, Shirley, "Geometric and arithmetic culling methods for entire ray packets", 2006.
 namespace parray::trace {
 
 /// The rays of a beam as intervals of their numbers, the same in every lane. A box that a ray of
@@ -54,10 +54,10 @@ struct BeamCone {
   Vec3<B> apex, axis;
   B blur, slope;
 
-  /// Returns whether a ray of the beam may enter a sphere. The centre must be within radius + blur
-  /// + slope t of the axis at some t. The least of |centre - apex - t axis| - slope t is across
-  /// sqrt(1 - slope^2) - slope along, for a centre that lies so far along and across the axis. The
-  /// radius grows like the boxes of WideBvh. NaN may enter.
+  /// Returns whether a ray of the beam may enter a sphere. Let the sphere's centre lie `along` the
+  /// axis and `across` it. At some t, it must be within radius + blur + slope t of apex + t axis.
+  /// The least of that distance - slope t is across sqrt(1 - slope^2) - slope along. The radius
+  /// grows like the boxes of WideBvh. NaN counts as a sphere that rays may enter.
   PARRAY_INLINE MaskOf<B> may_enter(const SphereShape<B>& sphere) const {
     const Vec3<B> way = sphere.center - apex;
     const B along = dot(way, axis);
@@ -234,6 +234,7 @@ class BeamSearch {
     return bound_of<B>(-least_of(-most_t));
   }
 
+  /// Searches the tree for all rays of a beam.
   void search(Beam beam) {
     Store* const stack_t = space_.stack_t;
     std::uint32_t* const stack_child = space_.stack_child;

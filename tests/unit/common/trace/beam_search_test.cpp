@@ -10,7 +10,7 @@
 #include "tests/support/lane_search.h"
 #include "tests/support/rooms.h"
 
-/// What beams of rays find, against linear search for each ray by itself, bit by bit.
+/// Compares what beams find with a linear search for each single ray, bit by bit.
 namespace parray::test {
 namespace {
 
