@@ -182,9 +182,9 @@ void DisputeDesk::note_retracted(Job& job, const Retracted& retracted) {
       static_cast<RunState&>(work) = retracted.state;
       work.leases->put_back(retracted.retraction->cells);
     }
-    for (const CellRange& range : retracted.retraction->unchecked) {
+    for (const auto& [range, tracer] : retracted.retraction->unchecked) {
       check_by_referee(job, range, false);
-      place_check(job, {range, 0, {retracted.machine}});
+      place_check(job, {range, 0, {tracer, retracted.machine}});
     }
   }
   farm_.grants_due = true;

@@ -72,6 +72,7 @@ class DisputeDesk {
  private:
   struct CheckedAnswer;
   struct Retracted;
+  [[nodiscard]] Time latest_return(const Job& job, const std::set<TracerKey>& not_by) const;
   void place_check(Job& job, LeaseTable::Check check);
   [[nodiscard]] RefereeCase case_of(const Job& job, double length) const;
   bool check_by_referee(Job& job, const CellRange& range, bool sole);

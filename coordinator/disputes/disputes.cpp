@@ -53,10 +53,29 @@ void DisputeDesk::draw_check(Job& job, const Merged& merged) {
   }
 }
 
-/// Gives a check to a machine drawn at random. The referee traces only some of the cells, so it
-/// replaces no machine.
+/// Returns until when checks wait for a machine not in `not_by` that may return: one that has just
+/// been lost, or, after a restart of the coordinator, any.
+Time DisputeDesk::latest_return(const Job& job, const std::set<TracerKey>& not_by) const {
+  const Time patience = 3 * farm_.options.lease_timeout;
+  const Time lost = farm_.machines.last_lost([&](TracerKey machine) {
+    return !not_by.contains(machine) && quarantines_.find(machine) == nullptr;
+  });
+  const bool recovered = job.submitted == never;
+  return std::max(lost == Time::min() ? lost : lost + patience,
+                  recovered ? farm_.began + patience : Time::min());
+}
+
+/// Gives a check to a machine drawn at random, or lets it wait for one. The referee traces only
+/// some of the cells, so it replaces no machine.
 void DisputeDesk::place_check(Job& job, LeaseTable::Check check) {
   const std::vector<TracerKey> able = farm_.workers.usable_machines(check.not_by);
+  const Time until = able.empty() ? latest_return(job, check.not_by) : Time::min();
+  if (farm_.now < until) {
+    check.by = 0;
+    job.work->leases->want_check(std::move(check));
+    farm_.grant_again_at = std::min(farm_.grant_again_at, until);
+    return;
+  }
   const auto drawn = checks_.draw_checker(able.size());
   const bool refereed = !drawn && check_by_referee(job, check.range, able.empty());
   if (able.empty()) {

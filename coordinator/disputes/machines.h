@@ -5,6 +5,7 @@
 #include <string>
 
 #include "coordinator/loop/machine_id.h"
+#include "proto/clock.h"
 
 namespace parray::coordinator {
 
@@ -15,6 +16,7 @@ class Machines {
     std::string name;          ///< text_of() the machine, for people
     std::string worker;        ///< name of the worker that joined last
     std::uint64_t leases = 0;  ///< number of leases accepted from it
+    Time lost = Time::min();   ///< when a worker there was last lost without a goodbye
   };
   /// Notes that a worker has joined from a machine.
   void note(const MachineId& machine, const std::string& worker) {
@@ -25,6 +27,18 @@ class Machines {
     if (known_.size() > most) {
       known_.erase(known_.begin());
     }
+  }
+  /// Notes that a worker of a machine was lost. It may return.
+  void note_lost(std::uint64_t machine, Time now) { known_[machine].lost = now; }
+  /// Returns when a machine for which `may_check` is true last lost a worker; Time::min() if none
+  /// has.
+  template <typename MayCheck>
+  [[nodiscard]] Time last_lost(const MayCheck& may_check) const {
+    Time last = Time::min();
+    for (const auto& [machine, known] : known_) {
+      if (known.lost > last && may_check(machine)) last = known.lost;
+    }
+    return last;
   }
   /// Counts an accepted lease of a machine. Returns the number of those before it.
   std::uint64_t count_lease(std::uint64_t machine) { return known_[machine].leases++; }

@@ -57,9 +57,9 @@ class JobPicture {
 
   /// What retract() changed.
   struct Retraction {
-    std::vector<CellRange> cells;      ///< to trace again; none if the tracer traced nothing
-    bool restarted = false;            ///< the picture began again from its first pass
-    std::vector<CellRange> unchecked;  ///< still merged, but only the tracer had checked them
+    std::vector<CellRange> cells;  ///< to trace again; none if the tracer traced nothing
+    bool restarted = false;        ///< the picture began again from its first pass
+    std::vector<ResultCollector::Unchecked> unchecked;  ///< still merged; the tracer checked them
   };
   /// Removes the cells that `tracer` has traced, because it returned wrong bits. A picture in
   /// passes restarts, because the wrong sums have influenced its passes.

@@ -61,7 +61,7 @@ Lease LeaseTable::add_lease(const CellRange& range, WorkerId worker, Time deadli
 std::optional<Lease> LeaseTable::grant(Time deadline, WorkerId worker, const LeaseRequest& request,
                                        const FarmSpeed& farm, MachineKey machine) {
   const auto check = std::ranges::find(checks_, machine, &Check::by);
-  if (check != checks_.end()) {
+  if (machine != 0 && check != checks_.end()) {
     Check wanted = std::move(*check);
     checks_.erase(check);
     Lease lease = add_lease(wanted.range, worker, deadline);
@@ -132,14 +132,17 @@ bool LeaseTable::release(Leases::iterator lease, WorkerId worker) {
   return true;
 }
 
-/// Ends a lease without holders: its cells become pending, or its check has failed.
-void LeaseTable::retire_if_free(Leases::iterator lease) {
+/// Ends a lease without holders: its cells become pending, or its check has failed. `lost`: the
+/// last holder did not give it back.
+void LeaseTable::retire_if_free(Leases::iterator lease, bool lost) {
   if (!lease->second.holders.empty() || lease->second.arrived) {
     return;
   }
   if (lease->second.check) {
     Check& check = *lease->second.check;
-    check.not_by.insert(check.by);
+    if (!lost || ++losses_[check.by] >= most_losses) {
+      check.not_by.insert(check.by);
+    }
     failed_checks_.push_back(std::move(check));
   } else {
     add_pending(lease->second.range);
@@ -193,6 +196,9 @@ LeaseTable::Arrived LeaseTable::arrive(WorkerId worker, Epoch epoch, std::uint64
 
 std::vector<WorkerId> LeaseTable::finish(Epoch epoch) {
   const auto lease = leased_.find(epoch);
+  if (lease->second.check) {
+    losses_.erase(lease->second.check->by);
+  }
   std::vector<WorkerId> others;
   for (const Holder& holder : std::vector<Holder>(lease->second.holders)) {
     others.push_back(holder.worker);
@@ -213,7 +219,7 @@ bool LeaseTable::give_back(WorkerId worker, Epoch epoch) {
   }
   const bool held = release(lease, worker);
   const bool arrived = !held && std::exchange(lease->second.arrived, false);
-  retire_if_free(lease);
+  retire_if_free(lease, false);
   return held || arrived;
 }
 
@@ -246,7 +252,7 @@ std::vector<Lease> LeaseTable::drop_worker(WorkerId worker) {
     const auto current = lease++;
     if (release(current, worker)) {
       dropped.push_back({current->first, current->second.range});
-      retire_if_free(current);
+      retire_if_free(current, true);
     }
   }
   for (auto late = late_.begin(); late != late_.end();) {
@@ -266,7 +272,7 @@ std::vector<LeaseTable::Expired> LeaseTable::expire(Time now) {
         release(lease, holder.worker);
       }
     }
-    retire_if_free(lease);
+    retire_if_free(lease, true);
   }
   return expired;
 }

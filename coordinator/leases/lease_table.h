@@ -56,15 +56,16 @@ class LeaseTable {
   /// A check: done cells that a certain machine must trace again, so that the bits can be compared.
   struct Check {
     CellRange range;
-    MachineKey by = 0;  ///< the machine that must trace them
+    MachineKey by = 0;  ///< the machine that must trace them; 0: none is able to
     /// Machines that traced the cells first, or failed to make the check.
     std::set<MachineKey> not_by;
   };
   /// Adds a check. It waits until grant() leases it to a worker of the machine `by`.
   void want_check(Check check);
   /// Removes and returns the checks that need another machine. These are the waiting checks whose
-  /// `by` is not among `able`, and the checks whose lease ended without a result. `able`: the
-  /// machines with a worker that may trace.
+  /// `by` is not among `able`, and the checks whose lease ended without a result. A machine that
+  /// lost the lease of a check may get it again, unless it has lost most_losses such leases in a
+  /// row. `able`: the machines with a worker that may trace.
   std::vector<Check> take_orphans(const std::set<MachineKey>& able);
   /// Returns whether a check waits, is leased, or has failed and was not taken by take_orphans()
   /// yet.
@@ -132,6 +133,7 @@ class LeaseTable {
   [[nodiscard]] std::size_t leased() const { return leased_.size(); }
   [[nodiscard]] Epoch next_epoch() const { return next_epoch_; }
 
+  static constexpr int most_losses = 3;
   /// Of a lease: the worker that got it first, and one copy.
   static constexpr std::size_t most_holders = 2;
 
@@ -153,7 +155,7 @@ class LeaseTable {
   void add_pending(const CellRange& range);
   void hold(Leases::iterator lease, WorkerId worker, Time deadline);
   bool release(Leases::iterator lease, WorkerId worker);
-  void retire_if_free(Leases::iterator lease);
+  void retire_if_free(Leases::iterator lease, bool lost);
   std::vector<WorkerId> shorten(Leases::iterator lease, std::uint64_t cells);
 
   ChunkSizer sizer_;
@@ -170,6 +172,7 @@ class LeaseTable {
       late_;  ///< workers whose copies may still arrive
   std::deque<Check> checks_;
   std::vector<Check> failed_checks_;
+  std::map<MachineKey, int> losses_;  ///< leases of checks that a machine lost in a row
 };
 
 }  // namespace parray::coordinator

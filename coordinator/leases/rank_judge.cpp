@@ -85,7 +85,9 @@ void RankJudge::find_faulty(TracerKey tracer) {
 
 void RankJudge::retract(TracerKey tracer, Verdict& verdict) {
   const JobPicture::Retraction retraction = picture_.retract(tracer);
-  rechecks_.insert(rechecks_.end(), retraction.unchecked.begin(), retraction.unchecked.end());
+  for (const ResultCollector::Unchecked& unchecked : retraction.unchecked) {
+    rechecks_.push_back(unchecked.range);
+  }
   if (retraction.restarted) {
     verdict.restarted = true;
     rechecks_.clear();

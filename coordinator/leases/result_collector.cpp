@@ -137,6 +137,12 @@ ResultCollector::Taken ResultCollector::compare(const CellRange& range,
 
 void ResultCollector::note_check(TracerKey tracer, const CellRange& range) {
   checks_.push_back({range, place_of(tracer)});
+  for (std::uint64_t cell = range.begin; cell < range.end; ++cell) {
+    if (cells_[cell].digest == 0) {
+      forget_checks_of_missing();
+      return;
+    }
+  }
 }
 
 bool ResultCollector::is_checked(std::uint64_t cell) const {
@@ -167,18 +173,23 @@ std::vector<ResultCollector::Unchecked> ResultCollector::unchecked_cells(std::ui
   const std::vector<bool> done = checked();
   std::vector<Unchecked> found;
   for (std::uint64_t cell = 0; cell < cells_.size(); ++cell) {
-    if (cells_[cell].digest == 0 || done[cell]) {
-      continue;
-    }
-    const TracerKey tracer = tracers_[cells_[cell].tracer];
-    if (!found.empty() && found.back().range.end == cell && found.back().tracer == tracer &&
-        found.back().range.count() < most) {
-      ++found.back().range.end;
-    } else {
-      found.push_back({{cell, cell + 1}, tracer});
+    if (cells_[cell].digest != 0 && !done[cell]) {
+      add_unchecked(found, cell, most);
     }
   }
   return found;
+}
+
+/// Adds a cell that follows those in `list`. Ranges get at most `most` cells.
+void ResultCollector::add_unchecked(std::vector<Unchecked>& list, std::uint64_t cell,
+                                    std::uint64_t most) const {
+  const TracerKey tracer = tracers_[cells_[cell].tracer];
+  if (!list.empty() && list.back().range.end == cell && list.back().tracer == tracer &&
+      list.back().range.count() < most) {
+    ++list.back().range.end;
+  } else {
+    list.push_back({{cell, cell + 1}, tracer});
+  }
 }
 
 std::vector<ResultCollector::Differing> ResultCollector::differing(
@@ -237,15 +248,15 @@ ResultCollector::Retraction ResultCollector::retract(TracerKey tracer) {
     }
   }
   forget_checks_of_missing();
-  std::vector<std::uint64_t> unchecked;
-  std::erase_if(checks_, [&](const Check& check) {
+  std::vector<Unchecked> unchecked;
+  for (const Check& check : checks_) {
     for (std::uint64_t cell = check.range.begin; check.tracer == place && cell < check.range.end;
          ++cell) {
-      unchecked.push_back(cell);
+      add_unchecked(unchecked, cell, check.range.count());
     }
-    return check.tracer == place;
-  });
-  return {ranges_of(std::move(cleared)), ranges_of(std::move(unchecked))};
+  }
+  std::erase_if(checks_, [&](const Check& check) { return check.tracer == place; });
+  return {ranges_of(std::move(cleared)), std::move(unchecked)};
 }
 
 std::vector<CellRange> ResultCollector::retract(const std::vector<CellRange>& ranges) {

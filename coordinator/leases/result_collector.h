@@ -49,7 +49,7 @@ class ResultCollector {
   /// Counts the merged cells of the range that agree with `digests`, one per cell of the range, and
   /// those that differ. Ignores cells that are not merged. Merges nothing.
   Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests) const;
-  /// Notes that `tracer` also traced the range and got the merged bits.
+  /// Notes that `tracer` also traced the range and got the bits of the cells that are merged now.
   void note_check(TracerKey tracer, const CellRange& range);
   /// Returns whether a merged cell is checked: another tracer has traced it, too, and got the same
   /// bits.
@@ -77,7 +77,7 @@ class ResultCollector {
   struct Retraction {
     /// Cells that are no longer merged: all cells of the cleared pixels.
     std::vector<CellRange> cells;
-    std::vector<CellRange> unchecked;  ///< merged cells that only the retracted tracer had checked
+    std::vector<Unchecked> unchecked;  ///< merged cells that the retracted tracer had checked
   };
   /// Clears all pixels of which `tracer` has traced a merged cell, and forgets its checks. (Sums of
   /// single cells are not kept, so all cells of such a pixel must be traced again.)
@@ -126,6 +126,7 @@ class ResultCollector {
   void exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded);
   [[nodiscard]] std::vector<bool> checked() const;
   void forget_checks_of_missing();
+  void add_unchecked(std::vector<Unchecked>& list, std::uint64_t cell, std::uint64_t most) const;
   void clear_pixels(std::uint64_t index, std::vector<std::uint64_t>& cleared);
   [[nodiscard]] std::uint32_t place_of(TracerKey tracer);
 

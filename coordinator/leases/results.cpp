@@ -93,6 +93,10 @@ void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Resul
     if (merged->taken.mismatches > 0) {
       merged->kind = Merged::Kind::differs;
       merged->differing = collector.differing(range, merged->digests);
+      if (merged->arrived.kind == LeaseTable::Arrival::check) {
+        // Not logged. If its machine is faulty, retract() lists these cells for another check.
+        picture.note_check(merged->machine, range);
+      }
     } else if (merged->arrived.kind != LeaseTable::Arrival::first) {
       run->note_check(merged->machine, range);
     }

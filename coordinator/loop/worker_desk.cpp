@@ -197,6 +197,9 @@ void WorkerDesk::lose_worker(Time now, const PeerId& peer, const std::string& wh
   farm_.scenes.forget_worker(worker.id);
   farm_.grants_due = true;
   farm_.tally.lost += failed ? 1 : 0;
+  if (failed) {
+    farm_.machines.note_lost(worker.machine_key, now);
+  }
   farm_.announce(failed ? FarmEventKind::lost : FarmEventKind::left, worker.hello.name, why);
   farm_.watch.note_left(
       {now, worker.hello.name, worker.hello.host, text_of(worker.machine), why, failed});

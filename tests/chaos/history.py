@@ -398,9 +398,7 @@ class History:
             # A flag about a check without a second worker is not an error.
             if job["flag"] and not job["flag"].endswith("there was none") and not self.faulty.wrong:
                 raise Wrong(f"job {number} is flagged: {job['flag']}")
-            # A faulty worker's wrong pixel may stay if nobody checked its whole lease. The job's flag then says so.
-            if not (self.faulty.wrong and "not checked completely" in job["flag"]):
-                self.check_picture(number)
+            self.check_picture(number)
         self.pictures = len(jobs)
 
     def check_picture(self, number):

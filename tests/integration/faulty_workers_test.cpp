@@ -459,7 +459,7 @@ TEST_CASE("a machine that takes checks but never returns them blocks no job") {
     if (drained) {
       service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::drain, false, "bob"});
     }
-    work(service, {{&ann, honest}, {&bob, idle}}, job, 200, milliseconds(500));
+    work(service, {{&ann, honest}, {&bob, idle}}, job, 400, milliseconds(500));
     CHECK(service.state(job) == "done");
   }
 }

@@ -150,4 +150,82 @@ TEST_CASE("a coordinator that was killed makes the checks that had waited") {
   }
 }
 
+TEST_CASE("a check waits for the only other machine if that lost its lease in a pause") {
+  for (const bool lies : {false, true}) {
+    CAPTURE(lies);
+    Service service(always_with_referee());
+    Hand faulty(service, "faulty");
+    Hand bob(service, "bob");
+    const RenderSettings settings = settings_with_long_leases();
+    const JobId job = service.submit(small_scene(), settings);
+    work(service, {{&faulty, slow(lies)}, {&bob, idle}}, job, 20);
+    for (int i = 0; i < 40; ++i) {  // `bob` is silent for 8 s
+      service.turn(milliseconds(200));
+      faulty.listen();
+      faulty.beat();
+      if (!faulty.held.empty()) slow(lies)(faulty, faulty.put_down());
+    }
+    REQUIRE(service.worker("bob").is_null());
+    REQUIRE(service.tally().lost == 1);
+    CHECK(service.state(job) == "running");
+    bob.come_back();
+    work(service, {{&faulty, slow(lies)}, {&bob, slow(false)}}, job);
+    REQUIRE(service.state(job) == "done");
+    CHECK(service.sha256(job) == expected_sha256(settings));
+    const std::string flag = service.job(job).at("flag");
+    CHECK(flag.empty() == !lies);
+    CHECK_FALSE(contains(flag, "not checked completely"));
+  }
+}
+
+TEST_CASE("a check waits only for a while for a machine that was lost, and not for one that left") {
+  for (const bool lost : {true, false}) {
+    CAPTURE(lost);
+    CoordinatorOptions options = always_with_referee();
+    options.referee = nullptr;
+    Service service(options);
+    Hand ann(service, "ann");
+    Hand bob(service, "bob");
+    const JobId job = service.submit(small_scene(), settings_with_long_leases());
+    work(service, {{&ann, slow(false)}, {&bob, idle}}, job, 20);
+    if (!lost) bob.say(msg::Bye{"in a test"});
+    const Time began = service.now();
+    const auto alone = [&](Hand& hand, const msg::Grant& grant) { slow(false)(hand, grant); };
+    for (int i = 0; i < 500 && service.state(job) != "done"; ++i) {
+      service.turn(milliseconds(200));
+      ann.listen();
+      ann.beat();
+      if (!ann.held.empty()) alone(ann, ann.put_down());
+    }
+    REQUIRE(service.state(job) == "done");
+    CHECK(contains(service.job(job).at("flag"), "not checked completely"));
+    CHECK((service.now() - began > seconds(20)) == lost);
+  }
+}
+
+TEST_CASE("if a checker is faulty, another machine than the tracer checks all its cells again") {
+  for (const bool late : {false, true}) {
+    CAPTURE(late);  // it returns right checks first
+    CoordinatorOptions options = service_options();
+    options.checks.share = 1;
+    options.checks.referee_share = 0;
+    Service service(options);
+    Hand ann(service, "ann");
+    Hand bob(service, "bob");
+    const RenderSettings settings = settings_with_long_leases();
+    const JobId job = service.submit(small_scene(), settings);
+    work(service, {{&ann, slow(false)}, {&bob, idle}}, job, 60);
+    Hand faulty(service, "faulty");
+    bob.say(msg::Bye{"in a test"});
+    work(service, {{&ann, slow(false)}, {&faulty, slow(false)}}, job, late ? 2 : 0);
+    REQUIRE(service.state(job) == "running");
+    Hand cid(service, "cid");
+    work(service, {{&ann, slow(false)}, {&faulty, slow(true)}, {&cid, slow(false)}}, job);
+    REQUIRE(service.state(job) == "done");
+    CHECK(service.worker("faulty").at("state") == "quarantined");
+    CHECK(service.sha256(job) == expected_sha256(settings));
+    CHECK(service.fetch(job).report.at("checked_share") == 1);
+  }
+}
+
 }  // namespace parray::test

@@ -342,12 +342,9 @@ TEST_CASE("a failed check is returned and names the machine that must not make i
   LeaseTable table = table_of({});
   table.want_check({{0, 2}, bob, {ann}});
   const auto lost = grant(table, bob);
-  SUBCASE("the holder is lost") { table.drop_worker(bob); }
-  SUBCASE("the deadline passes") { CHECK(table.expire(seconds(10)).size() == 1); }
-  SUBCASE("the result is invalid") {
-    table.arrive(bob, lost->epoch);
-    table.give_back(bob, lost->epoch);
-  }
+  SUBCASE("the holder failed") {}
+  SUBCASE("the result is invalid") { table.arrive(bob, lost->epoch); }
+  CHECK(table.give_back(bob, lost->epoch));
   CHECK(table.pending_cells() == 0);
   CHECK(table.checks_remain());
   CHECK_FALSE(grant(table, bob));
@@ -356,6 +353,44 @@ TEST_CASE("a failed check is returned and names the machine that must not make i
   CHECK(orphans[0].range == CellRange{0, 2});
   CHECK(orphans[0].not_by == std::set<MachineKey>{ann, bob});
   CHECK_FALSE(table.checks_remain());
+  CHECK(table.idle());
+}
+
+TEST_CASE("a machine may make a check again until it has lost three of them in a row") {
+  LeaseTable table = table_of({});
+  const auto lose_one = [&](int turn) {
+    table.want_check({{0, 2}, bob, {ann}});
+    REQUIRE(grant(table, bob));
+    if (turn % 2 == 0) {
+      CHECK(table.drop_worker(bob).size() == 1);
+    } else {
+      CHECK(table.expire(seconds(10)).size() == 1);
+    }
+    CHECK(table.checks_remain());
+    const auto orphans = table.take_orphans({ann, bob, cid});
+    REQUIRE(orphans.size() == 1);
+    return orphans[0].not_by.contains(bob);
+  };
+  for (int round = 0; round < 2; ++round) {
+    CHECK_FALSE(lose_one(1));
+    CHECK_FALSE(lose_one(2));
+    table.want_check({{0, 2}, bob, {ann}});
+    const auto made = grant(table, bob);
+    table.arrive(bob, made->epoch);
+    table.finish(made->epoch);
+  }
+  CHECK_FALSE(lose_one(1));
+  CHECK_FALSE(lose_one(2));
+  CHECK(lose_one(3));
+  CHECK(lose_one(4));
+}
+
+TEST_CASE("a check that names no machine waits until take_orphans()") {
+  LeaseTable table = table_of({});
+  table.want_check({{0, 2}, 0, {ann}});
+  CHECK_FALSE(table.grant(seconds(10), bob, {1, 0}, {0, 0, 2, 2}, 0));
+  CHECK(table.checks_remain());
+  CHECK(table.take_orphans({ann, bob}).size() == 1);
   CHECK(table.idle());
 }
 
