@@ -289,9 +289,9 @@ void declare_options(CommandLine& line, Arguments& a) {
       "parray-coordinator --coordinator 'tcp://*:7400' --keys farm --state /var/lib/parray",
       "also serves other machines, with the keys that parray keygen farm has made");
   line.example(
-      "parray-coordinator --coordinator 'tcp://*:7400' --keys farm --state rows --standby "
-      "'tcp://*:7401'",
-      "keeps a copy for the primary with --replicate-to tcp://HOST:7401");
+      "parray-coordinator --coordinator 'tcp://*:7400' --keys farm --state /var/lib/parray "
+      "--standby 'tcp://*:7401'",
+      "is the standby of a primary that runs with --replicate-to tcp://HOST:7401; HOST is this machine");
 }
 
 Time from_seconds(double value) {

@@ -16,18 +16,18 @@ namespace parray::worker {
 
 /// Fetches scenes for a worker and hands them on to other workers: its side of PROTOCOL.md. Asks
 /// the coordinator for a source and pulls the chunks from it, several at a time. Hands each chunk
-/// that it has to any worker that asks, even before later chunks have arrived. If a source is
-/// silent or makes no progress, the exchange replaces it and keeps the chunks received so far. Not
-/// thread-safe.
+/// that it has to any worker that asks, even before later chunks have arrived. If a worker is
+/// silent or makes no progress as a source, the exchange replaces it and keeps the chunks received
+/// so far. Not thread-safe.
 class SceneExchange {
  public:
   /// `wake`: see SceneOpener.
   explicit SceneExchange(const std::function<void()>& wake) : opener_(wake) {}
 
-  /// Sets the scene that is needed now; empty: none. Gives up the fetch of the previous scene, but
-  /// keeps its chunks.
+  /// Sets the scene that is needed now; empty: none. Gives up the fetch of another scene, but keeps
+  /// its chunks. Has no effect while a scene is being opened, so call it before each tick().
   void want(const std::string& scene);
-  /// Returns a scene that was wanted, once.
+  /// Returns an opened scene, once. If opening failed, `scene` is null and `failure` tells why.
   std::optional<OpenedScene> take_opened();
 
   /// Takes in a message about scenes. Returns false for any other message. `from` is empty for the
@@ -72,7 +72,8 @@ class SceneExchange {
     Time ask_at = Time::min();     ///< time to ask the coordinator again
     Time heard{};                  ///< time of the last message from the source
     Time progressed{};             ///< time of the last chunk
-    Time resend_after{};           ///< silence after which chunks in flight are requested again
+    /// Silence after which lost chunks are requested again. Without silence: ten times as long.
+    Time resend_after{};
     std::map<std::uint32_t, Time> in_flight{};  ///< chunks and the times of their requests
     bool opening = false;
   };

@@ -295,7 +295,7 @@ void add_compare(CommandLine& line, Action& chosen) {
       .required()
       .forbid_empty()
       .completes(Completes::files);
-  command.option("IMAGE", options->images, "Pictures to compare with it, of the same size")
+  command.option("IMAGE", options->images, "Pictures to compare with REF; they must have its size")
       .required()
       .forbid_empty()
       .completes(Completes::files);

@@ -310,7 +310,7 @@ int film(const FilmCommand& command) {
   const int status = film.render();
   if (!film.is_complete()) {
     std::cerr << "parray: no " << printable(command.film, 4096)
-              << ": frames are missing; the same command tries again\n";
+              << ": frames are missing: run the same command again to render them\n";
     return 1;
   }
   return std::max(status, film.finish());

@@ -135,7 +135,7 @@ void add_submit(CommandLine& line, Action& chosen) {
   add_whole_number(
       command, "--max-failures", 1, 1000,
       [options](std::uint64_t value) { options->max_failures = static_cast<std::uint32_t>(value); },
-      "The job fails if N workers have failed at the same part of it (default: the "
+      "The job fails if N machines have failed at the same part of it (default: the "
       "coordinator's)")
       .group(farm_group);
   options->farm.add_to(command);

@@ -18,8 +18,7 @@ namespace parray::base {
 /// Returns `text` without spaces and tabs at its ends.
 std::string_view trimmed(std::string_view text);
 
-/// Returns `length` characters of `line` from `start` on, as far as it has them, without blanks at
-/// their ends.
+/// Returns at most `length` characters of `line` from `start` on, without blanks at their ends.
 inline std::string_view field_at(std::string_view line, std::size_t start, std::size_t length) {
   return line.size() <= start ? std::string_view() : trimmed(line.substr(start, length));
 }

@@ -5,11 +5,10 @@
 
 #include "common/math/vec.h"
 
-namespace parray::scene {
-
 /// The scene in the form that all parts of the program share. Lengths are in the scene's own unit,
 /// colours are linear RGB. Plain data in double precision; immutable once loaded, so any thread may
 /// read it.
+namespace parray::scene {
 
 enum class MaterialType : std::uint8_t { diffuse = 0, metal = 1, dielectric = 2 };  // wire values
 
@@ -35,7 +34,7 @@ struct Sphere {
 /// All points within `radius` of the segment between two points.
 struct Capsule {
   Vec3d from;
-  Vec3d to;                    ///< equal to `from`, or at least 2 limits::min_radius away
+  Vec3d to;  ///< equal to `from`, or at least 2 limits::min_radius away along an axis
   double radius = 1;           ///< > 0
   std::uint32_t material = 0;  ///< index into Scene::materials
 

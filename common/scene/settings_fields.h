@@ -72,7 +72,7 @@ void stop_fields(F&& f, S&... s) {
      nullptr, "spp"},
     IntegerRange{1, limits::max_samples_per_pixel}, s.samples_per_pixel...);
   f({"target_error",
-     "Stop when the estimated RMSE of the picture, denoised or not, is at most X, in linear "
+     "Stop when the upper bound of the picture's RMSE, denoised or not, is at most X, in linear "
      "radiance",
      accuracy | in_passes | recipe},
     ranges::target_error, s.target_error...);

@@ -46,7 +46,7 @@ struct Tally {
 
 /// The state that the parts of a coordinator share: jobs, workers, time and outgoing messages.
 /// Plain data with a few services on it; every rule belongs to one of the parts: WorkerDesk,
-/// JobBook, LeaseDesk, DisputeDesk, ClientRequests. Not thread-safe.
+/// JobBook, LeaseDesk, DisputeDesk, ClientRequests, WorkerLogs. Not thread-safe.
 struct Farm {
   /// `store` may be null: then nothing outlives the process. `job_thread` runs tasks on the store;
   /// it must be destroyed before the parts whose completions it calls.
@@ -69,7 +69,7 @@ struct Farm {
 
   /// Notes an event for the operator of the farm.
   void announce(FarmEventKind kind, const std::string& worker, const std::string& text);
-  /// Notes the end of a job for the operator. Frames of a series are one event.
+  /// Counts the end of a job and notes it for the operator. Frames of a series are one event.
   void announce_end(const Job& job);
   /// Notes that a job that was queued gets its first lease.
   void note_begun(Job& job);
@@ -84,7 +84,7 @@ struct Farm {
   Job* job_at_work(JobId id, std::uint64_t generation);
   /// Adds a line to the history of a job.
   void note(Job& job, const std::string& what);
-  /// Keeps the record of a job in the store.
+  /// Gives the record of a job to the job thread, which stores it. Ignores a job that is finishing.
   void keep(const Job& job);
   /// For tasks that answer a client: if a task throws, the client gets the error.
   [[nodiscard]] JobThread::Guarded for_client(const PeerId& peer, std::uint64_t request,

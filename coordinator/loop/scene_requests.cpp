@@ -58,7 +58,7 @@ void WorkerDesk::forget_scene(const std::string& scene) {
   }
   const SceneService::Spread spread = farm_.scenes.forget_scene(scene);
   if (spread.workers > 0) {
-    farm_.log->debug("scene {:.8} went to {} workers; the coordinator sent {} bytes", scene,
+    farm_.log->debug("{1} workers requested scene {0:.8}; the coordinator sent {2} bytes", scene,
                      spread.workers, spread.bytes);
   }
 }

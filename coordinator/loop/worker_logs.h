@@ -13,7 +13,7 @@ namespace parray::coordinator {
 /// worker that does not answer delays nothing: the client gets an error.
 class WorkerLogs {
  public:
-  /// Requests that may wait for workers at a time. Each occupies a thread of the HTTP interface.
+  /// Requests that may wait for workers at a time. One that came by HTTP occupies a thread there.
   static constexpr std::size_t most_waiting = 16;
   /// Time in which a worker must answer.
   static constexpr Time patience = seconds(3);

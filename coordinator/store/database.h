@@ -21,7 +21,7 @@ class DatabaseDamaged : public RunError {
 /// A connection to one SQLite file. Not thread-safe.
 ///
 /// Errors are exceptions. StateInUse: another process uses the file. InputError: the file cannot be
-/// opened. StorageFull: there is no room to write. DatabaseDamaged: the content is damaged.
+/// opened or written. StorageFull: there is no room to write. DatabaseDamaged: the content is damaged.
 /// RunError: anything else. Messages name the directory of the file, except DatabaseDamaged's.
 class Database {
  public:

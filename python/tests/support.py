@@ -1,4 +1,4 @@
-"""What the tests share: the package from its sources, the programs, a scene. Skips, with a word, without numpy."""
+"""What the tests share: the package from its sources, the programs, a scene. Without numpy, the tests print a message and are skipped."""
 
 import importlib.util
 import os

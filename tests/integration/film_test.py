@@ -147,7 +147,7 @@ class Here(FilmCase):
         options = ["--frames", "1:2", "--spp", "1"]
         result = self.film("a.mp4", *options, expected=1)
         self.assertRegex(result.stderr, r"\Aparray: frame 2: [^\n]*p-2.xyz:3[^\n]*\n"
-                                        r"parray: no \S+a.mp4: frames are missing; the same command tries again\n\Z")
+                                        r"parray: no \S+a.mp4: frames are missing: run the same command again to render them\n\Z")
         self.assertEqual(len(self.pictures("a.mp4")), 1)
 
     def test_an_interrupted_film_says_how_to_go_on(self):

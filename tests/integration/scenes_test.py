@@ -49,7 +49,7 @@ class Spread(unittest.TestCase):
         return workers
 
     def sent_bytes(self, farm):
-        found = wait_for(lambda: re.search(r"scene \w+ went to (\d+) workers; the coordinator sent (\d+) bytes",
+        found = wait_for(lambda: re.search(r"(\d+) workers requested scene \w+; the coordinator sent (\d+) bytes",
                                            farm.coordinator_log()),
                          "the scene to be forgotten")
         return int(found.group(1)), int(found.group(2))

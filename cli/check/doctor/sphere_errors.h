@@ -21,8 +21,8 @@ Wide distance_in_radii(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
   return std::sqrt(x * x + y * y + z * z) / sphere.radius;
 }
 
-/// Returns the distance of the point at `t` from the surface, in units of ulp(S) radii of `Store`.
-/// S is the larger of 1 and the distance of the ray's origin from the centre in radii. `Wide` has
+/// Returns the distance of the point at `t` from the surface, in radii, divided by ulp(S) of
+/// `Store`. S is the larger of 1 and the distance of the ray's origin from the centre in radii. `Wide` has
 /// several bits more than `Real`.
 template <typename Wide, typename Store, typename Real>
 double backward_error(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real t) {
@@ -43,7 +43,7 @@ double backward_error(const Ray<Real>& ray, const SphereShape<Real>& sphere, Rea
   return static_cast<double>(std::abs(reached - radius) / radius / ulp);
 }
 
-/// The largest errors of many hits, in ulp(S) of f32, f32 and f64.
+/// The largest errors of many hits. f32 and mixed are in ulp(S) of f32, f64 is in ulp(S) of f64.
 struct HitErrors {
   double f32 = 0;
   double mixed = 0;

@@ -25,7 +25,8 @@ CheckResult check_picture(const TracerMaker& make, std::string_view expected = p
 
 /// Returns the SHA-256 of the picture of doctor_scene() by `threads` threads.
 std::string doctor_image_sha256(const TracerMaker& make, int threads);
-/// Renders the same picture with one thread and with all threads, twice each.
+/// Renders the same picture with one thread and with all threads, twice each. Throws RunError if
+/// tracing fails.
 CheckResult check_threads(const TracerMaker& make, int threads);
 
 /// Computes a small picture's hash `times` times in each of `threads` threads. Bad memory or an

@@ -12,10 +12,11 @@
 
 namespace parray::input {
 
-/// A map from names to numbers that finds a string_view without a copy.
+/// A hash that finds a string_view without a copy.
 struct NameHash : std::hash<std::string_view> {
   using is_transparent = void;  // NOLINT(readability-identifier-naming): the library's name
 };
+/// A map from names to numbers.
 using NumbersByName = std::unordered_map<std::string, std::uint32_t, NameHash, std::equal_to<>>;
 
 /// Builds a NameColumn, which stores each name once.
@@ -66,13 +67,15 @@ class ParticleColumns {
   /// `place` is the position of the reader and must outlive this object.
   explicit ParticleColumns(const FilePlace& place) : place_(&place) {}
 
-  /// Reserves memory for `count` particles. Call it only if the file can contain so many particles.
+  /// Sets the number of particles for which columns reserve memory. Call it only if the file can
+  /// contain so many.
   void expect(std::uint64_t count) { expected_ = static_cast<std::size_t>(count); }
 
   void position(const Vec3d& position);
   /// Adds `count` particles at once. `write(particles, first)` writes their positions, radii and
   /// colours (if any) and all numbers into the columns from `first` on. It returns false for an
-  /// invalid value. Then rows() adds no particle and returns false.
+  /// invalid value. Then rows() adds no particle and returns false. `write` checks the values, and
+  /// the caller reports the error.
   template <typename Write>
   bool rows(std::size_t count, bool have_radii, bool have_colors, const Write& write) {
     const std::size_t first = this->count();
@@ -84,7 +87,8 @@ class ParticleColumns {
   void radius(double radius);
   void color(const Vec3d& color, ColorScale scale);
   void element(std::uint8_t atomic_number);
-  /// Adds a particle whose element has an unknown form in the file. A note counts such particles.
+  /// Adds an unknown element, because the file's text is no element. A note counts such particles if
+  /// another element is known.
   void unknown_element();
   void type(std::string_view name);
   /// Begins a numeric column, before the first particle. Returns its place among the numeric

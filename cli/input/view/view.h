@@ -20,7 +20,8 @@ enum class View : std::uint8_t { automatic, front, back, left, right, top, botto
 /// Names of the views, in the order of View.
 inline constexpr std::array<std::string_view, 8> view_names{"auto",  "front", "back",   "left",
                                                             "right", "top",   "bottom", "iso"};
-/// Names of the first six views by the axis that points to the viewer.
+/// Other names of the six sides: the axis that points to the viewer. In this order they name the
+/// views right, left, back, front, top and bottom.
 inline constexpr std::array<std::string_view, 6> view_axes{"+x", "-x", "+y", "-y", "+z", "-z"};
 
 /// Parses one of view_names or view_axes. Throws InputError, which suggests the nearest name.
@@ -39,16 +40,16 @@ struct Viewpoint {
 ///
 /// - front, back: right +x, -x; up +z. left, right: right -y, +y; up +z.
 /// - top, bottom: right +x, -x; up +y.
-/// - iso: x to the right and y to the left of the middle, both away; up +z. The direction (4, -6,
-/// 3)
-///   differs from the exact isometric one, so that the near corner of a cube does not hide the far
-///   corner, and no edge hides another.
+/// - iso: the viewer is at (4, -6, 3), and (3, 2, 0) points to the right; z points up. x comes
+///   towards the viewer, and y goes away. The exact isometric direction would let the near corner
+///   of a cube hide the far corner. This direction lets no corner or edge hide another.
 Axes axes_of(View view);
 
 /// How the user turns a view. Angles are in degrees.
 struct Turning {
   std::optional<Vec3d> up{};  ///< direction of the scene that replaces z in all views; not zero
-  /// Angle by which the camera turns to the right around the upward direction, in azimuth_range.
+  /// Angle by which the camera moves to the right, on a circle around the upward direction. In
+  /// azimuth_range.
   std::optional<double> azimuth{};
   std::optional<double> elevation{};  ///< angle by which the camera rises, in elevation_range
 
@@ -62,8 +63,8 @@ Vec3d up_from(std::string_view text);
 
 /// Returns the viewpoint for `spheres`, which are not empty. `automatic` chooses as follows:
 /// - Flat groups face the camera, along a coordinate axis. Flat molecules and oblique groups face
-///   it along a principal axis. A group is flat if its centres extend a tenth as far along one axis
-///   as along the next.
+///   it along a principal axis. A group is flat if its smallest extent is at most a tenth of the
+///   middle one. A rod is not flat: its middle extent is at most a tenth of the largest.
 /// - Other molecules: along their principal axes (principal_axes.h), slightly from above and from
 ///   the side.
 /// - All others: z up and x to the right, from above and from the side.

@@ -59,8 +59,8 @@ struct TradeoffResults {
   nlohmann::json answer_facts;
 };
 
-/// Rows with the scene's own depth, precision and accelerator, by their kind of samples. The keys
-/// are the names of Convergence.
+/// Rows with the scene's own depth, precision, accelerator and instruction set, by their kind of
+/// samples. The keys are the names of Convergence.
 using Families = std::map<std::string, std::vector<const Row*>>;
 Families families_of(const std::vector<Row>& rows, const RenderSettings& base);
 
@@ -70,7 +70,7 @@ std::vector<Row> rows_of(const std::vector<Variant>& variants, const std::vector
 std::vector<Convergence> convergence_of(const std::vector<Row>& rows, const RenderSettings& base);
 std::vector<Calibration> calibration_of(const std::vector<Row>& rows);
 
-// Tables with a header. The plots read them: names have no commas.
+// CSV tables with a header, for the plots. The functions remove the commas from names.
 std::string csv_of(const TradeoffResults& results);
 /// Returns the table of the modelled Pareto fronts of farms.
 std::string farms_csv_of(const TradeoffResults& results);

@@ -11,7 +11,7 @@
 
 namespace parray::trace {
 
-/// The form of a shape for the builder, from its stored form.
+/// Converts a stored shape to the form that the builder takes.
 template <typename Store>
 BuildSphere<Store> build_item(const SphereShape<Store>& shape, std::uint32_t index) {
   return {shape.center.x, shape.center.y, shape.center.z, shape.radius, index};
@@ -35,7 +35,8 @@ using BuildItem = std::conditional_t<std::is_same_v<Block<Store, 4>, SphereBlock
 /// of their own coordinates here, and of the ray's origin during traversal. That bounds the
 /// rounding in proportion to the rounded numbers.
 ///
-/// Immutable after construction. Every ray tests the "open" spheres, which stand outside the tree.
+/// Only set_tag() changes it after construction. Threads may tag different slots at the same time.
+/// Every ray tests the "open" spheres, which stand outside the tree.
 /// Without a tree these are all spheres. With a tree they are the spheres so large that they would
 /// be in every ray's way. Capsules are always in a tree, however few they are.
 template <typename Store, int W, template <typename, int> class Block = SphereBlock>
@@ -43,8 +44,9 @@ class WideBvh {
  public:
   using Item = BuildItem<Block, Store>;
 
-  /// Takes any number of shapes below 2^26, even none. `tree` false: linear search. `threads`
-  /// threads build; the result does not depend on their number.
+  /// Takes any number of shapes below 2^26, even none. `tree` false: linear search of spheres.
+  /// Spheres that fit one block need no tree either. Capsules ignore `tree`. `threads` threads
+  /// build; the result does not depend on their number.
   template <typename Shape>
   WideBvh(const std::vector<Shape>& shapes, bool tree, int threads)
       : WideBvh(

@@ -1,4 +1,4 @@
-"""Colours by name: those of matplotlib if it is installed, otherwise the basic names of CSS."""
+"""Colours by name. Without matplotlib, only the basic names of CSS, orange and the tab colours work."""
 
 from __future__ import annotations
 

@@ -197,7 +197,7 @@ class Particles:
 
 
 def _symbol(element: str) -> str:
-    """Returns the symbol of an atomic number. The program takes numbers from 1 on for types."""
+    """Returns the symbol for an atomic number. Returns other texts unchanged. The program would read numbers as types."""
     return _SYMBOLS[int(element)] if element.isdecimal() and int(element) < len(_SYMBOLS) else element
 
 
