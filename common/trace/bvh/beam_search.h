@@ -44,36 +44,6 @@ struct BeamSlab {
   }
 };
 
-/// A cone around the rays of a beam: ray i is origin_i + t direction_i with |origin_i - apex| <=
-/// `blur` and |direction_i - axis| <= `slope`. All lanes have the same cone. `axis` has unit
-/// length.
-template <typename B>
-struct BeamCone {
-  using Store = typename B::Scalar;
-
-  Vec3<B> apex, axis;
-  B blur, slope;
-
-  /// Returns whether a ray of the beam may enter a sphere. Let the sphere's centre lie `along` the
-  /// axis and `across` it. At some t, it must be within radius + blur + slope t of apex + t axis.
-  /// The least of that distance - slope t is across sqrt(1 - slope^2) - slope along. The radius
-  /// grows like the boxes of WideBvh. NaN counts as a sphere that rays may enter.
-  PARRAY_INLINE MaskOf<B> may_enter(const SphereShape<B>& sphere) const {
-    const Vec3<B> way = sphere.center - apex;
-    const B along = dot(way, axis);
-    const Vec3<B> across = way - along * axis;
-    const auto size = [](const Vec3<B>& v) {
-      return max_of(v.x, -v.x) + max_of(v.y, -v.y) + max_of(v.z, -v.z);
-    };
-    const B grown = B(Store(64) * RealTraits<Store>::unit_roundoff) *
-                    (size(sphere.center) + size(apex) + sphere.radius + blur);
-    const B reach = sphere.radius + blur + grown + slope * along;
-    const B square = dot(across, across) * (B(Store(1)) - slope * slope);
-    const auto beside = (reach < B(Store(0))) | (square > reach * reach);
-    return select(beside & (slope < B(Store(1))), B(Store(0)), B(Store(1))) > B(Store(0));
-  }
-};
-
 /// `L` are lanes of the real type, `B` lanes of the stored type.
 template <typename L, typename B>
 class BeamSearch {
@@ -82,9 +52,10 @@ class BeamSearch {
   using Store = typename B::Scalar;
   static constexpr int width = B::count;
   using Space = TraversalSpace<Real, Store>;
+  static constexpr std::uint32_t no_octant = 8;
 
   /// `rays` must stand on no surface and be inside no shape. `space` holds what Traversal has
-  /// prepared for them. The first search is that of open spheres.
+  /// prepared for them.
   PARRAY_INLINE BeamSearch(const BvhView<Store, width>& bvh, const RayColumns<Real>& rays,
                            Space& space)
       : bvh_(bvh),
@@ -93,31 +64,8 @@ class BeamSearch {
         nearest_(bvh.labels, 0, space.queries),
         space_(space) {}
 
-  /// Finds the crossings with open spheres of the first rays, in beams of at most `space.beam` >=
-  /// `width` rays. Returns the number of these rays. Returns 0 if there are too few spheres to
-  /// profit.
-  std::uint32_t find_open() {
-    if (bvh_.open_spheres < least_open) return 0;
-    const std::uint32_t most = space_.beam / width * width;
-    const std::uint32_t count = rays_.count / width * width;
-    for (std::uint32_t i = 0; i < count; i += most) {
-      const std::uint32_t end = count - i < most ? count : i + most;
-      const BeamCone<B> cone = cone_of(i, end);
-      for (std::uint32_t slot = 0; slot < bvh_.open_spheres; slot += width) {
-        const std::uint32_t left = bvh_.open_spheres - slot;
-        const std::uint32_t present = left >= width ? all_lanes : (1U << left) - 1U;
-        const SphereShape<B> spheres = spheres_of<B>(bvh_.blocks[slot / width], 0);
-        for (std::uint32_t met = bits_of(cone.may_enter(spheres)) & present; met != 0;
-             met &= met - 1) {
-          try_sphere(i, end, slot + static_cast<std::uint32_t>(__builtin_ctz(met)));
-        }
-      }
-    }
-    return count;
-  }
-
   /// Finds the nearest crossings of all rays that form beams of at most `space.beam` >= `width`
-  /// rays. Takes these rays out of their octants, so that Traversal leaves them out.
+  /// rays. Gives these rays `no_octant`, so that Traversal leaves them out.
   void find() {
     const std::uint32_t most = space_.beam / width * width;
     for (std::uint32_t i = 0; i + width <= rays_.count; i += most) {
@@ -132,8 +80,6 @@ class BeamSearch {
   }
 
  private:
-  static constexpr std::uint32_t least_open = 5;  ///< open spheres that are worth a cone
-  static constexpr std::uint32_t no_octant = 8;
   static constexpr std::uint32_t all_lanes = (1U << width) - 1U;
 
   struct Beam {
@@ -168,30 +114,6 @@ class BeamSearch {
           bits_of(B::load(&queries_.near_shift.z[i]) < B(std::numeric_limits<Store>::infinity()));
     }
     return same == all_lanes;
-  }
-
-  PARRAY_INLINE BeamCone<B> cone_of(std::uint32_t begin, std::uint32_t end) const {
-    Vec3<B> o = stored_lanes<B>(rays_.origin, begin);
-    Interval x(o.x), y(o.y), z(o.z);
-    for (std::uint32_t i = begin + width; i < end; i += width) {
-      o = stored_lanes<B>(rays_.origin, i);
-      x.add(o.x), y.add(o.y), z.add(o.z);
-    }
-    for (Interval* interval : {&x, &y, &z}) interval->spread();
-    const B half(Store(0.5));
-    const Vec3<B> low{x.least, y.least, z.least};
-    const Vec3<B> diagonal = half * (Vec3<B>{x.greatest, y.greatest, z.greatest} - low);
-    const std::uint32_t middle = (begin + end) / 2;
-    const Vec3<Store> inner = vec_cast<Store>(rays_.direction[middle]);
-    const Vec3<B> axis = normalize(Vec3<B>{B(inner.x), B(inner.y), B(inner.z)});
-    B farthest(Store(0));
-    for (std::uint32_t i = begin; i < end; i += width) {
-      const Vec3<B> aside = stored_lanes<B>(rays_.direction, i) - axis;
-      farthest = max_of(dot(aside, aside), farthest);
-    }
-    const B rounding(Store(16) * RealTraits<Store>::unit_roundoff);
-    return {low + diagonal, axis, square_root(dot(diagonal, diagonal)),
-            square_root(-least_of(-farthest)) + rounding};
   }
 
   PARRAY_INLINE Beam beam_of(std::uint32_t begin, std::uint32_t end) const {
@@ -234,8 +156,12 @@ class BeamSearch {
     return bound_of<B>(-least_of(-most_t));
   }
 
-  /// Searches the tree for all rays of a beam.
+  /// Searches the open spheres and the tree for all rays of a beam.
   void search(Beam beam) {
+    for (std::uint32_t block = 0; block * width < bvh_.open_spheres; ++block) {
+      try_block(beam, block);
+    }
+    if (bvh_.node_count == 0) return;
     Store* const stack_t = space_.stack_t;
     std::uint32_t* const stack_child = space_.stack_child;
     std::uint32_t top = push_children(beam, bvh_.nodes[0], 0);

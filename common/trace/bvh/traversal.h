@@ -50,16 +50,15 @@ class Traversal {
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
       prepare(i);
     }
-    for (std::uint32_t i = 0; node_count_ > 0 && i < rays_.count; i += B::count) {
+    const bool few = node_count_ == 0 && open_spheres_ < least_in_beams;
+    const bool beams = !Mixed && space_.beam >= width && !few;
+    for (std::uint32_t i = 0; (node_count_ > 0 || beams) && i < rays_.count; i += B::count) {
       prepare_boxes(i);
     }
-    const bool beams = !Mixed && space_.beam >= width;
-    BeamSearch<L, B> beam_search(bvh_, rays_, space_);
-    const std::uint32_t done = beams ? beam_search.find_open() : 0;
+    if (beams) BeamSearch<L, B>(bvh_, rays_, space_).find();
     for (std::uint32_t first = 0; first < open_spheres_; first += bar_bits) {
-      try_open_spheres<InsideStack>(first, done);
+      try_open_spheres<InsideStack>(first, beams);
     }
-    if (beams && node_count_ > 0) beam_search.find();
     space_.beam = 0;
     find_in_tree<InsideStack, Mixed>();
   }
@@ -80,6 +79,7 @@ class Traversal {
   static constexpr bool screened = is_spheres && sizeof(Real) != sizeof(Store);
   static constexpr std::uint32_t group_size = Waiting::most;
   static constexpr std::uint32_t bar_bits = 32;
+  static constexpr std::uint32_t least_in_beams = 5;  ///< open spheres that are worth beams
   static constexpr std::uint32_t all_lanes = (1U << width) - 1U;
   static constexpr std::uint32_t lanes_set = (1U << L::count) - 1U;
   static constexpr Real infinity = std::numeric_limits<Real>::infinity();
@@ -154,10 +154,10 @@ class Traversal {
     return exit_distance(r, shape(slot));
   }
 
-  /// Tests open spheres [first, first + bar_bits), one after the other, against lanes of rays from
-  /// ray `begin` on.
+  /// Tests open spheres [first, first + bar_bits), one after the other, against lanes of rays.
+  /// `beams`: leaves out the rays of beams.
   template <bool InsideStack>
-  PARRAY_INLINE void try_open_spheres(std::uint32_t first, std::uint32_t begin) {
+  PARRAY_INLINE void try_open_spheres(std::uint32_t first, bool beams) {
     const std::uint32_t left = open_spheres_ - first;
     const std::uint32_t count = left < bar_bits ? left : bar_bits;
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
@@ -168,7 +168,8 @@ class Traversal {
         rays_, [&](std::uint32_t i) __attribute__((always_inline)) {
           queries_.excluded[i] = cannot_enter<InsideStack, bar_bits>(i, first);
         });
-    for (std::uint32_t i = begin; i < rays_.count; i += L::count) {
+    for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
+      if (beams && queries_.octant[i] == BeamSearch<L, B>::no_octant) continue;
       const Ray<L> rays(rays_.origin.template load<L>(i), rays_.direction.template load<L>(i),
                         L::load(&queries_.inverse_square[i]));
       const auto excluded = L::Uint::load(&queries_.excluded[i]);
