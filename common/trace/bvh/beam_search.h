@@ -15,22 +15,48 @@
 /// Wald, Shirley, "Geometric and arithmetic culling methods for entire ray packets", 2006.
 namespace parray::trace {
 
-/// The rays of a beam as intervals of their numbers, the same in every lane. A box that a ray of
-/// the beam meets, by the rules of Slab, is met by the beam.
+/// The least and the greatest number of a column, in every lane.
+template <typename B>
+struct Interval {
+  B least, greatest;
+
+  PARRAY_INLINE explicit Interval(const B& first) : least(first), greatest(first) {}
+  PARRAY_INLINE void add(const B& value) {
+    least = min_of(value, least);
+    greatest = max_of(value, greatest);
+  }
+  PARRAY_INLINE void spread() {
+    least = least_of(least);
+    greatest = -least_of(-greatest);
+  }
+};
+
+/// The rays of a beam as intervals of their numbers along one axis, the same in every lane. A box
+/// that a ray of the beam meets, by the rules of Slab, is met by the beam.
 template <typename B>
 struct BeamSlab {
   using Store = typename B::Scalar;
 
-  B near_origin, far_origin;          ///< for planes on the near and on the far side
   B least_inverse, greatest_inverse;  ///< of the inverses of Slab
+  bool down;
+  B near_origin, far_origin;  ///< for planes on the near and on the far side
 
-  /// Takes the least and greatest coordinates of the origins, widened by the margin of Slab.
-  PARRAY_INLINE BeamSlab(const B& least, const B& greatest, const B& least_inv,
-                         const B& greatest_inv, bool down)
-      : near_origin(down ? least : greatest),
-        far_origin(down ? greatest : least),
-        least_inverse(least_inv),
-        greatest_inverse(greatest_inv) {}
+  /// See Slab for `margin` and `steepest`.
+  PARRAY_INLINE BeamSlab(const Interval<B>& origin, const Interval<B>& direction, const B& margin,
+                         const B& steepest)
+      : least_inverse(inverse(direction.greatest, steepest)),
+        greatest_inverse(inverse(direction.least, steepest)),
+        down(first_of(greatest_inverse) < Store(0)),
+        near_origin(down ? origin.least - margin : origin.greatest + margin),
+        far_origin(down ? origin.greatest + margin : origin.least - margin) {}
+
+  static PARRAY_INLINE B inverse(const B& direction, const B& steepest) {
+    return min_of(max_of(B(Store(1)) / direction, -steepest), steepest);
+  }
+  /// Returns whether all directions have the same sign.
+  [[nodiscard]] PARRAY_INLINE bool is_one_way() const {
+    return down == (first_of(least_inverse) < Store(0));
+  }
 
   // (plane - origin) x inverse rounds like a shift of the plane by 2 roundoffs of the difference.
   // Rounding keeps order, so each bound is that of the interval's worst ray.
@@ -53,6 +79,7 @@ class BeamSearch {
   static constexpr int width = B::count;
   using Space = TraversalSpace<Real, Store>;
   static constexpr std::uint32_t no_octant = 8;
+  static constexpr std::uint32_t all_lanes = (1U << width) - 1U;
 
   /// `rays` must stand on no surface and be inside no shape. `space` holds what Traversal has
   /// prepared for them.
@@ -65,87 +92,26 @@ class BeamSearch {
         space_(space) {}
 
   /// Finds the nearest crossings of all rays that form beams of at most `space.beam` >= `width`
-  /// rays. Gives these rays `no_octant`, so that Traversal leaves them out.
+  /// rays. Sets queries.octant of all rays: no_octant for these rays, otherwise another number.
   void find() {
     const std::uint32_t most = space_.beam / width * width;
-    for (std::uint32_t i = 0; i + width <= rays_.count; i += most) {
+    for (std::uint32_t i = 0; i < rays_.count; i += most) {
       const std::uint32_t left = rays_.count - i;
       const std::uint32_t end = i + (left < most ? left / width * width : most);
-      if (!forms_beam(i, end)) continue;
-      search(beam_of(i, end));
-      for (std::uint32_t k = i; k < end; k += width) {
-        typename B::Uint(no_octant).store(&queries_.octant[k]);
+      const bool found = i < end && search(i, end);
+      for (std::uint32_t k = i; k < i + most; k += width) {
+        typename B::Uint(found && k < end ? no_octant : 0).store(&queries_.octant[k]);
       }
     }
   }
 
  private:
-  static constexpr std::uint32_t all_lanes = (1U << width) - 1U;
-
   struct Beam {
     RayGroup<width> signs;
     BeamSlab<B> x, y, z;
     std::uint32_t begin, end;
     B bound;  ///< the farthest of the rays' nearest crossings, in every lane
   };
-
-  /// The least and the greatest number of a column, in every lane.
-  struct Interval {
-    B least, greatest;
-
-    PARRAY_INLINE explicit Interval(const B& first) : least(first), greatest(first) {}
-    PARRAY_INLINE void add(const B& value) {
-      least = min_of(value, least);
-      greatest = max_of(value, greatest);
-    }
-    PARRAY_INLINE void spread() {
-      least = least_of(least);
-      greatest = -least_of(-greatest);
-    }
-  };
-
-  /// Returns whether rays [begin, end) have directions of the same signs, and no NaN.
-  PARRAY_INLINE bool forms_beam(std::uint32_t begin, std::uint32_t end) const {
-    const typename B::Uint octant(queries_.octant[begin]);
-    std::uint32_t same = all_lanes;
-    for (std::uint32_t i = begin; i < end; i += width) {
-      same &= bits_of(equal(B::Uint::load(&queries_.octant[i]), octant));
-      same &=
-          bits_of(B::load(&queries_.near_shift.z[i]) < B(std::numeric_limits<Store>::infinity()));
-    }
-    return same == all_lanes;
-  }
-
-  PARRAY_INLINE Beam beam_of(std::uint32_t begin, std::uint32_t end) const {
-    Vec3<B> o = stored_lanes<B>(rays_.origin, begin);
-    Interval origin_x(o.x), origin_y(o.y), origin_z(o.z);
-    Vec3<B> inverse = queries_.inverse.template load<B>(begin);
-    Interval x(inverse.x), y(inverse.y), z(inverse.z);
-    for (std::uint32_t i = begin + width; i < end; i += width) {
-      o = stored_lanes<B>(rays_.origin, i);
-      inverse = queries_.inverse.template load<B>(i);
-      origin_x.add(o.x), origin_y.add(o.y), origin_z.add(o.z);
-      x.add(inverse.x), y.add(inverse.y), z.add(inverse.z);
-    }
-    for (Interval* interval : {&origin_x, &origin_y, &origin_z, &x, &y, &z}) interval->spread();
-    const auto size = [](const Interval& interval) {
-      return max_of(interval.greatest, -interval.least);
-    };
-    const B reach = max_of(max_of(size(origin_x), size(origin_y)), size(origin_z));
-    const B margin = B(Store(32) * RealTraits<Store>::unit_roundoff) * reach;
-    const std::uint32_t octant = queries_.octant[begin];
-    const auto slab = [&](const Interval& origin, const Interval& inverses, std::uint32_t axis) {
-      return BeamSlab<B>(origin.least - margin, origin.greatest + margin, inverses.least,
-                         inverses.greatest, (octant >> axis & 1U) != 0);
-    };
-    return {{nullptr, end - begin, octant},
-            slab(origin_x, x, 0),
-            slab(origin_y, y, 1),
-            slab(origin_z, z, 2),
-            begin,
-            end,
-            farthest(begin, end)};
-  }
 
   /// Returns the farthest of the nearest crossings of rays [begin, end), not rounded down.
   PARRAY_INLINE B farthest(std::uint32_t begin, std::uint32_t end) const {
@@ -156,12 +122,46 @@ class BeamSearch {
     return bound_of<B>(-least_of(-most_t));
   }
 
-  /// Searches the open spheres and the tree for all rays of a beam.
-  void search(Beam beam) {
+  /// Finds the nearest crossings of rays [begin, end). False: their directions have different
+  /// signs, or a number is NaN, so nothing was done.
+  bool search(std::uint32_t begin, std::uint32_t end) {
+    Vec3<B> o = stored_lanes<B>(rays_.origin, begin);
+    Vec3<B> d = stored_lanes<B>(rays_.direction, begin);
+    Interval<B> origin_x(o.x), origin_y(o.y), origin_z(o.z);
+    Interval<B> x(d.x), y(d.y), z(d.z);
+    B sum = (o.x + o.y + o.z) + (d.x + d.y + d.z);
+    for (std::uint32_t i = begin + width; i < end; i += width) {
+      o = stored_lanes<B>(rays_.origin, i);
+      d = stored_lanes<B>(rays_.direction, i);
+      origin_x.add(o.x), origin_y.add(o.y), origin_z.add(o.z);
+      x.add(d.x), y.add(d.y), z.add(d.z);
+      sum = sum + ((o.x + o.y + o.z) + (d.x + d.y + d.z));
+    }
+    for (Interval<B>* interval : {&origin_x, &origin_y, &origin_z, &x, &y, &z}) interval->spread();
+    const auto size = [](const Interval<B>& interval) {
+      return max_of(interval.greatest, -interval.least);
+    };
+    const B reach = max_of(max_of(size(origin_x), size(origin_y)), size(origin_z));
+    const B margin = B(Store(32) * RealTraits<Store>::unit_roundoff) * reach;
+    const B steepest = Slab<B>::steepest(reach);
+    const BeamSlab<B> slab_x(origin_x, x, margin, steepest);
+    const BeamSlab<B> slab_y(origin_y, y, margin, steepest);
+    const BeamSlab<B> slab_z(origin_z, z, margin, steepest);
+    if (!(slab_x.is_one_way() && slab_y.is_one_way() && slab_z.is_one_way()) ||
+        bits_of(sum == sum) != all_lanes) {
+      return false;
+    }
+    const std::uint32_t octant = slab_x.down + 2U * slab_y.down + 4U * slab_z.down;
+    Beam beam{{nullptr, end - begin, octant}, slab_x, slab_y, slab_z, begin, end,
+              farthest(begin, end)};
     for (std::uint32_t block = 0; block * width < bvh_.open_spheres; ++block) {
       try_block(beam, block);
     }
-    if (bvh_.node_count == 0) return;
+    if (bvh_.node_count > 0) search_tree(beam);
+    return true;
+  }
+
+  void search_tree(Beam& beam) {
     Store* const stack_t = space_.stack_t;
     std::uint32_t* const stack_child = space_.stack_child;
     std::uint32_t top = push_children(beam, bvh_.nodes[0], 0);

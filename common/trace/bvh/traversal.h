@@ -52,10 +52,10 @@ class Traversal {
     }
     const bool few = node_count_ == 0 && open_spheres_ < least_in_beams;
     const bool beams = !Mixed && space_.beam >= width && !few;
-    for (std::uint32_t i = 0; (node_count_ > 0 || beams) && i < rays_.count; i += B::count) {
-      prepare_boxes(i);
-    }
     if (beams) BeamSearch<L, B>(bvh_, rays_, space_).find();
+    for (std::uint32_t i = 0; node_count_ > 0 && i < rays_.count; i += B::count) {
+      if (!beams || queries_.octant[i] != BeamSearch<L, B>::no_octant) prepare_boxes(i);
+    }
     for (std::uint32_t first = 0; first < open_spheres_; first += bar_bits) {
       try_open_spheres<InsideStack>(first, beams);
     }
