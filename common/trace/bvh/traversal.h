@@ -50,14 +50,13 @@ class Traversal {
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
       prepare(i);
     }
-    const bool few = node_count_ == 0 && open_spheres_ < least_in_beams;
-    const bool beams = !Mixed && space_.beam >= width && !few;
-    if (beams) BeamSearch<L, B>(bvh_, rays_, space_).find();
+    const bool beams = !Mixed && space_.beam >= width;
+    const std::uint32_t done = beams ? BeamSearch<L, B>(bvh_, rays_, space_).find() : 0;
     for (std::uint32_t i = 0; node_count_ > 0 && i < rays_.count; i += B::count) {
       if (!beams || queries_.octant[i] != BeamSearch<L, B>::no_octant) prepare_boxes(i);
     }
     for (std::uint32_t first = 0; first < open_spheres_; first += bar_bits) {
-      try_open_spheres<InsideStack>(first, beams);
+      try_open_spheres<InsideStack>(first, done);
     }
     space_.beam = 0;
     find_in_tree<InsideStack, Mixed>();
@@ -79,7 +78,6 @@ class Traversal {
   static constexpr bool screened = is_spheres && sizeof(Real) != sizeof(Store);
   static constexpr std::uint32_t group_size = Waiting::most;
   static constexpr std::uint32_t bar_bits = 32;
-  static constexpr std::uint32_t least_in_beams = 5;  ///< open spheres that are worth beams
   static constexpr std::uint32_t all_lanes = (1U << width) - 1U;
   static constexpr std::uint32_t lanes_set = (1U << L::count) - 1U;
   static constexpr Real infinity = std::numeric_limits<Real>::infinity();
@@ -154,10 +152,10 @@ class Traversal {
     return exit_distance(r, shape(slot));
   }
 
-  /// Tests open spheres [first, first + bar_bits), one after the other, against lanes of rays.
-  /// `beams`: leaves out the rays of beams.
+  /// Tests open spheres [first, first + bar_bits), one after the other, against lanes of rays from
+  /// ray `begin` on.
   template <bool InsideStack>
-  PARRAY_INLINE void try_open_spheres(std::uint32_t first, bool beams) {
+  PARRAY_INLINE void try_open_spheres(std::uint32_t first, std::uint32_t begin) {
     const std::uint32_t left = open_spheres_ - first;
     const std::uint32_t count = left < bar_bits ? left : bar_bits;
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
@@ -168,8 +166,7 @@ class Traversal {
         rays_, [&](std::uint32_t i) __attribute__((always_inline)) {
           queries_.excluded[i] = cannot_enter<InsideStack, bar_bits>(i, first);
         });
-    for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
-      if (beams && queries_.octant[i] == BeamSearch<L, B>::no_octant) continue;
+    for (std::uint32_t i = begin; i < rays_.count; i += L::count) {
       const Ray<L> rays(rays_.origin.template load<L>(i), rays_.direction.template load<L>(i),
                         L::load(&queries_.inverse_square[i]));
       const auto excluded = L::Uint::load(&queries_.excluded[i]);
@@ -431,8 +428,8 @@ class Traversal {
     const auto ordered = [&](const Vec3<B>& planes) {
       return Vec3<B>{permute(planes.x, order), permute(planes.y, order), permute(planes.z, order)};
     };
-    const Vec3<B> near = ordered(near_planes<B>(group, root));
-    const Vec3<B> far = ordered(far_planes<B>(group, root));
+    const Vec3<B> near = ordered(planes_of<B>(group, root, 0));
+    const Vec3<B> far = ordered(planes_of<B>(group, root, 1));
     const auto children = permute(B::Uint::load(root.child), order);
     for (std::uint32_t k = 0; k < group.count; ++k) {
       const std::uint32_t bottom = k * stack_size_;
@@ -451,8 +448,8 @@ class Traversal {
   PARRAY_INLINE std::uint32_t step_node(const Group& group, std::uint32_t i,
                                         const WideNode<Store, width>& node,
                                         std::uint32_t top) const {
-    const B near = enters_at(near_planes<B>(group, node), i);
-    const B far = leaves_at(far_planes<B>(group, node), i);
+    const B near = enters_at(planes_of<B>(group, node, 0), i);
+    const B far = leaves_at(planes_of<B>(group, node, 1), i);
     const auto order = B::load_order(node.order[group.octant]);
     const B ordered = permute(near, order);
     const std::uint32_t met = bits_of(ordered <= permute(far, order));
