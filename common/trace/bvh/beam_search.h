@@ -15,22 +15,55 @@
 /// Wald, Shirley, "Geometric and arithmetic culling methods for entire ray packets", 2006.
 namespace parray::trace {
 
-/// The rays of a beam as intervals of their numbers, the same in every lane. A box that a ray of
-/// the beam meets, by the rules of Slab, is met by the beam.
+/// The least and the greatest components of some vectors.
+template <typename B>
+struct VectorRange {
+  Vec3<B> least, greatest;
+
+  PARRAY_INLINE explicit VectorRange(const Vec3<B>& first) : least(first), greatest(first) {}
+  PARRAY_INLINE void add(const Vec3<B>& v) {
+    least = {min_of(v.x, least.x), min_of(v.y, least.y), min_of(v.z, least.z)};
+    greatest = {max_of(v.x, greatest.x), max_of(v.y, greatest.y), max_of(v.z, greatest.z)};
+  }
+  /// Makes all lanes equal.
+  PARRAY_INLINE void spread() {
+    least = {least_of(least.x), least_of(least.y), least_of(least.z)};
+    greatest = {-least_of(-greatest.x), -least_of(-greatest.y), -least_of(-greatest.z)};
+  }
+  [[nodiscard]] PARRAY_INLINE Vec3<B> half() const {
+    return B(typename B::Scalar(0.5)) * (greatest - least);
+  }
+  [[nodiscard]] PARRAY_INLINE Vec3<B> middle() const { return least + half(); }
+};
+
+/// The rays of a beam as intervals of their numbers along one axis, the same in every lane. A box
+/// that a ray of the beam meets, by the rules of Slab, is met by the beam.
 template <typename B>
 struct BeamSlab {
   using Store = typename B::Scalar;
 
-  B near_origin, far_origin;          ///< for planes on the near and on the far side
   B least_inverse, greatest_inverse;  ///< of the inverses of Slab
+  bool down;
+  B near_origin, far_origin;  ///< for planes on the near and on the far side
 
-  /// Takes the least and greatest coordinates of the origins, widened by the margin of Slab.
-  PARRAY_INLINE BeamSlab(const B& least, const B& greatest, const B& least_inv,
-                         const B& greatest_inv, bool down)
-      : near_origin(down ? least : greatest),
-        far_origin(down ? greatest : least),
-        least_inverse(least_inv),
-        greatest_inverse(greatest_inv) {}
+  /// Takes the least and the greatest coordinate of origins and directions. See Slab for `margin`
+  /// and `steepest`.
+  PARRAY_INLINE BeamSlab(const B& least, const B& greatest, const B& least_direction,
+                         const B& greatest_direction, const B& margin, const B& steepest)
+      : least_inverse(inverse(greatest_direction, steepest)),
+        greatest_inverse(inverse(least_direction, steepest)),
+        down(first_of(greatest_inverse) < Store(0)),
+        near_origin(down ? least - margin : greatest + margin),
+        far_origin(down ? greatest + margin : least - margin) {}
+
+  static PARRAY_INLINE B inverse(const B& direction, const B& steepest) {
+    const B same(first_of(direction));  // because lanes with 0 may differ in its sign
+    return min_of(max_of(B(Store(1)) / same, -steepest), steepest);
+  }
+  /// Returns whether all directions have the same sign.
+  [[nodiscard]] PARRAY_INLINE bool is_one_way() const {
+    return down == (first_of(least_inverse) < Store(0));
+  }
 
   // (plane - origin) x inverse rounds like a shift of the plane by 2 roundoffs of the difference.
   // Rounding keeps order, so each bound is that of the interval's worst ray.
@@ -54,23 +87,30 @@ struct BeamCone {
   Vec3<B> apex, axis;
   B blur, slope;
 
-  /// Returns whether a ray of the beam may enter a sphere. Let the sphere's centre lie `along` the
-  /// axis and `across` it. At some t, it must be within radius + blur + slope t of apex + t axis.
-  /// The least of that distance - slope t is across sqrt(1 - slope^2) - slope along. The radius
-  /// grows like the boxes of WideBvh. NaN counts as a sphere that rays may enter.
-  PARRAY_INLINE MaskOf<B> may_enter(const SphereShape<B>& sphere) const {
+  PARRAY_INLINE BeamCone(const VectorRange<B>& origins, const VectorRange<B>& directions)
+      : apex(origins.middle()), axis(normalize(directions.middle())), blur(length(origins.half())) {
+    const B change = length(directions.middle()) - B(Store(1));
+    const B rounding(Store(16) * RealTraits<Store>::unit_roundoff);
+    slope = length(directions.half()) + max_of(change, -change) + rounding;
+  }
+
+  /// Returns the sum of the absolute coordinates.
+  static PARRAY_INLINE B size(const Vec3<B>& v) {
+    return max_of(v.x, -v.x) + max_of(v.y, -v.y) + max_of(v.z, -v.z);
+  }
+  /// Returns whether all rays of the beam miss a sphere, beyond doubt. Let the sphere's centre lie
+  /// `along` the axis and `across` it. A ray that enters needs a t at which it is within radius +
+  /// blur + slope t of apex + t axis. The least of that distance - slope t is across sqrt(1 -
+  /// slope^2) - slope along. The radius grows like the boxes of WideBvh. False for NaN.
+  PARRAY_INLINE MaskOf<B> misses(const SphereShape<B>& sphere) const {
     const Vec3<B> way = sphere.center - apex;
     const B along = dot(way, axis);
     const Vec3<B> across = way - along * axis;
-    const auto size = [](const Vec3<B>& v) {
-      return max_of(v.x, -v.x) + max_of(v.y, -v.y) + max_of(v.z, -v.z);
-    };
     const B grown = B(Store(64) * RealTraits<Store>::unit_roundoff) *
                     (size(sphere.center) + size(apex) + sphere.radius + blur);
     const B reach = sphere.radius + blur + grown + slope * along;
     const B square = dot(across, across) * (B(Store(1)) - slope * slope);
-    const auto beside = (reach < B(Store(0))) | (square > reach * reach);
-    return select(beside & (slope < B(Store(1))), B(Store(0)), B(Store(1))) > B(Store(0));
+    return ((reach < B(Store(0))) | (square > reach * reach)) & (slope < B(Store(1)));
   }
 };
 
@@ -82,169 +122,88 @@ class BeamSearch {
   using Store = typename B::Scalar;
   static constexpr int width = B::count;
   using Space = TraversalSpace<Real, Store>;
+  static constexpr std::uint32_t no_octant = 8;
 
   /// `rays` must stand on no surface and be inside no shape. `space` holds what Traversal has
-  /// prepared for them. The first search is that of open spheres.
+  /// prepared for them.
   PARRAY_INLINE BeamSearch(const BvhView<Store, width>& bvh, const RayColumns<Real>& rays,
                            Space& space)
-      : bvh_(bvh),
-        rays_(rays),
-        queries_(space.queries),
-        nearest_(bvh.labels, 0, space.queries),
-        space_(space) {}
+      : bvh_(bvh), rays_(rays), queries_(space.queries), space_(space) {}
 
-  /// Finds the crossings with open spheres of the first rays, in beams of at most `space.beam` >=
-  /// `width` rays. Returns the number of these rays. Returns 0 if there are too few spheres to
-  /// profit.
-  std::uint32_t find_open() {
-    if (bvh_.open_spheres < least_open) return 0;
+  /// Takes the first rays in beams of at most `space.beam` >= `width` rays, and returns their
+  /// number. Finds their crossings with open spheres and, for beams of one octant, with the tree.
+  /// Sets queries.octant of all rays: no_octant if the tree is done.
+  std::uint32_t find() {
     const std::uint32_t most = space_.beam / width * width;
-    const std::uint32_t count = rays_.count / width * width;
-    for (std::uint32_t i = 0; i < count; i += most) {
-      const std::uint32_t end = count - i < most ? count : i + most;
-      const BeamCone<B> cone = cone_of(i, end);
-      for (std::uint32_t slot = 0; slot < bvh_.open_spheres; slot += width) {
-        const std::uint32_t left = bvh_.open_spheres - slot;
-        const std::uint32_t present = left >= width ? all_lanes : (1U << left) - 1U;
-        const SphereShape<B> spheres = spheres_of<B>(bvh_.blocks[slot / width], 0);
-        for (std::uint32_t met = bits_of(cone.may_enter(spheres)) & present; met != 0;
-             met &= met - 1) {
-          try_sphere(i, end, slot + static_cast<std::uint32_t>(__builtin_ctz(met)));
-        }
+    const std::uint32_t all = rays_.count / width * width;
+    for (std::uint32_t i = 0; i < rays_.count; i += most) {
+      const std::uint32_t end = i + most < all ? i + most : all;
+      const bool found = i < end && search(i, end);
+      for (std::uint32_t k = i; k < i + most && k < rays_.count; k += width) {
+        typename B::Uint(found && k < end ? no_octant : 0).store(&queries_.octant[k]);
       }
     }
-    return count;
-  }
-
-  /// Finds the nearest crossings of all rays that form beams of at most `space.beam` >= `width`
-  /// rays. Takes these rays out of their octants, so that Traversal leaves them out.
-  void find() {
-    const std::uint32_t most = space_.beam / width * width;
-    for (std::uint32_t i = 0; i + width <= rays_.count; i += most) {
-      const std::uint32_t left = rays_.count - i;
-      const std::uint32_t end = i + (left < most ? left / width * width : most);
-      if (!forms_beam(i, end)) continue;
-      search(beam_of(i, end));
-      for (std::uint32_t k = i; k < end; k += width) {
-        typename B::Uint(no_octant).store(&queries_.octant[k]);
-      }
-    }
+    return all;
   }
 
  private:
-  static constexpr std::uint32_t least_open = 5;  ///< open spheres that are worth a cone
-  static constexpr std::uint32_t no_octant = 8;
   static constexpr std::uint32_t all_lanes = (1U << width) - 1U;
 
+  /// A beam of rays [begin, end).
   struct Beam {
-    RayGroup<width> signs;
-    BeamSlab<B> x, y, z;
     std::uint32_t begin, end;
+    BeamCone<B> cone;
     B bound;  ///< the farthest of the rays' nearest crossings, in every lane
   };
-
-  /// The least and the greatest number of a column, in every lane.
-  struct Interval {
-    B least, greatest;
-
-    PARRAY_INLINE explicit Interval(const B& first) : least(first), greatest(first) {}
-    PARRAY_INLINE void add(const B& value) {
-      least = min_of(value, least);
-      greatest = max_of(value, greatest);
-    }
-    PARRAY_INLINE void spread() {
-      least = least_of(least);
-      greatest = -least_of(-greatest);
-    }
+  struct Slabs {
+    BeamSlab<B> x, y, z;
+    RayGroup<width> signs;
   };
 
-  /// Returns whether rays [begin, end) have directions of the same signs, and no NaN.
-  PARRAY_INLINE bool forms_beam(std::uint32_t begin, std::uint32_t end) const {
-    const typename B::Uint octant(queries_.octant[begin]);
-    std::uint32_t same = all_lanes;
-    for (std::uint32_t i = begin; i < end; i += width) {
-      same &= bits_of(equal(B::Uint::load(&queries_.octant[i]), octant));
-      same &=
-          bits_of(B::load(&queries_.near_shift.z[i]) < B(std::numeric_limits<Store>::infinity()));
-    }
-    return same == all_lanes;
-  }
-
-  PARRAY_INLINE BeamCone<B> cone_of(std::uint32_t begin, std::uint32_t end) const {
-    Vec3<B> o = stored_lanes<B>(rays_.origin, begin);
-    Interval x(o.x), y(o.y), z(o.z);
+  /// Finds the nearest crossings of rays [begin, end). False: their directions have different
+  /// signs, or a number is NaN, so only the open spheres were tested.
+  bool search(std::uint32_t begin, std::uint32_t end) {
+    const auto origin = [&](std::uint32_t i) { return stored_lanes<B>(rays_.origin, i); };
+    const auto direction = [&](std::uint32_t i) { return stored_lanes<B>(rays_.direction, i); };
+    VectorRange<B> o(origin(begin));
+    VectorRange<B> d(direction(begin));
     for (std::uint32_t i = begin + width; i < end; i += width) {
-      o = stored_lanes<B>(rays_.origin, i);
-      x.add(o.x), y.add(o.y), z.add(o.z);
+      o.add(origin(i));
+      d.add(direction(i));
     }
-    for (Interval* interval : {&x, &y, &z}) interval->spread();
-    const B half(Store(0.5));
-    const Vec3<B> low{x.least, y.least, z.least};
-    const Vec3<B> diagonal = half * (Vec3<B>{x.greatest, y.greatest, z.greatest} - low);
-    const std::uint32_t middle = (begin + end) / 2;
-    const Vec3<Store> inner = vec_cast<Store>(rays_.direction[middle]);
-    const Vec3<B> axis = normalize(Vec3<B>{B(inner.x), B(inner.y), B(inner.z)});
-    B farthest(Store(0));
+    o.spread();
+    d.spread();
+    Beam beam{begin, end, BeamCone<B>(o, d), B(std::numeric_limits<Store>::infinity())};
+    for (std::uint32_t block = 0; block * width < bvh_.open_spheres; ++block) {
+      try_block(beam, block);
+    }
+    if (bvh_.node_count == 0) return true;
+    std::uint32_t numbers = all_lanes;
     for (std::uint32_t i = begin; i < end; i += width) {
-      const Vec3<B> aside = stored_lanes<B>(rays_.direction, i) - axis;
-      farthest = max_of(dot(aside, aside), farthest);
+      const Vec3<B> sum = origin(i) + direction(i);
+      numbers &= bits_of(dot(sum, sum) < B(std::numeric_limits<Store>::infinity()));
     }
-    const B rounding(Store(16) * RealTraits<Store>::unit_roundoff);
-    return {low + diagonal, axis, square_root(dot(diagonal, diagonal)),
-            square_root(-least_of(-farthest)) + rounding};
-  }
-
-  PARRAY_INLINE Beam beam_of(std::uint32_t begin, std::uint32_t end) const {
-    Vec3<B> o = stored_lanes<B>(rays_.origin, begin);
-    Interval origin_x(o.x), origin_y(o.y), origin_z(o.z);
-    Vec3<B> inverse = queries_.inverse.template load<B>(begin);
-    Interval x(inverse.x), y(inverse.y), z(inverse.z);
-    for (std::uint32_t i = begin + width; i < end; i += width) {
-      o = stored_lanes<B>(rays_.origin, i);
-      inverse = queries_.inverse.template load<B>(i);
-      origin_x.add(o.x), origin_y.add(o.y), origin_z.add(o.z);
-      x.add(inverse.x), y.add(inverse.y), z.add(inverse.z);
-    }
-    for (Interval* interval : {&origin_x, &origin_y, &origin_z, &x, &y, &z}) interval->spread();
-    const auto size = [](const Interval& interval) {
-      return max_of(interval.greatest, -interval.least);
-    };
-    const B reach = max_of(max_of(size(origin_x), size(origin_y)), size(origin_z));
+    const B reach = BeamCone<B>::size(beam.cone.apex) + beam.cone.blur;
     const B margin = B(Store(32) * RealTraits<Store>::unit_roundoff) * reach;
-    const std::uint32_t octant = queries_.octant[begin];
-    const auto slab = [&](const Interval& origin, const Interval& inverses, std::uint32_t axis) {
-      return BeamSlab<B>(origin.least - margin, origin.greatest + margin, inverses.least,
-                         inverses.greatest, (octant >> axis & 1U) != 0);
-    };
-    return {{nullptr, end - begin, octant},
-            slab(origin_x, x, 0),
-            slab(origin_y, y, 1),
-            slab(origin_z, z, 2),
-            begin,
-            end,
-            farthest(begin, end)};
+    const B steepest = Slab<B>::steepest(reach);
+    const BeamSlab<B> x(o.least.x, o.greatest.x, d.least.x, d.greatest.x, margin, steepest);
+    const BeamSlab<B> y(o.least.y, o.greatest.y, d.least.y, d.greatest.y, margin, steepest);
+    const BeamSlab<B> z(o.least.z, o.greatest.z, d.least.z, d.greatest.z, margin, steepest);
+    if (!x.is_one_way() || !y.is_one_way() || !z.is_one_way() || numbers != all_lanes) return false;
+    search_tree(beam, {x, y, z, {nullptr, end - begin, x.down + 2U * y.down + 4U * z.down}});
+    return true;
   }
 
-  /// Returns the farthest of the nearest crossings of rays [begin, end), not rounded down.
-  PARRAY_INLINE B farthest(std::uint32_t begin, std::uint32_t end) const {
-    L most_t = L::load(&queries_.t[begin]);
-    for (std::uint32_t i = begin + L::count; i < end; i += L::count) {
-      most_t = max_of(L::load(&queries_.t[i]), most_t);
-    }
-    return bound_of<B>(-least_of(-most_t));
-  }
-
-  /// Searches the tree for all rays of a beam.
-  void search(Beam beam) {
+  void search_tree(Beam& beam, const Slabs& slabs) {
     Store* const stack_t = space_.stack_t;
     std::uint32_t* const stack_child = space_.stack_child;
-    std::uint32_t top = push_children(beam, bvh_.nodes[0], 0);
+    std::uint32_t top = push_children(beam.bound, slabs, bvh_.nodes[0], 0);
     while (top > 0) {
       --top;
       if (!(stack_t[top] <= first_of(beam.bound))) continue;
       const std::uint32_t child = stack_child[top];
       if ((child & ChildRef::is_block) == 0) {
-        top = push_children(beam, bvh_.nodes[child], top);
+        top = push_children(beam.bound, slabs, bvh_.nodes[child], top);
       } else {
         try_block(beam, child & ChildRef::number);
       }
@@ -252,11 +211,16 @@ class BeamSearch {
   }
 
   /// Adds the children of a node that the beam may meet to the stack, and returns its new top.
-  PARRAY_INLINE std::uint32_t push_children(const Beam& beam, const WideNode<Store, width>& node,
+  PARRAY_INLINE std::uint32_t push_children(const B& bound, const Slabs& slabs,
+                                            const WideNode<Store, width>& node,
                                             std::uint32_t top) const {
-    const B near = enters_at(beam, near_planes<B>(beam.signs, node));
-    const B far = leaves_at(beam, far_planes<B>(beam.signs, node));
-    const auto order = B::load_order(node.order[beam.signs.octant]);
+    const Vec3<B> at_near = planes_of<B>(slabs.signs, node, 0);
+    const Vec3<B> at_far = planes_of<B>(slabs.signs, node, 1);
+    const B near = max_of(max_of(slabs.x.enters_at(at_near.x), slabs.y.enters_at(at_near.y)),
+                          max_of(slabs.z.enters_at(at_near.z), B(Store(0))));
+    const B far = min_of(min_of(slabs.x.leaves_at(at_far.x), slabs.y.leaves_at(at_far.y)),
+                         min_of(slabs.z.leaves_at(at_far.z), bound));
+    const auto order = B::load_order(node.order[slabs.signs.octant]);
     const B ordered = permute(near, order);
     const std::uint32_t met = bits_of(ordered <= permute(far, order));
     compress_store(space_.stack_t + top, met, ordered);
@@ -264,43 +228,28 @@ class BeamSearch {
     return top + static_cast<std::uint32_t>(__builtin_popcount(met));
   }
 
-  static PARRAY_INLINE B enters_at(const Beam& beam, const Vec3<B>& planes) {
-    return max_of(max_of(beam.x.enters_at(planes.x), beam.y.enters_at(planes.y)),
-                  max_of(beam.z.enters_at(planes.z), B(Store(0))));
-  }
-  static PARRAY_INLINE B leaves_at(const Beam& beam, const Vec3<B>& planes) {
-    return min_of(min_of(beam.x.leaves_at(planes.x), beam.y.leaves_at(planes.y)),
-                  min_of(beam.z.leaves_at(planes.z), beam.bound));
-  }
-
-  /// Tests the spheres of a block whose boxes the beam may meet. These boxes grow like those of
-  /// nodes: see WideBvh.
+  /// Tests the spheres of a block that the beam's cone may meet.
   PARRAY_INLINE void try_block(Beam& beam, std::uint32_t index) {
     const SphereShape<B> spheres = spheres_of<B>(bvh_.blocks[index], 0);
-    const Vec3<B>& c = spheres.center;
-    const auto size = [](const B& a) { return max_of(a, -a); };
-    const B largest = size(c.x) + size(c.y) + size(c.z) + spheres.radius;
-    const B half = spheres.radius + B(Store(40) * RealTraits<Store>::unit_roundoff) * largest;
-    const std::uint32_t octant = beam.signs.octant;
-    const auto toward = [&](std::uint32_t axis) {
-      return (octant >> axis & 1U) != 0 ? half : -half;
-    };
-    const Vec3<B> reach{toward(0), toward(1), toward(2)};
-    const B near = enters_at(beam, c + reach);
-    const B far = leaves_at(beam, c - reach);
-    std::uint32_t met = bits_of((near <= far) & (half == half));
+    std::uint32_t met =
+        bits_of(spheres.radius == spheres.radius) & ~bits_of(beam.cone.misses(spheres));
     if (met == 0) return;
     for (; met != 0; met &= met - 1) {
       try_sphere(beam.begin, beam.end,
                  index * width + static_cast<std::uint32_t>(__builtin_ctz(met)));
     }
-    beam.bound = farthest(beam.begin, beam.end);
+    L most_t = L::load(&queries_.t[beam.begin]);
+    for (std::uint32_t i = beam.begin + L::count; i < beam.end; i += L::count) {
+      most_t = max_of(L::load(&queries_.t[i]), most_t);
+    }
+    beam.bound = bound_of<B>(-least_of(-most_t));  // not rounded down
   }
 
   /// Tests rays [begin, end) against the sphere in a slot.
   PARRAY_INLINE void try_sphere(std::uint32_t begin, std::uint32_t end, std::uint32_t slot) {
     const SphereShape<Real> one = shape_at<Real>(bvh_.blocks, slot);
     const SphereShape<L> same{vec_cast<L>(one.center), L(one.radius)};
+    const NearestCrossings<L, Store> nearest(bvh_.labels, 0, queries_);
     for (std::uint32_t i = begin; i < end; i += L::count) {
       const Ray<L> rays(rays_.origin.template load<L>(i), rays_.direction.template load<L>(i),
                         L::load(&queries_.inverse_square[i]));
@@ -310,8 +259,9 @@ class BeamSearch {
       const L t = entry_distance(passage.foot, passage.depth_squared, rays.inverse_square);
       const L before = L::load(&queries_.t[i]);
       const auto better = met & (t < before);
-      if (const std::uint32_t tied = bits_of(met & (t == before)); tied != 0) [[unlikely]] {
-        take_tied(i, tied, slot);
+      for (std::uint32_t tied = bits_of(met & (t == before)); tied != 0; tied &= tied - 1) {
+        std::uint32_t& other = queries_.slot[i + static_cast<std::uint32_t>(__builtin_ctz(tied))];
+        if (nearest.wins_tie(slot, other)) other = slot;
       }
       select(better, t, before).store(&queries_.t[i]);
       select(better, typename L::Uint(slot), L::Uint::load(&queries_.slot[i]))
@@ -319,18 +269,9 @@ class BeamSearch {
     }
   }
 
-  /// Gives a sphere the rays in lanes `tied` that meet it as soon as another, if it precedes that.
-  void take_tied(std::uint32_t i, std::uint32_t tied, std::uint32_t slot) {
-    for (; tied != 0; tied &= tied - 1) {
-      std::uint32_t& other = queries_.slot[i + static_cast<std::uint32_t>(__builtin_ctz(tied))];
-      if (nearest_.wins_tie(slot, other)) other = slot;
-    }
-  }
-
   const BvhView<Store, width> bvh_;
   const RayColumns<Real>& rays_;
   Queries<Real, Store>& queries_;
-  NearestCrossings<L, Store> nearest_;
   Space& space_;
 };
 

@@ -33,18 +33,14 @@ PARRAY_INLINE CapsuleShape<L> capsules_of(const CapsuleBlock<Store, W>& block, s
           L::load(block.radius + k)};
 }
 
-/// Loads the planes of a node's children on the near and on the far side of a group's rays.
+/// Loads the planes of a node's children on the near side of a group's rays, or, if `far` is 1, on
+/// the far side.
 template <typename B, std::uint32_t Width, typename Node>
-PARRAY_INLINE Vec3<B> near_planes(const RayGroup<Width>& group, const Node& node) {
+PARRAY_INLINE Vec3<B> planes_of(const RayGroup<Width>& group, const Node& node, std::uint32_t far) {
   const auto* const planes = node.planes[0][0];
-  return {B::load(planes + group.near_x), B::load(planes + group.near_y),
-          B::load(planes + group.near_z)};
-}
-template <typename B, std::uint32_t Width, typename Node>
-PARRAY_INLINE Vec3<B> far_planes(const RayGroup<Width>& group, const Node& node) {
-  const auto* const planes = node.planes[0][0];
-  return {B::load(planes + (group.near_x ^ Width)), B::load(planes + (group.near_y ^ Width)),
-          B::load(planes + (group.near_z ^ Width))};
+  const std::uint32_t side = far * Width;
+  return {B::load(planes + (group.near_x ^ side)), B::load(planes + (group.near_y ^ side)),
+          B::load(planes + (group.near_z ^ side))};
 }
 
 /// Returns the same distance in every lane, in the stored type, not rounded down. `t` has it in

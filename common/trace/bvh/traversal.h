@@ -50,16 +50,14 @@ class Traversal {
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
       prepare(i);
     }
-    for (std::uint32_t i = 0; node_count_ > 0 && i < rays_.count; i += B::count) {
-      prepare_boxes(i);
-    }
     const bool beams = !Mixed && space_.beam >= width;
-    BeamSearch<L, B> beam_search(bvh_, rays_, space_);
-    const std::uint32_t done = beams ? beam_search.find_open() : 0;
+    const std::uint32_t done = beams ? BeamSearch<L, B>(bvh_, rays_, space_).find() : 0;
+    for (std::uint32_t i = 0; node_count_ > 0 && i < rays_.count; i += B::count) {
+      if (!beams || queries_.octant[i] != BeamSearch<L, B>::no_octant) prepare_boxes(i);
+    }
     for (std::uint32_t first = 0; first < open_spheres_; first += bar_bits) {
       try_open_spheres<InsideStack>(first, done);
     }
-    if (beams && node_count_ > 0) beam_search.find();
     space_.beam = 0;
     find_in_tree<InsideStack, Mixed>();
   }
@@ -430,8 +428,8 @@ class Traversal {
     const auto ordered = [&](const Vec3<B>& planes) {
       return Vec3<B>{permute(planes.x, order), permute(planes.y, order), permute(planes.z, order)};
     };
-    const Vec3<B> near = ordered(near_planes<B>(group, root));
-    const Vec3<B> far = ordered(far_planes<B>(group, root));
+    const Vec3<B> near = ordered(planes_of<B>(group, root, 0));
+    const Vec3<B> far = ordered(planes_of<B>(group, root, 1));
     const auto children = permute(B::Uint::load(root.child), order);
     for (std::uint32_t k = 0; k < group.count; ++k) {
       const std::uint32_t bottom = k * stack_size_;
@@ -450,8 +448,8 @@ class Traversal {
   PARRAY_INLINE std::uint32_t step_node(const Group& group, std::uint32_t i,
                                         const WideNode<Store, width>& node,
                                         std::uint32_t top) const {
-    const B near = enters_at(near_planes<B>(group, node), i);
-    const B far = leaves_at(far_planes<B>(group, node), i);
+    const B near = enters_at(planes_of<B>(group, node, 0), i);
+    const B far = leaves_at(planes_of<B>(group, node, 1), i);
     const auto order = B::load_order(node.order[group.octant]);
     const B ordered = permute(near, order);
     const std::uint32_t met = bits_of(ordered <= permute(far, order));
