@@ -27,7 +27,7 @@ class Actor {
 };
 
 /// Makes one turn of an actor's loop: takes in messages, does the due work and sends the outbox.
-/// Returns the actor's next deadline.
+/// Returns the actor's next deadline, or `now` if messages may still wait.
 inline Time take_turn(Actor& actor, Link& link, Time now) {
   constexpr int most = 256;  // bound that keeps a flood of messages from delaying deadlines
   bool drained = false;
@@ -50,7 +50,7 @@ inline Time take_turn(Actor& actor, Link& link, Time now) {
   return drained ? deadline : now;
 }
 
-/// Drives an actor until `stop` returns true; the loop calls `stop` at least every 50 ms.
+/// Drives an actor until `stop` returns true. Calls `stop` after each turn. Waits 50 ms at most.
 inline void run_actor(Actor& actor, Link& link, const Clock& clock,
                       const std::function<bool(Time)>& stop) {
   constexpr Time nap = milliseconds(50);

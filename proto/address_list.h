@@ -9,9 +9,9 @@
 namespace parray::proto {
 
 /// Chooses among the addresses of a coordinator: the primary and its standbys. It begins with the
-/// first address. It moves on to the next one, and after the last to the first, if a message has
-/// had no answer for 5 s plus the time for its bytes at 10 MB/s. Each whole round without an answer
-/// doubles this time, up to 80 s, so that a slow coordinator is heard in the end.
+/// first address. It leaves a silent address for the next one, and the last for the first. An
+/// address is silent if nothing has arrived for 5 s since the first unanswered message. The bytes
+/// sent since add their time at 10 MB/s. Each whole round of silence doubles the 5 s, up to 80 s.
 class AddressList {
  public:
   /// `text` holds addresses separated by commas. Throws InputError if an address is empty or occurs

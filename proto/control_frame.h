@@ -25,7 +25,7 @@ class ControlWriter {
               T /*highest*/ = std::numeric_limits<T>::max()) {
     map_[key] = value;
   }
-  /// Write keys that may be missing. ControlReader keeps the default of a missing key.
+  /// Always write the key. A message may lack it; ControlReader then leaves `value` as it is.
   template <typename T>
   void number_if_there(const char* key, T& value, T lowest = 0,
                        T highest = std::numeric_limits<T>::max()) {
@@ -76,10 +76,10 @@ class ControlWriter {
   nlohmann::json map_;
 };
 
-/// Reads and checks a message's fields. Every member throws ProtocolError with the name of the key.
+/// Reads and checks a message's fields. Members that read a key throw ProtocolError that names it.
 class ControlReader {
  public:
-  /// Checks size and nesting before it parses anything.
+  /// Checks the size first, and the nesting during parsing. Throws ProtocolError.
   explicit ControlReader(std::string_view frame);
 
   [[nodiscard]] const std::string& type() const { return type_; }
@@ -110,7 +110,7 @@ class ControlReader {
   /// Reads a real number from 0 to `highest`, if the key is there.
   void real_if_there(const char* key, double& value, double highest) const;
   void real(const char* key, double& value) const;
-  /// Reads seconds: 0 to ten years.
+  /// Reads seconds: 0 to 3.2e8, about ten years.
   void duration(const char* key, double& value) const;
   void flag(const char* key, bool& value) const;
   void text(const char* key, std::string& value, std::size_t longest,

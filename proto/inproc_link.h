@@ -16,7 +16,7 @@ namespace parray::proto {
 /// place of ZeroMQ. Any thread may call connect(); each end belongs to one thread.
 class InprocHub {
  public:
-  /// Any thread calls `on_arrival` when something has arrived for the coordinator.
+  /// A sender's thread calls `on_arrival` after each message to the coordinator, dropped or not.
   explicit InprocHub(std::function<void()> on_arrival = {});
   ~InprocHub();
   InprocHub(const InprocHub&) = delete;
@@ -27,7 +27,7 @@ class InprocHub {
 
   /// Returns a new end with the coordinator as its only peer. It must not outlive the hub.
   std::unique_ptr<Link> connect();
-  /// Returns an end that speaks for `sender`. Its messages are encoded, so that the coordinator's
+  /// Returns an end that speaks for `sender`. Its seal() encodes messages. So the coordinator's
   /// decoder checks every range as in messages from outside.
   std::unique_ptr<Link> connect_as(Sender sender);
 

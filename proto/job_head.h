@@ -9,7 +9,7 @@
 
 namespace parray::proto {
 
-/// Longest texts on the wire.
+/// Longest texts on the wire, in bytes.
 inline constexpr std::size_t max_name = 128;
 inline constexpr std::size_t max_line = 2000;
 inline constexpr std::size_t max_drawing = 12000;
@@ -27,7 +27,7 @@ struct JobHead {
   double reserved_seconds = 0;
   std::uint64_t duplicates_removed = 0;  ///< spheres of the scene file that the scene leaves out
   std::uint32_t max_failures = 0;        ///< 0: the coordinator's own setting
-  /// For a frame of a series: the series' token (at most 48 characters), the frame's number and the
+  /// For a frame of a series: the series' token (at most 64 bytes), the frame's number and the
   /// expected number of frames. The job of a frame exists once, even if the client submits it
   /// several times.
   std::string series{};

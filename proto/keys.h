@@ -65,15 +65,16 @@ struct MemberKey {
 };
 
 /// Makes DIR with keys for the coordinator, for all workers (worker.key) and for an administrator
-/// (admin.key). Throws InputError if DIR already has keys, RunError if the keys cannot be written.
+/// (admin.key). Throws InputError if DIR has keys, cannot be made, or others can write it. Throws
+/// RunError if the keys cannot be made or written.
 void make_farm_keys(const std::filesystem::path& directory);
-/// Makes DIR/NAME.key and allows the key. `name` has 1 .. 64 letters, digits, '.', '_' and '-'.
-/// `share` is in least_share .. largest_share. Throws InputError if DIR has no keys of a farm, or
-/// if the name is taken, invalid or "coordinator".
+/// Makes DIR/NAME.key and allows the key. `name` has 1 .. 64 letters, digits, '.', '_' and '-', but
+/// no '.' first. `share` must be in least_share .. largest_share. Throws InputError if DIR has no
+/// keys of a farm, or if the name is taken, invalid or "coordinator"; RunError if it cannot write.
 void add_member_key(const std::filesystem::path& directory, Role role, const std::string& name,
                     double share = 1);
-/// Removes NAME from the list. A running coordinator ignores messages with that key from the next
-/// second on. Throws InputError if NAME is not on the list.
+/// Removes NAME from DIR/allowed and deletes DIR/NAME.key. A running coordinator ignores messages
+/// with that key from the next second on. Throws InputError if NAME is not in DIR/allowed.
 void remove_member_key(const std::filesystem::path& directory, const std::string& name);
 
 /// Reads DIR/coordinator.key. Throws InputError.
@@ -89,11 +90,11 @@ void refuse_if_others_can_write(const std::filesystem::path& path);
 /// Not thread-safe.
 class AllowList {
  public:
-  /// Throws InputError.
+  /// Throws InputError if the file cannot be read, has a wrong line, or others can write it or DIR.
   explicit AllowList(const std::filesystem::path& directory);
 
   /// Returns the owner of a key; nothing if the key is not on the list. While the file cannot be
-  /// read, or others can write it, the content that was read before counts.
+  /// read, has a wrong line, or others can write it, the content that was read before counts.
   [[nodiscard]] std::optional<Sender> find(Time now, const std::string& open_key);
   /// Does the same by the name of the key.
   [[nodiscard]] std::optional<Sender> find_name(Time now, const std::string& name);

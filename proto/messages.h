@@ -159,12 +159,12 @@ enum class JobSort : std::uint8_t {
   taken,
   progress
 };
-/// `newest`: the newest jobs by number, the oldest of them first.
+/// `newest`: the newest jobs by number, the oldest of them first, whatever JobSort says.
 enum class JobOrder : std::uint8_t { newest, ascending, descending };
 struct ListJobs {
   std::uint64_t request = 0;
   std::uint64_t before = 0;           ///< lists only jobs with lower numbers; 0: all
-  std::uint32_t limit = most_listed;  ///< lists only so many of the newest jobs
+  std::uint32_t limit = most_listed;  ///< lists at most so many jobs
   /// States of the jobs, separated by commas; empty: all states.
   std::string states{};
   std::string user{};  ///< lists only jobs of this user; empty: of all
@@ -235,10 +235,10 @@ struct FetchJournal {
 struct JournalData {
   std::uint64_t request = 0;
   nlohmann::json job;
-  nlohmann::json report;  ///< only of a done job
+  nlohmann::json report;  ///< of a done job; otherwise an empty map
   Bulk journal;           ///< see coordinator/jobs/journal.h
 };
-/// Asks for the scene of a job, which must not be done, except with JobHead::keeps_scene().
+/// Asks for the scene of a job that is not done, or of a done job with JobHead::keeps_scene().
 struct FetchScene {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
@@ -327,8 +327,8 @@ class ProtocolError : public std::runtime_error {
 /// Encodes a message. Never fails for values within the ranges of PROTOCOL.md.
 Frames encode(const Message& message);
 
-/// Decodes a message and checks every bound and range. Throws ProtocolError, and no other
-/// exception, for malformed frames.
+/// Decodes a message and checks every bound and range. Reads only the version of a `hello` of
+/// another protocol version. Throws ProtocolError, and no other exception, for malformed frames.
 Message decode(const Frames& frames);
 
 /// The words of the encoded messages, in the order of the enumerations.

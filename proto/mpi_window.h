@@ -55,8 +55,8 @@ class MpiWindow {
   /// Sets the first `zeroed` bytes of this rank to 0. No rank may use the window meanwhile.
   void clear(std::size_t zeroed);
 
-  /// Tests every operation: each rank tries words [0, ranks] of rank 0 and word 0 of another rank.
-  /// Returns whether all results are correct. The words are 0 again afterwards. Collective.
+  /// Tests every operation on words [0, ranks] of rank 0 and on word 0 of every other rank. These
+  /// words must be 0 before, and are 0 afterwards. Returns whether all is correct. Collective.
   bool works();
 
  private:

@@ -78,13 +78,13 @@ class PicturePayload {
       : content_(std::move(picture)) {}
   explicit PicturePayload(Bulk bytes) : content_(std::move(bytes)) {}
 
-  /// Returns the picture. Throws DecodeError if the content is not a picture of this size.
+  /// Returns the picture. Throws DecodeError if received bytes are not a picture of this size.
   [[nodiscard]] std::shared_ptr<const PictureParts> picture(std::uint32_t width,
                                                             std::uint32_t height) const;
   /// Throws ChecksumError if received bytes were changed on their way.
   void verify() const;
   /// Returns the bytes of picture_to_bytes(), with the wanted detail as far as the picture has it.
-  /// Throws ChecksumError.
+  /// Returns received bytes as they are, whatever `detail` says. Throws ChecksumError.
   [[nodiscard]] Bulk bytes(PictureDetail detail) const;
 
  private:

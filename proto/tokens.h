@@ -9,7 +9,7 @@
 #include "proto/keys.h"
 
 /// Tokens identify a farm's users over HTTP. DIR, below `directory`, is the directory with the keys
-/// of the farm (keys.h). DIR/tokens has one line "NAME SHA-256" per token. A token is 256 random
+/// of the farm (keys.h). DIR/tokens has one line "NAME SHA-256" per token. A token is 258 random
 /// bits, so its hash reveals nothing. "Others" are the group of a file and all other users of its
 /// machine.
 namespace parray::proto {
@@ -21,12 +21,12 @@ namespace parray::proto {
 std::string make_token(const std::filesystem::path& directory, const std::string& name);
 
 /// Removes the token of the user `name`. Does nothing if the user has none. Throws InputError if
-/// others can write DIR/tokens, RunError if it cannot be written.
+/// others can write DIR or DIR/tokens, RunError if DIR/tokens cannot be written.
 void remove_token(const std::filesystem::path& directory, const std::string& name);
 
-/// Checks DIR/allowed and DIR/tokens. Throws InputError if DIR/allowed cannot be read, or if others
-/// can write one of the two files or DIR. (Without this check, a running coordinator would silently
-/// continue with the last valid content that it has read.)
+/// Checks DIR/allowed and DIR/tokens. Throws InputError if DIR/allowed cannot be read or has a
+/// wrong line, or if others can write one of the two files or DIR. (Without this check, a running
+/// coordinator would silently continue with the last valid content that it has read.)
 void check_key_lists(const std::filesystem::path& directory);
 
 /// The content of DIR/tokens and DIR/allowed. A lookup reads them again if the last reading is a

@@ -30,7 +30,7 @@ class Window {
 /// the coordinator's view of its own memory, and for tests.
 class LocalWindow final : public Window {
  public:
-  /// `memory` must outlive the window and be aligned to 8 bytes. Its initial content must be 0.
+  /// `memory` must outlive the window and be aligned to 8 bytes. The constructor changes nothing.
   explicit LocalWindow(std::span<std::byte> memory) : memory_(memory) {}
   std::uint64_t fetch_add(std::size_t word, std::uint64_t delta) override;
   std::uint64_t load(std::size_t word) override;
@@ -106,7 +106,7 @@ class WindowLayout {
   enum Word : std::size_t {
     step = 0,            ///< number of chunks taken (policies static, guided, factoring)
     position = 1,        ///< number of missing cells handed out (policy weighted)
-    speed = 2,           ///< speed of all ranks, see SpeedSum
+    speed = 2,           ///< speed of the ledger's ranks, see SpeedSum
     copy_requests = 3,   ///< PROTOCOL.md: `tickets`; how often a rank has found no work left
     copies = 4,          ///< number of issued copies of unfinished cells
     log_head = 5,        ///< number of claimed log blocks, without each rank's first
@@ -180,8 +180,8 @@ inline constexpr std::uint64_t tracing = 1ULL << 63;   ///< has a lease
 inline constexpr std::uint64_t building = 1ULL << 62;  ///< builds its accelerator
 }  // namespace beat_flags
 
-/// The sum of all ranks' speeds in one word. So one atomic operation updates a rank's own speed and
-/// reads the sum.
+/// The sum of the speeds of a ledger's ranks in one word. So one atomic operation updates a rank's
+/// own speed and reads the sum.
 struct SpeedSum {
   std::uint64_t threads = 0;      ///< threads with a measured speed; upper 24 bits
   std::uint64_t kilosamples = 0;  ///< thousands of samples per second; lower 40 bits

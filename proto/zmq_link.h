@@ -11,10 +11,10 @@
 
 namespace parray::proto {
 
-/// The largest message that both sides accept by default.
+/// The largest frame, in bytes, that both sides accept by default.
 inline constexpr std::size_t default_max_message_bytes = std::size_t{1} << 30;
 
-/// Returns whether only this machine can reach an endpoint: tcp://127.0.0.1:*, tcp://[::1]:*,
+/// Returns whether only this machine can reach an endpoint: tcp://127.X.X.X:*, tcp://[::1]:*,
 /// tcp://localhost:*, ipc://*.
 bool is_loopback(const std::string& endpoint);
 

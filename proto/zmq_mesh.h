@@ -28,7 +28,7 @@ struct ZmqMeshOptions {
 /// previous one.
 class ZmqMesh final : public Link {
  public:
-  /// Throws InputError if the coordinator's address is invalid.
+  /// Throws InputError if an address is invalid, RunError if the port or its keys cannot be made.
   explicit ZmqMesh(const ZmqMeshOptions& options);
   ~ZmqMesh() override;
   ZmqMesh(const ZmqMesh&) = delete;

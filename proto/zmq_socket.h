@@ -25,7 +25,7 @@ class ZmqSocket {
             Time linger);
 
   zmq::socket_t& raw() { return socket_; }
-  /// Uses `identify` for messages that a ROUTER receives. Until then all senders are default ones.
+  /// Uses `identify` for messages that a ROUTER receives. Until then senders have the default role.
   void identify_by(Identify identify) { identify_ = std::move(identify); }
   /// Serves peers that connect with the public key of `own`. Call it before the socket is bound.
   void serve_as(const KeyPair& own);

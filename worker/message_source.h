@@ -39,7 +39,7 @@ struct WorkerOptions {
   std::function<double()> load{};
   /// Returns the last lines of this worker's log, oldest first. May be empty.
   std::function<std::vector<std::string>()> recent_log{};
-  /// Ends the link's wait from another thread. Without it, large scenes are opened in this thread.
+  /// Ends the link's wait from another thread. Without it, this thread opens the scenes.
   std::function<void()> wake{};
 };
 
@@ -67,7 +67,7 @@ class MessageSource final : public LeaseSource {
 
   /// Returns the messages to send, in order, and empties the outbox.
   std::vector<Delivery> take_outbox();
-  /// Says goodbye to the coordinator and drops everything.
+  /// Says goodbye to the coordinator and drops all leases and results.
   void leave(const std::string& reason);
 
   /// Returns the reason of the coordinator's refusal; empty if it has not refused this worker.

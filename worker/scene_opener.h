@@ -30,8 +30,8 @@ struct ScenePieces {
 
 struct OpenedScene {
   std::string id;
-  std::shared_ptr<const Scene> scene;  ///< null: the pieces are not those of `id`
-  std::string failure{};               ///< why they could not be opened at all
+  std::shared_ptr<const Scene> scene;  ///< null: it could not be opened
+  std::string failure{};               ///< why not; empty if the pieces are not those of `id`
 };
 
 /// Opens a scene from its chunks. Never throws.

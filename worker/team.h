@@ -63,7 +63,8 @@ class Team {
   /// Returns the finished lease, once. The team is idle from then on. After a failed lease it is
   /// idle, too, and traces other leases as before.
   virtual std::optional<LeaseResult> take() = 0;
-  /// Gives up the current lease. The team is idle within a few milliseconds and has no result.
+  /// Gives up the current lease, which then has no result. The team becomes idle after the cells in
+  /// work, or after the accelerator that it builds, which may take seconds.
   virtual void abandon() = 0;
   /// Returns the samples that all threads have traced since the start. The number grows while the
   /// team is alive.
@@ -81,7 +82,7 @@ class ThreadTeam final : public Team {
   using TracerSource =
       std::function<std::shared_ptr<const PathTracer>(const LeaseWork&, int threads)>;
 
-  /// Stores the accelerators that it builds in `accelerators`. In tests, `tracers` replaces this.
+  /// Stores the accelerators that it builds in `accelerators`. In tests, `tracers` makes tracers.
   explicit ThreadTeam(
       int threads, std::function<void()> on_finished = [] {},
       std::shared_ptr<AcceleratorCache> accelerators = std::make_shared<AcceleratorCache>(),

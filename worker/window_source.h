@@ -51,10 +51,10 @@ struct LedgerWindows {
 
 /// Takes leases over a window: the rank takes a step number, or a run of cells, by an atomic
 /// addition and computes its chunk. Weighted leases come from the ledger of the rank's group. If
-/// that is empty, they come from other ledgers. Long leases come in parts, so that results arrive
-/// steadily and buffers stay small. If no work is left, the rank draws a ticket and waits for a
-/// copy of unfinished cells. A rank makes one object for each window, and logs its results where
-/// only it writes.
+/// that is empty, they come from three others at most. Long leases come in parts, so that results
+/// arrive steadily and buffers stay small. If no work is left, the rank draws a ticket and waits
+/// for a copy of unfinished cells. A rank makes one object for each window, and logs its results
+/// where only it writes.
 class WindowSource final : public LeaseSource {
  public:
   /// The references must outlive the object. `window` is rank 0's, and the ledger by default.

@@ -16,7 +16,7 @@ struct CheckedWorker {
   /// Leases accepted from its machine since the coordinator started.
   std::uint64_t machine_leases = 0;
   std::uint64_t process_leases = 0;  ///< leases accepted from its process since it joined
-  /// The kernel says that it runs on the coordinator's machine, under its user.
+  /// The kernel says that the process runs on the coordinator's machine, as the coordinator's user.
   bool ours = false;
 };
 
@@ -43,7 +43,7 @@ class CheckPolicy {
   /// Draws whether the worker's lease is checked.
   bool wants_check(const CheckedWorker& worker);
   /// Draws which of `machines` machines makes a check: returns its index. Nothing: the referee
-  /// takes part.
+  /// takes part, or there is no machine.
   std::optional<std::size_t> draw_checker(std::size_t machines);
   /// Returns whether every lease must be checked.
   [[nodiscard]] bool checks_all() const { return options_.share >= 1; }

@@ -57,9 +57,10 @@ class DisputeDesk {
   /// earlier findings do not concern it.
   [[nodiscard]] std::uint64_t latest_finding() const { return fault_findings_.latest(); }
   /// Bars the workers with the name `name`, or, if `host`, all workers of the host `name`. They
-  /// finish the leases that they hold. `asker`: the user who asked, for the log.
+  /// finish the leases that they hold. `asker`: for the log. Call keep_worker_notes() afterwards.
   void drain(const std::string& name, bool host, const std::string& asker);
-  /// Ends drains and quarantines of the workers with the name `name`, or of the host `name`.
+  /// Ends drains and quarantines of the workers with the name `name`, or of the host `name`. Call
+  /// keep_worker_notes() afterwards.
   void readmit(const std::string& name, bool host);
   /// Returns machines in quarantine without a connected worker, as worker maps of PROTOCOL.md.
   [[nodiscard]] nlohmann::json quarantined_elsewhere();

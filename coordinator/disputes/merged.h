@@ -41,8 +41,8 @@ struct Merged {
   std::uint32_t threads = 0;
   double charged = 0;     ///< thread-seconds that the job's user was charged for the lease
   double granted_at = 0;  ///< seconds since 1970
-  double arrived_at = 0;
-  double seconds = 0;  ///< tracing time, stated by the worker
+  double arrived_at = 0;  ///< seconds since 1970
+  double seconds = 0;     ///< tracing time, stated by the worker
   double build_seconds = 0;
   std::uint64_t accelerator_bytes = 0;
   std::string isa;

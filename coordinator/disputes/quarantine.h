@@ -22,8 +22,8 @@ struct Quarantine {
   double until = 0;  ///< seconds since 1970; 0: until it is readmitted
 };
 
-/// The machines in quarantine. A quarantine of a key lasts until the machine is readmitted. That of
-/// an address ends after address_seconds, because other machines may get the address.
+/// The machines in quarantine. A quarantine lasts until the machine is readmitted. Only that of an
+/// address ends after address_seconds, because other machines may get the address.
 ///
 /// Not thread-safe. Times are seconds since 1970 by the wall clock.
 class QuarantineLedger {

@@ -53,7 +53,7 @@ class RefereeDesk {
   RefereeDesk(std::shared_ptr<Referee> referee, Options options);
 
   /// Opens a case. False, and the case is dropped: there are too many disputes of that job, or too
-  /// many checks.
+  /// many checks, or there is no referee for a check.
   bool open(Time now, RefereeCase opened);
   /// Forgets all cases of a job's work.
   void drop(std::uint64_t generation);
@@ -80,7 +80,8 @@ class RefereeDesk {
   [[nodiscard]] bool may_ask(Time now) const {
     return referee_ && asked_ == 0 && now >= retry_at_ && (memory_ > 0 || !entries_.empty());
   }
-  /// Asks the next question if one may be asked. `memory_left`: bytes that the referee may use.
+  /// Asks the next question if one may be asked. Without one, frees the referee's memory after
+  /// Options::rest. `memory_left`: bytes that the referee may use.
   void ask_next(Time now, std::uint64_t memory_left);
   /// Returns the latest time at which take_answers() or ask_next() must be called again.
   [[nodiscard]] Time next(Time now) const;
@@ -96,7 +97,7 @@ class RefereeDesk {
   /// are no others, ends the case.
   void continue_case(std::uint64_t number);
 
-  /// Returns whether the budget permits another check.
+  /// Returns whether there is a referee, and its budget and its last failure permit another check.
   [[nodiscard]] bool may_check(Time now) const;
   /// Returns the number of waiting checks of a job.
   [[nodiscard]] std::size_t checks(std::uint64_t generation) const;

@@ -33,7 +33,7 @@ class ConnectionManager {
                                        bool reserve)>
         answer_early;
     /// Takes over a connection with a request until give_back(). Must not block. The request is
-    /// complete unless its body is large.
+    /// complete unless its body is large, or the client has stopped sending.
     std::function<void(SharedConnection, const RequestHead&)> hand_over;
     /// Logs a warning about connections that were refused or closed.
     std::function<void(const std::string&)> warn;

@@ -33,8 +33,8 @@ class Events {
   Events(const Events&) = delete;
   Events& operator=(const Events&) = delete;
 
-  /// Returns a stream of all events, or of one job's events until that job has ended. Throws
-  /// Problem 503 if too many clients listen.
+  /// Returns a stream of all events, or of one job's events until that job has ended or is deleted.
+  /// Throws Problem 503 if too many clients listen.
   std::shared_ptr<BodyStream> listen(std::optional<JobId> job);
   /// Waits until the job has ended or was deleted, but at most for `patience`. `owner`: has at most
   /// three quarters of the waits. Throws Problem 503 if too many clients wait.

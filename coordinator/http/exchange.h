@@ -16,7 +16,7 @@
 /// Requests and replies, as handlers see them. Handlers do not depend on the HTTP library.
 namespace parray::http {
 
-/// Header fields: name and value. This program writes names in lower case; HTTP ignores case.
+/// Header fields: name and value. HTTP ignores the case of names.
 using Fields = std::vector<std::pair<std::string, std::string>>;
 
 /// Why a request was refused or failed: an HTTP status and a message (RFC 9457). `what()` is one
@@ -49,8 +49,8 @@ inline constexpr std::size_t small_body = 4096;
 class BodySink {
  public:
   virtual ~BodySink() = default;
-  /// Called with the Content-Length, which includes the framing of parts, before anything is read.
-  /// Throws Problem 413 if it is too large.
+  /// Called with the Content-Length, which includes the framing of parts, before anything is read;
+  /// with 0 if the body is chunked. Throws Problem 413 if it is too large.
   virtual void expect(std::uint64_t bytes) = 0;
   /// Called for each part of a form. The bytes that follow belong to the part `name`.
   virtual void begin_part(const std::string& name, const std::string& file_name) = 0;
@@ -104,8 +104,8 @@ Reply json_reply(const std::string& text, int status = 200);
 Reply text_reply(std::string text, const std::string& type = "text/plain; charset=utf-8");
 Reply problem_reply(const Problem& problem);
 
-/// Returns the name under which the request waits for its turn: the user, or the IP address if
-/// there are no keys.
+/// Returns the name under which the request waits for its turn: the user, or owner_of_address()
+/// if there are no keys.
 std::string owner_of(const Request& request);
 
 /// Reads the body. Throws Problem 413 if it has more than `most` bytes. For small bodies.

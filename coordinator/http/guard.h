@@ -25,9 +25,10 @@ class Guard {
   /// Returns whether requests need a token.
   [[nodiscard]] bool wants_tokens() const { return !keys_.empty(); }
 
-  /// Throws Problem 421 if Host is unknown, 403 if a page of another site sent the request.
+  /// Throws Problem 421 if Host is unknown, 403 if a page of another site sent the request. Checks
+  /// nothing if there are keys.
   void check_origin(const Request& request) const;
-  /// Returns the sender that the token belongs to. Throws Problem 401 or 403.
+  /// Returns the sender that the token belongs to. Throws Problem 401.
   [[nodiscard]] Sender admit(const Request& request);
 
  private:

@@ -37,7 +37,7 @@ class LoopClient {
     return answer;
   }
 
-  /// Makes all current and later requests fail.
+  /// Makes all current and later requests fail with Problem 503.
   void stop() { stopped_ = true; }
 
  private:

@@ -61,7 +61,7 @@ class PictureCache {
   };
   /// Returns the cached file, or makes it. `owner`: waits for its turn under this name.
   /// `thumbnail_width`: for `png`, the width in pixels of a smaller copy, if the picture is wider;
-  /// 0: the whole picture. Throws Problem if the job does not exist, or if it has no samples.
+  /// 0: the whole picture. Throws Problem if it cannot, for example because the job has no samples.
   File get(const Sender& sender, const std::string& owner, JobId job, Kind kind,
            std::uint32_t thumbnail_width = 0);
 

@@ -24,8 +24,8 @@ struct SeatLimits {
   Time reserve_time = seconds(2);  ///< in the reserve, replaces head_time and idle_time
 };
 
-/// Tracks all connections and decides which one to close when a limit is reached. Connections that
-/// have not sent a request yet make room for new ones. Not thread-safe. Does no I/O.
+/// Tracks all connections and decides which one to close when a limit is reached. Connections
+/// whose request is not being answered make room for new ones. Not thread-safe. Does no I/O.
 class Seats {
  public:
   explicit Seats(SeatLimits limits) : limits_(limits) {}

@@ -37,7 +37,7 @@ class Webhooks {
   using Post = std::function<bool(const WebhookUrl&, const std::string&)>;
 
   /// `hosts`: hosts that webhooks may address. `file`: where pending webhooks are stored; empty:
-  /// nowhere. Throws RunError.
+  /// nowhere.
   Webhooks(LoopClient& loop, std::vector<std::string> hosts, std::filesystem::path file,
            Post post = post_webhook);
   ~Webhooks();

@@ -17,13 +17,13 @@ namespace parray::coordinator {
 ///
 /// Among the jobs of one user, the highest priority goes first, then the oldest job. However, a
 /// quarter of the user's time goes to an **express lane**: of the jobs of the highest priority, the
-/// one with the least work left. Jobs of a lower priority have no express lane. If that job has had
-/// no lease yet, its turn is next. So a short job does not wait for a long one that came earlier.
+/// one with the least work left. If it has had no lease yet, its turn is next. So a short job does
+/// not wait for a long one that came earlier. Jobs of a lower priority have no express lane.
 ///
 /// No job starves: a twentieth of a user's time goes to jobs that have waited long, whatever their
 /// priority. The job that has waited longest gets it.
 ///
-/// Not thread-safe. A grant takes at most linear time in the number of users.
+/// Not thread-safe. A grant takes at most linear time in the numbers of users and of jobs.
 class FairQueue {
  public:
   /// Part of a user's time that goes to the express lane.
@@ -58,7 +58,7 @@ class FairQueue {
   /// lease. Returns whether one was.
   bool visit(const Offer& offer);
 
-  /// Returns whether the job that visit() selected had a regular turn, not one against starvation.
+  /// Returns whether visit() selected the job by a regular or express turn, not against starvation.
   [[nodiscard]] bool granted_by_turn() const { return lane_ != Lane::starving; }
 
   /// Charges the user of the job that visit() selected for these thread-seconds.

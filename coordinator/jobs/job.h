@@ -67,11 +67,11 @@ struct Job {
   Time served = never;   ///< latest lease by a regular turn; never: not counted yet
   Time granted = never;  ///< latest lease
   Epoch next_epoch = 1;
-  std::uint64_t spheres = 0;
+  std::uint64_t spheres = 0;        ///< with capsules; 0: an earlier process accepted the job
   std::unique_ptr<JobWork> work;    ///< null while the job waits and when it has ended
   std::string pause_reason;         ///< reason of a pause that ends without a client's action
   Time retry_at = never;            ///< when to finish it again after a full disk
-  PicturePayload picture;           ///< of a done job, only without a store
+  PicturePayload picture;           ///< of an ended job, only without a store
   std::string journal;              ///< of a done job, only without a store
   std::uint64_t picture_bytes = 0;  ///< of `picture` and `journal`
   ErrorFigures error;               ///< the latest estimate; for a done job, from its report

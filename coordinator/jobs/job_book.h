@@ -30,18 +30,18 @@ class JobBook {
   /// Accepts a submitted job, or answers why it is refused.
   void on(Time now, const PeerId& peer, msg::Submit& m);
 
-  /// Allocates a job's memory and reads what the store has of it.
+  /// Lets the job thread allocate a job's memory and read what the store has of it.
   void prepare(Job& job);
   /// If all cells are merged and all checks are done: begins the next pass or finishes the picture.
   void end_pass_if_done(Job& job);
-  /// Makes picture, error and report. The job is done when the store has committed them.
+  /// Lets the job thread make picture and report. The job is done when the store has kept them.
   void finish_job(Job& job);
   /// Ends a job as failed.
   void fail_job(Job& job, const std::string& reason);
   /// Traces all cells again, because the run began the picture again. `state`: of the run.
   void restart_leases(Job& job, const RunState& state);
-  /// Returns a queue for tasks of the job's JobWork. If one throws, the job fails. `doing`: its
-  /// name.
+  /// Returns a queue for tasks of the job's JobWork. If one throws, the job fails. `doing`:
+  /// what the tasks do, for the reason of the failure.
   [[nodiscard]] JobThread::Guarded for_job(const Job& job, const std::string& doing);
 
   /// Finds the frames of a series, in order. Empty: no series has this number.
@@ -59,11 +59,11 @@ class JobBook {
   };
   /// Returns what a job waits for. The estimates may be a second old.
   [[nodiscard]] Wait wait_of(const Job& job);
-  /// Throws InputError if one more job like this would exceed a limit.
+  /// Throws InputError if one more job like this would exceed a limit; NoRoom if waiting may help.
   void check_limits(const JobRecord& record) const;
 
-  /// Changes a job as a client requested. Throws InputError if the job's state does not permit it.
-  /// The caller calls list_open_jobs() afterwards.
+  /// Changes a job as a client requested, but for `forget` only checks it. Throws InputError if the
+  /// job's state does not permit the change. The caller calls list_open_jobs() afterwards.
   void steer(Job& job, const msg::SteerJob& m);
   /// Returns a name for the client of the current message, for a job's history.
   [[nodiscard]] std::string asker() const;
@@ -81,7 +81,8 @@ class JobBook {
   bool make_room(std::uint64_t bytes);
   /// Returns the bytes on disk at the last count.
   [[nodiscard]] std::uint64_t disk_used() const { return usage_.total; }
-  /// Every few seconds: forgets old jobs, counts bytes on disk, stores uptime and progress.
+  /// Every few seconds: ends quarantines, forgets old jobs, estimates errors, counts bytes on disk,
+  /// and stores uptime, progress and the time of users.
   void keep_house(Time now);
 
  private:

@@ -51,7 +51,7 @@ class JobIndex {
   };
   /// Counts a user's unfinished jobs, without those listed under `but`.
   [[nodiscard]] Open open_of(const std::string& user, JobId but) const;
-  /// Returns the pixels of the largest unfinished frame under a number. 0: there is none.
+  /// Returns the pixels of the largest frame under a number with unfinished frames. 0: it has none.
   [[nodiscard]] std::uint64_t open_pixels(const std::string& user, JobId number) const;
 
  private:

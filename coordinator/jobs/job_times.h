@@ -14,7 +14,7 @@ struct JobTimes {
   std::optional<double> submitted;
   std::optional<double> started;   ///< its first lease
   std::optional<double> finished;  ///< only if it has ended
-  /// Seconds from the start to the end or to now; without pauses of a single job.
+  /// Seconds from the start to the end or to now. For a single job without its pauses.
   std::optional<double> taken;
 };
 

@@ -19,7 +19,7 @@ struct PictureFile {
 PictureFile read_picture_file(Store& store, JobId job);
 
 /// Returns the new flag of a job whose picture was read: `flag` without its older note on the file,
-/// and with a new note if the file is or was damaged.
+/// and with a new note if the file is or was damaged. But a note that it was restored stays.
 std::string flag_with(const std::string& flag, const PictureFile& kept);
 
 }  // namespace parray::coordinator

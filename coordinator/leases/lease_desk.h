@@ -42,7 +42,7 @@ class LeaseDesk {
   void check_losses(Time now, const WorkerRecord& worker);
   /// Tells the worker registry which failing workers get no leases at present, and until when.
   void hold_back(Time now);
-  /// Lets a failing worker have leases again at once.
+  /// Ends the delay of a failing worker. Call hold_back() afterwards, so that it gets leases again.
   void forgive(const WorkerRecord& worker);
 
  private:

@@ -32,8 +32,8 @@ struct Lease {
 /// or when it has no holder left and no result of it is being merged. The epoch of a lease is never
 /// granted for another one.
 ///
-/// Not thread-safe. Reads no clock: `now` is an argument. Every call takes logarithmic time in the
-/// number of leases. Functions that list leases take linear time.
+/// Not thread-safe. Reads no clock: `now` is an argument. Calls take logarithmic time in the number
+/// of leases. Only grant_copy(), checks_remain() and drop_worker() take linear time.
 class LeaseTable {
  public:
   /// `sizer` computes the sizes of leases. `pending`: the cells of the plan that are not done, in

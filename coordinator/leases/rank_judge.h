@@ -15,7 +15,7 @@ namespace parray::coordinator {
 
 /// The identity of a rank (a process of one mpirun) as a tracer of cells.
 struct RankVoice {
-  TracerKey tracer = 0;       ///< key of this rank; the same in every mpirun with this host
+  TracerKey tracer = 0;       ///< depends only on the number of the rank and on its host
   std::uint32_t machine = 0;  ///< ranks with the same number are one machine
 };
 

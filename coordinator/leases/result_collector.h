@@ -11,8 +11,8 @@
 
 namespace parray::coordinator {
 
-/// A number for a tracer: a machine or a worker process of a farm, or a rank of an mpirun. It is
-/// the same in all processes: see machine_key() and tracer_key().
+/// A number for a tracer: a machine or a worker process of a farm, or a rank of an mpirun. Every
+/// process computes the same number for it: see machine_key() and tracer_key().
 using TracerKey = std::uint64_t;
 
 /// Collects the results of a pass, of a farm or of MPI ranks. Merges new cells, compares repeated
@@ -89,7 +89,7 @@ class ResultCollector {
   /// Returns whether `tracer` traced or checked a merged cell.
   [[nodiscard]] bool relies_on(TracerKey tracer) const;
 
-  /// Returns all tracers of results and checks.
+  /// Returns all tracers of results and checks, also of retracted ones.
   [[nodiscard]] const std::vector<TracerKey>& tracers() const { return tracers_; }
   [[nodiscard]] const WorkPlan& plan() const { return *plan_; }
   [[nodiscard]] const std::shared_ptr<const WorkPlan>& shared_plan() const { return plan_; }

@@ -52,13 +52,13 @@ class WindowCollector {
                   std::span<const std::byte> memory, Time now, Totals& totals, Hooks hooks,
                   RankThreads threads = {});
 
-  /// Merges logged results of about `most_cells` cells with merging_threads() threads. False: there
-  /// are no results to merge.
+  /// Merges logged results of about `most_cells` cells with merging_threads() threads. False: it
+  /// has merged none.
   bool collect(Time now, std::uint64_t most_cells);
   /// Returns whether the last collect() left logged results for the next call.
   [[nodiscard]] bool behind() const { return behind_; }
   /// Returns whether all threads of rank 0 should merge results instead of tracing: there are very
-  /// many ranks, and they have sent results recently.
+  /// many threads for each thread of rank 0, and a result was merged in the last second.
   [[nodiscard]] bool wants_all_threads(Time now) const;
   /// Returns the number of threads that merge results.
   [[nodiscard]] std::uint32_t merging_threads() const { return merging_threads_; }
@@ -74,9 +74,11 @@ class WindowCollector {
   [[nodiscard]] double progress() const;
 
   /// Issues copies of missing cells to ranks that wait for work. Copies cost time. So after a round
-  /// over all missing cells, the next round begins only after twice the duration of this one.
+  /// over all missing cells, the next round begins after twice the duration of this one, at least
+  /// 50 ms.
   void issue_copies(Time now);
-  /// Stops all ranks: waiting ranks at once, tracing ranks at their next heartbeat.
+  /// Ends the pass for ranks that find no work left. If overtaken(), also stops tracing ranks, at
+  /// their next heartbeat.
   void finish();
 
   /// Reads the heartbeats of all ranks and increments that of rank 0.
@@ -85,7 +87,7 @@ class WindowCollector {
   [[nodiscard]] std::vector<std::uint32_t> silent_ranks(Time now, Time patience) const;
   /// Returns when the last result was merged or the last heartbeat changed.
   [[nodiscard]] Time last_sign_of_life() const { return last_life_; }
-  /// Returns a number that changes whenever a rank takes work or logs a result.
+  /// Returns a number that changes whenever a rank takes work or a result is merged.
   [[nodiscard]] std::uint64_t activity() const;
   /// Returns a word of the window that belongs to a rank.
   [[nodiscard]] std::uint64_t rank_value(std::uint32_t rank, WindowLayout::RankWord word) const {

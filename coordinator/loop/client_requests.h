@@ -17,7 +17,7 @@ class LeaseDesk;
 class WorkerDesk;
 struct PictureFile;
 
-/// Answers all requests of clients except submits. Checks whether clients may make a change.
+/// Answers all requests of clients except `submit` and `show_log`. Checks who may make a change.
 class ClientRequests {
  public:
   ClientRequests(Farm& farm, JobBook& job_book, LeaseDesk& leases, DisputeDesk& disputes,

@@ -33,13 +33,14 @@ struct CoordinatorOptions {
   Time release_after = never;
   std::size_t max_workers = 4096;
   Limits limits{};
-  /// Bytes for unfinished pictures and, without a store, for scenes and finished pictures.
+  /// Bytes for unfinished pictures and their scenes, the referee, answers and submits on their way.
+  /// Without a store also for all other scenes and for finished pictures.
   std::uint64_t memory = std::uint64_t{8} << 30;
   /// Whether a job's time limit counts from its submit instead of its first lease.
   bool waiting_counts = false;
-  /// Number of different workers that must fail at the same cells before the job fails.
+  /// Number of different machines that must fail at the same cells before the job fails.
   std::uint32_t max_failures = 3;
-  /// Which leases a second worker traces again.
+  /// Which leases a second machine traces again.
   CheckPolicy::Options checks{};
   /// Uniform random numbers in [0, 1). They select leases to check and do not influence pictures.
   /// Null: std::random_device.

@@ -104,7 +104,7 @@ struct Farm {
   JobIndex index;           ///< of `jobs`
   std::set<JobId> at_work;  ///< jobs with JobWork
   Machines machines;
-  BulkLedger bulk;            ///< pictures and journals on their way to clients
+  BulkLedger bulk;            ///< pictures, journals and scenes on their way to clients
   BulkLedger log_pictures;    ///< the picture that the job thread makes from a log
   BulkLedger scenes_waiting;  ///< scenes of submits that are not acknowledged yet
   Tally tally;

@@ -15,7 +15,7 @@
 
 namespace parray::coordinator {
 
-/// What happened to a worker or a job.
+/// What happened to the coordinator, a worker or a job.
 enum class FarmEventKind : std::uint8_t {
   started,
   joined,

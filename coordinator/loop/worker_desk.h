@@ -28,7 +28,8 @@ class WorkerDesk {
   WorkerRecord* heard_from(Time now, const PeerId& peer);
   /// Removes a worker and gives its leases to others. `failed`: its current lease may be the cause.
   void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);
-  /// Holds all jobs while the store cannot commit, and sends the workers away after a while.
+  /// Holds all jobs while the store cannot commit, and sends the workers away after a while. Tries
+  /// again to finish jobs that a full disk has delayed.
   void note_storage(Time now);
   /// Drops the bytes that were kept to send a scene, if no job at work needs it.
   void forget_scene(const std::string& scene);

@@ -38,7 +38,7 @@ struct WorkerRecord {
   /// message with a shorter one may not have arrived.
   Time silence{};
   std::uint64_t traced = 0;       ///< samples, by its own count
-  Time traced_at{};               ///< when `traced` last changed
+  Time traced_at{};               ///< when `traced` last changed, or it was preparing
   Time preparing_since = never;   ///< when it began to prepare a job
   double samples_per_second = 0;  ///< measured; 0: not yet
   std::uint64_t accepted = 0;     ///< results
@@ -65,7 +65,7 @@ struct WorkerRecord {
   std::deque<Granted> grants;  ///< the latest
   std::string quarantined;     ///< why it gets no more leases; empty: it gets leases
   double quarantine_ends = 0;  ///< seconds since 1970; 0: when an administrator readmits it
-  bool drained = false;        ///< a client requested that it gets no more leases
+  bool drained = false;        ///< an administrator requested that it gets no more leases
   bool held_back = false;      ///< it gets no leases for a while: see Backoff
   Time held_back_until{};
   /// Jobs at which it failed, and when it may get their leases again.

@@ -54,7 +54,8 @@ class Changes {
 };
 
 /// Applies the first change to the store and returns its size in bytes. Throws DecodeError if the
-/// bytes contain no valid change, and what the store throws. The store is unchanged then.
+/// bytes contain no valid change, RunError if its record is damaged, and what the store throws. The
+/// store is unchanged then.
 std::size_t apply_first(std::string_view changes, Store& store);
 
 }  // namespace parray::replica

@@ -22,14 +22,14 @@ enum class ReplicaRequestKind : std::uint8_t {
 };
 
 struct ReplicaRequest {
-  std::uint64_t session = 0;  ///< random; the standby ignores other sessions than the current one
+  std::uint64_t session = 0;  ///< random; to any other the standby replies unknown_session
   std::uint64_t number = 0;   ///< the reply repeats it; 0: a ping
   ReplicaRequestKind kind = ReplicaRequestKind::ping;
   Position position{};         ///< piece, commit: position after the batch; else the primary's
   std::uint64_t offset = 0;    ///< piece, picture: first byte; commit: size of the batch in bytes
   std::uint64_t checksum = 0;  ///< commit: XXH3-64 of the batch
   bool whole = false;          ///< commit: the standby is in step after this batch
-  std::string_view bytes{};    ///< piece: the data; picture: number of the job in digits
+  std::string_view bytes{};    ///< begin_session: generations; piece: data; picture: job in digits
 };
 
 enum class ReplicaReplyKind : std::uint8_t {

@@ -34,8 +34,8 @@ class ReplicaConnection {
 /// returns when both have committed. A standby at another position gets a full copy, in pieces.
 ///
 /// commit() throws StorageFull while the standby does not answer or has no room. It keeps all
-/// changes: call it again. It throws RunError once the standby serves itself or has the state of
-/// another farm: this store can commit nothing any more. Call commit() regularly, even without
+/// changes: call it again. It throws RunError once the standby serves in its place or refuses
+/// this primary: this store can commit nothing any more. Call commit() regularly, even without
 /// changes, because it gives a returning standby its full copy.
 class ReplicatedStore final : public Store {
  public:

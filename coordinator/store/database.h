@@ -21,8 +21,8 @@ class DatabaseDamaged : public RunError {
 /// A connection to one SQLite file. Not thread-safe.
 ///
 /// Errors are exceptions. StateInUse: another process uses the file. InputError: the file cannot be
-/// opened or written. StorageFull: there is no room to write. DatabaseDamaged: the content is damaged.
-/// RunError: anything else. Messages name the directory of the file, except DatabaseDamaged's.
+/// opened or written. StorageFull: there is no room to write. DatabaseDamaged: the content is
+/// damaged. RunError: anything else. Messages name the file's directory, except DatabaseDamaged's.
 class Database {
  public:
   /// Opens the file. Creates it if it does not exist.

@@ -48,7 +48,7 @@ inline constexpr std::string_view unfinished_copy =
 /// read before `json` and the number of commits last, so that no acknowledged commit is missed.
 FoundFiles find_files(const StateFiles& files);
 FoundJob find_job(const StateFiles& files, JobId id);  ///< reads only those of one job
-FoundFiles find_notes(const StateFiles& files);        ///< reads only those of no job
+FoundFiles find_notes(const StateFiles& files);        ///< reads only those outside jobs/
 
 /// The changes of small files that opening the state has to make.
 struct Upkeep {

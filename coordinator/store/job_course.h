@@ -21,16 +21,16 @@ struct JobCourse {
   double submitted = 0;  ///< seconds since 1970; 0: unknown, as in the next two
   double started = 0;    ///< first lease
   double finished = 0;   ///< latest end, also of a job that was queued again
-  /// Seconds between leases and the end, without pauses. While the job is traced, this does not
-  /// include the time since the first lease or the last pause: see Job::traced_since.
+  /// Seconds from the first lease to the end, without pauses. While the job is traced, this does
+  /// not include the time since the first lease or the last pause: see Job::traced_since.
   double taken = 0;
   double progress = 0;            ///< 0 to 1, at the end of the job or of a process
   std::uint64_t samples = 0;      ///< merged samples at that time
   std::vector<ErrorPoint> curve;  ///< at most most_points, with rising samples
 
   static constexpr std::size_t most_points = 200;
-  /// Adds a point. Removes later points with as many samples, because their picture was changed. If
-  /// there are too many points, removes every second one.
+  /// Adds a point. Removes points with as many samples or more, because their picture was changed.
+  /// If there are too many points, removes every second one.
   void add(const ErrorPoint& point);
 
   friend bool operator==(const JobCourse&, const JobCourse&) = default;

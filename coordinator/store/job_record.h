@@ -35,18 +35,18 @@ struct JobEvent {
 struct JobRecord : JobHead {
   JobId id = 0;
   std::string token;
-  std::string user;               ///< owner of the key that submitted the job; empty: no keys
+  std::string user;               ///< name of the submitting key; without keys, as the client says
   std::uint32_t tile = 0;         ///< see WorkPlan; more than 1 only in jobs of parray-mpi
   std::string scene;              ///< digest
-  std::uint64_t scene_bytes = 0;  ///< size of the packed scene
-  /// Samples of each pass that has begun; see common/image/passes.h.
+  std::uint64_t scene_bytes = 0;  ///< size of the encoded scene
+  /// Samples of each pass that has begun; see common/adaptive/passes.h.
   std::vector<std::uint64_t> passes{};
   JobState state = JobState::queued;
-  std::string reason;     ///< why the job failed
+  std::string reason;     ///< why the job failed, was cancelled or is paused
   std::string report;     ///< JSON, only of a done job
   std::string warning{};  ///< it will take more than a day, says its forecast; empty: it will not
-  std::string flag;       ///< wrong results that were found and corrected; empty: none
-  /// Number of the latest finding whose machine's results were removed; see FaultFindings.
+  std::string flag;       ///< what is or was wrong with its results or files; empty: nothing
+  /// Number of the latest finding that the job has taken into account; see FaultFindings.
   std::uint64_t fault_findings = 0;
   double share = 1;     ///< the user's share of the farm
   JobId series_id = 0;  ///< number of the series, unique among jobs; 0: a single job

@@ -9,9 +9,9 @@
 namespace parray::store {
 
 /// Rebuilds the database of a state and all copies from whichever of both is newer and undamaged.
-/// Moves damaged files to lost/. Returns one line for each job that was taken from a copy, changed
-/// or lost. `now`: seconds since 1970. Throws RunError if it cannot write; the caller may repeat
-/// the call.
+/// Moves damaged files except scenes to lost/. Returns one line for each job that was taken from a
+/// copy, changed or lost. `now`: seconds since 1970. Throws RunError if it cannot write; the caller
+/// may repeat the call.
 std::vector<std::string> rebuild_state(StateFiles& files, const Survey& survey, double now);
 
 /// Returns the notes of the latest commit; nothing: the state has none. A coordinator may be

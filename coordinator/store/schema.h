@@ -24,7 +24,7 @@ inline constexpr std::uint64_t present_version = 3;
 ///     notes(name, text)
 ///
 /// `found`: the small files of the directory. Throws what Database throws; InputError for a state
-/// of another version; StateDamaged if the database has no tables but the directory has jobs.
+/// of another version; StateDamaged if the database lacks tables or is older than the small files.
 void ready_database(Database& database, const StateFiles& files, const FoundFiles& found);
 
 /// The message for a database whose version is lower than that of the small files.

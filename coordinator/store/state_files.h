@@ -89,7 +89,7 @@ class StateFiles {
 
   /// Makes the data of overwrite() and the names of new files durable. Up to 16 files and
   /// directories take one system call each; more take a single call, because a thousand calls take
-  /// seconds. After a failure, the next sync() repeats all of it.
+  /// seconds. After a failure, the next sync() does what is left.
   void sync();
 
   /// Returns the content of the file. Throws DamagedFile if it is missing or differs from
@@ -107,8 +107,8 @@ class StateFiles {
   /// Cuts the file after its first `bytes` bytes. Ignores failures.
   static void cut(const std::filesystem::path& file, std::uint64_t bytes);
 
-  /// Removes temporary files. Moves files of the kinds above that are not in `named` to
-  /// lost/`uptime`, and returns their former paths. Does not touch files of other kinds.
+  /// Removes temporary files and empty directories of jobs. Moves files of the kinds above that are
+  /// not in `named` to lost/`uptime`, and returns their former paths. Leaves other files alone.
   std::vector<std::filesystem::path> move_unnamed_to_lost(
       const std::set<std::filesystem::path>& named, std::uint64_t uptime);
   /// Moves one file to lost/`uptime`. Returns false if that fails.

@@ -28,9 +28,9 @@ std::vector<std::string> repair_state(const std::filesystem::path& directory, do
 /// Copies a state to a directory that is empty or does not exist. A coordinator may be serving the
 /// state. The copy contains every job that was acknowledged before the call. Returns one line for
 /// each missing or damaged file. The copy lacks it, or its damaged rest. Throws InputError if the
-/// target is not empty or cannot be written, if the source is no state, or if it is a standby
-/// during a full copy. Removes the copy after a failure. If the process is killed, the copy
-/// contains the file `incomplete`.
+/// target is not empty, lies in the state or cannot be written. Throws it, too, if the source is no
+/// state or a standby during a full copy. Removes the copy after a failure. If the process is
+/// killed, the copy contains the file `incomplete`. `now`: seconds since 1970.
 std::vector<std::string> back_up_state(const std::filesystem::path& directory,
                                        const std::filesystem::path& target, double now);
 

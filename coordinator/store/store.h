@@ -92,7 +92,7 @@ class Store {
   using RowsVisitor = std::function<void(std::string_view entry)>;
   /// Calls `visit` with each entry of the job's log, oldest first. `visit` must not call the store.
   virtual void each_rows(JobId job, const RowsVisitor& visit) = 0;
-  /// Returns the picture's file. Throws DamagedFile if it differs from what was put.
+  /// Returns the picture's file; nothing: none was put. Throws DamagedFile if it differs from that.
   virtual std::optional<std::string> picture(JobId job) = 0;
   /// Replaces the job's picture by the standby's copy. Returns false if there is no such copy.
   virtual bool restore_picture(JobId /*job*/) { return false; }
