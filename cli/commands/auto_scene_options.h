@@ -26,7 +26,7 @@ class AutoSceneOptions {
   void add_to(Command& command, ParticleOptions& particles);
   /// Declares --background, for commands that make pictures.
   void add_background_to(Command& command);
-  /// Throws InputError that names the options given: the scene `file` is not a particle file.
+  /// Throws InputError if any of the options is given: the scene `file` is not a particle file.
   void check_unused(const std::string& file) const;
   /// Throws InputError if options exclude each other.
   [[nodiscard]] Viewing viewing() const;

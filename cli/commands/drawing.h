@@ -15,7 +15,7 @@ namespace parray::commands {
 /// Returns what is drawn on 8-bit pictures of a scene, as text for JobHead::drawing: labels with
 /// the facts that they show, postprocessing, and the colour of the background. Empty: nothing.
 /// `file`: the loaded scene, of which only the camera is left. `settings`: of the picture. Throws
-/// InputError if a label or a step is impossible, or if the text is too long.
+/// InputError if a label or a step is impossible, or if a legend to draw has too many entries.
 std::string drawing_text(const LabelOptions& labels, const PostprocessOptions& postprocessing,
                          const SceneFile& file, const std::shared_ptr<const Scene>& scene,
                          const RenderSettings& settings);

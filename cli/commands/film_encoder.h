@@ -29,18 +29,18 @@ void check_film_name(const std::filesystem::path& film);
 bool needs_padding(const FilmPictures& pictures, const std::filesystem::path& film);
 
 /// Returns the arguments of ffmpeg, without the program, that make the file `target` of the
-/// pictures. Colours have the ranges and the matrix of Rec. ITU-R BT.709. Odd sizes get one more
-/// row or column.
+/// pictures. Except in a GIF, colours have the range and the matrix of Rec. ITU-R BT.709, and odd
+/// sizes get one more row or column.
 std::vector<std::string> encoder_arguments(const FilmPictures& pictures,
                                            const std::filesystem::path& target);
 
-/// Makes the film with ffmpeg, which it looks for in the directories of `path`. The film appears
-/// when it is complete. Returns nothing if it is written, otherwise why not. `missing`: ffmpeg was
-/// not found. Throws Interrupted.
+/// Why there is no film.
 struct NoFilm {
   std::string why;
-  bool missing = false;
+  bool missing = false;  ///< ffmpeg was not found
 };
+/// Makes the film with ffmpeg, which it looks for in the directories of `path`. The film appears
+/// when it is complete. Returns nothing if it is written, otherwise why not. Throws Interrupted.
 std::optional<NoFilm> encode_film(const FilmPictures& pictures, const std::filesystem::path& film,
                                   const std::string& path);
 

@@ -11,8 +11,8 @@
 
 namespace parray::commands {
 
-/// The folder FILM.frames beside a film: a picture and a report for each frame. An interrupted film
-/// continues with the frames that are there.
+/// The folder beside a film, x.frames for x.mp4: a picture and a report for each frame. An
+/// interrupted film continues with the frames that are there.
 class FilmFolder {
  public:
   /// Makes the folder. `identity`: a text that is equal for equal frames; it is stored in the
@@ -30,7 +30,8 @@ class FilmFolder {
   /// Returns whether the report of the first frame is that of a film with another identity.
   [[nodiscard]] bool has_other_film() const;
   /// Returns what the report of the film says about the frames: number, picture, error, samples,
-  /// seconds and image_sha256 of each. All must be there.
+  /// samples_per_pixel, stopped_by, denoised, seconds and image_sha256 of each. Throws RunError if
+  /// the report of a frame is missing.
   [[nodiscard]] nlohmann::json frame_list(std::uint32_t count) const;
 
  private:

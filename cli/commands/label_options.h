@@ -44,7 +44,8 @@ class LabelOptions {
     return draw(labels);
   }
   /// Lays the options over the scene's labels, for a picture of that width. The result has at most
-  /// one of `dpi` and `width_mm`. Throws InputError if the size in print contradicts the width.
+  /// one of `dpi` and `width_mm`. Throws InputError if the size in print contradicts the width, or
+  /// if a title is given without a legend.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;
 
   /// Returns the places of the labels in the picture of a scene, of which all but the places of
@@ -62,8 +63,8 @@ class LabelOptions {
 /// `outputs.finishing`. `file`: the loaded scene, of which only the camera is used, not the
 /// spheres. `settings`: of the picture.
 ///
-/// Throws InputError if a label is impossible, or if an option asks for one and no output is a PNG
-/// file.
+/// Throws InputError if a label is impossible, or if an option asks for one and every output is an
+/// EXR file.
 void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFile& file,
                 const RenderSettings& settings);
 

@@ -48,8 +48,8 @@ struct SceneOfFrames {
 SceneOfFrames automatic_scene_of_frames(const std::string& file, const RenderOptions& options,
                                         const ParticleSource& source, const Viewing& viewing,
                                         NamedFiles named);
-/// Returns the scene of a scene file without the particles to which it refers, with the options
-/// laid over its settings. Call complete_scene() to add them.
+/// Returns the scene of a scene file with the options laid over its settings, but without the
+/// particles to which it refers. Call complete_scene() to add the particles.
 SceneFile scene_without_particles(PackedFile& file, const RenderOptions& options, NamedFiles named);
 /// Chooses a frame of each trajectory that the scene of `file` names, unless the scene itself does.
 /// Throws InputError if it names none.

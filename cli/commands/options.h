@@ -73,7 +73,7 @@ inline constexpr std::array<Quality, 3> qualities{
 /// says.
 class RenderOptions {
  public:
-  /// Declares all options except --like.
+  /// Declares all options except --quality and --like.
   void add_to(Command& command);
   /// Declares only --width and --height, under the heading `group`.
   void add_size_to(Command& command, const std::string& group);
@@ -116,13 +116,13 @@ class RenderOptions {
   [[nodiscard]] std::optional<Sampler> sampler() const;
 
   /// Returns the options that the user gave and that determine the picture, as a text. Two commands
-  /// with the same such options have equal texts.
+  /// with the same such options have equal texts. Call after add_like_to(), as check_like().
   [[nodiscard]] std::string as_given() const;
   /// Returns the scene's settings, replaced by the options that are given. With a target or a time
   /// limit and without --spp, the samples per pixel have no limit but the largest possible number.
   /// An option that says when to stop replaces the target error of `of_scene` and --quality.
-  /// Without --adaptive, the picture is adaptive if it has a limit or a list of passes. Throws
-  /// InputError, which names the options, if the result is impossible.
+  /// Without --adaptive, the picture is adaptive if it has a target, a time limit or a list of
+  /// passes. Throws InputError, which names the options, if the result is impossible.
   [[nodiscard]] Boxed<RenderSettings> over(const RenderSettings& of_scene) const;
 
  private:

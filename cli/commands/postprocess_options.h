@@ -33,8 +33,8 @@ class PostprocessOptions {
 /// before: it sets the resolution in print. `file`: the loaded scene, whose spheres are in `scene`.
 /// `settings`: of the picture.
 ///
-/// Throws InputError if a step is impossible, or if an option asks for one and no output is a PNG
-/// file.
+/// Throws InputError if a step is impossible, or if an option asks for one and every output is an
+/// EXR file.
 void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
                         const SceneFile& file, const std::shared_ptr<const Scene>& scene,
                         const RenderSettings& settings);

@@ -27,22 +27,22 @@ void run_end_command(const std::string& command, JobId job, const std::string& s
                      const std::string& reason, const std::string& image);
 
 /// Returns how long to wait before the next request about a job. `waited`: time since its
-/// submission. Waiting adds at most 2 % to the time of a job.
+/// submission. Waiting adds at most 2 % to the time of a job, or 2 ms if that is more.
 Time polling_interval(Time waited);
 
-/// Shows the progress of a job on stderr, and its picture if requested, until the job ends. Throws
-/// RunError if the job fails or is cancelled.
+/// Shows the progress of a job on stderr, and its picture if requested, until the job ends. Then
+/// runs the command of --on-end. Throws RunError if the job fails or is cancelled.
 void wait_until_done(Client& client, JobId job, const ProgressOptions& following);
 
 /// Fetches the picture of a finished job, with the statistics that `outputs` need.
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs);
 
-/// Fetches the picture of a finished job, denoises it if the job asks for that, and writes the
-/// files. `raw`: writes the picture before denoising. Returns the exit status.
+/// Fetches the picture of a finished job. If the job asks for that, denoises it and draws on it.
+/// Writes the files. `raw`: writes the picture before denoising. Returns the exit status.
 int fetch_and_write(Client& client, JobId job, OutputPaths outputs, bool raw = false);
 
-/// Does wait_until_done(), fetches the picture, adds the extra channels and writes the files.
-/// Returns the exit status. `times`: as for write_outputs().
+/// Waits as wait_until_done() does, fetches the picture, adds the extra channels and writes the
+/// files. Then runs the command of --on-end. Returns the exit status. `times`: see write_outputs().
 int wait_and_write(Client& client, JobId job, const OutputPaths& outputs,
                    const ProgressOptions& following, const ExtraChannels& extra,
                    std::optional<CommandTimes> times);

@@ -30,9 +30,10 @@ struct FrameJobs {
   std::size_t most_unfinished = std::numeric_limits<std::size_t>::max();
   bool first_must_load = false;  ///< without the first frame, the others are not tried
   bool wait = true;              ///< until all frames have ended
-  ProgressOptions following{};   ///< `preview` is empty; `on_end` runs when all frames have ended
-  std::string image{};           ///< PARRAY_IMAGE for `on_end`
-  bool prints = true;            ///< print the number of the series; deliver() prints, too
+  /// `preview` is empty. `on_end` runs when all frames of a series have ended, if `wait`.
+  ProgressOptions following{};
+  std::string image{};  ///< PARRAY_IMAGE for `on_end`
+  bool prints = true;   ///< print the number of the series; deliver() prints, too
 };
 
 /// Returns a token of the parts of a request and of the user.
@@ -41,7 +42,8 @@ std::string series_token(const std::string& request);
 /// Loads and submits the frames one after the other. Skips frames that an earlier run with the same
 /// token has submitted. With `wait`, delivers each frame when it is done. If a frame cannot be
 /// loaded or fails, prints a line on stderr, continues with the others, and returns exit status 1.
-/// Throws Interrupted.
+/// Throws Interrupted, RunError if the series is cancelled meanwhile, and InputError as
+/// `first_must_load` says.
 int run_frames(Client& client, const FrameJobs& jobs);
 
 /// The request of `submit --frames`.

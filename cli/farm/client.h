@@ -70,7 +70,7 @@ JobStatus job_status(const nlohmann::json& map);
 /// coordinator answers.
 ///
 /// If the coordinator answers `error`, a request throws InputError or RunError with the
-/// coordinator's text. If it does not answer, a request throws RunError. Not thread-safe.
+/// coordinator's text. If it has never answered, a request throws RunError. Not thread-safe.
 class Client {
  public:
   struct Options {
@@ -87,8 +87,8 @@ class Client {
     Time timeout = seconds(10);
     /// Called at least every 50 ms while waiting. An exception ends the request.
     std::function<void()> poll = [] {};
-    /// Called once, with a text, if a coordinator that has answered before stops answering. The
-    /// client waits for such a coordinator without a limit.
+    /// Called once for each request, with a text, if a coordinator that has answered before stops
+    /// answering. The client waits for such a coordinator without a limit.
     std::function<void(const std::string&)> on_silence = [](const std::string&) {};
   };
 
@@ -111,7 +111,8 @@ class Client {
   /// Waits for an answer to any submission, at most `most`. Returns nothing if there is no answer,
   /// or if no submission waits for one.
   std::optional<Outcome> take_outcome(Time most);
-  /// Return the number of submissions without an outcome, and the bytes of their scenes.
+  /// Return the number of submissions whose outcome was not taken, and the bytes of the scenes of
+  /// those without an answer.
   [[nodiscard]] std::size_t submitting() const { return in_flight_.size() + outcomes_.size(); }
   [[nodiscard]] std::uint64_t submitting_bytes() const { return bytes_in_flight_; }
 

@@ -36,8 +36,9 @@ struct DirectRender {
 };
 
 /// Renders the same picture as `parray render`: the same functions decide on passes. `tracer` was
-/// made for `scene` and `settings`. Returns nothing if `stop` becomes true, within milliseconds.
-/// Calls `after_pass` with the picture so far; its time also counts for the passes.
+/// made for `scene` and `settings`. Returns nothing if `stop` becomes true, within milliseconds. If
+/// settings.in_passes(), calls `after_pass`, if set, after each pass with the picture so far. The
+/// time of `after_pass` also counts in DirectRender::seconds.
 std::optional<DirectRender> render_directly(
     const PathTracer& tracer, const Scene& scene, const RenderSettings& settings, int threads,
     const std::atomic<bool>& stop, const std::function<void(const DirectRender&)>& after_pass = {});

@@ -36,8 +36,8 @@ class CheckpointedJob {
   /// "57.3 samples per pixel". Call it only after the first pass has begun.
   [[nodiscard]] std::string amount_text() const;
 
-  /// Marks the job as done. In a directory that the user has named, replaces its rows by picture
-  /// and report.
+  /// Forgets results that are not saved yet. In a directory that the user has named, marks the job
+  /// as done, and replaces the saved results by picture and report.
   void keep_picture(const Picture& picture);
   /// Removes the directory, unless the user has named it. Call when the picture file is written.
   /// run() is then invalid.

@@ -18,7 +18,7 @@ struct MpiJob {
   MpiMode mode = MpiMode::window;
   std::uint32_t tile = 0;
   std::string fingerprint;  ///< fingerprint of rank 0's tracing kernels
-  std::string scene_bytes;  ///< empty in rank 0
+  std::string scene_bytes;  ///< set by broadcast_job(); empty if rank 0 is alone
 
   /// Returns whether rank 0 renders alone.
   [[nodiscard]] bool alone() const {

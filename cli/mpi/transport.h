@@ -40,7 +40,7 @@ class Transport {
   [[nodiscard]] Window& window();
   /// Returns this rank's access to the ledgers. Without an MPI window rank 0 has the only ledger.
   [[nodiscard]] LedgerWindows ledgers();
-  /// Returns rank 0's memory.
+  /// Returns this rank's part of the memory; in rank 0, that of leases and results.
   [[nodiscard]] std::span<std::byte> memory();
   /// Lets operations of other ranks complete.
   void progress();

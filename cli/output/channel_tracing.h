@@ -12,7 +12,7 @@
 
 namespace parray::output {
 
-/// Number of samples per pixel for extra channels. Pixels with fewer samples use all of them.
+/// Number of samples per pixel for extra channels; fewer if settings.samples_per_pixel is less.
 inline constexpr std::uint32_t channel_samples = 16;
 
 /// Traces the extra channels `wanted` of the picture that `tracer` makes from `scene` with
@@ -20,14 +20,14 @@ inline constexpr std::uint32_t channel_samples = 16;
 /// 1, in its precision. Means are over these samples.
 ///
 /// - depth, "Z": mean distance from the camera's plane along the direction of view, in the scene's
-///   unit, over the samples that meet a sphere. Infinite if no sample does.
+///   unit, over the samples that meet a shape. Infinite if no sample does.
 /// - normal, "N.X", "N.Y", "N.Z": mean of the unit normals of the first surfaces, in the scene's
 ///   axes, each on the side from which the ray comes. The sky counts as 0, so the mean is shorter
 ///   than 1 at edges.
 /// - albedo, "albedo.R", "albedo.G", "albedo.B": mean albedo of the first surfaces; 1 for glass, 0
 ///   for the sky.
-/// - sphere, "sphere": place (from 0) in Scene::spheres of the sphere that sample 0 meets first;
-///   2^32 - 1 for the sky. Whole numbers; all other channels are floats.
+/// - sphere, "sphere": number (from 0) of the shape that sample 0 meets first, spheres before
+///   capsules (see Scene); 2^32 - 1 for the sky. Whole numbers; all other channels are floats.
 /// - cost, "cost": mean number of ray segments of a sample's path.
 ///
 /// Normal and albedo have the form that denoisers expect (Intel Open Image Denoise, documentation

@@ -14,8 +14,8 @@ namespace parray::output {
 
 /// Shows a growing picture in a window of tev (github.com/Tom94/tev), or of another viewer with the
 /// same protocol over TCP. A thread sends the pictures, so a slow or silent viewer delays nothing.
-/// If the viewer does not answer, the thread prints one line on stderr. It tries again every few
-/// seconds and then sends the newest picture.
+/// If the viewer does not answer, the thread prints one line on stderr. It tries again with the
+/// next picture, but not within three seconds.
 class Display {
  public:
   /// `address` is HOST:PORT. The default port of tev is 14158. Throws InputError for any other
@@ -31,7 +31,7 @@ class Display {
   /// Shows `image` under `name` after the previous picture was sent. Replaces a picture that still
   /// waits. Sizes may differ. Returns at once.
   void show(Image image, const std::string& name);
-  /// Waits until the last picture was sent, at most `patience`.
+  /// Waits until the last picture was sent or could not be sent, at most `patience`.
   void finish(std::chrono::milliseconds patience);
 
  private:

@@ -53,7 +53,7 @@ constexpr double error_map_letters(std::uint32_t width) {
 Image error_map(std::span<const float> half_widths, std::uint32_t width, const ErrorScale& scale);
 
 /// Writes the map of a picture with statistics as PNG. The metadata contain the scale and the
-/// picture. Throws the errors of write_image().
+/// picture. Throws Interrupted and the errors of error_map() and write_image().
 void write_error_map(const std::filesystem::path& file, const Picture& picture);
 
 }  // namespace parray::output

@@ -16,7 +16,8 @@ namespace parray::output {
 /// "" if they are unknown.
 std::string figures_text(const ErrorFigures& error);
 
-/// Returns the error in a report: "error 0.0094 (0.0092 to 0.0096)", or "error not known".
+/// Returns the error in a report: "error 0.0094 (0.0092 to 0.0096)", or "error not known". For a
+/// denoised picture, the error before denoising follows.
 std::string error_text(const nlohmann::json& report);
 
 /// Returns the error of a job and its target: "error 0.021 of 0.01". The first number is the upper

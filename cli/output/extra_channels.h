@@ -54,11 +54,11 @@ bool wants_statistics(const Aovs& aovs);
 void add_sample_counts(Picture& picture);
 
 /// Adds the channels to the picture: traced ones and those from statistics. The report gets `aovs`,
-/// the names of the written channels, and `seconds.aovs`. Before that, denoises the picture and
-/// removes the background if requested (cli/output/picture/transparency.h). After removal the image
-/// is premultiplied and channel A is alpha. Then the report gets `seconds.transparent` and
-/// `transparent`: `image_sha256` of the file's picture, and `covered`, the mean of alpha. Throws
-/// Interrupted (common/process/stop_signal.h).
+/// the names of the written channels, `channel_samples` and `seconds.aovs`. Before that, denoises
+/// the picture and removes the background if requested (cli/output/picture/transparency.h). After
+/// removal the image is premultiplied and channel A is alpha. Then the report gets
+/// `seconds.transparent` and `transparent`: `image_sha256` of the file's picture, and `covered`,
+/// the mean of alpha. Throws Interrupted (common/process/stop_signal.h).
 void add_channels(Picture& picture, const ExtraChannels& extra);
 
 }  // namespace parray::output

@@ -32,8 +32,8 @@ struct ProgressOptions {
 /// Reads no clock.
 class PreviewPace {
  public:
-  /// Returns whether it is time for a preview. `elapsed`: seconds since the first sample or
-  /// earlier. `whole`: every pixel has a sample.
+  /// Returns whether it is time for a preview. `elapsed`: seconds since the first sample was
+  /// noticed. `whole`: every pixel has a sample.
   [[nodiscard]] bool due(double elapsed, bool whole) const;
   /// Records a preview that took `cost` seconds and was complete at `elapsed`.
   void wrote(double elapsed, bool whole, double cost);
@@ -59,7 +59,7 @@ class Preview {
 
   /// Writes the current picture if it is time. `clock` gives the current time.
   void follow(const Clock& clock, const JobStatus& status, const std::function<Image()>& partial);
-  /// Shows the finished picture if there is a viewer.
+  /// Shows the finished picture if a viewer has been sent an unfinished one.
   void finish(const Image& image);
 
  private:
@@ -67,7 +67,7 @@ class Preview {
   std::unique_ptr<Display> display_;
   std::string name_;  ///< name of the picture in the viewer
   std::function<void()> while_writing_;
-  std::optional<Time> began_;  ///< time of the first samples
+  std::optional<Time> began_;  ///< when follow() noticed the first samples
   PreviewPace pace_;
 };
 

@@ -16,7 +16,7 @@ namespace parray::output {
 struct Recipe {
   std::string image_sha256;   ///< hash of the picture's floats, as in the report
   std::string pixels_sha256;  ///< hash of png_bytes() of the file's picture; empty: an EXR file
-  std::string finished;       ///< postprocessing steps of the PNG file; empty: none
+  std::string finished;       ///< postprocessing steps of the file; empty: none, as in EXR
   /// Hash of the floats of the denoised picture. Empty: not denoised.
   std::string denoised_sha256;
   /// transparent_sha256() of the file's picture, denoised or not, without its background. Empty:
@@ -37,15 +37,15 @@ struct Recipe {
 /// Returns whether pixels have different numbers of samples, according to the report.
 bool samples_differ(const nlohmann::json& report);
 
-/// Key of the postprocessing steps in a PNG file.
+/// Key of the postprocessing steps in a file other than EXR.
 inline constexpr const char* finished_key = "parray:finished";
 /// Name of the step that puts a transparent picture on a background, before all others.
 inline constexpr const char* background_step = "background";
 
 /// Returns the metadata of a picture: its recipe, its hashes and its error, from the report.
 ImageMetadata recipe_metadata(const Picture& picture);
-/// Does the same for a PNG file that shows `shown`, with `alpha` if there is such a channel.
-/// Includes the hash of its pixels.
+/// Does the same for a file other than EXR that shows `shown`, with `alpha` if there is such a
+/// channel. Includes the hash of its pixels.
 ImageMetadata recipe_metadata(const Picture& picture, const Image& shown,
                               const Channels& alpha = {});
 

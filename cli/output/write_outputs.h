@@ -31,7 +31,7 @@ struct OutputPaths {
 
   OriginalPicture original{};  ///< the result must have the same bits; no hash: no check
 
-  PostprocessSteps finishing{};  ///< postprocessing of PNG files
+  PostprocessSteps finishing{};  ///< postprocessing of all files except EXR
   std::string legends{};         ///< legends_text(), for files and report
   double dpi = 0;                ///< pixels per inch in print, for the metadata; 0: unknown
 
@@ -48,7 +48,8 @@ struct OutputPaths {
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
 /// Throws InputError unless all files can be written, image, report and map differ, no file is
-/// `scene`, and the image can contain the channels. Call it before any work.
+/// `scene`, and the image can contain the channels. Throws RunError if the font for the map is
+/// missing. Call it before any work.
 void check_outputs(const OutputPaths& outputs, const std::filesystem::path& scene = {});
 
 /// Times of the command that rendered the picture.
@@ -72,7 +73,8 @@ void write_picture(const std::filesystem::path& file, const Picture& picture,
 /// Returns the exit status: 0, or 1 if samples were not finite or the bits differ from those of the
 /// original. Prints the reason on stderr. Throws RunError. Throws Interrupted
 /// (common/process/stop_signal.h) between two strips of the image; no partial file remains. If the
-/// image cannot be written, it is saved to another folder, which the error names.
+/// image cannot be written, tries to save it to the folder for temporary files or the current
+/// folder. The error then names the saved file.
 int write_outputs(Picture picture, const OutputPaths& outputs, std::optional<CommandTimes> times);
 
 }  // namespace parray::output

@@ -21,8 +21,8 @@ struct ChildResources {
 /// Returns the permissions of this process. `file_bytes`: size of the largest file to write.
 Enclosure enclosure_of(std::uint64_t file_bytes);
 
-/// Limits memory and processor time, ends this process with its parent, and confines it, in case a
-/// damaged file takes it over.
+/// Limits memory and processor time, and confines this process, in case a damaged file takes it
+/// over. Makes the process end when its parent ends. Throws RunError.
 void confine(const ChildResources& resources, std::uint64_t file_bytes);
 
 /// Write or read a whole file. Throw RunError.

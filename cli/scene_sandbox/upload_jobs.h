@@ -36,10 +36,10 @@ Submission first_submission(const UploadRequest& request, std::size_t& frames);
 
 /// Reads the scene in the current directory. Writes the frames of each message `submit` to
 /// ../control-N and ../bulk-N, with N from 0. `first`: place of the first frame of a series to
-/// read, from 0. Then writes ../batch, a JSON map: `frames` is the
-/// number of frames of the series, 0 for a single job; `jobs` is the number of messages. If the
-/// messages become large, or a later frame cannot be read, the batch ends before the last frame:
-/// run the process again with another `first`.
+/// read, from 0. Then writes ../batch, a JSON map: `frames` is the number of frames of the series,
+/// 0 for a single job; `jobs` is the number of messages. The batch ends before the last frame if it
+/// has many or large messages, takes long, or a later frame cannot be read. Then run the process
+/// again with another `first`.
 ///
 /// Throws InputError if the scene, or the first frame of the batch, cannot be read.
 void write_upload_jobs(const UploadRequest& request, std::size_t first,

@@ -22,7 +22,7 @@ struct PassTimes {
 };
 
 /// Decides what each pass of one picture adds, from the sums of the previous passes. A picture
-/// without adaptive passes has a single pass, or up to three if it is `progressive`: one sample of
+/// that is not in_passes() has a single pass, or up to three if it is `progressive`: one sample of
 /// each pixel (coarse lattices first), some samples, all samples. Not thread-safe.
 class PassController {
  public:
@@ -46,7 +46,7 @@ class PassController {
   /// Returns the number of the current pass, from 0. Call it only after the first pass has begun.
   [[nodiscard]] std::uint32_t pass() const { return passes_ - 1; }
   /// Returns the samples of each pass that has begun, so that the job can be stored. Empty for a
-  /// picture without adaptive passes.
+  /// picture that is not in_passes().
   [[nodiscard]] const std::vector<std::uint64_t>& begun() const { return begun_; }
   /// Returns whether the latest pass repeats one from before a restart.
   [[nodiscard]] bool repeats() const { return repeats_; }

@@ -53,7 +53,8 @@ double lacking_for_error(double total, double traced);
 std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced);
 /// Returns as many of `wanted` samples as the remaining time allows. `affordable`: samples that can
 /// be traced in that time. The result is at most half of `affordable`, so that a pass that takes
-/// twice as long as predicted still ends in time. 0: no time is left.
+/// twice as long as predicted still ends in time. 0: the remaining time is too short for a pass of
+/// useful size.
 std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint64_t affordable);
 
 /// Samples that the remaining time allows at the speed of the previous passes.

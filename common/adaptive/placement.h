@@ -27,11 +27,10 @@ struct NoiseWeights {
 /// object caches intermediate results of its functions.
 ///
 /// All pixels get the same number of samples unless settings.adaptive is set. With it, samples
-/// follow common/adaptive/allocation.h from pilot_samples on. With a target_half_width they
-/// are placed for equal half-widths. Otherwise they are placed for the least RMSE, if
-/// adaptive_pays() holds. A pass that
-/// adds little keeps the present proportions. In a large picture, the number of samples needed is
-/// predicted from some rows.
+/// follow common/adaptive/allocation.h from pilot_samples on. With a target_half_width, samples are
+/// placed for equal half-widths. Otherwise they are placed for the least RMSE, if adaptive_pays()
+/// holds. A pass that adds little keeps the present proportions of the pixels' counts. In a large
+/// picture, some rows serve to predict how many samples are needed.
 class Placement {
  public:
   /// Refers to `state`, which must have pixels, and to `found`. `found` holds the weights that

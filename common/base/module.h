@@ -13,7 +13,8 @@ namespace parray::base {
 std::filesystem::path module_file(const std::string& name);
 
 /// Loads module_file(file) and returns the symbol `entry` that it exports. It stays loaded until
-/// the program ends. Throws RunError "loading WHAT: ...: REMEDY" if the module is missing.
+/// the program ends. Throws RunError "loading WHAT: ...: REMEDY" if the module is
+/// missing, cannot be loaded, or lacks `entry`.
 void* module_entry(const std::string& file, const char* entry, const std::string& what,
                    const std::string& remedy);
 

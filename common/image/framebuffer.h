@@ -17,7 +17,7 @@ struct FramebufferView {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   std::span<const PixelSums> pixels;
-  std::span<const std::uint32_t> counts;  ///< samples of each pixel: 0 .. counts - 1
+  std::span<const std::uint32_t> counts;  ///< how many samples each pixel has
   double largest_radiance = 1;
   double rays_per_sample = 1;  ///< average number of rays per sample
 };
@@ -47,7 +47,8 @@ class Framebuffer {
   /// threads may touch different parts at the same time.
   void touch(std::size_t part, std::size_t parts);
   static constexpr std::size_t pixel_bytes = sizeof(PixelSums) + sizeof(std::uint32_t);
-  /// Notes samples that are in the count of a pixel but not in its sums.
+  /// Notes samples that are in the count of a pixel but not in its sums. Throws std::logic_error
+  /// for a pixel outside the image.
   void exclude(const ExcludedSamples& samples);
 
   /// Removes all samples of pixels [x_begin, x_end) of row y, or of every `step`-th of them.

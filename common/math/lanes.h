@@ -36,7 +36,7 @@ PARRAY_INLINE Uint counting_from(std::uint32_t first) {
   return Uint::load(numbers) + Uint(first);
 }
 
-/// The low and high halves of the 64-bit products a b.
+/// The high and low halves of products a b, which have twice the bits of a and b.
 template <typename Uint>
 struct WideProduct {
   Uint high;

@@ -140,8 +140,9 @@ class CommandLine : public Command {
   [[nodiscard]] std::string help() const;
   [[nodiscard]] ProgramText description() const;
 
-  /// Returns the text to print for --help and --version, otherwise nothing. Throws UsageError: one
-  /// line that names the problem, the option, the most similar known option, and the help to read.
+  /// Returns the text to print for --help, --version and the command help, otherwise nothing.
+  /// Throws UsageError: one line that names the problem, the option, the most similar known option,
+  /// and the help to read.
   std::optional<std::string> parse(int argc, const char* const* argv);
   /// Parses options only, written as in a shell. Throws UsageError.
   void parse(const std::string& words);

@@ -19,8 +19,9 @@ std::string help_text(const CommandText& command, std::size_t columns, bool all 
 /// are hard to read.
 std::size_t help_columns();
 
-/// Returns `text` in lines of at most `columns` characters. All lines but the first begin with
-/// `indent` spaces: the caller has written the first `indent` columns of the first line.
+/// Returns `text` in lines of at most `columns` characters, unless a word is longer. All lines but
+/// the first begin with `indent` spaces: the caller has written the first `indent` columns of the
+/// first line.
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t columns);
 
 }  // namespace parray::process

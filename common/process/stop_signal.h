@@ -5,8 +5,8 @@
 
 #include "common/rooms.h"
 
-/// Handling of SIGINT and similar signals. SIGPIPE and SIGXFSZ are always ignored, so that a closed
-/// pipe and a file-size limit become errors of the call that meets them.
+/// Handling of SIGINT and similar signals. stop_at_signals() and note_signals() also ignore SIGPIPE
+/// and SIGXFSZ. So a closed pipe and a file-size limit become errors of the call that meets them.
 namespace parray::process {
 
 /// Thrown if the user or the system has asked the program to stop. It is not a failure: the program
@@ -24,8 +24,8 @@ inline constexpr int interrupted_status = 130;
 /// stderr and interrupted_status. SIGHUP does so only if it is not ignored (nohup).
 void stop_at_signals();
 
-/// For services, which poll interrupt_noted() in their loop. SIGINT and SIGTERM are only noted; a
-/// second signal ends the process at once.
+/// For services, which poll interrupt_noted() in their loop. SIGINT and SIGTERM are only noted;
+/// the second signal of the same kind ends the process at once.
 void note_signals();
 
 /// While an object exists, the signals of stop_at_signals() are only noted, for

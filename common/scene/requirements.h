@@ -46,14 +46,15 @@ struct Requirements {
 /// Computes the requirements of a scene. The result is the same for any number of threads.
 Requirements requirements_of(const Scene& scene, int threads = 1);
 
-/// Settings in which every `automatic` is decided, with the reasons.
+/// Settings in which every `automatic` except that of `isa` is decided, with the reasons.
 struct ResolvedSettings {
   Boxed<RenderSettings> settings;
   std::string precision_reason;
   std::string accelerator_reason;
 };
 
-/// Decides all `automatic` settings from the scene alone, so that every process decides alike.
+/// Decides all `automatic` settings except `isa` from the scene and the other settings alone, so
+/// that every process decides alike.
 ///
 /// Precision: single precision moves surfaces, either by computing (computed_shift()) or only by
 /// storing the shapes (stored_shift). A shift is invisible if it is a small enough part of the

@@ -31,7 +31,7 @@ std::string scene_to_bytes(const Scene& scene);
 /// the kernel relies on. Throws DecodeError.
 Scene scene_from_bytes(std::string_view bytes);
 
-/// Returns the SHA-256 of scene_to_bytes(scene), 64 hexadecimal digits.
+/// Returns the SHA-256 of `scene_bytes`, the output of scene_to_bytes(), as 64 hexadecimal digits.
 std::string scene_identity(std::string_view scene_bytes);
 /// Returns the same without making the bytes.
 std::string scene_identity(const Scene& scene);

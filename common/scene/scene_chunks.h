@@ -12,7 +12,7 @@
 /// Cuts the bytes of a scene (scene_bytes.h) into chunks for their way to workers.
 namespace parray::scene {
 
-/// Most bytes of a scene that travels: those of the most spheres and materials, and some room.
+/// Most bytes of a scene that travels: those of the most shapes and materials, and some room.
 inline constexpr std::uint64_t max_scene_bytes = std::uint64_t{1} << 33;
 inline constexpr std::uint32_t least_chunk_bytes = 1U << 8;
 inline constexpr std::uint32_t most_chunk_bytes = 1U << 20;
@@ -39,13 +39,13 @@ struct ChunkCut {
   friend bool operator==(const ChunkCut&, const ChunkCut&) = default;
 };
 
-/// Packs a chunk into less than 15/16 of its bytes: groups corresponding bytes of all spheres and
+/// Packs a chunk into at most 15/16 of its bytes: groups corresponding bytes of all spheres and
 /// compresses them with zstd. Returns an empty string if the chunk does not shrink that far; it
 /// then travels unpacked.
 std::string pack_chunk(std::string_view chunk);
 
-/// Reverses pack_chunk() and fills `chunk`. Throws DecodeError if the content does not have exactly
-/// that size.
+/// Reverses pack_chunk() and fills `chunk`. Throws DecodeError if `packed` is damaged or its
+/// content does not have exactly the size of `chunk`.
 void unpack_chunk(std::string_view packed, std::span<char> chunk);
 
 }  // namespace parray::scene

@@ -11,7 +11,7 @@ namespace parray::scene {
 /// and many sources use them. `automatic` stands for a choice that resolve_settings() makes, except
 /// for Isa. "Wire values" are numbers that messages or files may contain: do not change them.
 
-/// Precision of tracing. f32: single; f64: double; mixed: paths in double, spheres stored in
+/// Precision of tracing. f32: single; f64: double; mixed: paths in double, shapes stored in
 /// single.
 enum class Precision : std::uint8_t { automatic = 0, f32 = 1, f64 = 2, mixed = 3 };  // wire values
 /// How a ray finds the next sphere. linear: tests every sphere; bvh, octree: trees of boxes.

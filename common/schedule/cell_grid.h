@@ -48,7 +48,7 @@ struct Stage : SampleRange {
 /// travel with every lease.
 struct GridShape {
   std::uint32_t width = 1;   ///< pixels of the image, 1 .. limits::max_image_side
-  std::uint32_t height = 1;  ///< pixels, 1 .. limits::max_image_side
+  std::uint32_t height = 1;  ///< likewise; width times height is at most limits::max_pixels
   RowOrder row_order = RowOrder::sequential;
   std::uint32_t band_rows = 1;  ///< rows of a band, 1 .. 2^16
   /// Pixels of a cell, 1 .. width; the last cell of a row may have fewer.

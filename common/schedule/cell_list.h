@@ -11,7 +11,7 @@ namespace parray::schedule {
 class CellList {
  public:
   CellList() = default;
-  /// `ranges` must be ascending, disjoint and not empty.
+  /// `ranges` must be ascending and disjoint, and no range may be empty.
   explicit CellList(std::vector<CellRange> ranges);
 
   [[nodiscard]] std::uint64_t count() const { return first_.empty() ? 0 : first_.back(); }

@@ -34,9 +34,9 @@ std::string pack_cells(const TracedCells& traced, const CellGrid& grid);
 
 /// Unpacks the output of pack_cells() for the cells of `batch`. `samples` becomes the batch's
 /// number, `seconds` 0. Throws DecodeError for any other bytes, and for numbers that tracing these
-/// samples cannot give. Such numbers are: sums above the bound of their samples, more rays per
-/// sample than `max_depth`, excluded samples that the cell's pixels do not have or that differ from
-/// its count, or excluded samples in another order.
+/// samples cannot give. Examples are sums above the bound of their samples, and more rays
+/// per sample than `max_depth`. Excluded samples must belong to the cell's pixels, agree with its
+/// count, and be in order.
 TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::uint32_t max_depth);
 
 /// Makes the checks of unpack_cells() for cells that were not packed, such as those of an MPI rank.

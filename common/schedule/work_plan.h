@@ -25,7 +25,8 @@ class WorkPlan {
  public:
   /// `settings` must be resolved: no value is `automatic`, except perhaps `isa`. If `tile` > 1, the
   /// plan has square tiles of `tile` pixels a side (the seed report, section 4.6), and a thread
-  /// takes one tile at a time.
+  /// takes one tile at a time. Throws std::logic_error if `pass` has samples for another number of
+  /// pixels than the image.
   WorkPlan(const RenderSettings& settings, Pass pass, std::uint32_t tile = 0);
 
   [[nodiscard]] const std::shared_ptr<const CellGrid>& grid() const { return grid_; }

@@ -23,7 +23,7 @@ struct Replayed {
   std::uint64_t leases = 0;
 };
 
-/// Throws RunError if the journal has no complete pass.
+/// Throws RunError if the journal has no merged result, or results of a pass that never began.
 Replayed replay_job(const std::vector<JournalEntry>& journal, const ReplayOptions& options);
 
 /// A hypothetical worker.

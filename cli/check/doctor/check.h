@@ -9,7 +9,7 @@
 
 #include "common/rooms.h"
 
-/// The checks of `parray doctor`, in sequence.
+/// A check of `parray doctor`, and its result.
 namespace parray::doctor {
 
 enum class CheckStatus : std::uint8_t { ok, warning, failed, skipped };

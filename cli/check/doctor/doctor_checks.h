@@ -7,7 +7,7 @@
 namespace parray::doctor {
 
 /// Returns the checks of `parray doctor` in their order, with those of `--extremes` if `extremes`.
-/// Checks share a temporary directory, which the last of them removes.
+/// The checks share a temporary directory. It lasts until all copies of the checks are destroyed.
 std::vector<Check> doctor_checks(bool extremes);
 
 }  // namespace parray::doctor

@@ -12,7 +12,7 @@
 namespace parray::doctor {
 
 /// Traces white_balls() and closed_ball() in every precision, with linear search and the BVH. Every
-/// sample must be exactly 1 and 0.
+/// sample of white_balls() must be exactly 1, and every sample of closed_ball() exactly 0.
 CheckResult check_furnaces(const TracerMaker& make);
 
 /// Traces grey_ball(). Every path must have two segments.

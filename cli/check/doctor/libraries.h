@@ -7,7 +7,8 @@
 /// Checks linked libraries, and files that they write and read back.
 namespace parray::doctor {
 
-/// Lists versions: of the loaded library if it states it, otherwise of its headers.
+/// Lists versions: of the loaded library if it states one, otherwise of its headers. Fails if the
+/// loaded ZeroMQ has another major version than its headers.
 CheckResult check_libraries();
 
 /// Writes pictures to `directory` and reads them back: EXR with every bit, PNG with every byte.

@@ -22,7 +22,8 @@ struct MpiTrial {
 };
 
 /// Renders doctor_scene() with two ranks. Skipped without mpirun or parray-mpi. Fails if mpirun
-/// fails or the picture differs. Warns if the ranks exchanged data without a window.
+/// fails or takes longer than the limit, if the picture differs, or if the number of ranks is not
+/// 2. Warns if the ranks exchanged data without a window.
 CheckResult check_mpi_trial(const MpiTrial& trial);
 
 }  // namespace parray::doctor

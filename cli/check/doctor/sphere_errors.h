@@ -22,8 +22,8 @@ Wide distance_in_radii(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
 }
 
 /// Returns the distance of the point at `t` from the surface, in radii, divided by ulp(S) of
-/// `Store`. S is the larger of 1 and the distance of the ray's origin from the centre in radii. `Wide` has
-/// several bits more than `Real`.
+/// `Store`. S is the larger of 1 and the distance of the ray's origin from the centre in radii.
+/// `Wide` has several bits more than `Real`.
 template <typename Wide, typename Store, typename Real>
 double backward_error(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real t) {
   const auto along = [t](Real from, Real direction, Real center) {

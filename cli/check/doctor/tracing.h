@@ -25,12 +25,12 @@ CheckResult check_picture(const TracerMaker& make, std::string_view expected = p
 
 /// Returns the SHA-256 of the picture of doctor_scene() by `threads` threads.
 std::string doctor_image_sha256(const TracerMaker& make, int threads);
-/// Renders the same picture with one thread and with all threads, twice each. Throws RunError if
-/// tracing fails.
+/// Renders the picture of doctor_scene() with one thread and with `threads` threads, twice each.
 CheckResult check_threads(const TracerMaker& make, int threads);
 
-/// Computes a small picture's hash `times` times in each of `threads` threads. Bad memory or an
-/// overclocked processor changes it now and then.
+/// Calls `picture`, which returns a small picture's hash, `times` times in each of `threads`
+/// threads. Bad memory or an overclocked processor changes the hash now and then. Throws RunError
+/// if `picture` throws in a thread.
 CheckResult check_repetition(const std::function<std::string()>& picture, int times, int threads);
 
 }  // namespace parray::doctor

@@ -20,16 +20,18 @@ struct ErrorCheck {
   double traced = 0;
   /// Standard error of `traced` from the random choice of pixels; 0: all pixels were traced.
   double uncertainty = 0;
-  /// All traced pixels give another error or interval, or some pixels give a far larger error.
+  /// If all pixels were traced: their error or its interval differs from the stated one. Otherwise:
+  /// the traced pixels have a far larger error than the stated one.
   bool wrong = false;
 };
 
 struct VerificationResults {
   std::uint64_t traced = 0;          ///< pixels
   std::vector<RetracedPixel> wrong;  ///< wrong pixels, by row, then column
-  /// Traced extra channels, with the number of pixels that have other values.
+  /// Checked extra channels, with the number of pixels that have other values.
   std::map<std::string, std::uint64_t> channels;
-  std::optional<ErrorCheck> error;  ///< empty: the error is unknown, or the pixels are too few
+  /// Empty: the file states no error, the pixels are too few, or one has fewer than 2 samples.
+  std::optional<ErrorCheck> error;
 
   [[nodiscard]] bool right() const;
 };
@@ -41,7 +43,7 @@ struct PixelChoice {
 };
 
 /// Traces pixels of the picture again: colours, alpha and extra channels. `settings`: the resolved
-/// settings of the recipe. Throws InputError if the file does not state the samples of each pixel.
+/// settings of the recipe. Throws the errors of sample_counts().
 VerificationResults check_against_scene(const VerifiedPicture& picture, const Scene& scene,
                                         const RenderSettings& settings, const PixelChoice& choice,
                                         int threads);

@@ -15,7 +15,7 @@ namespace parray::verify {
 struct RetracedPixel {
   std::uint32_t x = 0;
   std::uint32_t y = 0;
-  std::uint32_t samples = 0;    ///< number of the pixel's samples, 0 to samples - 1
+  std::uint32_t samples = 0;    ///< how many samples the pixel has; they have the numbers from 0 on
   std::array<float, 3> mean{};  ///< the picture's value; samples that are not finite are left out
   float alpha = 1;              ///< of a transparent picture, whose `mean` is premultiplied
   PixelSums sums{};             ///< sums of the samples, including the background

@@ -17,7 +17,7 @@ struct VerifiedPicture {
   std::string name;  ///< name in messages
   ImageFile file;
   Recipe recipe;
-  std::string damage{};        ///< damage to drawn or added parts; empty: none
+  std::string damage{};        ///< wrong hash of denoised or transparent pixels; empty: none
   std::vector<float> alpha{};  ///< of a transparent picture
 
   [[nodiscard]] std::uint64_t pixels() const {
@@ -36,7 +36,8 @@ struct VerifiedPicture {
 };
 
 /// Reads a picture with its recipe. `traced`: its pixels will be traced again. Throws InputError if
-/// the file is unreadable, has no recipe, or lacks something that verification needs.
+/// the file is unreadable, has no recipe, or lacks something that verification needs. With
+/// `traced`, throws it also if postprocessing drew on the picture.
 VerifiedPicture read_verified_picture(const std::string& file, bool traced);
 
 /// Returns why the picture cannot belong to its recipe, whatever its pixels; empty: it can.
@@ -45,7 +46,7 @@ std::string misfit_of(const VerifiedPicture& picture);
 std::string damage_of(const VerifiedPicture& picture);
 
 /// Returns the samples of each pixel, row by row; empty: all have settings.samples_per_pixel.
-/// Throws InputError if the file does not state them.
+/// Throws InputError if the file does not state them, or states more than a pixel can have.
 std::vector<std::uint32_t> sample_counts(const VerifiedPicture& picture);
 
 /// Returns whether the file has the colour and alpha of a retraced pixel.

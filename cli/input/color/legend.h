@@ -44,9 +44,10 @@ void add_legend(std::vector<Legend>& legends, Legend more);
 /// Number of entries that legends_text() lists. It counts the rest as "left_out".
 inline constexpr std::size_t most_listed_entries = 256;
 
-/// Returns the legends as JSON: a list of {"title", "unit"?, "low", "high", "stops": [[r, g, b],
-/// ...]?, "entries": [{"name", "color", "count"} or
-/// {"name", "arrow": true}, ...]?, "left_out"?}, with colours in linear RGB.
+/// Returns the legends as JSON, with colours in linear RGB. It is a list of {"title", "unit"?,
+/// "low"?, "high"?, "log": true?, "stops": [[r, g, b], ...]?, "entries": [{"name", "color",
+/// "count"} or {"name", "arrow": true}, ...]?, "left_out"?}. Legends without a scale lack "low" to
+/// "stops".
 std::string legends_text(const std::vector<Legend>& legends);
 
 }  // namespace parray::input

@@ -8,10 +8,11 @@
 /// The beads of coarse models, whose names are no elements.
 namespace parray::input {
 
-/// Returns whether the particles of a file are beads. They have names, and
+/// Returns whether the particles of a file are beads. They have names, the file is no CIF file, and
 /// - at least half of the names belong to no element, or
-/// - elements were guessed for at least half of them, most names are not just the symbol of an
-///   element, and typical neighbours are more than 2 angstrom apart: too far for bonds of atoms.
+/// - elements were guessed for at least half of the particles, most names are not just the symbol
+///   of an element, and typical neighbours are more than 2 angstrom apart: too far for bonds of
+///   atoms.
 /// `particles` are all particles of the file.
 bool are_beads(const Particles& particles);
 

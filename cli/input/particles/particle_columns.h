@@ -87,8 +87,8 @@ class ParticleColumns {
   void radius(double radius);
   void color(const Vec3d& color, ColorScale scale);
   void element(std::uint8_t atomic_number);
-  /// Adds an unknown element, because the file's text is no element. A note counts such particles if
-  /// another element is known.
+  /// Adds an unknown element, because the file's text is no element. A note counts such particles
+  /// if another element is known.
   void unknown_element();
   void type(std::string_view name);
   /// Begins a numeric column, before the first particle. Returns its place among the numeric

@@ -35,14 +35,14 @@ struct ParticleSummary {
   std::vector<NumberRangeSeen> numbers;  ///< radii come first, under the name "radius"
 };
 
-/// Returns whether two particles have the same chain, residue number and residue name.
+/// Returns whether two particles have the same chain, residue number, insertion code and residue
+/// name.
 bool same_residue(const Particles& particles, std::size_t i, std::size_t j);
 
 /// Returns whether a residue begins at particle i.
 bool begins_residue(const Particles& particles, std::size_t i);
 
-/// Returns the summary. A residue is a run of particles with equal chain, residue number and
-/// residue name.
+/// Returns the summary. A residue is a run of particles that are the same_residue().
 ParticleSummary summary_of(const Particles& particles);
 
 /// Return the lengths of a cell's edges a, b, c, and the angles in degrees between b and c, a and

@@ -176,8 +176,8 @@ Particles read_particles(const std::filesystem::path& path, const ParticleReques
 /// Does the same for an open file.
 Particles read_particles(PackedFile& file, const ParticleRequest& request = {});
 
-/// Reads everything except positions. Also accepts files without positions, such as PSF. All
-/// positions are 0.
+/// Reads a file for its names and other columns. Also accepts files without positions, such as PSF:
+/// their positions are 0.
 Particles read_names(const std::filesystem::path& path, const ParticleRequest& request = {});
 
 }  // namespace parray::input

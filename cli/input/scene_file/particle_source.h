@@ -127,11 +127,11 @@ inline constexpr std::array<std::string_view, 3> particle_radius_words{"by-eleme
 /// `base`. A material that sets the colours replaces the colouring of `base`.
 ParticleLook completed(ParticleLook look, const ParticleLook& base);
 
-/// Returns the contradiction between the members of `source`, with the number of the representation
-/// that has it; nothing if there is none.
+/// A contradiction between the members of a source.
 struct SourceProblem : ColoringProblem {
-  std::optional<std::size_t> representation{};
+  std::optional<std::size_t> representation{};  ///< the one that has it; nothing: the source's look
 };
+/// Returns the first contradiction between the members of `source`; nothing if there is none.
 std::optional<SourceProblem> problem_with(const ParticleSource& source);
 
 /// Parses one of particle_material_words. Any other text is the name of a material.

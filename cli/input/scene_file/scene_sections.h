@@ -16,8 +16,8 @@
 #include "common/scene/settings_fwd.h"
 
 /// Readers of the sections of scene JSON v1. They accept what scenes/schema/scene.v1.schema.json
-/// allows. They also reject what a schema cannot express: invalid cameras and images with too many
-/// pixels.
+/// allows. They also reject what a schema cannot express, such as invalid cameras, images with too
+/// many pixels, and contradictions between members.
 namespace parray::input {
 
 /// Each throws InputError with the place and the line in the file.

@@ -7,7 +7,7 @@
 
 namespace parray::input {
 
-/// Writes scene JSON v1 (scenes/schema/scene.v1.schema.json), one sphere per line. Writes numbers
+/// Writes scene JSON v1 (scenes/schema/scene.v1.schema.json), one shape per line. Writes numbers
 /// in the shortest form that reads back as the same number. So read_scene() of the text gives an
 /// equal scene and equal width, height, samples, depth and seed.
 ///
@@ -15,7 +15,7 @@ namespace parray::input {
 /// Files of `file.particles` stay references.
 ///
 /// Calls `poll` many times a second and passes on its exceptions. The caller must check the state
-/// of the stream. Throws InputError for a file name that is not UTF-8.
+/// of the stream. Throws InputError for a name or a text that is not UTF-8.
 void write_scene(std::ostream& out, const SceneFile& file, const std::function<void()>& poll);
 
 }  // namespace parray::input

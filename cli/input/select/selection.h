@@ -12,7 +12,7 @@
 
 namespace parray::input {
 
-/// Error: a selection or colouring asks for a number that the particles do not have.
+/// Error: a selection, colours, radii or arrows ask for a number that the particles do not have.
 class UnknownNumber : public InputError {
  public:
   /// `place` precedes the message, such as "character 5: ". It may be empty.

@@ -64,8 +64,7 @@ std::vector<SceneryObject> scenery_of(const Viewing& viewing);
 /// direction.
 ///
 /// - ground: a pale floor under the lowest sphere or capsule. For a view that does not look down on
-/// the floor,
-///   it is a pale wall behind the farthest sphere. It fills the background.
+///   the floor, it is a pale wall behind the farthest sphere. It fills the background.
 /// - wall: a dark wall behind all spheres. It fills the background. No shadow falls on it, because
 ///   it is too far away.
 /// - flag (the photographers' word for a light blocker): a black sphere outside the picture. It

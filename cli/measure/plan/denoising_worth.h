@@ -23,7 +23,7 @@ struct DenoisingProbe {
 struct DenoisingWorth {
   double samples = 0;       ///< per pixel of the denoised picture
   double denoised = 0;      ///< error of the denoised picture
-  double more_samples = 0;  ///< per pixel of the picture without denoising
+  double more_samples = 0;  ///< additional samples per pixel of the picture without denoising
   double undenoised = 0;    ///< error of the picture without denoising
 
   /// Returns whether denoising pays. Ignores a small disadvantage, because predictions of errors
@@ -43,9 +43,9 @@ DenoisingWorth foresee_denoising(const DenoisingProbe& probe, const RenderSettin
                                  double limit_samples);
 
 /// Traces and denoises tiles of the picture, at most a fifth of its pixels, and predicts from them.
-/// Returns nothing if the picture is too small, if tracing the tiles takes too long, or if
-/// `settings` list the passes (StopSettings::passes). `tracer` must be made from `scene` and
-/// `settings`.
+/// Returns nothing if the picture is too small or has no noise, or if tracing the tiles takes too
+/// long. Does the same if `settings` have fewer than 2 samples or list the passes. `tracer` must be
+/// made from `scene` and `settings`.
 std::optional<DenoisingWorth> denoising_worth(const PathTracer& tracer, const Scene& scene,
                                               const RenderSettings& settings, int threads);
 

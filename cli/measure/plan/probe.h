@@ -18,7 +18,7 @@ namespace parray::plan {
 struct ProbeRequest {
   const Scene* scene = nullptr;
   Boxed<RenderSettings> settings;  ///< no value is `automatic`; sampler and limits are ignored
-  std::vector<Sampler> samplers;   ///< candidates, at least one; the last gets most of the time
+  std::vector<Sampler> samplers;   ///< candidates, one or two; the last gets most of the time
   int threads = 1;
   double seconds = 3;           ///< wall-clock time, approximate, without building the accelerator
   double error = 0;             ///< target error; 0: none

@@ -27,7 +27,7 @@ struct Run {
   double rays = 0;          ///< mean per sample
   double mse = 0;           ///< against the true picture; may fall below 0 by chance
   double mse_scatter = 0;   ///< standard error of `mse`, from the reference's own error
-  double mse_8bit = 0;      ///< the same for the picture rounded to 8 bits
+  double mse_8bit = 0;      ///< `mse` of the picture rounded to 8 bits
   double quantisation = 0;  ///< mean square of the change by rounding to 8 bits
   double bias = 0;          ///< mean error
   double claimed = 0;       ///< stated RMSE of the picture; `low` and `high`: its interval
@@ -148,7 +148,7 @@ struct PowerLaw {
   double slope_error = 0;  ///< standard error; 0 with two points
   [[nodiscard]] double at(double x) const;
 };
-/// Returns nothing for fewer than two points with positive values.
+/// Returns nothing if a value of any point is not positive, or for fewer than two different x.
 std::optional<PowerLaw> fit_power_law(const std::vector<std::pair<double, double>>& points);
 
 /// y(x) by linear interpolation in log-log, and extrapolation by the outermost segments.

@@ -28,13 +28,14 @@ struct Request {
 /// the log already has. Not thread-safe.
 class Session {
  public:
-  /// All arguments must outlive this object. measure() calls `show` several times a second with the
-  /// completed share of the session, 0 to 1.
+  /// All arguments except `show` must outlive this object. measure() calls `show` after each render
+  /// with the completed share of the session, 0 to 1.
   Session(const Request& request, Bench& bench, MeasurementLog& log,
           std::function<void(double)> show);
 
   /// Makes all measurements and returns the results. Throws Interrupted after an interrupt of the
-  /// user; the log then has the measurements made until then.
+  /// user; the log then has the measurements made until then. Throws InputError if the log is
+  /// damaged, and RunError if the time does not suffice for the scene's own settings.
   [[nodiscard]] TradeoffResults measure();
 
  private:

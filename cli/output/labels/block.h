@@ -60,8 +60,8 @@ bool overlap(const Box& a, const Box& b);
 
 /// Places every block in its corner of a picture of width x height pixels. Blocks are `margin` away
 /// from the edges and `gap` apart. Blocks in the upper corners follow downwards, those in the lower
-/// corners upwards. Throws InputError, which names the option, if a block leaves the picture or
-/// overlaps another.
+/// corners upwards. Throws InputError, which names the option, if a block does not fit inside the
+/// margins, or is nearer than gap / 2 to a block of another corner.
 std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, double height,
                             double margin, double gap);
 

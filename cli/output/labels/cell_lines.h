@@ -29,20 +29,21 @@ struct CellLine {
 /// Returns the twelve edges of a cell, without the parts behind the camera.
 std::vector<CellLine> cell_lines(const ParticleCell& cell, const CameraFilm& film);
 
+/// The name of an edge.
+struct EdgeName {
+  char name;
+  Point middle;    ///< of the name
+  Point outwards;  ///< unit vector away from the cell
+};
 /// Returns the places of the names of edges a, b and c. Among four parallel edges, the outermost
 /// in the picture gets the name. The name is beside the middle of the edge, `gap` pixels away, on
 /// the side away from the cell. Edges behind the camera, or seen end-on, have no name.
-struct EdgeName {
-  char name;
-  Point middle;
-  Point outwards;  ///< unit vector away from the cell
-};
 std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& film, double gap);
 
 /// Draws the lines, `width` pixels wide, in a grey that contrasts with the picture below. Nearer
-/// spheres hide the edges behind the cell. Over all other edges they are drawn, too, but thinner:
-/// the atoms on the faces of a cell would make dashes of its outline. `film` is the one of the
-/// lines.
+/// spheres hide the edges behind the cell. The other edges are drawn over nearer spheres, too, but
+/// thinner and fainter. Otherwise the atoms on the faces of a cell would make dashes of its
+/// outline. `film` is the one of the lines.
 void draw_lines(Canvas& canvas, const std::vector<CellLine>& lines, const CameraFilm& film,
                 const DepthMap& map, double width);
 

@@ -21,7 +21,7 @@ struct LabelContent {
   std::vector<Legend> legends{};
   std::optional<ParticleCell> cell{};
   bool solid_cell = false;   ///< the scene itself shows the edges of the cell
-  std::string time_stamp{};  ///< time or step of the frame in the file; empty: unknown
+  std::string time_stamp{};  ///< number of the frame, and its time or step; empty: unknown
   std::string unit{};        ///< unit of length; empty: unknown
   Camera camera{};           ///< valid
   std::uint32_t width = 0;   ///< of the picture, in pixels

@@ -38,9 +38,9 @@ double write_seconds(const std::filesystem::path& path, const PictureSize& size,
 /// (perceptual); `fast` does not compress. `channels` may then contain only alpha (transparency.h),
 /// and the file holds transparent_bytes(). TIFF (zip), JPEG (quality 95) and JPEG 2000 hold the
 /// same bytes as PNG. TIFF stores the metadata as JSON in ImageDescription; the other two store
-/// none. `metadata`: see as_kept(); attributes of EXR, text of PNG. Calls `between_strips`, if set,
-/// every few milliseconds of writing; an exception ends the writing. Throws RunError "writing FILE:
-/// reason".
+/// none. `metadata`: see as_kept(); attributes of EXR, text of PNG. For EXR and PNG, calls
+/// `between_strips`, if set, every few milliseconds of writing; an exception ends the writing.
+/// Throws RunError "writing FILE: reason".
 void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageMetadata& metadata, const Channels& channels = {},
                  const std::function<void()>& between_strips = {}, bool fast = false);
@@ -61,7 +61,7 @@ struct ImageFile {
   bool high_dynamic_range = false;  ///< EXR, float TIFF and others: values may be outside [0, 1]
 };
 
-/// Reads a picture file. Throws InputError "FILE: reason" if OpenImageIO cannot read the file, if
+/// Reads a picture file. Throws InputError "FILE: reason" if the libraries cannot read the file, if
 /// it has fewer than 3 channels, or if it exceeds common/scene/limits.h.
 ImageFile read_image(const std::filesystem::path& path);
 

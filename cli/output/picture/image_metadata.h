@@ -27,7 +27,7 @@ inline constexpr const char* dpi_key = "parray:dpi";
 std::string text_of(const MetadataValue& value);
 
 /// Returns the values in the form that a file can store. EXR: an integer as `int`, from 2^31 on as
-/// `double`, from 2^53 on as text; a real number as `double`. PNG: only text.
+/// `double`, above 2^53 as text; a real number as `double`. PNG: only text.
 ImageMetadata as_kept(const ImageMetadata& metadata, bool exr);
 
 /// Return the value that a file has stored under a name, for any type in the file. Return nothing

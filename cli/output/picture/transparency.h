@@ -13,7 +13,7 @@
 #include "common/math/vec.h"
 
 /// Pictures without their background. Alpha of a pixel is the share of its camera rays that hit a
-/// sphere. Its colour is premultiplied: the contribution of these rays to the mean (Porter and
+/// shape. Its colour is premultiplied: the contribution of these rays to the mean (Porter and
 /// Duff, "Compositing digital images", SIGGRAPH 1984; the convention of OpenEXR).
 namespace parray::picture {
 

@@ -11,11 +11,11 @@
 /// Depth cueing: distant surfaces fade into the background.
 namespace parray::postprocess {
 
-/// The visible spheres of a picture, pixel by pixel, from cli/output/channel_tracing.h.
+/// The visible shapes of a picture, pixel by pixel, from cli/output/channel_tracing.h.
 struct SeenSpheres {
   std::span<const float> depth{};         ///< channel "Z"
   std::span<const std::uint32_t> sphere;  ///< channel "sphere"
-  /// Number of first spheres that count as background, like the sky: the ground of an automatic
+  /// Number of first spheres that count as background, like the sky: the scenery of an automatic
   /// scene.
   std::uint32_t scenery = 0;
   /// Depth of the farthest surface without the scenery. Pixels with a larger depth show scenery,

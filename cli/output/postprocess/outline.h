@@ -6,7 +6,8 @@
 #include "common/image/image.h"
 #include "common/scene/scene.h"
 
-/// Outlines: lines where a sphere ends in front of something farther away, as in illustrations.
+/// Outlines: lines where a sphere or capsule ends in front of something farther away, as in
+/// illustrations. "Sphere" below means both.
 namespace parray::postprocess {
 
 /// Almost black, linear RGB.
@@ -17,8 +18,8 @@ inline constexpr Vec3d outline_ink{0.01, 0.01, 0.01};
 /// Channel "sphere" tells which spheres are visible. Silhouettes follow from the scene and its
 /// pinhole camera, so that lines are smooth at any resolution. A line follows the silhouette of a
 /// sphere where the background or another sphere is visible beside it. It gets stronger with the
-/// distance behind the sphere: invisible where two spheres intersect, full from a third of the
-/// radius on. Spheres narrower than the line have no line.
+/// distance behind the sphere: invisible where two spheres intersect, full from 0.3 of the radius
+/// on. Spheres narrower than the line have no line.
 ///
 /// Lines fade with their surface (`fade`). The result is the same for any number of `threads`.
 std::vector<float> outline_of(const Scene& scene, std::uint32_t width, std::uint32_t height,

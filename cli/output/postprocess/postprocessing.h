@@ -8,8 +8,8 @@
 #include "cli/output/picture/picture.h"
 #include "common/image/image.h"
 
-/// Postprocessing: steps after tracing, for files to look at (PNG). EXR files, `image_sha256` and
-/// the picture itself keep the traced values.
+/// Postprocessing: steps after tracing, for files to look at: all except EXR. EXR files,
+/// `image_sha256` and the picture itself keep the traced values.
 namespace parray::postprocess {
 
 /// A copy of the traced picture for postprocessing.
@@ -33,7 +33,7 @@ struct PostprocessStep {
   std::function<void(ShownPicture&)> apply;
 };
 
-/// Steps in order: depth cue and outline before labels.
+/// Steps in order: background, depth cue, outline, labels.
 using PostprocessSteps = std::vector<PostprocessStep>;
 
 /// Returns the channels that all steps need.
