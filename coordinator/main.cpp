@@ -291,7 +291,8 @@ void declare_options(CommandLine& line, Arguments& a) {
   line.example(
       "parray-coordinator --coordinator 'tcp://*:7400' --keys farm --state /var/lib/parray "
       "--standby 'tcp://*:7401'",
-      "is the standby of a primary that runs with --replicate-to tcp://HOST:7401; HOST is this machine");
+      "is the standby of a primary that runs with --replicate-to tcp://HOST:7401; HOST is this "
+      "machine");
 }
 
 Time from_seconds(double value) {

@@ -34,8 +34,8 @@ struct Sphere {
 /// All points within `radius` of the segment between two points.
 struct Capsule {
   Vec3d from;
-  Vec3d to;  ///< equal to `from`, or at least 2 limits::min_radius away along an axis
-  double radius = 1;           ///< > 0
+  Vec3d to;           ///< equal to `from`, or at least 2 limits::min_radius away along an axis
+  double radius = 1;  ///< > 0
   std::uint32_t material = 0;  ///< index into Scene::materials
 
   friend bool operator==(const Capsule&, const Capsule&) = default;

@@ -151,6 +151,9 @@ void RefereeProcess::forget() {
   if (child_) {
     child_->kill_child();
   }
+  if (!answering_) {
+    child_.reset();  // else run() does it
+  }
 }
 
 void RefereeProcess::run() {
@@ -163,10 +166,13 @@ void RefereeProcess::run() {
     const Question question = std::move(*question_);
     question_.reset();
     const std::uint64_t round = forgotten_;
+    answering_ = true;
     lock.unlock();
     Answer found = answer(question);
     lock.lock();
+    answering_ = false;
     if (round != forgotten_) {
+      child_.reset();
       found = Answer{0, "cancelled", {}, found.seconds, 0};
     }
     answers_.push_back(std::move(found));

@@ -52,6 +52,7 @@ class RefereeProcess final : public Referee {
   std::vector<Answer> answers_;
   std::shared_ptr<Child> child_;
   std::uint64_t forgotten_ = 0;  ///< number of calls of forget()
+  bool answering_ = false;       ///< thread_ waits for the child
   bool quit_ = false;
 
   std::thread thread_;

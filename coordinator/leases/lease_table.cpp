@@ -212,15 +212,21 @@ std::vector<WorkerId> LeaseTable::finish(Epoch epoch) {
   return others;
 }
 
+void LeaseTable::reject(Epoch epoch) {
+  const auto lease = leased_.find(epoch);
+  if (lease != leased_.end()) {
+    lease->second.arrived = false;
+    retire_if_free(lease, false);
+  }
+}
+
 bool LeaseTable::give_back(WorkerId worker, Epoch epoch) {
   const auto lease = leased_.find(epoch);
-  if (lease == leased_.end()) {
+  if (lease == leased_.end() || !release(lease, worker)) {
     return false;
   }
-  const bool held = release(lease, worker);
-  const bool arrived = !held && std::exchange(lease->second.arrived, false);
   retire_if_free(lease, false);
-  return held || arrived;
+  return true;
 }
 
 void LeaseTable::put_back(const std::vector<CellRange>& ranges) {

@@ -76,11 +76,11 @@ class LeaseTable {
     /// Discard it: the sender has never held this lease, has lost it, or has returned a result
     /// before. Also a part that follows another result of the lease.
     stale,
-    first,  ///< merge it, then call finish(); if it is invalid, call give_back()
+    first,  ///< merge it, then call finish(); if it is invalid, call reject()
     /// Compare it with the result of the other holder, which came first. Call neither finish() nor
-    /// give_back().
+    /// reject().
     again,
-    /// Compare it with the done cells, then call finish(); if it is invalid, call give_back().
+    /// Compare it with the done cells, then call finish(); if it is invalid, call reject().
     check,
   };
   struct Arrived {
@@ -97,9 +97,12 @@ class LeaseTable {
   /// workers that still held a copy. They lose it, but if they return a whole result, it is still
   /// of the kind `again`.
   std::vector<WorkerId> finish(Epoch epoch);
-  /// Takes a lease from a worker that failed, or whose result of the kind `first` or `check` is
-  /// invalid. Another holder keeps its copy. Without another holder, the cells become pending
-  /// again, or the check has failed. False: the worker held no such lease.
+  /// Discards the result of the kind `first` or `check` of a lease, because it is invalid. Another
+  /// holder keeps its copy. Without another holder, the cells become pending again, or the check
+  /// has failed.
+  void reject(Epoch epoch);
+  /// Takes a lease from a holder that failed, with the same consequences. False: the worker does
+  /// not hold this lease.
   bool give_back(WorkerId worker, Epoch epoch);
   /// Makes done cells pending again.
   void put_back(const std::vector<CellRange>& ranges);

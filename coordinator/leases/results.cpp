@@ -135,7 +135,7 @@ void LeaseDesk::note_merged(Job& job, const Merged& merged) {
     case Merged::Kind::invalid:
       ++farm_.tally.malformed;
       if (!again) {
-        leases.give_back(merged.worker, merged.epoch);
+        leases.reject(merged.epoch);
       }
       if (merged.kind == Merged::Kind::invalid) {
         disputes_.quarantine(merged.machine, merged.fault);

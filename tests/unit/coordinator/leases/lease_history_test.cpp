@@ -238,7 +238,8 @@ class History {
       const WorkerId worker = std::exchange(r.arrived, 0);
       if (dice_.one_in(4)) {
         ++tally_.no_good;
-        REQUIRE(table_.give_back(worker, epoch));
+        REQUIRE_FALSE(table_.give_back(worker, epoch));
+        table_.reject(epoch);
         retire_if_unheld(r);
         continue;
       }

@@ -113,7 +113,7 @@ TEST_CASE("a partial result makes the other cells pending at once and ends copie
     CHECK_FALSE(f.table.has_pending());
   }
   SUBCASE("the result is invalid") {
-    CHECK(f.table.give_back(ann, f.epoch));
+    f.table.reject(f.epoch);
     CHECK(grant(f.table, ann)->range == CellRange{0, 1});
   }
 }
@@ -152,9 +152,11 @@ TEST_CASE("a result of a worker that does not hold the lease is stale and change
 
 TEST_CASE("cells of an invalid result or a failed lease are pending again, under a new epoch") {
   OneLease f;
-  SUBCASE("the result is invalid") { f.table.arrive(ann, f.epoch); }
-  SUBCASE("the worker reports a failure") {}
-  CHECK(f.table.give_back(ann, f.epoch));
+  SUBCASE("the result is invalid") {
+    f.table.arrive(ann, f.epoch);
+    f.table.reject(f.epoch);
+  }
+  SUBCASE("the worker reports a failure") { CHECK(f.table.give_back(ann, f.epoch)); }
   CHECK_FALSE(f.table.give_back(ann, f.epoch));
   CHECK(f.table.pending_cells() == 2);
   CHECK(f.table.held_by(ann) == 0);
@@ -169,6 +171,18 @@ TEST_CASE("a worker cannot give back a lease that it does not hold") {
   CHECK_FALSE(f.table.give_back(bob, f.epoch));
   CHECK_FALSE(f.table.give_back(ann, f.epoch + 1));
   CHECK(f.table.held_by(ann) == 1);
+}
+
+TEST_CASE("a failure does not end a lease whose result is being merged") {
+  OneLease f;
+  REQUIRE(f.table.grant_copy(seconds(10), bob));
+  REQUIRE(f.table.arrive(ann, f.epoch).kind == first);
+  CHECK_FALSE(f.table.give_back(ann, f.epoch));
+  CHECK_FALSE(f.table.give_back(cid, f.epoch));
+  CHECK(f.table.give_back(bob, f.epoch));
+  CHECK_FALSE(f.table.has_pending());
+  CHECK(f.table.finish(f.epoch).empty());
+  CHECK(f.table.idle());
 }
 
 TEST_CASE("after the deadline the cells of a lease are pending and its result is stale") {
@@ -194,7 +208,7 @@ TEST_CASE("a lost worker's cells become pending, join adjacent cells and are gra
   CHECK(table.drop_worker(ann).empty());
   CHECK(table.arrive(ann, second->epoch).kind == stale);
   CHECK(table.arrive(bob, kept->epoch).kind == first);
-  CHECK(table.give_back(bob, kept->epoch));
+  table.reject(kept->epoch);
   CHECK(grant(table, cid)->range == CellRange{0, 4});  // half of one run of eight
 }
 
@@ -275,7 +289,7 @@ TEST_CASE("the holder of a copy keeps it if the first result is invalid") {
   OneLease f;
   f.table.grant_copy(seconds(10), bob);
   f.table.arrive(ann, f.epoch);
-  CHECK(f.table.give_back(ann, f.epoch));
+  f.table.reject(f.epoch);
   CHECK_FALSE(f.table.has_pending());
   CHECK(f.table.arrive(bob, f.epoch).kind == first);
 }
@@ -308,7 +322,7 @@ TEST_CASE("holders of one lease may expire together, with equal or different dea
   OneLease f;
   f.table.grant_copy(seconds(10), bob);  // one deadline for both
   f.table.arrive(bob, f.epoch);
-  f.table.give_back(bob, f.epoch);
+  f.table.reject(f.epoch);
   CHECK(f.table.next_deadline() == seconds(10));
 }
 
@@ -342,9 +356,11 @@ TEST_CASE("a failed check is returned and names the machine that must not make i
   LeaseTable table = table_of({});
   table.want_check({{0, 2}, bob, {ann}});
   const auto lost = grant(table, bob);
-  SUBCASE("the holder failed") {}
-  SUBCASE("the result is invalid") { table.arrive(bob, lost->epoch); }
-  CHECK(table.give_back(bob, lost->epoch));
+  SUBCASE("the holder failed") { CHECK(table.give_back(bob, lost->epoch)); }
+  SUBCASE("the result is invalid") {
+    table.arrive(bob, lost->epoch);
+    table.reject(lost->epoch);
+  }
   CHECK(table.pending_cells() == 0);
   CHECK(table.checks_remain());
   CHECK_FALSE(grant(table, bob));
