@@ -372,7 +372,7 @@ void add_quiet(Command& command, bool& quiet) {
   command.flag("-q,--quiet", quiet, "Show no progress").group(output_group);
 }
 
-void add_following(Command& command, ProgressOptions& following) {
+std::array<Option, 3> add_following(Command& command, ProgressOptions& following) {
   add_quiet(command, following.quiet);
   command
       .option("--progress", following.progress,
@@ -381,32 +381,25 @@ void add_following(Command& command, ProgressOptions& following) {
       .group(output_group)
       .one_of({"bar", "lines", "json"})
       .special();
-  command
-      .option(
-          "--preview", following.preview,
-          "Keep FILE updated with the unfinished picture. At the end it is a copy of the result")
-      .type_name("FILE")
+  Option preview = command.option(
+      "--preview", following.preview,
+      "Keep FILE updated with the unfinished picture. At the end it is a copy of the result");
+  preview.type_name("FILE")
       .completes(Completes::files)
       .group(output_group)
       .forbid_empty()
       .special();
-  command
-      .option(
-          "--display", following.display,
-          "Show the unfinished picture in the viewer tev, or in another that uses its protocol. "
-          "tev's port is 14158")
-      .type_name("HOST:PORT")
-      .group(output_group)
-      .forbid_empty()
-      .special();
-  command
-      .option("--on-end", following.on_end,
-              "Run this shell command when the job has ended, with PARRAY_JOB, PARRAY_STATE, "
-              "PARRAY_REASON and PARRAY_IMAGE in its environment")
-      .type_name("COMMAND")
-      .group(output_group)
-      .forbid_empty()
-      .special();
+  Option display = command.option(
+      "--display", following.display,
+      "Show the unfinished picture in the viewer tev, or in another that uses its protocol. "
+      "tev's port is 14158");
+  display.type_name("HOST:PORT").group(output_group).forbid_empty().special();
+  Option on_end = command.option(
+      "--on-end", following.on_end,
+      "Run this shell command when the job has ended, with PARRAY_JOB, PARRAY_STATE, "
+      "PARRAY_REASON and PARRAY_IMAGE in its environment");
+  on_end.type_name("COMMAND").group(output_group).forbid_empty().special();
+  return {preview, display, on_end};
 }
 
 void add_json(Command& command, bool& as_json) {

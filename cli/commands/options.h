@@ -187,8 +187,8 @@ class OutputOptions {
 
 /// Declares --quiet.
 void add_quiet(Command& command, bool& quiet);
-/// Declares --quiet, --progress, --preview, --display and --on-end.
-void add_following(Command& command, ProgressOptions& following);
+/// Declares --quiet, --progress, --preview, --display and --on-end. Returns the last three.
+std::array<Option, 3> add_following(Command& command, ProgressOptions& following);
 /// Declares --json.
 void add_json(Command& command, bool& as_json);
 

@@ -98,7 +98,7 @@ void add_submit(CommandLine& line, Action& chosen) {
   options->output.add_aov_to(command);
   options->output.add_denoise_to(command, true);
   options->output.add_labels_to(command, options->render);
-  add_following(command, options->following);
+  std::array<Option, 3> following = add_following(command, options->following);
   constexpr const char* frames_group = "Series of frames";
   const Option frames =
       command
@@ -123,6 +123,7 @@ void add_submit(CommandLine& line, Action& chosen) {
   wait.group(farm_group);
   options->output.image_option().needs(wait);
   options->output.report_option().needs(wait);
+  for (Option& option : following) option.needs(wait);
   command.option("--name", options->name, "Name of the job (default: the file name of the scene)")
       .type_name("TEXT")
       .group(farm_group)

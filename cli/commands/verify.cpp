@@ -210,7 +210,7 @@ std::string wrong_text(const VerifiedPicture& picture, const Verdict& verdict) {
 
 bool has_picture_name(const std::string& file) {
   const auto extension = std::filesystem::path(file).extension();
-  return extension == ".exr" || extension == ".png" || extension == ".tif";
+  return extension == ".exr" || extension == ".png" || extension == ".tif" || extension == ".tiff";
 }
 
 int verify(const VerifyCommand& command) {

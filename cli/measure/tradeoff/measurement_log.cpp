@@ -163,7 +163,7 @@ void MeasurementLog::read_state(const Identity& identity) {
   for (const auto& [name, value] : wanted.items()) {
     const json there = state_["identity"].value(name, json());
     if (there != value) {
-      throw InputError(shown(directory_) + ": has measurements with another " + name + " (" +
+      throw InputError(shown(directory_) + ": has measurements with other " + name + " (" +
                        printable(there.dump(), 200) + ", now " + value.dump() + ")" + remedy);
     }
   }
