@@ -183,6 +183,8 @@ class Refusals(CliTest):
         self.refused("render", self.scene, *output, *output, mentions="only once")
         self.refused("render", self.scene, mentions=help_of_render)
         self.refused("submit", self.scene, *output, mentions="--wait")
+        for option in ("--on-end", "--preview", "--display"):
+            self.refused("submit", self.scene, option, "true", mentions="--wait")
         self.refused("submit", self.scene, "--threads", "2", mentions="--threads")
         for command in ("show", "watch", "cancel"):
             self.refused(command, mentions="JOB")
