@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <iostream>
 #include <utility>
 #include <vector>
 
@@ -79,10 +80,10 @@ std::string remedy_of(RenderMode mode, Feature feature) {
   return rules_of(mode).remedy;
 }
 
-/// Loads the scene. With --like, uses the settings of its recipe, and sets `original_sha256` to the
-/// image_sha256 of its picture.
+/// Loads the scene. With --like, uses the settings of its recipe, and sets what `loaded` keeps of
+/// its picture.
 SceneFile load_like(const std::string& scene_file, RenderOptions options, const FrameChange& change,
-                    NamedFiles named, std::string& original_sha256) {
+                    NamedFiles named, LoadedSubmission& loaded) {
   if (options.like().empty()) return load_scene(scene_file, options, change, named);
   options.check_like();
   const std::string picture = printable(options.like(), 4096);
@@ -90,7 +91,8 @@ SceneFile load_like(const std::string& scene_file, RenderOptions options, const 
   options.follow(recipe.settings, !recipe.transparent_sha256.empty());
   SceneFile file = load_scene(scene_file, options, {}, named);
   check_recipe(recipe, picture, scene_identity(file.scene), printable(scene_file, 4096));
-  original_sha256 = recipe.image_sha256;
+  loaded.original_sha256 = recipe.image_sha256;
+  loaded.original_denoised = !recipe.denoised_sha256.empty();
   return file;
 }
 
@@ -105,6 +107,10 @@ OutputPaths outputs_of(const RenderRequest& request, const LoadedSubmission& loa
                            can_have(request.mode, Feature::denoising);
   outputs.denoise = outputs.denoise || (quality != nullptr && quality->denoise && may_denoise);
   outputs.original = {printable(request.render.like(), 4096), loaded.original_sha256};
+  if (loaded.original_denoised && !outputs.denoise && !outputs.image.empty()) {
+    std::cerr << "parray: --like " << outputs.original.file
+              << ": this picture is denoised, the new one is not: add --denoise to repeat that\n";
+  }
   if (outputs.transparent && !loaded.rest.background && !outputs.image.empty() &&
       !can_hold_alpha(outputs.image)) {
     throw InputError(outputs.image.string() +
@@ -181,9 +187,9 @@ LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
   const SteadyClock clock;
   const Time begin = clock.now();
   LoadedSubmission loaded;
-  loaded.rest = load_like(scene_file, options, change,
-                          mode == RenderMode::http ? NamedFiles::beside : NamedFiles::anywhere,
-                          loaded.original_sha256);
+  loaded.rest =
+      load_like(scene_file, options, change,
+                mode == RenderMode::http ? NamedFiles::beside : NamedFiles::anywhere, loaded);
   complete_submission(loaded, mode, scene_file, priority, clock, begin);
   return loaded;
 }

@@ -56,7 +56,8 @@ struct LoadedSubmission {
   Submission submission;
   /// What else the scene file contains; of its scene only the camera is left.
   SceneFile rest;
-  std::string original_sha256;  ///< image_sha256 of the picture of --like; empty: no --like
+  std::string original_sha256;     ///< image_sha256 of the picture of --like; empty: no --like
+  bool original_denoised = false;  ///< the picture of --like is denoised
 };
 
 /// Loads a scene, lays the options over its settings and resolves automatic settings. By HTTP the

@@ -326,6 +326,17 @@ class Like(VerifyTest):
         # A picture that was made again has a recipe as good.
         self.again(report, name="b.png")
 
+    def test_like_of_a_denoised_picture_says_that_the_new_one_is_not_denoised(self):
+        made = ["render", self.scene, "-q", "-o"]
+        size = ["--width", "48", "--height", "32", "--spp", "8"]
+        self.assertEqual(run(*made, self.path("a.exr"), *size, "--denoise").returncode, 0)
+        again = run(*made, self.path("b.exr"), "--like", self.path("a.exr"))
+        self.assertEqual(again.returncode, 0)
+        self.assertRegex(again.stderr, r"\Aparray: --like \S+a\.exr: this picture is denoised, [^\n]* add --denoise [^\n]*\n\Z")
+        again = run(*made, self.path("c.exr"), "--like", self.path("a.exr"), "--denoise")
+        self.assertEqual((again.returncode, again.stderr), (0, ""))
+        self.assertEqual(run("compare", self.path("a.exr"), self.path("c.exr"), "--json").returncode, 0)
+
     def test_a_picture_with_other_bits_than_its_original_is_kept_and_reported(self):
         report, _ = self.rendered(*ADAPTIVE, name="a.png")
         forge_png(self.path("a.png"), self.path("forged.png"), lambda pixels: None, lambda pixels: {"parray:seed": "77"})
