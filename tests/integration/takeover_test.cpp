@@ -157,7 +157,7 @@ TEST_CASE("a standby knows quarantines, from being in step and from a full copy"
     faulty.listen();
     CHECK(faulty.held.empty());
     ann.join();
-    work(service, hands, job);
+    work(service, hands, job, 500, milliseconds(100));  // checks wait for another machine
     check_right(service, job, many_leases());
     CHECK(faulty.held.empty());
     service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "10.0.0.7"});
@@ -188,7 +188,7 @@ TEST_CASE("a standby undoes wrong results in a job that was cancelled during the
   twins.take_over();
   service.steer(job, msg::JobAction::requeue);
   ann.join();
-  work(service, {{&ann, honest}}, job);
+  work(service, {{&ann, honest}}, job, 500, milliseconds(100));  // checks wait for another machine
   check_right(service, job, many_leases());
 }
 

@@ -240,7 +240,7 @@ class History {
         ++tally_.no_good;
         REQUIRE_FALSE(table_.give_back(worker, epoch));
         table_.reject(epoch);
-        retire_if_unheld(r);
+        retire_if_unheld(r, false);
         continue;
       }
       std::set<WorkerId> others;
@@ -250,20 +250,23 @@ class History {
       const auto named = table_.finish(epoch);
       REQUIRE(std::set<WorkerId>(named.begin(), named.end()) == others);
       REQUIRE(move(r.range, r.check ? State::done : State::leased, State::done));
+      if (r.check) losses_.erase(r.by);
       r.late = others;
       r.holders.clear();
       r.over = true;
     }
   }
 
-  void retire_if_unheld(Record& r) {
+  void retire_if_unheld(Record& r, bool lost) {
     if (r.over || r.arrived != 0 || !r.holders.empty()) {
       return;
     }
     r.over = true;
     if (r.check) {
       Record failed{r.range, {}, 0, {}, true, r.by, r.not_by};
-      failed.not_by.insert(r.by);
+      if (!lost || ++losses_[r.by] >= LeaseTable::most_losses) {
+        failed.not_by.insert(r.by);
+      }
       failed_.push_back(failed);
     } else {
       REQUIRE(move(r.range, State::leased, State::pending));
@@ -285,7 +288,7 @@ class History {
     }
     std::sort(order.begin(), order.end());
     for (const auto& [deadline, epoch] : order) {
-      retire_if_unheld(records_.at(epoch));
+      retire_if_unheld(records_.at(epoch), true);
     }
     std::set<std::pair<Epoch, WorkerId>> expired;
     for (const auto& gone : table_.expire(now_)) {
@@ -301,7 +304,7 @@ class History {
       r.late.erase(worker);
       if (r.holders.erase(worker) > 0) {
         expected.push_back(epoch);
-        retire_if_unheld(r);
+        retire_if_unheld(r, true);
       }
     }
     std::vector<Epoch> dropped;
@@ -436,9 +439,10 @@ class History {
   std::vector<State> cells_;
   std::uint64_t most_;
   LeaseTable table_;
-  std::map<Epoch, Record> records_;  ///< every epoch ever granted
-  std::vector<Record> checks_;       ///< wanted, in their order
-  std::vector<Record> failed_;       ///< checks that another machine must make
+  std::map<Epoch, Record> records_;   ///< every epoch ever granted
+  std::vector<Record> checks_;        ///< wanted, in their order
+  std::vector<Record> failed_;        ///< checks that another machine must make
+  std::map<MachineKey, int> losses_;  ///< of checks in a row
   Epoch last_epoch_ = 0;
   Time now_{0};
 };
