@@ -32,7 +32,7 @@ class FrameScenes {
   /// Returns whether the file contains or names no trajectory, or chooses a frame of it, and is not
   /// numbered.
   [[nodiscard]] bool is_still() const;
-  /// Returns whether the file is a scene file, whose camera ParRay does not choose.
+  /// Returns whether the file is a scene file. ParRay does not choose the camera of such a file.
   [[nodiscard]] bool is_scene() const { return is_scene_; }
   /// Counts the frames of the trajectory. Throws InputError if the scene names no trajectory, or
   /// chooses a frame itself.

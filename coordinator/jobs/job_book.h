@@ -81,8 +81,8 @@ class JobBook {
   bool make_room(std::uint64_t bytes);
   /// Returns the bytes on disk at the last count.
   [[nodiscard]] std::uint64_t disk_used() const { return usage_.total; }
-  /// Every few seconds: ends quarantines, forgets old jobs, estimates errors, counts bytes on disk,
-  /// and stores uptime, progress and the time of users.
+  /// Does regular work every few seconds: ends quarantines, forgets old jobs, estimates errors and
+  /// counts bytes on disk. Stores the uptime, the progress of jobs, and the time that users used.
   void keep_house(Time now);
 
  private:

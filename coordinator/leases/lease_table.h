@@ -56,7 +56,7 @@ class LeaseTable {
   /// A check: done cells that a certain machine must trace again, so that the bits can be compared.
   struct Check {
     CellRange range;
-    MachineKey by = 0;  ///< the machine that must trace them; 0: none is able to
+    MachineKey by = 0;  ///< the machine that must trace them; 0: not chosen yet
     /// Machines that traced the cells first, or failed to make the check.
     std::set<MachineKey> not_by;
   };

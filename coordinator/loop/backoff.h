@@ -17,8 +17,8 @@ namespace parray::coordinator {
 /// whole machine, so that a new name does not help. Not thread-safe. Reads no clock.
 class Backoff {
  public:
-  /// Records that the worker failed at a job of which others traced cells. `whole`: no worker of
-  /// its machine has traced any of them. Does nothing while a delay is running.
+  /// Records that the worker failed at a job that other workers traced a part of. `whole`: no
+  /// worker of its machine has traced any part of it. Does nothing while a delay is running.
   void note_failure(Time now, const MachineId& machine, const std::string& name, bool whole);
   /// Records that the worker traced a lease. Returns whether this ended or reset a delay.
   bool note_success(const MachineId& machine, const std::string& name) {

@@ -15,7 +15,7 @@
 
 namespace parray::coordinator {
 
-/// What happened to the coordinator, a worker or a job.
+/// Kinds of events of the coordinator, its workers and its jobs.
 enum class FarmEventKind : std::uint8_t {
   started,
   joined,

@@ -159,12 +159,7 @@ TEST_CASE("a check waits for the only other machine if that lost its lease in a 
     const RenderSettings settings = settings_with_long_leases();
     const JobId job = service.submit(small_scene(), settings);
     work(service, {{&faulty, slow(lies)}, {&bob, idle}}, job, 20);
-    for (int i = 0; i < 40; ++i) {  // `bob` is silent for 8 s
-      service.turn(milliseconds(200));
-      faulty.listen();
-      faulty.beat();
-      if (!faulty.held.empty()) slow(lies)(faulty, faulty.put_down());
-    }
+    work(service, {{&faulty, slow(lies)}}, job, 40, milliseconds(200));  // `bob` is silent
     REQUIRE(service.worker("bob").is_null());
     REQUIRE(service.tally().lost == 1);
     CHECK(service.state(job) == "running");
@@ -190,13 +185,7 @@ TEST_CASE("a check waits only for a while for a machine that was lost, and not f
     work(service, {{&ann, slow(false)}, {&bob, idle}}, job, 20);
     if (!lost) bob.say(msg::Bye{"in a test"});
     const Time began = service.now();
-    const auto alone = [&](Hand& hand, const msg::Grant& grant) { slow(false)(hand, grant); };
-    for (int i = 0; i < 500 && service.state(job) != "done"; ++i) {
-      service.turn(milliseconds(200));
-      ann.listen();
-      ann.beat();
-      if (!ann.held.empty()) alone(ann, ann.put_down());
-    }
+    work(service, {{&ann, slow(false)}}, job, 500, milliseconds(200));
     REQUIRE(service.state(job) == "done");
     CHECK(contains(service.job(job).at("flag"), "not checked completely"));
     CHECK((service.now() - began > seconds(20)) == lost);
