@@ -99,7 +99,7 @@ def openapi(farm):
     """The description, with the options that this farm takes."""
     document = copy.deepcopy(OPENAPI)
     options = document["components"]["schemas"]["Options"]
-    options["properties"] = {name: options["properties"].get(name, {}) for name in farm.options}
+    options["properties"] = {name: farm.descriptions.get(name, options["properties"].get(name, {})) for name in farm.options}
     return document
 
 

@@ -89,6 +89,7 @@ class FakeFarm:
         self.sent = []  # (path, body) of every POST
         self.farm_fields, self.server_fields, self.plan_fields = {}, {}, {}  # replace fields of /farm, /server and /plan
         self.options = fake_console.option_names()  # that POST /jobs takes
+        self.descriptions = {}  # of options, instead of those of openapi.json
         self.log_refusal = None  # (status, detail) of each request for a worker's log
         self.port = 0
 

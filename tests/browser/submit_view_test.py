@@ -64,6 +64,17 @@ class Form(BrowserTest):
             self.assertEqual(options, {**wanted, "progressive": True})
             self.assertIn(b'name="water.xyz"', body)
 
+    def test_the_server_describes_the_choices_and_the_ranges_of_numbers(self):
+        with FakeFarm(jobs=3, changes=0) as farm:
+            farm.descriptions = {"sampler": {"enum": ["sobol", "other"]}, "crystal": {"type": "boolean"}, "seed": {"minimum": 5, "maximum": 9}}
+            page = self.form(farm, self.file("water.xyz"))
+            values = lambda name: page.locator(f"form [name={name}]").evaluate("e => [...e.options].map(o => o.value)")
+            expect(page.locator("form [name=seed]")).to_have_attribute("max", "9")
+            expect(page.locator("form [name=seed]")).to_have_attribute("min", "5")
+            self.assertEqual(values("sampler"), ["", "sobol", "other"])
+            self.assertEqual(values("crystal"), ["", "on", "off"])
+            self.assertIn("iso", values("view"))
+
     def test_fields_that_the_server_does_not_take_are_hidden_and_not_sent(self):
         with FakeFarm(jobs=3, changes=0) as farm:
             for name in ("denoise", "legend", "background", "preview_of"):

@@ -6,7 +6,7 @@ import {day, forecastText, hour, mayTakeLong, roughly, secondsOf} from './foreca
 import {bytes, stem} from './format.js';
 import {jobLink} from './parts.js';
 import {quickLookOptions, quickSamples, quickWidth, rememberQuickLook} from './quick_look.js';
-import {check, field, furtherFields, hideUnknown, optionOf, particleFields, pictureFields, readFields, TargetChoice} from './submit_fields.js';
+import {check, describeFields, field, furtherFields, optionOf, particleFields, pictureFields, readFields, TargetChoice} from './submit_fields.js';
 import {ChosenFiles} from './submit_files.js';
 
 const patience = 8000;  // ms that a job waits for its own forecast before it is submitted
@@ -24,7 +24,7 @@ export class SubmitView {
   #status = new Map();  // by the first file of a job: {text, kind} or {progress}
   #plans = new Map();  // forecasts by the first file of a job
   #canForecast = true;
-  #taken;  // names of the options that the server takes; undefined: not known
+  #described;  // the server's descriptions of the options that it takes; undefined: not known
   #busy = false;
 
   constructor(farm) {
@@ -46,7 +46,7 @@ export class SubmitView {
     this.form = el('form', {oninput: () => this.#changed(), onsubmit: event => this.#submit(event)}, ...this.#parts());
     this.element = el('section', {class: 'view submit', 'aria-labelledby': 'submit-title'},
       el('div', {class: 'bar-of-view'}, el('h1', {id: 'submit-title', tabindex: -1}, 'Submit a scene')), this.form);
-    this.#hideFields();
+    this.#fitFields();
   }
 
   #parts() {
@@ -62,13 +62,13 @@ export class SubmitView {
   }
 
   show() {
-    this.#hideFields();
+    this.#fitFields();
     this.#loadOptions();
   }
 
   update(changes) {
     if (!changes.connection) return;
-    this.#hideFields();
+    this.#fitFields();
     this.#loadOptions();
   }
 
@@ -91,25 +91,26 @@ export class SubmitView {
   }
 
   #takes(option) {
-    return !this.#taken || this.#taken.has(option);
+    return !this.#described || option in this.#described;
   }
 
-  /** Reads which options the server takes. */
+  /** Reads which options the server takes, and what they accept. */
   async #loadOptions() {
-    if (this.#taken || !this.#farm.server) return;
+    if (this.#described || !this.#farm.server) return;
     try {
       const {paths, components} = await getJson('openapi.json');
-      this.#taken = new Set(Object.keys(components.schemas.Options.properties));
+      this.#described = components.schemas.Options.properties;
       this.#canForecast = '/api/v1/plan' in paths;
     } catch {
       return;  // the form shows all fields, and the server reports wrong ones
     }
-    this.#hideFields();
+    this.#fitFields();
   }
 
-  /** Hides what the server does not take. It takes webhooks only if it permits a host. */
-  #hideFields() {
-    hideUnknown(this.form, name => this.#takes(name) && (name !== 'webhook' || this.#farm.server?.webhooks === true));
+  /** Fits the fields to what the server takes. It takes webhooks only if it permits a host. */
+  #fitFields() {
+    const taken = name => this.#takes(name) && (name !== 'webhook' || this.#farm.server?.webhooks === true);
+    describeFields(this.form, this.#described, taken);
     this.#showFiles();
   }
 

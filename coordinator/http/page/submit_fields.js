@@ -1,38 +1,37 @@
-// The fields of the form that submits jobs: what they are called, and what they mean as options of a job.
+// The fields of the form that submits jobs: what they are called, and what they mean as options of a job. The server's
+// description of its options (openapi.json) gives the choices and the least and greatest numbers.
 
 import {el, setText} from './dom.js';
 
 const number = (name, text, more = {}) => ({name, text, type: 'number', ...more});
 const word = (name, text, hint, more = {}) => ({name, text, hint, type: 'text', ...more});
-const choice = (name, text, choices, more = {}) => ({name, text, choices, ...more});
+const choice = (name, text, more = {}) => ({name, text, choice: true, ...more});
 
 export const pictureFields = [
   word('name', 'Name', 'from the file', {maxlength: 128}),
-  choice('quality', 'Quality', ['draft', 'good', 'print'], {title: 'draft: half as wide and high, error 0.05, denoised. good: error 0.02. print: twice as wide and high, error 0.005'}),
-  number('width', 'Width', {min: 1, hint: 'from the scene'}), number('height', 'Height', {min: 1, hint: 'from the scene'}),
-  number('spp', 'Samples per pixel', {min: 1, hint: 'from the scene'}),
+  choice('quality', 'Quality', {title: 'draft: half as wide and high, error 0.05, denoised. good: error 0.02. print: twice as wide and high, error 0.005'}),
+  number('width', 'Width', {hint: 'from the scene'}), number('height', 'Height', {hint: 'from the scene'}),
+  number('spp', 'Samples per pixel', {hint: 'from the scene'}),
   number('time_limit', 'Time limit in seconds', {min: 0, step: 'any', hint: 'none'}),
-  number('priority', 'Priority, 0 to 100', {min: 0, max: 100, hint: '50'})];
+  number('priority', 'Priority, 0 to 100', {hint: '50'})];
 
 export const furtherFields = [
-  number('max_depth', 'Max. ray segments per path', {min: 1, hint: 'from the scene'}), number('seed', 'Seed', {min: 0, hint: 'from the scene'}),
-  choice('sampler', 'Sampler', ['independent', 'sobol']),
-  choice('precision', 'Precision', ['auto', 'f32', 'mixed', 'f64']),
-  choice('schedule', 'Schedule', ['static', 'guided', 'factoring', 'weighted']),
-  number('max_failures', 'Machines that may fail', {min: 1, max: 1000, hint: 'from the farm', title: 'The job fails when so many machines have failed at the same part of it'}),
+  number('max_depth', 'Max. ray segments per path', {hint: 'from the scene'}), number('seed', 'Seed', {hint: 'from the scene'}),
+  choice('sampler', 'Sampler'), choice('precision', 'Precision'), choice('schedule', 'Schedule'),
+  number('max_failures', 'Machines that may fail', {hint: 'from the farm', title: 'The job fails when so many machines have failed at the same part of it'}),
   {name: 'webhook', text: 'Webhook when finished', type: 'url', hint: 'none'}];
 
 export const particleFields = [
-  choice('style', 'Style', ['studio', 'publication', 'flat', 'night', 'spheres', 'balls-and-sticks', 'sticks'], {usual: 'studio'}),
-  choice('view', 'View', ['auto', 'front', 'back', 'left', 'right', 'top', 'bottom', 'iso'], {usual: 'auto'}),
+  choice('style', 'Style', {usual: 'studio'}),
+  choice('view', 'View', {usual: 'auto'}),
   word('background', 'Background', 'of the style', {title: 'white, black, grey or #RRGGBB'}),
   word('select', 'Selection', 'all particles', {title: 'For example: chain A and not water; element C N O; within 5 of resname HEM', wide: true}),
   word('color_by', 'Colour by', 'automatic', {list: ['element', 'type', 'chain', 'residue', 'atom', 'x', 'y', 'z', 'radius', 'index', 'resid', 'b_factor', 'charge', 'vx'],
     title: 'A category, or any number of the particles'}),
-  choice('colormap', 'Colour map', ['viridis', 'magma', 'inferno', 'plasma', 'cividis', 'blue-red', 'grey', 'violet-yellow'], {usual: 'viridis'}),
+  choice('colormap', 'Colour map', {usual: 'viridis'}),
   word('range', 'Range of colours', 'lowest:highest', {title: 'Two numbers such as 0:5, or percentiles such as 1%:99%'}),
   word('radius', 'Radius', 'from the file', {title: 'A number, by-element, covalent or column', numeric: true}),
-  choice('crystal', 'Crystal', ['on', 'off'], {title: 'on: covalent radii, copies of the atoms on the faces of the cell, and the cell', onOff: true}),
+  choice('crystal', 'Crystal', {title: 'on: covalent radii, copies of the atoms on the faces of the cell, and the cell', onOff: true}),
   word('replicate', 'Repeat the cell', '1x1x1', {pattern: '\\d+x\\d+x\\d+', title: 'Copies along the edges a, b, c, such as 3x3x2'}),
   word('frames', 'Frames', 'one picture', {title: 'Frames of a trajectory: all, or FIRST:LAST:STEP such as 0:100:5. They become one job, a series'})];
 
@@ -44,10 +43,9 @@ export const targets = [
 const allFields = [...pictureFields, ...furtherFields, ...particleFields, {name: 'denoise', text: 'Denoise'}, {name: 'legend', text: 'Legend'},
   ...targets.slice(1).map(({value, label}) => ({name: value, text: label}))];
 
-export function field({name, text, choices, usual, hint, list, title, wide, numeric, onOff, ...attributes}) {
+export function field({name, text, choice, usual, hint, list, title, wide, numeric, onOff, ...attributes}) {
   const id = list && 'list-of-' + name;
-  const input = choices ?
-    el('select', {name}, el('option', {value: ''}, usual ?? 'default'), ...choices.filter(value => value !== usual).map(value => el('option', {value}, value))) :
+  const input = choice ? el('select', {name}, el('option', {value: ''}, usual ?? 'default')) :
     el('input', {name, placeholder: hint, autocomplete: 'off', spellcheck: 'false', list: id, ...attributes});
   return el('label', {class: wide ? 'field wide' : 'field', title}, el('span', {}, text), input,
     list && el('datalist', {id}, ...list.map(value => el('option', {value}))));
@@ -63,11 +61,25 @@ function valueOf({type, numeric, onOff}, input) {
   return type === 'number' || (numeric && Number.isFinite(Number(text))) ? Number(text) : text;
 }
 
-/** Hides the fields of options that the server does not take. `known(name)` returns whether it takes one. */
-export function hideUnknown(form, known) {
-  for (const {name} of allFields) {
+const choicesOf = ({type, enum: values, examples}) => type === 'boolean' ? ['on', 'off'] : values ?? examples ?? [];
+
+/** Adds the choices that the server describes. Does so once, and keeps what the user chose. */
+function addChoices(select, usual, described) {
+  if (select.options.length > 1) return;
+  select.append(...choicesOf(described).filter(value => value !== usual).map(value => el('option', {value}, value)));
+}
+
+/** Gives the fields what the server describes: choices, and least and greatest numbers. `options` is undefined if the
+ * server did not answer. Hides the fields of options for which `taken(name)` is false, and choices without a choice. */
+export function describeFields(form, options, taken) {
+  for (const {name, choice, usual} of allFields) {
     const input = form.elements[name];
-    if (input) input.disabled = input.closest('label').hidden = !known(name);
+    const described = options?.[name];
+    if (!input) continue;
+    if (choice && described) addChoices(input, usual, described);
+    if (described?.minimum !== undefined) input.min = described.minimum;
+    if (described?.maximum !== undefined) input.max = described.maximum;
+    input.disabled = input.closest('label').hidden = !taken(name) || (Boolean(choice) && input.options.length < 2);
   }
 }
 
