@@ -457,8 +457,8 @@ int serve(Arguments& a) {
   if (state.fenced()) {
     state.remember_fence();
     throw RunError("fenced: the standby at " + a.state.replicate_to +
-                   " has taken over: start this coordinator with --standby to make it the new "
-                   "standby");
+                   " has taken over: to make this the new standby, replace --replicate-to by "
+                   "--standby, and restart the other coordinator with --replicate-to");
   }
   return 0;
 }

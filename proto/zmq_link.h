@@ -11,8 +11,12 @@
 
 namespace parray::proto {
 
-/// The largest frame, in bytes, that both sides accept by default.
+/// The largest frame, in bytes, that coordinators and workers accept by default.
 inline constexpr std::size_t default_max_message_bytes = std::size_t{1} << 30;
+
+/// The largest frame, in bytes, that a client accepts. A picture of limits::max_pixels pixels with
+/// its statistics and both halves has 3.5 GiB.
+inline constexpr std::size_t max_answer_bytes = std::size_t{1} << 32;
 
 /// Returns whether only this machine can reach an endpoint: tcp://127.X.X.X:*, tcp://[::1]:*,
 /// tcp://localhost:*, ipc://*.

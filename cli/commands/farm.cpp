@@ -31,7 +31,7 @@ static std::optional<MemberKey> key_of(const FarmOptions& farm) {
 
 FarmClient::FarmClient(const FarmOptions& farm)
     // No linger time: when the client ends, it has the answers to its requests or has given up.
-    : link_(zmq_connect(farm.address(), default_max_message_bytes, Time(0), key_of(farm))),
+    : link_(zmq_connect(farm.address(), max_answer_bytes, Time(0), key_of(farm))),
       client_(*link_, clock_,
               {.address = farm.address(),
                .silence_hint = farm.keys().empty() ? " (or it requires a key: --keys)"

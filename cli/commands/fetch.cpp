@@ -45,7 +45,9 @@ int fetch(const FetchCommand& command) {
   check_request({RenderMode::fetch, {}, {}, command.output, {}, 1});
   const bool series = has_frame_number(outputs.image.string());
   if (series && command.partial) {
-    throw InputError("--partial writes the picture of one job: give the number of a frame's job");
+    throw InputError(
+        "--partial writes one picture: give a file name without #; of a series, give the number of "
+        "a frame's job");
   }
   if (!series) check_outputs(outputs);
   FarmClient client(command.farm);

@@ -84,8 +84,8 @@ void ParticleOptions::check_unused(const std::string& file) const {
   if (given.empty()) return;
   throw InputError(
       given.substr(1) + ": " + printable(file, 4096) +
-      " is not a particle file: change its section \"particles\" instead of using options "
-      "for particle files");
+      " is not a particle file but a scene: leave out the options or, if the scene has a section "
+      "\"particles\", change that");
 }
 
 ParticleSource ParticleOptions::source() const {

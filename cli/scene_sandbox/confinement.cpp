@@ -217,7 +217,9 @@ void enclose_process(const Enclosure& enclosure) {
   // NOLINTNEXTLINE(concurrency-mt-unsafe): there is one thread
   static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));  // write() then fails with an error
   if (setrlimit(RLIMIT_FSIZE, &size) != 0 || prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) {
-    throw RunError("a limit of this process cannot be set");
+    throw RunError(
+        "this machine cannot confine the reading of scenes: check that the limit of file "
+        "sizes (ulimit -H -f) is unlimited, and use Linux 3.5 or later");
   }
   restrict_files(enclosure.directory);
   restrict_calls();

@@ -13,9 +13,13 @@
 namespace parray::scene_sandbox {
 namespace {
 
-void limit(decltype(RLIMIT_AS) what, rlim_t value) {
+/// `option` is the option of the coordinator that gives the limit.
+void limit(decltype(RLIMIT_AS) what, rlim_t value, const std::string& option) {
   const rlimit wanted{value, value};
-  if (setrlimit(what, &wanted) != 0) throw RunError("a limit of this process cannot be set");
+  if (setrlimit(what, &wanted) != 0) {
+    throw RunError("the coordinator's own limits (ulimit -H -a) are below " + option +
+                   ": start it with higher limits, or lower the option");
+  }
 }
 
 }  // namespace
@@ -27,10 +31,10 @@ Enclosure enclosure_of(std::uint64_t file_bytes) {
 void confine(const ChildResources& resources, std::uint64_t file_bytes) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   prctl(PR_SET_DUMPABLE, 0);
-  limit(RLIMIT_CORE, 0);
-  limit(RLIMIT_CPU, resources.seconds);
+  limit(RLIMIT_CORE, 0, "0");
+  limit(RLIMIT_CPU, resources.seconds, "--http-scene-seconds");
 #ifndef PARRAY_SANITIZED  // the shadow memory of sanitizers needs a huge address space
-  limit(RLIMIT_AS, resources.memory);
+  limit(RLIMIT_AS, resources.memory, "--http-scene-memory");
   enclose_process(enclosure_of(file_bytes));
 #else
   static_cast<void>(file_bytes);
@@ -39,7 +43,9 @@ void confine(const ChildResources& resources, std::uint64_t file_bytes) {
 
 void keep_bytes(const std::filesystem::path& file, std::string_view bytes) {
   if (!write_file(file, bytes)) {
-    throw RunError("writing " + file.filename().string() + " failed: is the disk full?");
+    throw RunError("the server cannot write the temporary file " + file.filename().string() +
+                   ": its disk may be full: make room below --state or, without --state, below "
+                   "TMPDIR");
   }
 }
 

@@ -45,7 +45,7 @@ std::uint64_t parse_length(const std::string& text) {
   const std::optional<std::uint64_t> value = natural_in(text);
   if (!value) {
     refuse_head("Content-Length: '" + printable(text) +
-                "' is not a number of bytes: send decimal digits");
+                "' is not a number of bytes: send decimal digits, below 2^64");
   }
   return *value;
 }
@@ -76,12 +76,18 @@ void find_body(RequestHead& head) {
 /// Removes the authority from a target in absolute form (RFC 9112, section 3.2.2) and returns it.
 /// Returns "" if the target has another form.
 std::string take_authority(std::string& target) {
-  const std::string scheme = lower_case(std::string_view(target).substr(0, target.find("://")));
+  constexpr std::string_view mark = "://";
+  const std::size_t colon = target.find(mark);
+  if (colon == std::string::npos) return "";
+  const std::string scheme = lower_case(std::string_view(target).substr(0, colon));
   if (scheme != "http" && scheme != "https") return "";
-  const std::size_t begin = scheme.size() + std::string_view("://").size();
+  const std::size_t begin = colon + mark.size();
   const std::size_t end = std::min(target.find_first_of("/?", begin), target.size());
   std::string authority = target.substr(begin, end - begin);
-  if (authority.empty() || authority.find('@') != std::string::npos) {
+  if (authority.find('@') != std::string::npos) {
+    refuse_head("the URL of the request contains a user name: send http://HOST/PATH");
+  }
+  if (authority.empty()) {
     refuse_head("'" + printable(target, 200) + "' contains no host: send http://HOST/PATH");
   }
   target.erase(0, end);
@@ -149,7 +155,7 @@ RequestHead parse_head(std::string_view bytes) {
     const std::size_t end = std::min(bytes.find(line_break, begin), bytes.size());
     const std::string_view line = bytes.substr(begin, end - begin);
     if (std::ranges::any_of(line, is_control)) {
-      refuse_head("the headers of the request contain control characters: remove them");
+      refuse_head("the head of the request contains control characters: remove them");
     }
     if (begin == 0) {
       parse_request_line(line, head);

@@ -81,9 +81,9 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     }
     const std::uint64_t needed = JobPicture::memory(m.settings) + m.scene.size();
     if (needed > farm_.options.memory) {
-      throw InputError("the picture needs " + megabytes(needed) +
+      throw InputError("the picture and its scene need " + megabytes(needed) +
                        " of memory, and this coordinator has " + megabytes(farm_.options.memory) +
-                       ": raise --memory, or render fewer pixels");
+                       ": raise --memory, or submit fewer pixels or shapes");
     }
     if (farm_.store == nullptr &&
         !(fits_beside_scenes(needed, m.scene.size()) && make_room(m.scene.size()))) {
@@ -145,7 +145,9 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
       accepted->refusal = error.what();
       accepted->status = 1;
     } catch (const std::bad_alloc&) {
-      accepted->refusal = "not enough memory for this scene";
+      accepted->refusal =
+          "the coordinator has too little memory for this scene: try again later, or submit a "
+          "smaller one";
       accepted->status = 1;
     }
     const auto outcome = [this, accepted, peer, request] { accept_job(peer, request, *accepted); };
@@ -206,8 +208,13 @@ void JobBook::check_preview(const JobRecord& record) const {
   }
   const JobIndex::Frames* named = farm_.index.listed_as(of);
   if (named == nullptr) {
+    const auto frame = farm_.jobs.find(of);
     throw InputError(
-        fmt::format("preview_of: no job {}: submit the job before its quick look", of));
+        frame == farm_.jobs.end()
+            ? fmt::format(
+                  "preview_of: there is no job or series {}: submit it before its quick look", of)
+            : fmt::format("preview_of: job {} is a frame of series {}: name the series", of,
+                          frame->second.record.series_id));
   }
   const JobRecord& job = named->begin()->second->record;
   if (job.user != record.user) {
@@ -239,7 +246,8 @@ std::uint64_t pixels_of(const JobRecord& record) { return pixel_count(record.set
 
 void JobBook::check_limits(const JobRecord& record) const {
   const Limits& limits = farm_.options.limits;
-  const std::string whose = record.user.empty() ? "you have" : "'" + record.user + "' has";
+  const std::string whose =
+      record.user.empty() ? "clients without a key have" : "'" + record.user + "' has";
   if (pixels_of(record) > limits.pixels) {
     throw InputError(
         fmt::format("the picture has {} pixels, and this coordinator allows {}: render "
@@ -273,10 +281,10 @@ void JobBook::check_limits(const JobRecord& record) const {
                     whose, gigabytes(disk), gigabytes(limits.user_disk)));
   }
   if (usage_.total + record.scene_bytes > limits.disk) {
-    throw NoRoom(
-        fmt::format("this coordinator's jobs use {} of its disk, and the limit is {}: remove jobs "
-                    "with parray forget, or raise --max-disk",
-                    gigabytes(usage_.total), gigabytes(limits.disk)));
+    throw NoRoom(fmt::format(
+        "with this job all jobs have {} on this coordinator's disk, more than {}: remove "
+        "jobs with parray forget, or raise --max-disk",
+        gigabytes(usage_.total + record.scene_bytes), gigabytes(limits.disk)));
   }
 }
 

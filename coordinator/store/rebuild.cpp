@@ -151,7 +151,7 @@ class Rebuilder {
     }
     if (!trusts_database_ && !survey_.is_backup &&
         (row == nullptr || row->batch != copy.batch || !row->record)) {
-      report(job_name(id) + " was restored from jobs/" + std::to_string(id) + "/job.json");
+      report(job_name(id) + " was restored from the copy in jobs/" + std::to_string(id));
     }
     if (!trusts_database_ && taken.rows) {  // appending results does not rewrite the copy
       taken.rows->bytes =
@@ -211,8 +211,8 @@ class Rebuilder {
   void repair_rows(const FileDamage& damage, JobRow& row) {
     const fs::path file = files_.rows(damage.job, row.rows->number);
     const std::uint64_t sound = sound_bytes(file);
-    report("lost: " + damage.line + ": the rest of " + job_name(damage.job) +
-           " will be traced again");
+    report("lost: " + damage.line + ": " + job_name(damage.job) +
+           " traces the rest again, if it is unfinished or queued again");
     const fs::path kept = file.string() + ".sound";
     std::error_code error;
     if (sound > 0) {
@@ -241,7 +241,7 @@ class Rebuilder {
       if (row.rows && row.record && record_from_json(id, *row.record).state != JobState::done) {
         report(job_name(id) + " keeps " + std::to_string(row.rows->bytes) +
                " bytes of results: with this database nobody can tell whether that is all. What is "
-               "missing will be traced again");
+               "missing is traced again if the job is unfinished or queued again");
       }
     }
   }

@@ -218,6 +218,8 @@ class Frames(SubmitCase):
             self.assertEqual(list(frames), [0, 2, 4])
             shown = farm.get(f"/jobs/{series}").json()
             self.assertEqual((shown["frames"], shown["name"]), (3, "apart"))
+            look = farm.post_form(("f", "run.xyz", trajectory(1)), options(**SMALL, preview_of=frames[2]))
+            self.assert_problem(look, 422, f"job {frames[2]} is a frame of series {series}: name the series")
 
             (farm.directory / "run.xyz").write_text(trajectory(5))
             scene = farm.directory / "run.json"

@@ -207,7 +207,7 @@ class Jobs(WebCase):
             job = farm.submitted(farm.post_scene())
             look = farm.submitted(farm.post_with(preview_of=job))
             self.assertEqual(farm.get(f"/jobs/{look}").json()["preview_of"], job)
-            self.assert_problem(farm.post_with(preview_of=999), 422, "no job 999")
+            self.assert_problem(farm.post_with(preview_of=999), 422, "there is no job or series 999")
             self.assert_problem(farm.post_with(preview_of=look), 422, "is itself a quick look")
             self.assert_problem(farm.post_with(preview_of="7"), 422, "preview_of")
             farm.ask("POST", f"/api/v1/jobs/{job}/cancel")

@@ -93,7 +93,8 @@ CheckResult check_pictures(const std::filesystem::path& directory) {
   if (exr && png) return passed("EXR and PNG files have the same values after reading back");
   return failed(std::string(exr ? "" : "EXR") + (exr || png ? "" : " and ") + (png ? "" : "PNG") +
                     " files have other values after reading back",
-                "reinstall OpenImageIO (Debian: libopenimageio2.4) and OpenEXR");
+                std::string("reinstall ") + (exr ? "" : "OpenEXR (Debian: libopenexr-3-1-30)") +
+                    (exr || png ? "" : " and ") + (png ? "" : "libpng (Debian: libpng16-16)"));
 }
 
 CheckResult check_state(const std::filesystem::path& directory) {
@@ -114,8 +115,10 @@ CheckResult check_state(const std::filesystem::path& directory) {
   DiskStore store(place);
   return store.scene(digest) == bytes
              ? passed("committed data is there after closing and opening")
-             : failed("committed data is missing after closing and opening",
-                      "use a local disk for --state: SQLite needs its locks and syncs to work");
+             : failed(
+                   "committed data is missing after closing and opening",
+                   "TMPDIR is on a disk that loses committed data: if --state is on the same disk, "
+                   "move it to a local one, because SQLite needs its locks and syncs to work");
 }
 
 }  // namespace parray::doctor

@@ -196,7 +196,8 @@ class AsciiReader {
  private:
   [[noreturn]] void fail_width(const PlyElement& element) {
     input_->fail(std::to_string(words_.size()) + " values do not fit the properties of element '" +
-                 printable(element.name) + "': write one value for each property");
+                 printable(element.name) +
+                 "': write one value for each property; for a list, its length and then its items");
   }
 
   ParticleInput* input_;

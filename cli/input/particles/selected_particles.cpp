@@ -106,13 +106,16 @@ ParticleArrows arrows_to_draw(const ParticleSource& source, Particles& particles
     return arrows_of(source.arrows, source.arrow_scale, particles, source.arrow_measure);
   } catch (const UnknownNumber&) {
     request.all = true;
+    const std::vector<NumberColumn> numbers = read_particles(file, request).numbers;
     std::string names;
-    for (const NumberColumn& column : read_particles(file, request).numbers) {
+    for (const NumberColumn& column : numbers) {
       names += (names.empty() ? "" : ", ") + printable(column.name);
     }
-    throw SourceError("arrows", "the file has no vectors '" + printable(source.arrows) +
-                                    (names.empty() ? "', and no other numbers: leave out arrows"
-                                                   : "': name three of its numbers: " + names));
+    throw SourceError(
+        "arrows",
+        "the file has no vectors '" + printable(source.arrows) +
+            (numbers.size() < 3 ? "': leave out arrows"
+                                : "': leave out arrows, or name three of its numbers: " + names));
   }
 }
 

@@ -31,7 +31,7 @@ bool looks_like_infinity_or_nan(std::string_view token) {
 std::string_view remedy_for(std::string_view reason, std::string_view token) {
   const bool bad_word = reason.starts_with("invalid literal") || reason.starts_with("invalid num");
   if (bad_word && looks_like_infinity_or_nan(token)) {
-    return "JSON has no NaN or Infinity; write a finite number";
+    return "JSON has no NaN or Infinity; write finite numbers, and words in double quotes";
   }
   if (bad_word && (token.ends_with('/') || token.ends_with('#'))) {
     return "JSON has no comments; remove them";
@@ -42,7 +42,10 @@ std::string_view remedy_for(std::string_view reason, std::string_view token) {
   }
   if (bad_word) return "write a number such as 0.5 or 1e3, or a string in double quotes";
   if (reason.starts_with("unexpected ']'") || reason.starts_with("unexpected '}'")) {
-    return "remove the comma before it";
+    return reason.ends_with("expected ']'") ? "close the list with ]"
+           : reason.ends_with("expected '}'")
+               ? "close the object with }"
+               : "remove the comma before it, or write what is missing";
   }
   if (reason.find("UTF-8") != std::string_view::npos) return "save the file as UTF-8";
   return "look for a missing quote, comma or bracket";
@@ -216,7 +219,7 @@ bool SaxHandler::open(JsonKind kind) {
   JsonValue value = make(kind);
   if (frames_.empty()) {
     if (kind != JsonKind::object) {
-      fail("expected an object, found an array: check that this is a scene");
+      fail("expected an object, found an array: check that this is the right file");
     }
     start_line_ = value.line;
     started_ = true;
@@ -249,7 +252,7 @@ bool SaxHandler::close() {
 bool SaxHandler::put(JsonValue value) {
   if (frames_.empty()) {
     fail("expected an object, found " + std::string(name_of(value.kind)) +
-         ": check that this is a scene");
+         ": check that this is the right file");
   }
   count_value();
   Frame& parent = frames_.back();
@@ -302,11 +305,11 @@ std::string SaxHandler::pointer() const {
 bool SaxHandler::parse_error(std::size_t, const std::string& last_token,
                              const Json::exception& error) {
   if (started_ && frames_.empty()) {
-    fail("text follows the end of the scene: remove it");
+    fail("text follows the end of the JSON object: remove it");
   }
   if (source_.end_was_reached()) {
-    fail(started_ ? "the file ends in the middle of the scene: check that the file is complete"
-                  : "the file is empty: write a scene, which is a JSON object");
+    fail(started_ ? "the file ends within the JSON object: check that the file is complete"
+                  : "the file is empty: write a JSON object");
   }
   constexpr int number_overflow = 406;
   if (error.id == number_overflow) {
@@ -325,7 +328,7 @@ bool ByteSource::refill() {
   if (blocks_total_ - token_start_ > max_token_bytes) {
     fail_at(file_, line_, "",
             "a text or a run of blanks is longer than " + std::to_string(max_token_bytes) +
-                " bytes: check that this is a scene");
+                " bytes: check that this is a JSON file");
   }
   next_ = filled_ = 0;
   load();
@@ -344,7 +347,7 @@ void ByteSource::load() {
   blocks_total_ += got;
   if (blocks_total_ > limits::max_scene_file_bytes) {
     fail_at(file_, line_, "",
-            "the scene is larger than " + std::to_string(limits::max_scene_file_bytes) +
+            "the file is larger than " + std::to_string(limits::max_scene_file_bytes) +
                 " bytes: split it");
   }
 }

@@ -93,7 +93,8 @@ Font::Font(double size, const std::filesystem::path& file)
       FT_New_Face(library_->library, file.c_str(), 0, &library_->face) != 0 ||
       FT_Set_Char_Size(library_->face, em, em, 72, 72) != 0) {
     throw RunError(file.string() +
-                   ": the font of labels cannot be read: install fonts-dejavu-core again");
+                   ": the font of labels cannot be read: install again what contains the file: "
+                   "fonts-dejavu-core, or ParRay");
   }
 }
 
@@ -129,7 +130,9 @@ void Font::draw(Coverage& coverage, const Point& origin, std::string_view text) 
 void Font::check(std::string_view text, const std::string& what) const {
   while (!text.empty()) {
     const std::optional<char32_t> code = take_character(text);
-    if (!code) throw InputError(what + ": the text is not UTF-8: save it in that encoding");
+    if (!code)
+      throw InputError(what +
+                       ": the text is not UTF-8: use a terminal or a script with that encoding");
     const bool control = *code < 0x20 || (*code >= 0x7F && *code < 0xA0);
     if (!control && FT_Get_Char_Index(library_->face, *code) != 0) continue;
     char name[16];

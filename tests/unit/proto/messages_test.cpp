@@ -12,9 +12,11 @@
 #include <vector>
 
 #include "common/base/bytes.h"
+#include "common/image/picture_bytes.h"
 #include "common/scene/limits.h"
 #include "common/scene/settings.h"
 #include "proto/control_frame.h"
+#include "proto/zmq_link.h"
 #include "tests/support/protocol_table.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_messages.h"
@@ -73,6 +75,11 @@ std::string problem_with(const std::string& type, const std::string& key, const 
 }
 
 }  // namespace
+
+TEST_CASE("a client accepts the frame of the largest picture with its statistics and halves") {
+  CHECK(max_answer_bytes >
+        image::picture_size(1, limits::max_pixels, image::PictureDetail::replicates) + 1000);
+}
 
 TEST_CASE("every message has the type, keys, values and frames that PROTOCOL.md lists") {
   const auto messages = sample_messages();

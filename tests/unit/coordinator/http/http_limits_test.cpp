@@ -86,6 +86,8 @@ TEST_CASE("a target in absolute form becomes a path, and its host replaces the f
   CHECK(read("http://a").target == "/");
   CHECK(read("/b").field("host") == "field");
   CHECK(read("ftp://a/b").target == "ftp://a/b");
+  CHECK(read("http").target == "http");  // not a path: the caller refuses it
+  CHECK(read("https:").target == "https:");
   CHECK(status_of_head("GET http:///b HTTP/1.1\r\n\r\n") == 400);
   CHECK(status_of_head("GET http://user@a/b HTTP/1.1\r\n\r\n") == 400);
 }

@@ -222,13 +222,13 @@ TEST_CASE("PLY: data that do not fit the header are refused") {
        "a.ply:9: text follows the last element: check the counts in the header"},
       {"too few values", "a.ply", ascii_ply("1") + "0.125 0.125\n",
        "a.ply:8: 2 values do not fit the properties of element 'vertex': write one value for each "
-       "property"},
+       "property; for a list, its length and then its items"},
       {"too many values", "a.ply", ascii_ply("1") + "0 0 0 0\n",
        "a.ply:8: 4 values do not fit the properties of element 'vertex': write one value for each "
-       "property"},
+       "property; for a list, its length and then its items"},
       {"a long list", "a.ply", ascii_ply("1", list) + "0 0 0 3 1 2\n",
        "a.ply:9: 6 values do not fit the properties of element 'vertex': write one value for each "
-       "property"},
+       "property; for a list, its length and then its items"},
       {"a list of nonsense", "a.ply", ascii_ply("1", list) + "0 0 0 -1\n",
        "a.ply:9: list 'l' has no valid size: check the header"},
       {"short data", "a.ply", binary_ply("2") + floats(0, 0, 0) + floats(0, 0, 0).substr(1),

@@ -110,8 +110,8 @@ TEST_CASE("the scene before damage is valid") { CHECK(message_of(valid_scene()) 
 
 TEST_CASE("text that is not JSON is refused with the line and a remedy") {
   check_all({
-      {"empty", "", "s.json:1: /: the file is empty: write a scene, which is a JSON object"},
-      {"blank", " \n\n ", "s.json:3: /: the file is empty: write a scene, which is a JSON object"},
+      {"empty", "", "s.json:1: /: the file is empty: write a JSON object"},
+      {"blank", " \n\n ", "s.json:3: /: the file is empty: write a JSON object"},
       {"not JSON", "\x89PNG\r\n",
        "s.json:1: /: the text is not JSON (invalid literal at '\\x89'): write a number such as 0.5 "
        "or 1e3, or a string in double quotes"},
@@ -124,7 +124,19 @@ TEST_CASE("text that is not JSON is refused with the line and a remedy") {
        "a missing quote, comma or bracket"},
       {"a comma too many", with("\"vfov\": 20", "\"vfov\": 20,"),
        "s.json:7: /camera/vfov: the text is not JSON (unexpected '}'; expected string literal): "
-       "remove the comma before it"},
+       "remove the comma before it, or write what is missing"},
+      {"a value missing", with("\"vfov\": 20", "\"vfov\": "),
+       "s.json:7: /camera/vfov: the text is not JSON (unexpected '}'; expected '[', '{', or a "
+       "literal): remove the comma before it, or write what is missing"},
+      {"a list that is not closed", with("[13, 2, 3],", "[13, 2, 3}"),
+       "s.json:4: /camera/look_from/3: the text is not JSON (unexpected '}'; expected ']'): close "
+       "the list with ]"},
+      {"an object that is not closed", with("\"vfov\": 20", "\"vfov\": 20]"),
+       "s.json:6: /camera/vfov: the text is not JSON (unexpected ']'; expected '}'): close the "
+       "object with }"},
+      {"a key without quotes that begins as Infinity does", with("\"version\"", "image"),
+       "s.json:2: /: the text is not JSON (invalid literal at 'i'): JSON has no NaN or Infinity; "
+       "write finite numbers, and words in double quotes"},
       {"a comment", with("  \"version\"", "  // about\n  \"version\""),
        "s.json:2: /: the text is not JSON (invalid literal at '/'): JSON has no comments; remove "
        "them"},
@@ -132,16 +144,16 @@ TEST_CASE("text that is not JSON is refused with the line and a remedy") {
        "s.json:9: /materials: the text is not JSON (invalid literal at '''): write strings in "
        "double quotes"},
       {"text after the end", valid_scene() + "x",
-       "s.json:17: /: text follows the end of the scene: remove it"},
+       "s.json:17: /: text follows the end of the JSON object: remove it"},
       {"a second scene", valid_scene() + valid_scene(),
-       "s.json:17: /: text follows the end of the scene: remove it"},
+       "s.json:17: /: text follows the end of the JSON object: remove it"},
       {"truncated in a string", valid_scene().substr(0, 5),
-       "s.json:2: /: the file ends in the middle of the scene: check that the file is complete"},
+       "s.json:2: /: the file ends within the JSON object: check that the file is complete"},
       {"truncated in a number", valid_scene().substr(0, valid_scene().find("13") + 1),
-       "s.json:4: /camera/look_from/1: the file ends in the middle of the scene: check that the "
+       "s.json:4: /camera/look_from/1: the file ends within the JSON object: check that the "
        "file is complete"},
       {"truncated at the end", valid_scene().substr(0, valid_scene().size() - 2),
-       "s.json:15: /spheres: the file ends in the middle of the scene: check that the file is "
+       "s.json:15: /spheres: the file ends within the JSON object: check that the file is "
        "complete"},
       {"a zero byte", with("20", std::string("2\0", 2)),
        "s.json:6: /: the text contains a NUL byte: save the file as UTF-8"},
@@ -177,13 +189,13 @@ TEST_CASE("numbers that JSON or double precision cannot hold are refused") {
        "s.json:4: /camera/look_from/0: number -1e999 is too large: use a number below 1e308"},
       {"NaN", with("20", "NaN"),
        "s.json:6: /camera/vfov: the text is not JSON (invalid literal at '\"vfov\": N'): JSON has "
-       "no NaN or Infinity; write a finite number"},
+       "no NaN or Infinity; write finite numbers, and words in double quotes"},
       {"-Infinity", with("20", "-Infinity"),
        "s.json:6: /camera/vfov: the text is not JSON (invalid number; expected digit after '-' at "
-       "'-I'): JSON has no NaN or Infinity; write a finite number"},
+       "'-I'): JSON has no NaN or Infinity; write finite numbers, and words in double quotes"},
       {"nan", with("20", "nan"),
        "s.json:6: /camera/vfov: the text is not JSON (invalid literal at '\"vfov\": na'): JSON has "
-       "no NaN or Infinity; write a finite number"},
+       "no NaN or Infinity; write finite numbers, and words in double quotes"},
       {"underflow to zero", with("\"radius\": 1,", "\"radius\": 1e-999,"),
        "s.json:13: /spheres/0/radius: 0 is out of range: use a number from 1e-15 to 1e+15"},
   });
@@ -286,7 +298,7 @@ TEST_CASE("the reader limits nesting, lengths and numbers of values") {
   const std::string mega(std::size_t{3} << 20, 'x');
   check_all({
       {"deep at the top", std::string(1'000'000, '['),
-       "s.json:1: /: expected an object, found an array: check that this is a scene"},
+       "s.json:1: /: expected an object, found an array: check that this is the right file"},
       {"deep in a sphere", "{\"spheres\": [" + std::string(1'000'000, '['),
        "s.json:1: /spheres/0/0/0/0/0/0/0/0/0/0/0/0/0/0/0: values are nested deeper than 16 levels: "
        "remove levels"},

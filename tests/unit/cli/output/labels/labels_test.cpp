@@ -148,7 +148,8 @@ TEST_CASE("a missing font is reported in one line with its package") {
         "/nowhere/DejaVuSans.ttf: the font of labels, DejaVu Sans, is missing: install "
         "fonts-dejavu-core");
   CHECK(message_of<RunError>([] { Font(10, "/etc/passwd"); }) ==
-        "/etc/passwd: the font of labels cannot be read: install fonts-dejavu-core again");
+        "/etc/passwd: the font of labels cannot be read: install again what contains the file: "
+        "fonts-dejavu-core, or ParRay");
 }
 
 TEST_CASE("invalid texts are refused: not UTF-8, control characters, letters that the font lacks") {
@@ -162,7 +163,8 @@ TEST_CASE("invalid texts are refused: not UTF-8, control characters, letters tha
   CHECK(problem("a\tb") ==
         "--text: the font DejaVu Sans has no character U+0009: use another character");
   for (const std::string bad : {"\xff", "\xc3", "\xc0\x80", "\xed\xa0\x80", "\xf5\x80\x80\x80"}) {
-    CHECK(problem(bad) == "--text: the text is not UTF-8: save it in that encoding");
+    CHECK(problem(bad) ==
+          "--text: the text is not UTF-8: use a terminal or a script with that encoding");
   }
   CHECK(font.width("\xff") == font.width("\ufffd"));  // of a name in a file
 }
