@@ -73,8 +73,9 @@ void make_farm_keys(const std::filesystem::path& directory);
 /// keys of a farm, or if the name is taken, invalid or "coordinator"; RunError if it cannot write.
 void add_member_key(const std::filesystem::path& directory, Role role, const std::string& name,
                     double share = 1);
-/// Removes NAME from DIR/allowed and deletes DIR/NAME.key. A running coordinator ignores messages
-/// with that key from the next second on. Throws InputError if NAME is not in DIR/allowed.
+/// Removes NAME from DIR/allowed and deletes DIR/NAME.key. A running coordinator refuses messages
+/// with that key, and drops workers that use it, from the next second on. Throws InputError if NAME
+/// is not in DIR/allowed.
 void remove_member_key(const std::filesystem::path& directory, const std::string& name);
 
 /// Reads DIR/coordinator.key. Throws InputError.

@@ -33,7 +33,7 @@ std::string bar_text(const JobStatus& job, std::size_t columns);
 
 /// Returns one line of JSON with the changing members of `show --json`: `state`, `progress`,
 /// `samples_per_second`, `seconds_left`, `waits_for`, `error`. For a series also `frames` and
-/// `frames_done`.
+/// `frames_done`. Unlike there, `seconds_left` is null if it is unknown, and 0 after the end.
 std::string progress_json(const JobStatus& job);
 
 /// Shows the progress of a job. Uses no colours, so NO_COLOR does not matter. Not thread-safe.

@@ -34,8 +34,9 @@ struct AbleWorker {
 ///
 /// A job is at fault if no machine can trace it, or if no machine can trace certain cells of it. A
 /// machine has failed at a job when each of its workers has failed, or when many of its workers
-/// have died. (A worker that dies with every lease returns as a new process each time.) While other
-/// machines may still get a lease, only machines that have traced other cells of the job count.
+/// have died. (A worker that dies with every lease returns as a new process each time.) A machine
+/// that has traced other cells of the job has failed at certain cells after one failure there.
+/// While other machines may still get a lease, only such machines count.
 ///
 /// Not thread-safe. Reads no clock.
 class JobFailures {
@@ -50,13 +51,15 @@ class JobFailures {
   [[nodiscard]] const std::vector<Failure>& all() const { return all_; }
 
   /// Notes that a worker has joined. Removes the losses of the same process, because it was not
-  /// lost. Losses of another process of the same name or machine become deaths; returns those.
+  /// lost. Excused losses of another process of the same name or machine are then no longer
+  /// excused; returns those.
   std::vector<Failure> note_joined(const MachineId& machine, TracerKey worker,
                                    const std::string& name);
 
   /// Decides whether the job is at fault after a failure at `range`. `able`: the workers that could
-  /// get a lease of it. `most`: --max-failures. Returns how many machines failed, for people;
-  /// nothing if the job is not at fault.
+  /// get a lease of it. `most`: number of failed machines that is enough. If all able machines
+  /// have failed but are fewer, each needs two failures for each worker. Returns how many machines
+  /// failed, for people; nothing if the job is not at fault.
   [[nodiscard]] std::optional<std::string> verdict(const CellRange& range,
                                                    const std::vector<AbleWorker>& able,
                                                    std::uint32_t most) const;

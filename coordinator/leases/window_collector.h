@@ -58,7 +58,8 @@ class WindowCollector {
   /// Returns whether the last collect() left logged results for the next call.
   [[nodiscard]] bool behind() const { return behind_; }
   /// Returns whether all threads of rank 0 should merge results instead of tracing: there are very
-  /// many threads for each thread of rank 0, and a result was merged in the last second.
+  /// many threads for each thread of rank 0, and the last result was merged, or the pass begun,
+  /// less than a second ago.
   [[nodiscard]] bool wants_all_threads(Time now) const;
   /// Returns the number of threads that merge results.
   [[nodiscard]] std::uint32_t merging_threads() const { return merging_threads_; }
@@ -87,7 +88,8 @@ class WindowCollector {
   [[nodiscard]] std::vector<std::uint32_t> silent_ranks(Time now, Time patience) const;
   /// Returns when the last result was merged or the last heartbeat changed.
   [[nodiscard]] Time last_sign_of_life() const { return last_life_; }
-  /// Returns a number that changes whenever a rank takes work or a result is merged.
+  /// Returns a number that changes when a result is merged, when a rank finds no work left, and
+  /// when a rank takes work from rank 0's memory.
   [[nodiscard]] std::uint64_t activity() const;
   /// Returns a word of the window that belongs to a rank.
   [[nodiscard]] std::uint64_t rank_value(std::uint32_t rank, WindowLayout::RankWord word) const {

@@ -19,10 +19,11 @@ namespace parray::store {
 std::vector<std::string> find_damage(const std::filesystem::path& directory);
 
 /// Repairs the state: rebuilds the database from its copies, keeps the undamaged results at the
-/// beginning of each log, and marks jobs as failed if their picture or scene is damaged. Moves
-/// damaged files except scenes to lost/, and also directories or pipes in the place of a file.
-/// Returns one line for each damage, loss and repair; none: there was no damage. `now`: seconds
-/// since 1970. Throws what find_damage() throws, and RunError if it cannot write.
+/// beginning of each log, and marks jobs as failed if their picture is damaged. Unfinished jobs
+/// fail also if their scene is damaged; finished ones only lose denoising and labels. Moves damaged
+/// files except scenes to lost/, and also directories or pipes in the place of a file. Returns one
+/// line for each damage, loss and repair; none: there was no damage. `now`: seconds since 1970.
+/// Throws what find_damage() throws, and RunError if it cannot write.
 std::vector<std::string> repair_state(const std::filesystem::path& directory, double now);
 
 /// Copies a state to a directory that is empty or does not exist. A coordinator may be serving the

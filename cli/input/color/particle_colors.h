@@ -39,9 +39,6 @@ std::vector<Vec3d> colors_of_names(const std::vector<std::string>& names);
 /// The name in legends of the category without a name.
 inline constexpr std::string_view nameless_category = "no name";
 
-/// The grey of particles without a category.
-inline constexpr Vec3d no_category_color{0.5, 0.5, 0.5};
-
 /// Number of colours for numbers. It limits the number of materials. It is odd, so that the middle
 /// of a map is one of the colours.
 inline constexpr std::size_t color_levels = 1023;

@@ -31,7 +31,7 @@ struct Atom {
   bool two_letters = false;               ///< the columns indicate a two-letter symbol
   double occupancy = 1;                   ///< NaN: not known
   std::optional<std::uint8_t> element{};  ///< 0: no element; not given: guess it
-  std::string_view type{};                ///< empty: the element's symbol
+  std::string_view type{};  ///< empty for all atoms: the elements' symbols, else the names
 };
 
 /// A column whose values are mostly equal. It stores the values up to the last unusual one.
@@ -50,7 +50,7 @@ class SparseColumn {
   }
   void reset(std::size_t particle) { values_[particle] = usual_; }
   [[nodiscard]] bool empty() const { return values_.empty(); }
-  /// Returns the values of `count` particles. Returns none if all have the usual value.
+  /// Returns the values of `count` particles. Returns none if no unusual value was set.
   [[nodiscard]] std::vector<T> values(std::size_t count) const {
     std::vector<T> all = values_;
     if (!all.empty()) all.resize(count, usual_);

@@ -76,7 +76,7 @@ class GsdFrames final : public FrameReader {
     return true;
   }
 
-  /// Skips the frame. Fails if the file ends within its chunks.
+  /// Skips the frame. Fails if the file is known to end within its chunks.
   std::uint64_t skip() override {
     for (const auto& [name, chunk] : chunks_) file_.check(chunk);
     const GsdChunk* const positions = own("particles/position");

@@ -33,7 +33,7 @@ enum class GsdType : std::uint8_t {
 struct GsdChunk {
   std::uint64_t frame = 0;  ///< below 2^63
   std::uint64_t rows = 0;
-  std::uint64_t location = 0;  ///< byte of the file, below 2^63
+  std::uint64_t location = 0;  ///< byte of the file; not checked before check()
   std::uint32_t columns = 0;
   std::uint16_t name = 0;  ///< index of GsdFile::names()
   GsdType type{};
@@ -45,8 +45,8 @@ struct GsdChunk {
 
 /// The file layer of GSD (gsd.readthedocs.io, "File layer"), versions 0.3, 1 and 2: a header, a
 /// list of names, an index sorted by frames, and chunks. Reads the index from front to back, and
-/// chunks in any order. Keeps one block of the index in memory. All members throw InputError for
-/// damaged files.
+/// chunks in any order. A packed file may jump back 64 times. Keeps one block of the index in
+/// memory. All members throw InputError for damaged files.
 class GsdFile {
  public:
   /// Reads the header and the names. `file` must outlive this object.
@@ -57,7 +57,8 @@ class GsdFile {
 
   /// Returns the next entry of the index; nothing after the last one. The frames never descend.
   std::optional<GsdChunk> next_chunk();
-  /// Fails if the file ends before the end of the chunk, or for more than limits::max_shapes rows.
+  /// Fails for more than limits::max_shapes rows, and if the file is known to end before the end of
+  /// the chunk. Only reading finds the end of a packed file.
   void check(const GsdChunk& chunk) const;
   /// Calls `put(value)` with each number of the chunk as a double, row by row.
   template <typename Put>
