@@ -37,7 +37,7 @@ class Api {
         counts_(counts),
         facts_(facts) {}
 
-  /// Registers a handler for every path of the interface, and for /metrics, /healthz and /readyz.
+  /// Registers a handler for every path of openapi.json, except /api/v1/openapi.json itself.
   void add_to(Router& router);
 
  private:
@@ -45,8 +45,7 @@ class Api {
   void add_job_lists(Router& router);
   void add_pictures(Router& router);
   void add_workers(Router& router);
-  void add_farm(Router& router);  ///< in farm_api.cpp, as server()
-  // In submit_api.cpp:
+  void add_farm(Router& router);
   Reply submit(const Request& request);
   Reply plan(const Request& request);
   JobId submit_job(const Request& request, Upload& upload, const std::string& series);
@@ -69,7 +68,7 @@ class Api {
   Webhooks& webhooks_;
   const RequestCounts& counts_;
   const ApiFacts facts_;
-  /// Archives that are being sent. Only entries: nobody takes a place.
+  /// Counts the archives that are being sent. Only its entries are used, not its places.
   Places archives_{"archives", {.inside = 8, .one_inside = 2}};
 };
 

@@ -20,10 +20,9 @@ class Budget {
   Budget(const Budget&) = delete;
   Budget& operator=(const Budget&) = delete;
 
-  /// Holds bytes of the budget during its lifetime.
+  /// Holds bytes of the budget during its lifetime. Made by try_hold() and hold().
   class Hold {
    public:
-    Hold(Budget& budget, std::uint64_t bytes) : budget_(&budget), bytes_(bytes) {}
     ~Hold();
     Hold(Hold&& other) noexcept;
     Hold& operator=(Hold&&) = delete;
@@ -31,6 +30,9 @@ class Budget {
     Hold& operator=(const Hold&) = delete;
 
    private:
+    friend Budget;
+    Hold(Budget& budget, std::uint64_t bytes) : budget_(&budget), bytes_(bytes) {}
+
     Budget* budget_;
     std::uint64_t bytes_;
   };

@@ -86,6 +86,7 @@ ChildEnd ChildRunner::run(const std::vector<std::string>& wanted, const fs::path
   if (end.message.starts_with(program)) end.message.erase(0, program.size());
   std::error_code ignored;
   fs::remove(messages, ignored);
+  if (timed_out && stopped_) throw RunError("the coordinator is stopping");
   return end;
 }
 

@@ -40,11 +40,11 @@ class ChildRunner {
   ChildRunner();
 
   /// Runs the child with the arguments `wanted` and waits until it ends. `directory`: its working
-  /// directory. Throws RunError if the child cannot be started, or after stop().
+  /// directory. Throws RunError if the child cannot be started, or if stop() is called.
   ChildEnd run(const std::vector<std::string>& wanted, const std::filesystem::path& directory,
                const ChildLimits& limits) const;
 
-  /// Kills running children. Later calls of run() fail.
+  /// Kills running children. Running and later calls of run() throw RunError.
   void stop() { stopped_ = true; }
 
  private:

@@ -9,8 +9,8 @@
 namespace parray::http {
 
 /// Removes the framing of a chunked body (RFC 9112, section 7.1). It is stricter than HTTP: a chunk
-/// size has 1 to 16 hexadecimal digits, and every line ends with CR LF. It checks chunk extensions
-/// and trailer fields and discards them.
+/// size has 1 to 16 hexadecimal digits, and every line ends with CR LF. It discards chunk
+/// extensions and trailer fields. It checks the form of trailer fields, but not that of extensions.
 class ChunkDecoder {
  public:
   struct Step {

@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <exception>
+#include <system_error>
 #include <utility>
 
 #include "common/base/error.h"
@@ -50,7 +51,8 @@ ConnectionManager::ConnectionManager(int listener, SeatLimits limits, Callbacks 
       next_id_(first_id) {
   epoll_event wake{EPOLLIN, {.u64 = wake_id}};
   if (wake_ < 0 || poll_ < 0 || epoll_ctl(poll_, EPOLL_CTL_ADD, wake_, &wake) != 0) {
-    throw RunError("--http: the process is out of file descriptors: raise ulimit -n");
+    throw RunError("--http: watching connections failed: " +
+                   std::generic_category().message(errno) + ": raise ulimit -n, or free memory");
   }
 }
 
@@ -364,10 +366,10 @@ void ConnectionManager::remove_late(Time now) {
     Entry& entry = entries_.at(id);
     const bool silent = entry.connection->input().empty();
     if (!silent && entry.phase == Phase::reading) {
-      refuse(
-          entry,
-          Problem(408,
-                  "the headers of the request did not arrive within 10 seconds: send it faster"));
+      const std::string part = entry.head ? "the body" : "the headers";
+      refuse(entry,
+             Problem(408, part + " of the request did not arrive within " +
+                              (entry.reserve ? "2" : "10") + " seconds: send the request faster"));
       entry.waits_since = now;
       proceed(now, id);
     } else if (entry.phase == Phase::reading) {

@@ -19,9 +19,9 @@
 namespace parray::http {
 
 /// Owns all connections that no handler is answering. Its thread accepts connections, reads heads
-/// of requests, sends answers, and closes connections that are too slow or send too much. It never
-/// blocks on a connection, so that a connection needs a thread only while a request is being
-/// answered.
+/// and small bodies of requests, sends answers, and closes connections that are too slow or send
+/// too much. It never blocks on a connection, so that a connection needs a thread only while a
+/// request is being answered.
 class ConnectionManager {
  public:
   using SharedConnection = std::shared_ptr<Connection>;

@@ -39,7 +39,8 @@ class LimitedStream final : public httplib::Stream {
   [[nodiscard]] bool failed() const { return problem_ || write_failed_; }
   /// Returns why reading failed.
   [[nodiscard]] Problem problem() const {
-    return problem_.value_or(Problem(400, "the request body is damaged: send it again"));
+    return problem_.value_or(Problem(
+        400, "the request body is damaged: check the parts of the form, or the compression"));
   }
 
   bool is_readable() const override { return !problem_; }
@@ -206,7 +207,12 @@ Problem library_problem(const httplib::Request& request, int status) {
     return Problem(405, printable(request.method) + " is not a method of this server", 0,
                    {{"Allow", "GET, HEAD, POST, PUT, DELETE"}});
   }
-  return Problem(status, "this request is not valid HTTP: check its first line and its headers");
+  if (status == 414) {
+    return Problem(414, "the URL of the request is too long: use at most 8000 bytes");
+  }
+  return Problem(status,
+                 "this request is not valid HTTP: check its first line, and its headers of at most "
+                 "8000 bytes each");
 }
 
 /// Makes the library compress with gzip or not at all. The library prefers brotli, at its slowest
@@ -323,8 +329,11 @@ class Engine final : public httplib::Server {
     request.read_body = [this, &from, &whole, reader](BodySink& sink, bool form) {
       // Without a length the library would read until the connection ends.
       if (reader == nullptr || !head_->has_body()) return;
-      if (form && !from.is_multipart_form_data()) {
+      if (form && from.get_header_value("Content-Type").find("boundary=") == std::string::npos) {
         throw Problem(400, "the form has no boundary: name it in Content-Type");
+      }
+      if (form && !from.is_multipart_form_data()) {
+        throw Problem(400, "write multipart/form-data in lower case in Content-Type");
       }
       sink.expect(head_->length.value_or(0));
       read_body(*reader, sink, form, whole);

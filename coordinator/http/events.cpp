@@ -120,7 +120,8 @@ std::shared_ptr<BodyStream> Events::listen(std::optional<JobId> job) {
       return other && !other->waits();
     };
     const auto listening = static_cast<std::size_t>(std::ranges::count_if(streams_, listens));
-    if (stopped_ || listening >= most_streams_) {
+    if (stopped_) throw Problem(503, "the coordinator is stopping: try again later");
+    if (listening >= most_streams_) {
       throw Problem(503,
                     "all " + std::to_string(most_streams_) +
                         " event streams are in use (--http-streams): try again later",

@@ -22,8 +22,8 @@ namespace parray::http {
 bool has_ended(const nlohmann::json& job);
 
 /// Sends changes of jobs and workers to any number of listeners. One thread polls the loop about
-/// once per second, and uses at most 2 % of the loop's time, independent of the number of
-/// listeners. It does not poll without listeners. Callable from any thread.
+/// once per second, or more rarely, so that it uses about 2 % of the loop's time. New listeners
+/// cause up to four polls per second. Without listeners it does not poll. Callable from any thread.
 class Events {
  public:
   /// `loop` must outlive this object. `most_streams`: the limit of listeners, and another limit of
@@ -34,14 +34,14 @@ class Events {
   Events& operator=(const Events&) = delete;
 
   /// Returns a stream of all events, or of one job's events until that job has ended or is deleted.
-  /// Throws Problem 503 if too many clients listen.
+  /// Throws Problem 503 if too many clients listen, or after stop().
   std::shared_ptr<BodyStream> listen(std::optional<JobId> job);
   /// Waits until the job has ended or was deleted, but at most for `patience`. `owner`: has at most
   /// three quarters of the waits. Throws Problem 503 if too many clients wait.
   void await_end(JobId job, const std::string& owner, Time patience);
   /// Makes the next poll announce that a job was deleted.
   void forgotten(JobId job);
-  /// Ends all streams.
+  /// Ends all streams and waits.
   void stop();
 
  private:
@@ -66,7 +66,7 @@ class Events {
 
   LoopClient& loop_;
   const std::size_t most_streams_;
-  Places waits_;      ///< only its entries: nobody takes a place
+  Places waits_;      ///< only its entries are used
   std::mutex mutex_;  // guards streams_, joined_, stopped_, forgotten_
   std::condition_variable changed_;
   std::vector<std::weak_ptr<Stream>> streams_;

@@ -55,6 +55,9 @@ bool Guard::known_host(const std::string& host) const {
 void Guard::check_origin(const Request& request) const {
   if (wants_tokens()) return;
   const std::string host = request.field("host");
+  if (host.empty()) {
+    throw Problem(421, "the header Host is missing: send it with the IP address of this server");
+  }
   if (!known_host(host)) {
     throw Problem(421,
                   "'" + printable(host) +
@@ -69,9 +72,10 @@ void Guard::check_origin(const Request& request) const {
       (!origin.empty() && from != host && std::ranges::count(hosts_, without_port(from)) == 0) ||
       request.field("sec-fetch-site") == "cross-site";
   if (other) {
-    throw Problem(403, "pages of another site, " + printable(origin) +
-                           ", must not send requests to this server: "
-                           "open the page that this server sends");
+    throw Problem(403, "a page of another site" +
+                           (origin.empty() ? "" : ", " + printable(origin) + ",") +
+                           " may only read from this server: open the page that this server sends, "
+                           "or start it with --http-host and the name of that site");
   }
 }
 

@@ -25,10 +25,11 @@ class Guard {
   /// Returns whether requests need a token.
   [[nodiscard]] bool wants_tokens() const { return !keys_.empty(); }
 
-  /// Throws Problem 421 if Host is unknown, 403 if a page of another site sent the request. Checks
-  /// nothing if there are keys.
+  /// Throws Problem 421 if Host is missing or unknown, 403 if a page of another site sent a request
+  /// that changes something. Checks nothing if there are keys.
   void check_origin(const Request& request) const;
-  /// Returns the sender that the token belongs to. Throws Problem 401.
+  /// Returns the sender that the token belongs to; a default Sender if there are no keys. Throws
+  /// Problem 401.
   [[nodiscard]] Sender admit(const Request& request);
 
  private:

@@ -20,8 +20,8 @@ class HandlerPool {
   /// Answers one request. Each thread has its own handler.
   using Handler = std::function<void(const SharedConnection&)>;
 
-  /// `make_handler` is called once in each thread. `of_address`: limit of requests of one address
-  /// that are answered at the same time.
+  /// `threads`: limit of threads. `make_handler` is called once in each thread. `of_address`: limit
+  /// of requests of one address that are answered at the same time.
   HandlerPool(std::size_t threads, std::size_t of_address, std::function<Handler()> make_handler)
       : most_(threads), make_handler_(std::move(make_handler)), turns_(of_address) {}
   ~HandlerPool() { stop(); }

@@ -166,6 +166,7 @@ class HttpService::Impl {
       fs::create_directory(inside);
       std::ofstream(outside) << "secret";
       const ChildEnd end = runner_.run({"confinement", outside.string()}, inside, ChildLimits{});
+      if (end.status != 0) throw RunError(end.message);
       if (end.message.empty()) return;
       log_->warn(
           "HTTP: this kernel (Landlock, seccomp) does not fully confine the process that reads "

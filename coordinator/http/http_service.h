@@ -19,9 +19,9 @@ struct Options {
   std::string worker_address;  ///< that workers use: tcp://HOST:PORT
   std::string keys;   ///< directory of the farm's keys; empty: no keys, and requests need no token
   std::string state;  ///< directory of the state; empty: nothing outlives the process
-  std::vector<std::string> hosts;          ///< accepted host names besides localhost
+  std::vector<std::string> hosts;  ///< accepted host names besides localhost and IP addresses
   std::vector<std::string> webhook_hosts;  ///< hosts that webhooks may address
-  std::size_t threads = 80;        ///< requests answered at the same time, without event streams
+  std::size_t threads = 80;        ///< requests answered at once, without event streams and waits
   std::size_t connections = 1024;  ///< limit of all connections
   std::size_t address_connections = 256;          ///< limit of connections per address
   std::size_t streams = 128;                      ///< limit of event streams

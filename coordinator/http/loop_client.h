@@ -18,9 +18,10 @@ class LoopClient {
   /// `hub` must outlive this object.
   explicit LoopClient(InprocHub& hub) : hub_(hub) {}
 
-  /// Sends one request of `sender` and returns the answer. Throws Problem with the loop's message:
-  /// 409 if the request was wrong, 503 if the loop asks to try later, 500 otherwise. Also throws
-  /// Problem 503 if no answer arrives within 10 seconds (60 seconds for scenes and pictures).
+  /// Sends one request of `sender`, repeats it every 0.5 s, and returns the answer. Throws Problem
+  /// with the loop's message: 409 if the request was wrong, 503 if the loop asks to try later, 500
+  /// otherwise. Also throws Problem 503 if no answer arrives within 10 seconds (60 seconds for
+  /// scenes and pictures).
   template <typename Answer, typename Asked>
   Answer ask(const Sender& sender, Asked request) {
     Answer answer;

@@ -274,8 +274,7 @@ void PictureCache::make_file(File& picture, const msg::ImageData& data, const Ke
   if (steps.draw) words.emplace_back("--draw");
   const ChildEnd end = runner_.run(words, files, generous);
   if (end.timed_out && steps.denoise) {
-    throw Problem(503, "denoising took more than " + std::to_string(generous.seconds) +
-                           " seconds: parray fetch " + std::to_string(key.job) +
+    throw Problem(503, "denoising takes too long here: parray fetch " + std::to_string(key.job) +
                            " denoises on your machine");
   }
   if (end.status != 0) throw RunError("making " + name + " failed: " + end.message);

@@ -19,10 +19,10 @@
 namespace parray::http {
 
 /// Makes and caches files of pictures, including those of unfinished jobs. The loop delivers the
-/// data, and a child process makes the file, which all clients share. An unfinished job gets a new
-/// file at most once per second, and making files takes at most 5 % of the time. The pictures of a
-/// done job are denoised, and the PNG file gets labels, if the job asks for it. Callable from any
-/// thread.
+/// data, and a child process makes the file, which all clients share. A file of an unfinished
+/// job is renewed at most once per second, and in at most 5 % of the time. The pictures of a done
+/// job are denoised, and the PNG file gets labels, if the job's options say so. Thumbnails have no
+/// labels. Callable from any thread.
 class PictureCache {
  public:
   enum class Kind : std::uint8_t {
@@ -61,7 +61,8 @@ class PictureCache {
   };
   /// Returns the cached file, or makes it. `owner`: waits for its turn under this name.
   /// `thumbnail_width`: for `png`, the width in pixels of a smaller copy, if the picture is wider;
-  /// 0: the whole picture. Throws Problem if it cannot, for example because the job has no samples.
+  /// 0: the whole picture. Throws Problem, for example if the job has no samples, or
+  /// RunError.
   File get(const Sender& sender, const std::string& owner, JobId job, Kind kind,
            std::uint32_t thumbnail_width = 0);
 

@@ -49,7 +49,10 @@ Reply Api::frames_zip(const Request& request, JobId series) {
   const auto held = std::make_shared<const Places::Entry>(archives_, owner_of(request));
   const std::vector<DoneFrame> frames = done_frames(loop_, request.sender, series);
   if (frames.empty()) {
-    throw Problem(409, fmt::format("no frame of job {} is done: try again later", series));
+    throw Problem(
+        409,
+        fmt::format("no frame of job {} is done: /api/v1/jobs/{} lists the states of its frames",
+                    series, series));
   }
   std::vector<ZipStream::Member> members;
   for (const DoneFrame& done : frames) {

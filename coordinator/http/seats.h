@@ -19,7 +19,7 @@ struct SeatLimits {
   std::size_t connections = 1024;  ///< regular connections
   std::size_t of_address = 256;    ///< regular connections per address
   std::size_t reserve = 32;        ///< additional connections, for quick answers only
-  Time head_time = seconds(10);    ///< limit from the first to the last byte of a head
+  Time head_time = seconds(10);    ///< limit for a head, and its body up to small_body bytes
   Time idle_time = seconds(15);    ///< limit without any byte of a request
   Time reserve_time = seconds(2);  ///< in the reserve, replaces head_time and idle_time
 };
@@ -42,7 +42,8 @@ class Seats {
 
   /// Records the first byte of a request.
   void begins_head(Time now, ConnectionId id);
-  /// Records a complete head. The connection has no deadline until awaits_head().
+  /// Records that the request is ready to be answered. The connection has no deadline until
+  /// awaits_head().
   void has_asked(ConnectionId id);
   /// Records that the request was answered and the next one is awaited.
   void awaits_head(Time now, ConnectionId id);

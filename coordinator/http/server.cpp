@@ -17,15 +17,15 @@ namespace {
 HostPort parse_address(const std::string& address) {
   if (const auto parsed = parse_host_port(address)) return *parsed;
   throw InputError("--http " + printable(address) +
-                   ": is not an address to serve: write HOST:PORT, such as 127.0.0.1:7480");
+                   " is not an address to serve: write HOST:PORT, such as 127.0.0.1:7480");
 }
 
 Listener bind_address(const std::string& address) {
   const HostPort wanted = parse_address(address);
   if (const auto listener = listen_at(wanted.host, wanted.port)) return *listener;
   throw RunError("--http " + printable(address) +
-                 ": cannot be bound: another program may use it, or it is not an address of this "
-                 "machine");
+                 " cannot be bound: another program may use it, it may not be an address of this "
+                 "machine, or the port needs the rights of root");
 }
 
 std::string address_text(const HostPort& at) {

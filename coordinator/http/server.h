@@ -15,7 +15,7 @@ namespace parray::http {
 /// Limits of Server.
 struct ServerLimits {
   std::size_t threads = 80;  ///< requests that are answered at the same time
-  std::size_t bodies = 40;   ///< requests with large bodies; more than `most_uploads`
+  std::size_t bodies = 40;   ///< limit of threads for large bodies; must exceed `most_uploads`
   SeatLimits seats{};
 };
 

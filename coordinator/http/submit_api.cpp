@@ -97,8 +97,10 @@ Reply Api::submit(const Request& request) {
     if (submitted == 0) throw;
     throw Problem(problem.status(),
                   std::string(problem.what()) + ": series " + std::to_string(id) + " has " +
-                      place_text(submitted, frames) +
-                      ": cancel it, or repeat the request with the same Idempotency-Key",
+                      place_text(submitted, frames) + ": cancel it" +
+                      (idempotency_key(request).empty()
+                           ? ""
+                           : ", or repeat the request with the same Idempotency-Key"),
                   problem.exit_status(), problem.headers());
   }
   if (!webhook.empty()) webhooks_.add(id, webhook);

@@ -51,12 +51,8 @@ class Turns {
     if (line->second.under_way == 0 && line->second.waiting.empty()) lines_.erase(line);
   }
 
-  /// Returns the number of waiting items, of all names or of one.
+  /// Returns the number of waiting items of all names.
   [[nodiscard]] std::size_t waiting() const { return waiting_; }
-  [[nodiscard]] std::size_t waiting(const std::string& name) const {
-    const auto line = lines_.find(name);
-    return line == lines_.end() ? 0 : line->second.waiting.size();
-  }
 
  private:
   struct Line {

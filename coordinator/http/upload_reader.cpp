@@ -182,9 +182,7 @@ class Parts final : public BodySink {
     if (to_options_) return;
     const bool nameless_scene = name == "scene" && file_name.empty();
     if (name == "scene" && !scene_.empty()) {
-      throw Problem(422,
-                    "two parts are named 'scene': a request makes one job: send one request "
-                    "for each scene");
+      throw Problem(422, "two parts are named 'scene': send one request for each scene");
     }
     open(nameless_scene ? plain_scene : file_name, name);
     if (name == "scene") scene_ = names_.back();
@@ -235,8 +233,11 @@ class Parts final : public BodySink {
                        file_name.front() != '.' && file_name.front() != '-' &&
                        printable(file_name, 1000) == file_name;
     if (!plain) {
-      throw Problem(422, "'" + printable(file_name) +
-                             "' is not a valid file name: use up to 200 characters and no path");
+      throw Problem(
+          422,
+          "'" + printable(file_name) +
+              "' is not a valid file name: use up to 200 printable bytes, without '/', that do "
+              "not begin with '.' or '-'");
     }
     if (std::ranges::find(names_, file_name) != names_.end()) {
       throw Problem(422, "two parts have the file name '" + file_name + "': rename one of them");
@@ -452,8 +453,11 @@ void UploadReader::fail(const ChildEnd& end, const std::vector<std::string>& wor
       !end.message.starts_with("libgomp")) {
     throw Problem(500, end.message, 1);
   }
+  const bool says_so = end.message == "out of memory" || end.message.starts_with("libgomp");
   throw Problem(422,
-                "reading the scene took more than " + std::to_string(limits.memory >> 20) +
+                std::string(says_so ? "reading the scene took more than "
+                                    : "reading the scene ended abruptly: it may need more than ") +
+                    std::to_string(limits.memory >> 20) +
                     " MiB of memory, the limit of this server (--http-scene-memory)",
                 2);
 }

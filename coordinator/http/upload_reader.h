@@ -68,7 +68,8 @@ class UploadReader {
         limits_(limits) {}
 
   /// Receives and reads the request's scene and options. Calls `take` with each of its jobs, in the
-  /// order of their frames. Throws Problem, RunError, and what `take` throws.
+  /// order of their frames, as soon as it is read. Throws Problem, RunError, and what `take`
+  /// throws.
   void receive(const Request& request, const std::function<void(Upload&)>& take);
 
   /// Receives a request and forecasts its job on a farm with `threads` threads. Returns the map of

@@ -60,15 +60,18 @@ Webhooks::~Webhooks() {
 void Webhooks::check(const std::string& url) const {
   const auto address = webhook_url(url);
   if (!address) {
-    throw Problem(422,
-                  "options: /webhook: '" + printable(url, 200) +
-                      "' is not a URL of a webhook: use http://HOST/PATH or https://HOST/PATH",
-                  2);
+    throw Problem(
+        422,
+        "options: /webhook: '" + printable(url, 200) +
+            "' is not a URL of a webhook: use http://HOST/PATH or https://HOST/PATH, at most "
+            "1000 ASCII characters",
+        2);
   }
   if (std::ranges::find(hosts_, address->host) == hosts_.end()) {
     throw Problem(422,
                   "options: /webhook: the host '" + printable(address->host) +
-                      "' is not permitted: see --webhook-host " + printable(address->host),
+                      "' is not permitted: start the coordinator with --webhook-host " +
+                      printable(address->host),
                   2);
   }
 }

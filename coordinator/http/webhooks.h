@@ -20,18 +20,20 @@ struct WebhookUrl {
   bool secure = false;
   std::string host;
   int port = 80;
-  std::string path;
+  std::string path;  ///< with the query
 };
-/// Parses "http://HOST[:PORT][/PATH]", or https. Returns nothing if `text` has another form.
+/// Parses "http://HOST[:PORT][/PATH]", or https, of at most 1000 bytes. Returns nothing if `text`
+/// has another form.
 std::optional<WebhookUrl> webhook_url(const std::string& text);
 
-/// Sends one POST with the JSON text `body`. Follows no redirect. Returns whether the status was
-/// 2xx.
+/// Sends one POST with the JSON text `body`. Follows no redirect. Returns whether an answer with a
+/// status of 2xx has arrived.
 bool post_webhook(const WebhookUrl& url, const std::string& body);
 
 /// Notifies other servers when a job has ended. It sends a POST with {"event": "job-ended", "job":
 /// ...} to the URL that came with the job. Its thread repeats a failed POST up to five times, with
-/// growing pauses. Pending webhooks are stored in a file. Callable from any thread.
+/// growing pauses, and then drops the webhook. Pending webhooks are stored in a file. Callable from
+/// any thread.
 class Webhooks {
  public:
   using Post = std::function<bool(const WebhookUrl&, const std::string&)>;
@@ -46,7 +48,7 @@ class Webhooks {
 
   /// Throws Problem 422 if `url` is invalid or its host is not permitted.
   void check(const std::string& url) const;
-  /// Adds a webhook for a job.
+  /// Adds the webhook of a job, in place of an earlier one.
   void add(JobId job, const std::string& url);
   /// Ends the thread. Pending webhooks stay in the file.
   void stop();

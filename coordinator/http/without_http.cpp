@@ -1,4 +1,4 @@
-// Replaces http_service.cpp if cpp-httplib is missing (PARRAY_HTTP=OFF).
+// Replaces http_service.cpp in a build with PARRAY_HTTP=OFF, the default if cpp-httplib is missing.
 #include "common/base/error.h"
 #include "coordinator/http/http_service.h"
 
@@ -9,7 +9,8 @@ class HttpService::Impl {};
 HttpService::HttpService(const Options& /*options*/, InprocHub& /*hub*/,
                          std::shared_ptr<spdlog::logger> /*log*/) {
   throw InputError(
-      "--http: this program was built without HTTP: install libcpp-httplib-dev and build it again");
+      "--http: this program was built without HTTP: install libcpp-httplib-dev, and build ParRay "
+      "again with -DPARRAY_HTTP=ON");
 }
 HttpService::~HttpService() = default;
 void HttpService::serve_text(const std::string& /*path*/, const std::string& /*type*/,

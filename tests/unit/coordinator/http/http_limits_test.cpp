@@ -290,7 +290,6 @@ TEST_CASE("names take turns, independent of the number of their waiting items") 
   CHECK(turns.take() == "b2");
   CHECK_FALSE(turns.take());  // a has reached its limit of items in progress
   CHECK(turns.waiting() == 2);
-  CHECK(turns.waiting("a") == 2);
   turns.ended("a");
   CHECK(turns.take() == "a3");
   turns.ended("b");
