@@ -24,7 +24,7 @@ export class Choice {
     return this.#chosen.size ? this.#items().filter(({id}) => this.#chosen.has(id)) : [];
   }
 
-  /** Chooses a job or undoes it. `range`: also all jobs between this one and the one before. */
+  /** Chooses a job or undoes it. `range`: does the same with all jobs from the last toggled one on. */
   toggle(id, range = false) {
     const on = !this.#chosen.has(id);
     const ids = this.#items().map(job => job.id);
@@ -53,7 +53,7 @@ export class Choice {
     this.#changed();
   }
 
-  /** Forgets jobs that are no longer shown, so that no action hits a job that nobody sees. */
+  /** Forgets jobs that are no longer shown, so that no action hits a hidden job. */
   prune() {
     if (!this.#chosen.size) return;
     const shown = new Set(this.#items().map(job => job.id));

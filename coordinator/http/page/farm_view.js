@@ -236,7 +236,7 @@ export class FarmView {
     }
     if (counts.quarantined) {
       lines.push(el('p', {}, el('a', {href: '#/workers?q=quarantined'}, `${counts.quarantined} ${counts.quarantined === 1 ? 'worker is' : 'workers are'} quarantined`),
-        ' because of wrong results or failures.'));
+        ' because of wrong results.'));
     }
     this.warning.hidden = !lines.length;
     const text = lines.map(line => line.textContent).join('\n');

@@ -15,7 +15,7 @@ const glossary = [
   ['spp', 'Samples per pixel. More samples make a smaller error: four times as many halve it.'],
   ['lease', 'A part of a picture that a worker traces. When the worker is lost, another worker gets the lease.'],
   ['drain', 'A drained worker finishes its leases and gets no more. “Resume” ends this.'],
-  ['quarantine', 'A machine whose bits were wrong gets no more leases.'],
+  ['quarantine', 'A machine with wrong results gets no more leases, until “Resume” or, if only its address identifies it, for a day.'],
   ['requeue', 'A failed or cancelled job begins again with the samples that are kept.'],
   ['quick look', 'A small, fast picture of a job that is shown until the job has its own samples.'],
   ['series', 'An animation: one job for each frame, controlled together.']];

@@ -118,7 +118,7 @@ export class JobActions {
     if (!job || !this.#farm.server) return;
     const word = job.state === 'paused' ? 'resume' : 'pause';
     if (!mayControl(job, this.#farm.server)) notify(`Job ${job.id} belongs to ${job.user}. Only ${job.user} and administrators can ${word} it.`);
-    else if (!permits(job, word, this.#known)) notify(`Job ${job.id} is ${job.state}, so it cannot be ${word}d.`);
+    else if (!permits(job, word, this.#known)) notify(word === 'resume' ? `Job ${job.id} cannot be resumed now${job.reason ? ': ' + job.reason : ''}.` : `Job ${job.id} is ${job.state}, so it cannot be paused.`);
     else this.act(word);
   }
 

@@ -10,10 +10,10 @@ const about = seconds => seconds < 60 ? `about ${Math.max(1, Math.round(seconds)
 
 const known = value => value !== null && value !== undefined;
 
-/** Returns whether the pictures of a job work now. */
+/** Returns whether the pictures of a job can be fetched now. */
 export const hasPicture = job => !job.frames && (job.has_picture ?? job.state !== 'queued');
 
-/** Returns whether error.f32 and error.png work now. Older servers have them for done jobs only. */
+/** Returns whether error.f32 and error.png can be fetched now. Older servers have them for done jobs only. */
 export const hasErrorMap = job => job.state === 'done' ? hasPicture(job) : job.has_picture === true && known(job.error?.rmse);
 
 /** Returns the headline. `workers`: the number of workers that traced a done job, or undefined. */

@@ -35,16 +35,17 @@ export const leftRow = worker => el('li', {class: worker.lost ? 'bad' : ''}, age
   el('span', {}, workerLink(worker.name), worker.host && worker.host !== worker.name ? ` of ${worker.host}` : '', `, ${reasonToLeave(worker)}`));
 
 async function copy(text) {
+  let copied = true;
   try {
     await navigator.clipboard.writeText(text);
   } catch {  // plain HTTP from another machine: the browser offers no clipboard
     const field = el('textarea', {class: 'unseen', readonly: true}, text);
     document.body.append(field);
     field.select();
-    document.execCommand('copy');
+    copied = document.execCommand('copy');
     field.remove();
   }
-  notify('Copied');
+  notify(copied ? 'Copied' : 'The browser does not permit to copy: select the text and press Ctrl+C');
 }
 
 /** Creates a line of text in the shape of a command, with a button that copies it. */

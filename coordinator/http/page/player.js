@@ -1,6 +1,7 @@
 // Plays the frames of a series and shows one of them.
 
 import {button, el, notify, setText} from './dom.js';
+import {unfinished} from './format.js';
 import {loadThumbnail} from './thumbnails.js';
 
 const widths = [320, 640, 1024];  // of loaded pictures; one that fills the stage
@@ -78,7 +79,7 @@ export class Player {
     this.selected(entry);
     if (!entry.has_picture) {
       this.image.hidden = true;
-      this.#say(`Frame ${entry.frame} is ${entry.state} and has no picture yet.`);
+      this.#say(`Frame ${entry.frame} is ${entry.state} and has no picture${unfinished(entry) ? ' yet' : ''}.`);
       return;
     }
     try {
