@@ -13,7 +13,8 @@
 namespace parray::proto {
 
 /// Links a coordinator with any number of peers inside one process. `parray render` uses it in
-/// place of ZeroMQ. Any thread may call connect(); each end belongs to one thread.
+/// place of ZeroMQ; the HTTP interface uses it in addition. Any thread may call connect() and
+/// connect_as(); each end belongs to one thread.
 class InprocHub {
  public:
   /// A sender's thread calls `on_arrival` after each message to the coordinator, dropped or not.
@@ -25,10 +26,11 @@ class InprocHub {
   /// Returns the coordinator's end, which lives as long as the hub.
   Link& coordinator();
 
-  /// Returns a new end with the coordinator as its only peer. It must not outlive the hub.
+  /// Returns a new end with the coordinator as its only peer. Its sender has the role `any` and is
+  /// `ours`. The end must not outlive the hub.
   std::unique_ptr<Link> connect();
-  /// Returns an end that speaks for `sender`. Its seal() encodes messages. So the coordinator's
-  /// decoder checks every range as in messages from outside.
+  /// Returns such an end that speaks for `sender`. Its seal() encodes messages. So the
+  /// coordinator's decoder checks every range as in messages from outside.
   std::unique_ptr<Link> connect_as(Sender sender);
 
  private:

@@ -14,19 +14,19 @@ inline constexpr std::size_t max_name = 128;
 inline constexpr std::size_t max_line = 2000;
 inline constexpr std::size_t max_drawing = 12000;
 
-/// The properties of a job that a client states. Every stored form of a job contains them: its
-/// submission, the message and the record.
+/// The properties of a job that a client states. The client's submission, the message `submit` and
+/// the stored record contain them.
 struct JobHead {
-  std::string name;  ///< name for people: that of the scene file
-  std::uint32_t priority = 50;
+  std::string name;                ///< name for people: that of the scene file
+  std::uint32_t priority = 50;     ///< 0 to 100; the highest of a user's jobs begins first
   Boxed<RenderSettings> settings;  ///< resolved: no value is `automatic`, except perhaps `isa`
-  std::string precision_reason;
-  double load_seconds = 0;
+  std::string precision_reason;    ///< why the settings have this precision, for people
+  double load_seconds = 0;         ///< time in which the client loaded the scene
   /// Seconds of the time limit that the client itself needs, for example for loading and writing.
-  /// The coordinator does not use them.
+  /// The coordinator ends the job so much earlier.
   double reserved_seconds = 0;
   std::uint64_t duplicates_removed = 0;  ///< spheres of the scene file that the scene leaves out
-  std::uint32_t max_failures = 0;        ///< 0: the coordinator's own setting
+  std::uint32_t max_failures = 0;        ///< see PROTOCOL.md; 0: the coordinator's own setting
   /// For a frame of a series: the series' token (at most 64 bytes), the frame's number and the
   /// expected number of frames. The job of a frame exists once, even if the client submits it
   /// several times.

@@ -68,7 +68,12 @@ void write_key_file(const fs::path& file, const std::string& text, mode_t mode, 
 std::string key_text(const fs::path& file) {
   std::optional<std::string> text = read_file(file);
   if (!text) {
-    throw InputError(file.string() + " cannot be read: make keys with parray keygen DIR");
+    if (access(file.c_str(), F_OK) == 0) {
+      throw InputError(file.string() + " cannot be read: check its owner and its permissions");
+    }
+    throw InputError(
+        file.string() +
+        " is missing or out of reach: check the path, or make keys with parray keygen");
   }
   return *std::move(text);
 }
@@ -149,8 +154,10 @@ std::vector<Member> read_members(const fs::path& file) {
         std::find_if(roles.begin(), roles.end(), [&](Role r) { return name_of(r) == role; });
     if (known == roles.end() || !is_name(member.name) || !is_key(member.key) ||
         !read_share(words, member.share)) {
-      throw InputError(file.string() + ":" + std::to_string(number) +
-                       ": not a line 'worker|client|admin NAME PUBLIC-KEY [SHARE]'");
+      throw InputError(
+          file.string() + ":" + std::to_string(number) +
+          ": not a line 'worker|client|admin NAME PUBLIC-KEY [SHARE]' with a SHARE from "
+          "0.001 to 1000");
     }
     member.role = *known;
     members.push_back(std::move(member));
@@ -230,9 +237,13 @@ void make_farm_keys(const fs::path& directory) {
 }
 
 void add_member_key(const fs::path& directory, Role role, const std::string& name, double share) {
-  if (!is_name(name) || name == "coordinator") {
+  if (name == "coordinator") {
+    throw InputError("'coordinator' is the coordinator's own key: use another name");
+  }
+  if (!is_name(name)) {
     throw InputError("'" + name +
-                     "' cannot name a key: use 1 to 64 letters, digits, '.', '_' and '-'");
+                     "' cannot name a key: use 1 to 64 letters, digits, '.', '_' and '-', but no "
+                     "'.' first");
   }
   const KeyPair coordinator = read_coordinator_key(directory);
   std::vector<Member> members = read_members(allowed_file(directory));

@@ -40,7 +40,7 @@ struct Sender {
   std::string name;       ///< name of the key; empty without keys
   double share = 1;       ///< share of the farm, relative to other users' shares
   std::string address{};  ///< address of its machine as this side sees it; empty: unknown
-  /// The kernel says that it runs on this machine, under this process's user.
+  /// The sender runs on this machine, under this process's user, as the kernel says.
   bool ours = false;
 };
 

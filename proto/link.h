@@ -43,8 +43,8 @@ class Envelope {
 struct Delivery {
   PeerId peer;
   Envelope content;
-  /// Sender of a message that a server received: the coordinator, or a worker that shares scenes.
-  /// Otherwise a default Sender.
+  /// Who sent the message, if the receiver is a server: the coordinator, or a worker that shares
+  /// scenes. Otherwise a default Sender.
   Sender sender{};
 };
 

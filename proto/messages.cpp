@@ -436,8 +436,9 @@ Message decode(const Frames& frames) {
       hello.version = reader.protocol();
       return hello;
     }
-    throw ProtocolError("protocol version " + std::to_string(reader.protocol()) + ", not " +
-                            std::to_string(protocol_version),
+    throw ProtocolError("protocol version " + std::to_string(reader.protocol()) + " instead of " +
+                            std::to_string(protocol_version) +
+                            ": use the same release of ParRay everywhere",
                         reader.request());
   }
   try {

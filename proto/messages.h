@@ -145,7 +145,7 @@ struct Submitted {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
 };
-/// Maximum number of entries in a list.
+/// Maximum number of jobs or workers in a list.
 inline constexpr std::uint32_t most_listed = 1000;
 /// What a list of jobs is sorted by. Equal jobs: the newest first.
 enum class JobSort : std::uint8_t {
@@ -213,9 +213,9 @@ struct Steered {
 struct Fetch {
   std::uint64_t request = 0;
   std::uint64_t job = 0;
-  bool partial = false;     ///< accepts the picture of an unfinished job
+  bool partial = false;     ///< accepts the picture of a job that is not done
   bool statistics = false;  ///< asks for sample counts and half-widths, too
-  bool replicates = false;  ///< asks for statistics and the two halves of the samples, too
+  bool replicates = false;  ///< of a done job: statistics and, if there are any, both halves, too
 };
 struct ImageData {
   std::uint64_t request = 0;
@@ -264,7 +264,7 @@ struct SteerWorkers {
 struct Workers {
   std::uint64_t request = 0;
   nlohmann::json workers;
-  std::uint64_t total = 0;  ///< number of all workers, of which the list may be a part
+  std::uint64_t total = 0;  ///< number of all workers and quarantined machines without a worker
 };
 struct ShowFarm {
   std::uint64_t request = 0;

@@ -11,7 +11,8 @@
 
 namespace parray::proto {
 
-/// The memory of one rank in an MPI window. Every operation is complete on return (MPI_Win_flush).
+/// The memory of one rank in an MPI window. Every operation is complete on return (MPI_Win_flush)
+/// and throws RunError if MPI fails.
 class MpiTarget final : public Window {
  public:
   /// `own` is the memory if `rank` is this rank, otherwise empty.
@@ -34,8 +35,8 @@ class MpiTarget final : public Window {
 /// The memory of all ranks in one MPI window (MPI_Win_allocate), open to all ranks until it is
 /// destroyed (MPI_Win_lock_all).
 ///
-/// Construction and destruction are collective. Throws RunError if MPI offers no such window. Use
-/// it only in the thread that initialised MPI.
+/// Construction and destruction are collective. The constructor throws RunError if MPI offers no
+/// such window. Use a window only in the thread that initialised MPI.
 class MpiWindow {
  public:
   /// `bytes` is the size of this rank's memory, at least a word. Zeroes the first `zeroed` bytes.

@@ -17,8 +17,8 @@
 /// objects themselves, and nothing is encoded. Copies share their content. Thread-safe.
 namespace parray::proto {
 
-/// The bulk frame (large second frame) of a message, as received. Nothing has compared its checksum
-/// yet, because that takes time: verified() does.
+/// The bulk frame (large second frame) of a message. Receiving it does not compare its checksum,
+/// because that takes time: verified() does.
 struct Bulk {
   Frame data;
   std::uint64_t checksum = 0;
@@ -64,6 +64,7 @@ class CellsPayload {
   /// Returns the bytes of pack_cells(); `grid` is the batch's grid. Throws DecodeError if the
   /// checksum is wrong.
   [[nodiscard]] Bulk packed(const CellGrid& grid) const;
+  /// Returns the approximate number of bytes in memory.
   [[nodiscard]] std::uint64_t size() const;
 
  private:

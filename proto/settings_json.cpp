@@ -44,7 +44,7 @@ T limit(const json& map, const char* key) {
   try {
     return map.value(key, T{});
   } catch (const json::exception&) {
-    throw ProtocolError("settings: a limit has the wrong type");
+    throw ProtocolError(std::string("settings: '") + key + "' has the wrong type");
   }
 }
 
@@ -119,7 +119,7 @@ Boxed<RenderSettings> settings_from_json(const json& map) {
     throw ProtocolError(error.what());
   }
   if (automatic) {
-    throw ProtocolError("a setting is still automatic");
+    throw ProtocolError("settings: a value other than 'isa' is still 'auto'");
   }
   return settings;
 }

@@ -81,7 +81,11 @@ std::string random_text() {
 std::string make_token(const fs::path& directory, const std::string& name) {
   AllowList allowed(directory);
   const auto owner = allowed.find_name(Time(0), name);
-  if (!owner || owner->role == Role::worker) {
+  if (owner && owner->role == Role::worker) {
+    throw InputError("'" + name +
+                     "' is the key of a worker: tokens are for clients and administrators");
+  }
+  if (!owner) {
     throw InputError("'" + name + "' is no client or administrator of this farm: parray keygen " +
                      directory.string() + " --role client --name " + name + " adds a client");
   }

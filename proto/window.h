@@ -27,7 +27,7 @@ class Window {
 };
 
 /// A window in the memory of this process: for a single rank, for the owner of a RequestWindow, for
-/// the coordinator's view of its own memory, and for tests.
+/// rank 0's view of its own memory, and for tests.
 class LocalWindow final : public Window {
  public:
   /// `memory` must outlive the window and be aligned to 8 bytes. The constructor changes nothing.
@@ -110,7 +110,7 @@ class WindowLayout {
     copy_requests = 3,   ///< PROTOCOL.md: `tickets`; how often a rank has found no work left
     copies = 4,          ///< number of issued copies of unfinished cells
     log_head = 5,        ///< number of claimed log blocks, without each rank's first
-    finished = 6,        ///< not 0: every cell is traced, or the job has ended
+    finished = 6,        ///< not 0: the pass has ended; see PROTOCOL.md
     root_heartbeat = 7,  ///< grows as long as rank 0 is alive
     shared_words = 8
   };

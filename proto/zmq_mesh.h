@@ -11,9 +11,9 @@
 namespace parray::proto {
 
 struct ZmqMeshOptions {
-  std::string coordinator;  ///< addresses in the form of zmq_connect()
-  std::size_t max_message_bytes = 0;
-  Time linger = seconds(1);        ///< for messages that the coordinator has not received yet
+  std::string coordinator;            ///< addresses in the form of zmq_connect()
+  std::size_t max_message_bytes = 0;  ///< largest frame from the coordinator
+  Time linger = seconds(1);  ///< time that unsent messages to the coordinator outlive the mesh
   std::optional<MemberKey> key{};  ///< key for the coordinator
   /// Whether this worker shares scenes with others: opens a port and asks them.
   bool sharing = true;
