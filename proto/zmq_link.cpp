@@ -145,7 +145,8 @@ class ZmqServer::Impl {
     try {
       link_.socket().raw().bind(endpoint);
     } catch (const zmq::error_t& error) {
-      throw RunError("binding " + endpoint + ": " + error.what());
+      throw RunError("binding " + endpoint + " failed: " + error.what() +
+                     ": use another address or port");
     }
     endpoint_ = link_.socket().raw().get(zmq::sockopt::last_endpoint);
   }

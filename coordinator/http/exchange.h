@@ -20,7 +20,7 @@ namespace parray::http {
 using Fields = std::vector<std::pair<std::string, std::string>>;
 
 /// Why a request was refused or failed: an HTTP status and a message (RFC 9457). `what()` is one
-/// line, identical to the command line's message where that has one.
+/// line: the command line's message if it has one, with JSON pointers for options.
 class Problem : public std::runtime_error {
  public:
   /// `exit_status`: exit status of the command line for this problem; 0: the command line has no
@@ -41,7 +41,8 @@ class Problem : public std::runtime_error {
   Fields headers_;
 };
 
-/// Bodies up to this size, in bytes, are complete before a handler gets the request. Every handler
+/// Bodies up to this size, in bytes, are complete before a handler gets the request, unless the
+/// client stops sending. Every handler
 /// that reads a body accepts this size.
 inline constexpr std::size_t small_body = 4096;
 

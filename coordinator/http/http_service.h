@@ -25,7 +25,7 @@ struct Options {
   std::size_t connections = 1024;  ///< limit of all connections
   std::size_t address_connections = 256;          ///< limit of connections per address
   std::size_t streams = 128;                      ///< limit of event streams
-  std::uint64_t memory = std::uint64_t{1} << 30;  ///< limit in bytes of pictures and scenes here
+  std::uint64_t memory = std::uint64_t{1} << 30;  ///< bytes of memory for pictures and scenes
   std::size_t requests = 1000;                    ///< limit of requests per second and address
   UploadLimits uploads{};
 };

@@ -77,7 +77,8 @@ Named named_in(const Request& request, bool with_priority) {
   const std::string form =
       with_priority ? R"({"ids": [3, 4], "priority": 70})" : R"({"ids": [3, 4]})";
   if (media_type(request) != "application/json") {
-    throw Problem(415, "unsupported media type: send " + form + " as application/json");
+    throw Problem(415,
+                  wrong_media_type(request) + ": send " + form + " with the header " + json_header);
   }
   const json body = json::parse(read_text(request, most_bytes), nullptr, false);
   if (!body.is_object() || body.size() != (with_priority ? 2 : 1) || !body.contains("ids") ||
@@ -87,8 +88,11 @@ Named named_in(const Request& request, bool with_priority) {
   Named named;
   for (const json& value : body.at("ids")) {
     const auto id = whole_in(value);
-    if (!id || *id < 1 || *id > largest_id || named.ids.size() == most_ids) {
-      throw Problem(422, "ids: use 1 to " + std::to_string(most_ids) + " numbers of jobs", 2);
+    if (!id || *id < 1 || *id > largest_id) {
+      throw Problem(422, "ids: use only numbers of jobs, such as 3", 2);
+    }
+    if (named.ids.size() == most_ids) {
+      throw Problem(422, "ids: use at most " + std::to_string(most_ids) + " numbers of jobs", 2);
     }
     named.ids.push_back(*id);
   }

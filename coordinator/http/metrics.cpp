@@ -106,8 +106,7 @@ std::string label_value(const std::string& text) {
 }
 
 void add_users(Text& text, const json& users) {
-  text.family("parray_user_jobs", "gauge",
-              "Jobs by user and state; open: queued, running or paused");
+  text.family("parray_user_jobs", "gauge", "Jobs by user and state; open: not ended");
   for (const json& user : users) {
     const std::string name = label_value(user.at("user").get<std::string>());
     for (const char* state : {"open", "done", "failed", "cancelled"}) {
