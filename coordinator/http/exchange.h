@@ -42,8 +42,7 @@ class Problem : public std::runtime_error {
 };
 
 /// Bodies up to this size, in bytes, are complete before a handler gets the request, unless the
-/// client stops sending. Every handler
-/// that reads a body accepts this size.
+/// client stops sending. Every handler that reads a body accepts this size.
 inline constexpr std::size_t small_body = 4096;
 
 /// Receives a body piece by piece. An exception from a member ends the reading.

@@ -75,7 +75,7 @@ void Guard::check_origin(const Request& request) const {
     throw Problem(403, "a page of another site" +
                            (origin.empty() ? "" : ", " + printable(origin) + ",") +
                            " may only read from this server: open the page that this server sends, "
-                           "or start it with --http-host and the name of that site");
+                           "or name the site with --http-host if it is a proxy for this server");
   }
 }
 
