@@ -138,7 +138,7 @@ void add_upload_options(Command& command, UploadRequest& request) {
       "--frames",
       [&request](const std::string& text) { request.frames = chosen_frames_from(text); },
       "Make a series with a job for each frame of the trajectory: all, 7, 0:100 or 0:100:5 "
-      "(first, last, step). A file of particles alone has the camera of its first frame");
+      "(first, last, step). A particle file alone has the camera of the first chosen frame");
   request.render.add_to(command);
   request.render.add_quality_to(command);
   request.postprocessing.add_to(command, nullptr);
