@@ -26,7 +26,7 @@ double letter_size(const LabelSettings& settings, double dpi, double height) {
   if (size > height) {
     throw InputError("--font-size: letters of " + number_text(points) + " points are " +
                      number_text(std::round(size)) + " pixels high, but the picture only " +
-                     number_text(height) + ": use smaller letters or a larger picture");
+                     number_text(height) + ": use a smaller --font-size");
   }
   return std::max(size, 1.0);
 }
@@ -67,7 +67,7 @@ struct Labels::Parts {
         line(std::max(line_points * dpi / points_an_inch, 1.0)),
         film(content.camera, width, height),
         margin(gap_in_ems * font.size()),
-        style{font, line, width - 2 * margin, height - 2 * margin} {
+        style{font, line, height - 2 * margin} {
     make_blocks();
     placed = lay_out(blocks, width, height, margin, gap_in_ems * font.size());
   }
