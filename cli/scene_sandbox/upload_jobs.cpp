@@ -37,7 +37,7 @@ class Batch {
     constexpr Time longest = seconds(10);
     return jobs_ >= most_jobs || bytes_ >= most_bytes || clock_.now() - begin_ >= longest;
   }
-  /// Writes the description of the batch. `frames`: of the series.
+  /// Writes the description of the batch. `frames`: number of frames of the series; 0: single job.
   void finish(std::size_t frames) const {
     keep_bytes("../batch", json{{"frames", frames}, {"jobs", jobs_}}.dump());
   }

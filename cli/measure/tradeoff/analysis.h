@@ -115,7 +115,7 @@ struct Row {
 
 /// How the time of a render is measured.
 struct Timing {
-  bool busy = false;  ///< other programs use the processors, so wall-clock time is unreliable
+  bool busy = false;  ///< the threads lack processor time, so wall-clock time is unreliable
   int threads = 1;
   /// Returns the time of a render that has the processors for itself.
   [[nodiscard]] double seconds_of(const Run& run) const {

@@ -428,7 +428,8 @@ void Session::add_notes(TradeoffResults& results) const {
   }
   if (results.timing.busy) {
     results.notes.push_back(
-        "other programs kept this machine busy: seconds are processor time divided by threads");
+        "the threads got less than 85 % of their processor time, as on a busy machine: seconds are "
+        "processor time divided by threads");
   }
 }
 
