@@ -104,8 +104,10 @@ void Labels::Parts::make_blocks() {
   if (!wanted.text.empty()) add_text("--text", wanted.text);
   if (wanted.time_stamp) {
     if (content.time_stamp.empty()) {
-      fail_without("--time-stamp",
-                   "the scene's particles have no time and only one frame: leave out --time-stamp");
+      fail_without(
+          "--time-stamp",
+          "the scene's particles have no time and only one frame: leave out --time-stamp, or "
+          "time_stamp in the scene file");
     }
     add_text("--time-stamp", content.time_stamp);
   }
@@ -113,7 +115,10 @@ void Labels::Parts::make_blocks() {
   if (wanted.scale_bar) add_scale_bar();
   if (wanted.cell) {
     if (!content.cell) {
-      fail_without("--cell", "the scene's particles have no box and no cell: leave out --cell");
+      fail_without(
+          "--cell",
+          "the scene's particles have no box and no cell: leave out --cell, or cell in the scene "
+          "file");
     }
     blocks.push_back(axes_block(style, film));
   }
