@@ -16,7 +16,7 @@ class AcceleratorCache {
   using Pointer = std::shared_ptr<const Accelerator>;
 
   /// Returns the accelerator of the scene with scene_identity() `scene_id` and these settings.
-  /// Returns null if the last accelerator was another one.
+  /// Returns null if the last accelerator was another one, or there is none.
   [[nodiscard]] Pointer find(const std::string& scene_id, const RenderSettings& settings) const;
 
   /// Drops the last accelerator and then builds a new one, because two may not fit into memory. So

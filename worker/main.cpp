@@ -57,9 +57,10 @@ void declare_options(CommandLine& line, Arguments& a) {
               "Stop after so many seconds without work, connected or not; 0: never")
       .show_default()
       .group("Farm");
-  line.option("--sharing", a.sharing,
-              "on: exchange scenes with other workers, through a free port; off: get scenes only "
-              "from the coordinator")
+  line.option(
+          "--sharing", a.sharing,
+          "on: exchange scenes with other workers, through a port that the system chooses; off: "
+          "get scenes only from the coordinator")
       .one_of({"on", "off"})
       .show_default()
       .group("Farm");
@@ -100,14 +101,14 @@ class ConnectionLog {
     constexpr Time patience = seconds(10);
     if (!connected_ && !logged_ && clock_.now() - start_ > patience) {
       logged_ = true;
-      log_.warn("no answer from {} yet: check that it is running{}", address,
-                keys_ ? " and knows this key" : " and whether it needs a key (--keys)");
+      log_.warn("no answer from {} yet: check the address, that the coordinator runs, and {}",
+                address, keys_ ? "that it knows this key" : "whether it needs a key (--keys)");
     }
     if (worker_.connected() != connected_) {
       logged_ = true;
       connected_ = worker_.connected();
       connected_ ? log_.info("serving {}", address)
-                 : log_.warn("no answer from {}: connecting again", address);
+                 : log_.warn("connection to {} lost: connecting again", address);
     }
     return interrupt_noted() || !worker_.refused().empty() || idle_for_too_long();
   }
@@ -196,8 +197,7 @@ int work(const Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const Program program = {"parray-worker",
-                           "Trace leases of a coordinator with all processors of this machine",
+  const Program program = {"parray-worker", "Trace parts of pictures for a coordinator",
                            PARRAY_VERSION};
   Arguments arguments;
   return run_main(program, argc, argv, [&](CommandLine& line) {

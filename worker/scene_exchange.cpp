@@ -10,7 +10,7 @@ namespace {
 
 /// Most chunks in flight: enough that a connection is never idle while one travels.
 constexpr std::size_t most_in_flight = 16;
-/// Most workers that wait for a chunk; further ones are told to ask elsewhere.
+/// Most requests of other workers that wait for a chunk. Further ones are answered with NoScene.
 constexpr std::size_t most_waiting = 1024;
 /// Number of scenes with stored chunks.
 constexpr std::size_t holdings_kept = 2;

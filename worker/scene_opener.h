@@ -40,8 +40,8 @@ OpenedScene open_scene(const ScenePieces& packed);
 /// Opens scenes on a background thread, because large scenes take seconds.
 class SceneOpener {
  public:
-  /// The background thread calls `wake` when a scene is open. Without `wake`, scenes are opened at
-  /// once in the calling thread.
+  /// The background thread calls `wake` when take() has a scene. Without `wake`, start() opens the
+  /// scene in the calling thread.
   explicit SceneOpener(const std::function<void()>& wake);
 
   /// Begins to open a scene. Call it only when idle.

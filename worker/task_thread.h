@@ -78,7 +78,7 @@ class TaskThread {
 
  private:
   void run() {
-    const FloatMode ieee;  // building a kernel also rounds numbers
+    const FloatMode ieee;  // building an accelerator also rounds numbers
     std::unique_lock lock(mutex_);
     for (;;) {
       changed_.wait(lock, [this] { return quit_ || busy_; });

@@ -67,7 +67,7 @@ class Team {
   /// work, or after the accelerator that it builds, which may take seconds.
   virtual void abandon() = 0;
   /// Returns the samples that all threads have traced since the start. The number grows while the
-  /// team is alive.
+  /// team traces.
   [[nodiscard]] virtual std::uint64_t traced() const = 0;
   /// Returns whether the team builds an accelerator: it is alive, although traced() does not grow.
   [[nodiscard]] virtual bool preparing() const = 0;

@@ -171,7 +171,7 @@ void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFi
   if (!legends.empty()) outputs.legends = legends_text(legends);
   if (labels.dpi || labels.width_mm) outputs.dpi = dots_per_inch(labels, width_of(settings));
   if (!labels.any()) return;
-  if (outputs.has_png()) {
+  if (outputs.shows_postprocessing()) {
     options.fitting(file, labels, [&](const LabelSettings& fit) {
       if (fit.any()) {
         outputs.finishing.push_back(label_step(fit, content_of(fit, file, settings)));

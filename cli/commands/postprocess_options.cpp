@@ -123,7 +123,7 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
         "outline: the camera's lens blurs the edges of spheres, so they have no outline: set "
         "aperture to 0, or add --outline off");
   }
-  if (!outputs.has_png()) {
+  if (!outputs.shows_postprocessing()) {
     const std::string given = options.first_given();
     if (given.empty()) return;
     throw InputError(

@@ -142,7 +142,7 @@ static Client::JobScene scene_for_picture(Client& client, JobId job) {
 
 int fetch_and_write(Client& client, JobId job, OutputPaths outputs, bool raw) {
   const JobStatus status = job_status(client.show(job));
-  const bool drawn = status.drawn && outputs.has_png();
+  const bool drawn = status.drawn && outputs.shows_postprocessing();
   outputs.denoise = status.denoise && !raw;
   ExtraChannels extra = extra_channels(outputs);
   if (outputs.denoise || drawn) {

@@ -126,7 +126,7 @@ class ChannelPlanes {
   std::vector<float> cost_;
 };
 
-/// About a millisecond of work, as in worker/team.cpp.
+/// Samples of a piece of work, about a millisecond.
 constexpr std::uint32_t piece_samples = 2048;
 /// Samples between two calls of `between_bands`. The number is large enough that threads rarely
 /// wait for each other.

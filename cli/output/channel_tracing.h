@@ -32,7 +32,8 @@ inline constexpr std::uint32_t channel_samples = 16;
 ///
 /// Normal and albedo have the form that denoisers expect (Intel Open Image Denoise, documentation
 /// of filter RT). The values are the same for any number of `threads`, accelerator and instruction
-/// set. Calls `between_bands`, if set, several times a second; an exception of it ends the work.
+/// set. Calls `between_bands`, if set, before each band of rows with about 2^18 samples (at least
+/// one row); an exception of it ends the work.
 Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted, int threads,
                         const std::function<void()>& between_bands = {});

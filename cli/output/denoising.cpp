@@ -81,8 +81,8 @@ void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChan
   const Replicates& replicates = picture.statistics.replicates;
   if (replicates.empty()) {
     throw RunError(
-        "--denoise: the coordinator does not have the two halves of the samples: it is an older "
-        "version, or the job was submitted without --denoise; submit the job again with --denoise");
+        "--denoise: the coordinator does not have the two halves of the samples: submit the job "
+        "again with --denoise; if the job had that option, update the coordinator");
   }
   const std::uint32_t least = *std::ranges::min_element(picture.statistics.samples);
   if (least < 2) {

@@ -11,7 +11,7 @@
 
 namespace parray::output {
 
-/// Prefix of the channels in an EXR file with the picture before denoising.
+/// Prefix of the EXR channels that contain the picture before denoising.
 inline constexpr const char* raw_channel = "raw.";
 
 /// Returns the picture before denoising from the channels of an EXR file. Returns nothing if the
@@ -21,7 +21,7 @@ std::optional<Image> raw_image(const ImageFile& file);
 /// The state of an earlier denoising of the same picture.
 struct DenoisedSoFar {
   std::uint64_t samples = 0;  ///< number of samples in total at that time
-  std::uint32_t least = 0;    ///< least samples per pixel of the features
+  std::uint32_t least = 0;    ///< samples per pixel for Features::own
   Features features;
   Denoised picture;
 };

@@ -18,8 +18,8 @@ namespace parray::output {
 /// next picture, but not within three seconds.
 class Display {
  public:
-  /// `address` is HOST:PORT. The default port of tev is 14158. Throws InputError for any other
-  /// text.
+  /// `address` is HOST:PORT with a port above 0. The default port of tev is 14158. Throws
+  /// InputError for any other text.
   explicit Display(const std::string& address);
   /// Throws InputError unless `address` is empty or HOST:PORT.
   static void check(const std::string& address);

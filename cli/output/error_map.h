@@ -22,7 +22,7 @@ struct ErrorScale {
   /// Returns the place of a half-width on the logarithmic scale: 0 for `low` and smaller, 1 for
   /// `high` and larger.
   [[nodiscard]] double share_of(double half_width) const;
-  /// Returns the half-width at a place.
+  /// Returns the half-width at a place from 0 to 1.
   [[nodiscard]] double at(double share) const;
 };
 
@@ -32,10 +32,10 @@ std::vector<float> half_widths_of(const PictureStatistics& statistics, std::size
 
 /// Returns the scale from the first percentile to the largest of the known half-widths above 0,
 /// rounded outwards. The scale spans at least a power of ten. Returns the default scale if no
-/// half-width is known.
+/// half-width is above 0.
 ErrorScale error_scale(std::vector<float> half_widths);
 
-/// Returns the colour of a place between `low` and `high`, linear RGB in [0, 1]:
+/// Returns the colour of a place from 0 (`low`) to 1 (`high`), linear RGB in [0, 1]:
 /// ColorMap::violet_yellow.
 std::array<float, 3> error_colour(double share);
 
@@ -52,8 +52,8 @@ constexpr double error_map_letters(std::uint32_t width) {
 /// if the legend is. Throws RunError if the font is missing (cli/output/labels/font.h).
 Image error_map(std::span<const float> half_widths, std::uint32_t width, const ErrorScale& scale);
 
-/// Writes the map of a picture with statistics as PNG. The metadata contain the scale and the
-/// picture. Throws Interrupted and the errors of error_map() and write_image().
+/// Writes the map of a picture with statistics. The metadata contain the scale and the picture's
+/// image_sha256. Throws Interrupted and the errors of error_map() and write_image().
 void write_error_map(const std::filesystem::path& file, const Picture& picture);
 
 }  // namespace parray::output

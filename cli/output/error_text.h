@@ -21,8 +21,8 @@ std::string figures_text(const ErrorFigures& error);
 std::string error_text(const nlohmann::json& report);
 
 /// Returns the error of a job and its target: "error 0.021 of 0.01". The first number is the upper
-/// end of the RMSE's confidence interval. Does the same for a target half-width. Returns "" without
-/// a target, and while the error is unknown.
+/// end of the RMSE's confidence interval. For a target half-width it is the 99th percentile
+/// of the half-widths. Returns "" without a target, and while the error is unknown.
 std::string target_text(const JobStatus& job);
 
 }  // namespace parray::output

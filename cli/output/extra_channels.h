@@ -43,7 +43,7 @@ bool needs_scene(const OutputPaths& outputs, const RenderSettings& settings);
 /// replicates request denoising. `threads`: number of threads in this process.
 ExtraChannels extra_channels(const OutputPaths& outputs, const RenderSettings& settings,
                              std::shared_ptr<const Scene> scene, int threads);
-/// The extra channels of a job whose scene this process does not have.
+/// Returns the extra channels of a job whose scene this process does not have.
 ExtraChannels extra_channels(const OutputPaths& outputs);
 
 /// Returns whether the channels need the statistics of the picture.
@@ -58,7 +58,8 @@ void add_sample_counts(Picture& picture);
 /// the picture and removes the background if requested (cli/output/picture/transparency.h). After
 /// removal the image is premultiplied and channel A is alpha. Then the report gets
 /// `seconds.transparent` and `transparent`: `image_sha256` of the file's picture, and `covered`,
-/// the mean of alpha. Throws Interrupted (common/process/stop_signal.h).
+/// the mean of alpha. Throws Interrupted (common/process/stop_signal.h), and RunError if the
+/// coordinator has not sent what denoising or the removal needs.
 void add_channels(Picture& picture, const ExtraChannels& extra);
 
 }  // namespace parray::output

@@ -33,14 +33,15 @@ FrameRange frame_range_from(std::string_view text) {
   if (good && take(rest, '-')) good = take_number(rest, range.last);
   if (good && take(rest, ':')) good = take_number(rest, range.step);
   if (!good || !rest.empty() || range.last < range.first || range.step == 0) {
-    throw InputError(
-        "'" + printable(text) +
-        "' is not a range of frames: write FIRST-LAST or FIRST-LAST:STEP with numbers from 0 to " +
-        std::to_string(limits::max_frame));
+    throw InputError("'" + printable(text) +
+                     "' is not a range of frames: write FRAME, FIRST-LAST or FIRST-LAST:STEP with "
+                     "numbers up to " +
+                     std::to_string(limits::max_frame));
   }
   if (range.count() > limits::max_frames) {
     throw InputError(std::to_string(range.count()) + " frames are more than the limit of " +
-                     std::to_string(limits::max_frames) + ": submit them in several series");
+                     std::to_string(limits::max_frames) +
+                     ": choose fewer frames, or a larger step");
   }
   return range;
 }

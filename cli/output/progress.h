@@ -60,7 +60,7 @@ class Progress {
   std::ostream& out_;
   const std::function<std::size_t()> columns_;
   Time next_{};
-  JobStatus last_;  ///< state when the progress last grew
+  JobStatus last_;  ///< state when progress, state or waits_for last changed
   Time last_growth_{};
   bool started_ = false;
   std::size_t drawn_ = 0;  ///< current length of the bar's line

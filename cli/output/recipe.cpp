@@ -94,8 +94,10 @@ class RecipeReader {
     return numbers;
   }
   [[noreturn]] void refuse(const std::string& name) const {
-    throw InputError(file_ + ": the recipe is damaged: " + key(name) +
-                     " is missing or not valid: use a copy of the original file");
+    throw InputError(
+        file_ + ": the recipe is damaged: " + key(name) +
+        " is missing or not valid: use a copy of the original file, or the version of ParRay "
+        "that wrote it");
   }
 
  private:
@@ -133,16 +135,15 @@ RenderSettings settings_in(const RecipeReader& reader, bool equal_samples) {
   return settings;
 }
 
-void check_there(const ImageMetadata& metadata, const RecipeReader& reader,
-                 const std::string& file) {
-  if (text_in(metadata, key("partial"))) {
-    throw InputError(file + ": a preview has no recipe: use the finished picture");
+void check_there(const RecipeReader& reader, const std::string& file) {
+  if (reader.has("partial")) {
+    throw InputError(file + ": an unfinished picture has no recipe: use the finished one");
   }
   if (!reader.has("image_sha256") || !reader.has("trace_version")) {
     throw InputError(
         file +
-        ": the file has no recipe: use a picture that ParRay wrote and no other program "
-        "changed");
+        ": the file has no recipe: use an EXR, PNG or TIFF picture that ParRay wrote and no other "
+        "program changed");
   }
 }
 
@@ -190,7 +191,7 @@ ImageMetadata recipe_metadata(const Picture& picture, const Image& shown, const 
 
 Recipe recipe_in(const ImageMetadata& metadata, const std::string& file) {
   const RecipeReader reader(metadata, file);
-  check_there(metadata, reader, file);
+  check_there(reader, file);
   Recipe recipe;
   recipe.image_sha256 = reader.text("image_sha256");
   recipe.pixels_sha256 = text_in(metadata, key("pixels_sha256")).value_or("");
@@ -224,9 +225,9 @@ void check_recipe(const Recipe& recipe, const std::string& picture, const std::s
                      printable(recipe.version, 40));
   }
   if (recipe.scene_sha256 != scene_sha256) {
-    throw InputError(scene + ": this is not the scene of " + picture + ": its scene_sha256 is " +
-                     start_of(recipe.scene_sha256) + "..., not " + start_of(scene_sha256) +
-                     "...: name the scene of the picture");
+    throw InputError(scene + ": this is not the scene of " + picture +
+                     ": the picture's scene has scene_sha256 " + start_of(recipe.scene_sha256) +
+                     "..., this one " + start_of(scene_sha256) + "...: name the picture's scene");
   }
 }
 

@@ -49,8 +49,8 @@ ImageMetadata recipe_metadata(const Picture& picture);
 ImageMetadata recipe_metadata(const Picture& picture, const Image& shown,
                               const Channels& alpha = {});
 
-/// Reads the recipe of a file. `file` is its name for messages. Throws InputError if the recipe is
-/// missing, or a value is missing or out of range.
+/// Reads the recipe of a file. `file` is its name for messages. Throws InputError if the picture is
+/// unfinished, the recipe is missing, or a value is missing or out of range.
 Recipe recipe_in(const ImageMetadata& metadata, const std::string& file);
 
 /// Throws InputError unless this program can reproduce the picture of the recipe from a scene with

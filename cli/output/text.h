@@ -33,7 +33,7 @@ std::string duration_text(double length);
 /// Returns the local time of seconds since 1970: "2026-11-22 16:05:09".
 std::string moment_text(double since_1970);
 
-/// Returns a size as "512 bytes", "23.4 KiB" or "1.2 GiB".
+/// Returns a size as "512 bytes", "23.4 KiB" or "1.20 GiB".
 std::string bytes_text(std::uint64_t bytes);
 
 /// Returns a number with at most six significant digits: "11111.1", "0.18", "1e+15".

@@ -25,12 +25,12 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Returns the number of samples per pixel, and the share of pixels that were traced before a time
-/// limit.
+/// Returns the mean number of samples per pixel. If a time limit left pixels untraced, returns the
+/// share of traced pixels instead.
 std::string samples_text(const json& report) {
   const auto filled = report.value("filled_pixels", std::uint64_t{0});
   std::string text =
-      counted(report.at("samples_per_pixel").get<std::uint64_t>(), "sample") + " each";
+      counted(report.at("samples_per_pixel").get<std::uint64_t>(), "sample") + " per pixel";
   if (filled > 0) {
     const double pixels = report.at("width").get<double>() * report.at("height").get<double>();
     const std::string side = std::to_string(report.at("fill_block").get<std::uint64_t>());
@@ -58,11 +58,9 @@ PictureDetail OutputPaths::wanted_detail() const {
                                                       : PictureDetail::image;
 }
 
-bool OutputPaths::has_png() const {
-  const auto is_png = [](const fs::path& path) {
-    return !path.empty() && !can_hold_channels(path);
-  };
-  return is_png(image) || is_png(preview);
+bool OutputPaths::shows_postprocessing() const {
+  const auto shows = [](const fs::path& path) { return !path.empty() && !can_hold_channels(path); };
+  return shows(image) || shows(preview);
 }
 
 bool same_file(const fs::path& a, const fs::path& b) {

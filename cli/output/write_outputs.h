@@ -24,7 +24,7 @@ struct OutputPaths {
   std::filesystem::path error_map{};  ///< see cli/output/error_map.h
   nlohmann::json notes{};             ///< notes about particle files, for the report
   nlohmann::json facts{};             ///< map of further members of the report; null: none
-  bool summary = true;                ///< print what was written on stdout
+  bool summary = true;                ///< print a summary of the files on stdout
   std::filesystem::path
       preview{};             ///< updated during the job (preview.h); becomes a copy of the image
   bool transparent = false;  ///< remove the background
@@ -39,7 +39,7 @@ struct OutputPaths {
   [[nodiscard]] PictureDetail wanted_detail() const;
 
   /// Returns whether image or preview is a file with postprocessing.
-  [[nodiscard]] bool has_png() const;
+  [[nodiscard]] bool shows_postprocessing() const;
   [[nodiscard]] bool none() const { return image.empty() && report.empty(); }
 };
 
@@ -48,8 +48,8 @@ struct OutputPaths {
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
 /// Throws InputError unless all files can be written, image, report and map differ, no file is
-/// `scene`, and the image can contain the channels. Throws RunError if the font for the map is
-/// missing. Call it before any work.
+/// `scene`, the image can contain the channels, and the map is not EXR. Throws RunError if the font
+/// for the map is missing. Call it before any work.
 void check_outputs(const OutputPaths& outputs, const std::filesystem::path& scene = {});
 
 /// Times of the command that rendered the picture.
@@ -60,8 +60,8 @@ struct CommandTimes {
 };
 
 /// Writes a picture with its recipe. An EXR file also gets the channels. Other files get the
-/// postprocessing of `outputs`. Waits until the data are on the disk. Throws the errors of
-/// write_outputs().
+/// postprocessing of `outputs`. `fast`: a larger file in less time. Waits until the data are on the
+/// disk. Throws the errors of write_outputs().
 void write_picture(const std::filesystem::path& file, const Picture& picture,
                    const OutputPaths& outputs = {}, bool fast = false);
 

@@ -1,4 +1,4 @@
-// parray-referee: traces cells again for a coordinator that got different bits from two machines.
+// parray-referee: traces cells again for a coordinator, to decide disputes and to check results.
 // Only the coordinator starts it (coordinator/disputes/referee_process.h). Its standard input is a
 // socket. It sends `hello`, then answers each `grant` with `result` or `failed`. Frames that begin
 // with "scene" contain the scene of the following grants.

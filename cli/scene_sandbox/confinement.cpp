@@ -67,8 +67,8 @@ void allow(int ruleset, std::uint64_t handled, const fs::path& path, std::uint64
   close(at);
 }
 
-/// Returns the directories of the loaded libraries, which also have the libraries that they load
-/// later.
+/// Returns the directories of the program and of the loaded libraries. They also contain the
+/// libraries that the program loads later.
 std::set<fs::path> library_directories() {
   std::set<fs::path> found;
   const auto note = [](dl_phdr_info* info, std::size_t /*size*/, void* paths) {
@@ -216,10 +216,14 @@ void enclose_process(const Enclosure& enclosure) {
   const rlimit size{enclosure.file_bytes, enclosure.file_bytes};
   // NOLINTNEXTLINE(concurrency-mt-unsafe): there is one thread
   static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));  // write() then fails with an error
-  if (setrlimit(RLIMIT_FSIZE, &size) != 0 || prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) {
+  if (setrlimit(RLIMIT_FSIZE, &size) != 0) {
     throw RunError(
-        "this machine cannot confine the reading of scenes: check that the limit of file "
-        "sizes (ulimit -H -f) is unlimited, and use Linux 3.5 or later");
+        "the server cannot confine the process that reads scenes: its limit of file sizes is too "
+        "low: start it with ulimit -H -f unlimited");
+  }
+  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) {
+    throw RunError(
+        "the server cannot confine the process that reads scenes: use Linux 3.5 or later");
   }
   restrict_files(enclosure.directory);
   restrict_calls();

@@ -12,16 +12,16 @@ namespace parray::scene_sandbox {
 /// The permissions of a process that reads untrusted uploads.
 struct Enclosure {
   std::filesystem::path directory;  ///< the only directory for reading and writing
-  /// Size of the largest file that it may write; 0: empty files only.
+  /// Size of the largest file that it may write, in bytes; 0: empty files only.
   std::uint64_t file_bytes = 0;
 };
 
 /// Confines this process until it ends. It can then open files only in `directory`, read libraries
 /// and fonts, and write no larger file than `file_bytes`. It cannot make sockets, start programs,
 /// or access other processes. Call while the process has one thread. Throws RunError if the limit
-/// of file sizes, or the flag no_new_privs, cannot be set: every kernel has these two.
+/// of file sizes, or the flag no_new_privs, cannot be set.
 ///
-/// The other limits need a kernel with Landlock
+/// All limits except that of file sizes need a kernel with Landlock
 /// (https://docs.kernel.org/userspace-api/landlock.html) and seccomp(2). A kernel without Landlock
 /// does not limit which files are opened. A kernel without seccomp does not limit sockets, programs
 /// and processes. Neither is an error: see ways_out().

@@ -104,20 +104,38 @@ PictureForecast of_goal(const Probe& probe, const FarmModel& farm, const RenderS
     return PictureForecast{choice.seconds, choice.samples, choice.error, choice.cpu_seconds};
   };
   std::vector<PictureForecast> ends;
-  if (settings.target_error > 0) ends.push_back(best({.error = settings.target_error}));
+  if (settings.target_error > 0)
+    ends.push_back(best({.error = settings.target_error, .error_option = "--target-error"}));
   if (settings.time_limit > 0 &&
       (ends.empty() || ends.front().seconds.value > settings.time_limit)) {
-    ends = {best({.seconds = settings.time_limit})};
+    ends = {best({.seconds = settings.time_limit, .seconds_option = "--time-limit"})};
   }
   return ends.front();
+}
+
+bool can_forecast(const RenderSettings& settings) {
+  return counted_samples(settings) > 0 || settings.target_error > 0 || settings.time_limit > 0;
+}
+
+/// Returns whether the time limit alone decides how long the picture takes.
+bool ends_by_time(const RenderSettings& settings) {
+  return counted_samples(settings) == 0 && settings.time_limit > 0 && settings.target_error <= 0;
 }
 
 std::vector<std::string> notes_of(const UploadRequest& request, const Submission& job,
                                   std::size_t threads) {
   const RenderSettings& settings = job.settings;
-  std::vector<std::string> notes = {
-      "One thread of the server traced a part of the picture. The interval allows for workers "
-      "whose threads are 1.5 times faster or slower. It assumes that their processors are free."};
+  std::vector<std::string> notes;
+  if (can_forecast(settings)) {
+    notes.emplace_back(
+        "One thread of the server traced a part of the picture. The forecast assumes that the "
+        "processors of the workers are free.");
+    if (threads > 0 && !ends_by_time(settings)) {
+      notes.emplace_back(
+          "The interval of the time allows for workers whose threads are 1.5 times faster or "
+          "slower.");
+    }
+  }
   if (threads == 0) notes.emplace_back("No workers are connected.");
   if (settings.target_half_width > 0) {
     notes.emplace_back(settings.target_error > 0 || settings.time_limit > 0
@@ -125,7 +143,8 @@ std::vector<std::string> notes_of(const UploadRequest& request, const Submission
                            : "A target half-width alone cannot be forecast.");
   }
   if (job.denoise) notes.emplace_back("The error is that of the picture before denoising.");
-  if (request.frames) notes.emplace_back("All frames count as the first one.");
+  if (request.frames)
+    notes.emplace_back("The forecast assumes that all frames are like the first one.");
   return notes;
 }
 
@@ -172,16 +191,15 @@ void write_forecast(const UploadRequest& request, std::size_t threads,
   json answer = {{"threads", threads}, {"notes", notes_of(request, job, threads)},
                  {"seconds", nullptr}, {"samples_per_pixel", nullptr},
                  {"error", nullptr},   {"thread_seconds", nullptr}};
-  if (samples > 0 || settings.target_error > 0 || settings.time_limit > 0) {
+  if (can_forecast(settings)) {
     const Probe probed = probe_of(job);
     const FarmModel farm = farm_of(settings, threads);
     const PictureForecast forecast = repeated(
         samples > 0 ? of_samples(probed, farm, settings, samples) : of_goal(probed, farm, settings),
         static_cast<double>(frames));
-    const bool by_time = samples == 0 && settings.time_limit > 0 && settings.target_error <= 0;
     if (threads > 0) {
-      answer["seconds"] =
-          json_of(by_time ? forecast.seconds : widened(forecast.seconds, doubt_of_machines));
+      answer["seconds"] = json_of(
+          ends_by_time(settings) ? forecast.seconds : widened(forecast.seconds, doubt_of_machines));
     }
     answer["samples_per_pixel"] = forecast.samples.value;
     answer["thread_seconds"] = forecast.thread_seconds;

@@ -10,10 +10,11 @@ namespace parray::scene_sandbox {
 /// Reads the scene in the current directory as write_upload_jobs() does, traces a part of its
 /// picture for about two seconds on one thread, and writes a forecast to ../forecast: a JSON map
 /// with the keys of the answer to POST /api/v1/plan, except those that depend on the queue.
-/// `threads`: number of threads of the farm; with 0, `seconds` is null. The forecast of a series
-/// holds for all frames together and assumes that they are like the first one.
+/// `threads`: number of threads of the farm; with 0, `seconds` is null. The times of a series
+/// are those of all frames together; the forecast assumes that they are like the first one.
 ///
-/// Throws InputError if the scene cannot be read, or the job's target is out of reach.
+/// Throws InputError if the scene cannot be read, or the job's target is out of reach, and
+/// RunError.
 void write_forecast(const UploadRequest& request, std::size_t threads,
                     const ChildResources& resources);
 

@@ -9,7 +9,7 @@
 #include "cli/scene_sandbox/confinement.h"
 
 /// Limits of parray-http-child, and its files. The current directory of the process has the files
-/// of a request; its parent is for results.
+/// of a request. Pictures are written there, jobs and forecasts to its parent.
 namespace parray::scene_sandbox {
 
 /// Limits of memory in bytes, and of processor time in seconds.
@@ -18,7 +18,8 @@ struct ChildResources {
   std::size_t seconds = 0;
 };
 
-/// Returns the permissions of this process. `file_bytes`: size of the largest file to write.
+/// Returns the permissions of this process: the parent of its current directory, and files of at
+/// most `file_bytes` bytes.
 Enclosure enclosure_of(std::uint64_t file_bytes);
 
 /// Limits memory and processor time, and confines this process, in case a damaged file takes it

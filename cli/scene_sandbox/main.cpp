@@ -1,7 +1,6 @@
 // parray-http-child: reads uploaded scenes and writes picture files for the coordinator's HTTP
-// service. Memory and processor time are limited. The coordinator makes a directory for it, the
-// parent of the current one, and the process can open no files outside. Only the coordinator starts
-// this program.
+// service. Memory and processor time are limited. The process can open files only in the parent of
+// its current directory (confinement.h). Only the coordinator starts this program.
 #include <iostream>
 #include <string>
 

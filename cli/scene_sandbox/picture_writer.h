@@ -12,7 +12,7 @@ struct PictureRequest {
   std::string wanted;  ///< its name, which determines its kind: image.png, error.f32 ...
   std::size_t width = 0;
   std::size_t height = 0;
-  std::size_t thumbnail_width = 0;  ///< pixels of a smaller copy; 0: the whole picture
+  std::size_t thumbnail_width = 0;  ///< width of a smaller copy in pixels; 0: no copy
   /// Denoises the picture first. `pixels` then also contains the replicates.
   bool denoise = false;
   bool draw = false;  ///< draws what the file `drawing` says (cli/commands/drawing.h)

@@ -37,7 +37,7 @@ class Batch {
     constexpr Time longest = seconds(10);
     return jobs_ >= most_jobs || bytes_ >= most_bytes || clock_.now() - begin_ >= longest;
   }
-  /// Writes the description of the batch. `frames`: of the series.
+  /// Writes the description of the batch. `frames`: number of frames of the series; 0: single job.
   void finish(std::size_t frames) const {
     keep_bytes("../batch", json{{"frames", frames}, {"jobs", jobs_}}.dump());
   }
@@ -138,7 +138,7 @@ void add_upload_options(Command& command, UploadRequest& request) {
       "--frames",
       [&request](const std::string& text) { request.frames = chosen_frames_from(text); },
       "Make a series with a job for each frame of the trajectory: all, 7, 0:100 or 0:100:5 "
-      "(first, last, step). A file of particles alone has the camera of its first frame");
+      "(first, last, step). A particle file alone has the camera of the first chosen frame");
   request.render.add_to(command);
   request.render.add_quality_to(command);
   request.postprocessing.add_to(command, nullptr);

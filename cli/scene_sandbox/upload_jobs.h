@@ -18,7 +18,7 @@ struct UploadRequest {
   std::string name;  ///< empty: that of the scene's file
   RenderOptions render;
   std::uint32_t priority = 50;
-  std::uint32_t max_failures = 0;
+  std::uint32_t max_failures = 0;  ///< 0: as the coordinator's --max-failures
   bool progressive = false;
   std::optional<bool> denoise;
   LabelOptions labels;

@@ -111,7 +111,7 @@ class OptionPairs(unittest.TestCase):
         for aov in ("samples", "half-width"):
             status, said = self.render("--width", 8, "--height", 8, "--spp", 1, "--aov", aov)
             self.assertEqual(status, 0, said)
-            self.assertIn("1 sample each, error not known", said)
+            self.assertIn("1 sample per pixel, error not known", said)
 
     def test_every_pair_of_values_of_render_ends_with_a_picture_or_one_line(self):
         rows = covering_array()

@@ -9,7 +9,7 @@ namespace parray::plan {
 
 /// Makes the allocator return large blocks to the system from now on. Then measurements begin
 /// without memory of earlier ones, as a new render does, and include the time for touching each
-/// page first.
+/// page for the first time.
 void forget_memory();
 
 /// Time that a coordinator takes to check and merge results.

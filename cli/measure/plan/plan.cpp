@@ -223,16 +223,14 @@ class Chooser {
   const double pixels_;
 };
 
-std::string error_option(double error) { return "--error " + number_cell(error) + ": "; }
-
 void check_samples(const std::vector<SamplerProbe>& samplers, PlanGoal goal) {
   double best = INFINITY;
   for (const SamplerProbe& sampler : samplers) {
     best = std::min(best, sampler.adaptive.at(most_samples));
   }
   if (goal.error < best) {
-    throw InputError(error_option(goal.error) + "needs more than " +
-                     std::to_string(limits::max_samples_per_pixel) +
+    throw InputError(std::string(goal.error_option) + " " + number_cell(goal.error) +
+                     ": needs more than " + std::to_string(limits::max_samples_per_pixel) +
                      " samples per pixel, the largest possible number: use " +
                      formatted("%.1e", 1.1 * best) + " or more");
   }
@@ -254,12 +252,12 @@ std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, 
                             Effort load, const FarmModel& farm) {
   const Chooser chooser(probe, settings, goal, load, farm);
   if (goal.seconds > 0 && goal.seconds <= 1.05 * chooser.least().wall) {
-    throw InputError("--time " + number_cell(goal.seconds) +
-                     ": reading the scene and writing the picture alone take about " +
+    throw InputError(std::string(goal.seconds_option) + " " + number_cell(goal.seconds) +
+                     ": the steps before and after tracing alone take about " +
                      duration_text(chooser.least().wall) + ": use a longer time");
   }
   if (goal.error > 0) {
-    check_above_rounding("--error", goal.error, probe.largest_radiance,
+    check_above_rounding(goal.error_option, goal.error, probe.largest_radiance,
                          chooser.target() / goal.error);
     check_samples(probe.samplers, goal);
   }

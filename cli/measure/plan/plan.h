@@ -14,6 +14,9 @@ struct PlanGoal {
   double error = 0;          ///< RMSE, linear radiance
   double seconds = 0;        ///< time of the whole render
   double confidence = 0.95;  ///< least probability that the picture keeps the goal, in [0.5, 1)
+  // The options that give the goal, for messages.
+  const char* error_option = "--error";
+  const char* seconds_option = "--time";
 };
 
 /// A predicted value with its 95 % confidence interval.

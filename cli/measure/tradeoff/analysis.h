@@ -115,7 +115,7 @@ struct Row {
 
 /// How the time of a render is measured.
 struct Timing {
-  bool busy = false;  ///< other programs use the processors, so wall-clock time is unreliable
+  bool busy = false;  ///< the threads lack processor time, so wall-clock time is unreliable
   int threads = 1;
   /// Returns the time of a render that has the processors for itself.
   [[nodiscard]] double seconds_of(const Run& run) const {
@@ -134,8 +134,8 @@ struct CostAndError {
   double seconds = 0;
   double rmse = 0;
 };
-/// Returns, for each point, the fastest point that is at least as fast and, within a thousandth, as
-/// accurate. Points on the Pareto front get their own index.
+/// Returns, for each point, the index of the fastest point that is at least as fast and, within a
+/// thousandth, as accurate. Points on the Pareto front get their own index.
 std::vector<std::size_t> dominators_of(const std::vector<CostAndError>& points);
 
 /// Marks the rows on the Pareto front of time and error, and sets `dominated_by` of the others.

@@ -77,7 +77,7 @@ double number(std::string_view text) {
 
 std::string text_of(const fs::path& path) {
   const std::optional<std::string> text = read_file(path);
-  if (!text) throw InputError(shown(path) + ": cannot be read");
+  if (!text) throw InputError(shown(path) + ": cannot be read: check its permissions");
   return *text;
 }
 

@@ -61,7 +61,8 @@ class MeasurementLog {
   std::set<std::pair<std::string, std::uint64_t>> known_;
 };
 
-/// Returns the width and height of the measurements in a directory, or nothing if there are none.
+/// Returns the width and height of the measurements in a directory, or nothing if there are none
+/// or state.json is damaged.
 std::optional<std::pair<std::uint32_t, std::uint32_t>> size_in(
     const std::filesystem::path& directory);
 

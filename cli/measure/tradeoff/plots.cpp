@@ -63,8 +63,9 @@ std::optional<std::string> draw_plots(const fs::path& directory, const std::stri
     const ChildEnd end =
         run_child({gnuplot->string(), "-c", script.string(), plots.string()}, {}, log, seconds(60));
     if (end.status != 0 || end.timed_out) {
-      return "no plot " + std::string(name) + ": gnuplot failed, " + printable(log.string(), 4096) +
-             " has the reason";
+      return "no plot " + std::string(name) + ": gnuplot " +
+             (end.timed_out ? "took longer than 60 s"
+                            : "failed, " + printable(log.string(), 4096) + " has the reason");
     }
     fs::remove(log);
   }

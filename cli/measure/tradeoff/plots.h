@@ -18,7 +18,7 @@ std::string caption_of(const TradeoffResults& results);
 void write_plot_scripts(const TradeoffResults& results, const std::filesystem::path& directory);
 
 /// Runs gnuplot on the scripts. Looks for it in the directories of `path`. Returns a message if
-/// there are no plots. Throws Interrupted.
+/// a plot is missing. Throws Interrupted.
 std::optional<std::string> draw_plots(const std::filesystem::path& directory,
                                       const std::string& path);
 

@@ -171,7 +171,10 @@ void Session::make_reference() {
   const RenderSettings& base = request_.base;
   if (std::filesystem::exists(log_.reference())) reference_.load(log_.reference());
   if (log_.state().value("reference_done", false)) {
-    if (!reference_.balanced()) throw InputError("the reference is missing: use --restart");
+    if (!reference_.balanced()) {
+      throw InputError(printable(log_.reference().string(), 4096) +
+                       ": is missing: start again with --restart");
+    }
     return;
   }
   const double limit = reference_share * request_.seconds;
@@ -370,7 +373,11 @@ void Session::find_answer(TradeoffResults& results) {
   results.answer =
       "For an RMSE of " + formatted("%.3g", answer.error) + ", no measured settings suffice; ";
   if (candidates.empty()) {
-    results.answer += "use a longer --time-budget to measure more.";
+    const double systematic = std::hypot(scene_row.budget.depth, scene_row.budget.precision);
+    results.answer += systematic >= answer.error
+                          ? "the scene's own path depth and precision alone cause an error of " +
+                                formatted("%.2g", systematic) + "."
+                          : "use a longer --time-budget to measure more.";
     return;
   }
   const Candidate& best = candidates.front();
@@ -421,7 +428,8 @@ void Session::add_notes(TradeoffResults& results) const {
   }
   if (results.timing.busy) {
     results.notes.push_back(
-        "other programs kept this machine busy: seconds are processor time divided by threads");
+        "the threads got less than 85 % of their processor time, as on a busy machine: seconds are "
+        "processor time divided by threads");
   }
 }
 

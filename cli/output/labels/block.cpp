@@ -191,7 +191,7 @@ void move_apart(std::array<Point, 3>& points, double distance) {
                               const std::string& other) {
   throw InputError(block.name + ": the label does not fit into " + number_text(width) + " x " +
                    number_text(height) + " pixels" + (other.empty() ? "" : " beside " + other) +
-                   ": use a smaller --font-size or a larger picture");
+                   ": use a smaller --font-size");
 }
 
 bool is_top(Corner corner) { return corner == Corner::top_left || corner == Corner::top_right; }

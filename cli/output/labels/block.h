@@ -26,11 +26,10 @@ struct Block {
 struct BlockStyle {
   const Font& font;  ///< must outlive the blocks
   double line;       ///< width of lines, pixels
-  double room_x;     ///< width for all blocks without margins, in pixels
-  double room_y;
+  double room_y;     ///< height of the picture without margins, in pixels
 };
 
-/// Returns lines of text.
+/// Returns a block with the lines of `text`. `name`: see Block.
 Block text_block(const BlockStyle& style, const std::string& name, Corner corner,
                  const std::string& text);
 

@@ -31,7 +31,7 @@ class Canvas {
   void paint(int x, int y, const Vec3d& color, double share);
 
   /// Returns whether to use dark ink in the box, because the picture is light there on average.
-  /// Transparent pixels count as paper.
+  /// Transparent pixels count as white paper.
   [[nodiscard]] bool is_light(const Box& box) const;
   [[nodiscard]] double luminance(int x, int y) const;
 

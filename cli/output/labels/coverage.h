@@ -32,7 +32,7 @@ struct Box {
 /// The coverage of a part of a picture. Shapes outside that part are ignored.
 class Coverage {
  public:
-  /// Covers all pixels that `box` touches.
+  /// Makes an empty coverage of all pixels that `box` touches.
   explicit Coverage(const Box& box);
 
   // Bounds of the part, in the picture's pixels.

@@ -26,7 +26,7 @@ double letter_size(const LabelSettings& settings, double dpi, double height) {
   if (size > height) {
     throw InputError("--font-size: letters of " + number_text(points) + " points are " +
                      number_text(std::round(size)) + " pixels high, but the picture only " +
-                     number_text(height) + ": use smaller letters or a larger picture");
+                     number_text(height) + ": use a smaller --font-size");
   }
   return std::max(size, 1.0);
 }
@@ -67,7 +67,7 @@ struct Labels::Parts {
         line(std::max(line_points * dpi / points_an_inch, 1.0)),
         film(content.camera, width, height),
         margin(gap_in_ems * font.size()),
-        style{font, line, width - 2 * margin, height - 2 * margin} {
+        style{font, line, height - 2 * margin} {
     make_blocks();
     placed = lay_out(blocks, width, height, margin, gap_in_ems * font.size());
   }
@@ -104,8 +104,10 @@ void Labels::Parts::make_blocks() {
   if (!wanted.text.empty()) add_text("--text", wanted.text);
   if (wanted.time_stamp) {
     if (content.time_stamp.empty()) {
-      fail_without("--time-stamp",
-                   "the scene's particles have no time and only one frame: leave out --time-stamp");
+      fail_without(
+          "--time-stamp",
+          "the scene's particles have no time and only one frame: leave out --time-stamp, or "
+          "time_stamp in the scene file");
     }
     add_text("--time-stamp", content.time_stamp);
   }
@@ -113,7 +115,10 @@ void Labels::Parts::make_blocks() {
   if (wanted.scale_bar) add_scale_bar();
   if (wanted.cell) {
     if (!content.cell) {
-      fail_without("--cell", "the scene's particles have no box and no cell: leave out --cell");
+      fail_without(
+          "--cell",
+          "the scene's particles have no box and no cell: leave out --cell, or cell in the scene "
+          "file");
     }
     blocks.push_back(axes_block(style, film));
   }

@@ -26,8 +26,8 @@ Ticks ticks_between(double low, double high, int most);
 
 /// Returns at least one and at most `most` (>= 2) marks of a logarithmic scale from `low` to
 /// `high`, which are finite, 0 < low < high: powers of ten, and 2 and 5 times them if there is
-/// room. Texts are whole, so the exponent is 0. A scale without such numbers has the marks of
-/// ticks_between().
+/// room. Texts include the power of ten, so the exponent is 0. A scale with fewer than two such
+/// numbers has the marks of ticks_between().
 Ticks log_ticks_between(double low, double high, int most);
 
 /// Returns "10" with a superscript.

@@ -30,8 +30,9 @@ std::string text_of(const MetadataValue& value);
 /// `double`, above 2^53 as text; a real number as `double`. PNG: only text.
 ImageMetadata as_kept(const ImageMetadata& metadata, bool exr);
 
-/// Return the value that a file has stored under a name, for any type in the file. Return nothing
-/// if the name is missing or the value has another kind.
+/// Return the value that a file has stored under a name. text_in() returns only texts; the others
+/// also convert texts and other numbers. Return nothing if the name is missing or the value does
+/// not fit.
 std::optional<std::string> text_in(const ImageMetadata& metadata, std::string_view name);
 std::optional<std::uint64_t> whole_in(const ImageMetadata& metadata, std::string_view name);
 std::optional<double> real_in(const ImageMetadata& metadata, std::string_view name);

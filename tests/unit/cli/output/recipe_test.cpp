@@ -116,7 +116,9 @@ TEST_CASE("previews and pictures of other programs have no recipe") {
   const auto of = [](const ImageMetadata& metadata) {
     return message_of<InputError>([&] { recipe_in(metadata, "a.exr"); });
   };
-  CHECK(of({{"parray:partial", "true"}}).starts_with("a.exr: a preview has no recipe"));
+  CHECK(of({{"parray:partial", "true"}}).starts_with("a.exr: an unfinished picture has no recipe"));
+  CHECK(of({{"parray:partial", std::uint64_t{1}}})
+            .starts_with("a.exr: an unfinished picture has no recipe"));
   CHECK(of({{"Software", "GIMP"}}).starts_with("a.exr: the file has no recipe"));
 }
 

@@ -306,9 +306,7 @@ TEST_CASE("a legend of many names gets columns, and one that does not fit is ref
   Labels{content};
   content.legends = {elements(500)};
   CHECK(refusal(content) ==
-        "--legend: the label does not fit into 600 x 300 pixels: use a smaller --font-size or a "
-        "larger "
-        "picture");
+        "--legend: the label does not fit into 600 x 300 pixels: use a smaller --font-size");
   content.legends = {elements(14)};
   content.settings.text = std::string(50, 'm');
   CHECK(refusal(content).starts_with(
@@ -325,9 +323,8 @@ TEST_CASE("a label without content in the scene is refused before any work") {
   CHECK(refusal(content).starts_with("--cell: the scene's particles have no box"));
   content.settings = {.text = "a", .font_size = 200, .dpi = 10000};
   CHECK(refusal(content) ==
-        "--font-size: letters of 200 points are 27778 pixels high, but the picture only 400: use "
-        "smaller "
-        "letters or a larger picture");
+        "--font-size: letters of 200 points are 27778 pixels high, but the picture only 400: use a "
+        "smaller --font-size");
   content.settings = {.scale_bar = true, .unit = "\u4e2d"};
   CHECK(refusal(content).starts_with("--unit: the font DejaVu Sans has no character U+4E2D"));
 }
