@@ -33,8 +33,9 @@ class LeaseDesk {
   void expire_leases(Time now);
   /// Returns the next deadline of a lease; `never` if no worker holds one.
   [[nodiscard]] Time next_deadline() const;
-  /// Notes that `failure` ended a lease. Fails the job if no machine can trace these cells. If
-  /// other workers can, the failing worker gets no leases for some time (Backoff).
+  /// Notes that `failure` ended a lease. Fails the job if it is at fault (JobFailures). If another
+  /// connected worker has traced a part of it, the failing worker gets no leases for some time
+  /// (Backoff).
   void note_failure(Time now, Job& job, Failure failure);
   /// Decides, after `worker` joined, what became of workers of its machine that were lost. If it is
   /// the same process, only the connection was lost. If it is another process, the lost one died:
