@@ -134,7 +134,8 @@ void declare_limits(CommandLine& line, Arguments& a) {
               "Maximum number of unfinished jobs of one user")
       .show_default()
       .group(limits_group);
-  line.number("--max-pixels", limits.pixels, 1, std::size_t{1} << 32, "Maximum pixels of a picture")
+  line.number("--max-pixels", limits.pixels, 1, std::size_t{1} << 32,
+              "Maximum pixels of a picture; values above 67108864 have no effect")
       .show_default()
       .group(limits_group);
   line.number("--max-user-pixels", limits.user_pixels, 1, std::size_t{1} << 40,

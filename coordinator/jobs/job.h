@@ -79,7 +79,7 @@ struct Job {
   bool stored = false;              ///< its results are in a store
   Time traced_since = never;        ///< JobCourse::taken lacks the time since then; never: none
 
-  /// Returns the bytes of memory that an ended job keeps for later requests.
+  /// Returns the bytes of memory that the job keeps for later requests; 0 until it has ended.
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return ended() ? picture_bytes + scene.size() : 0;
   }

@@ -74,8 +74,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     if (m.settings->target_denoised && !farm_.options.judge_of) {
       throw InputError(
           "target_denoised: a coordinator cannot estimate the error of a denoised picture: use "
-          "parray "
-          "render, or let the target apply to the picture before denoising");
+          "parray render, or let the target apply to the picture before denoising");
     }
     if (m.denoise && !m.settings->replicates) {
       throw InputError("denoise: the settings lack `replicates`, which the denoiser needs");

@@ -46,7 +46,8 @@ class DiskStore final : public Store {
   ///
   /// Throws StateInUse if another coordinator uses the directory; InputError if the directory
   /// cannot be used, has another version or no room for opening; StateDamaged (schema.h) if the
-  /// database is damaged or has lost commits.
+  /// database is damaged or has lost commits; RunError if a misplaced path cannot be moved to
+  /// lost/.
   explicit DiskStore(const std::filesystem::path& directory, Disk& disk = system_disk());
   ~DiskStore() override;
   DiskStore(const DiskStore&) = delete;
