@@ -22,8 +22,10 @@ namespace fs = std::filesystem;
 /// A temporary directory. The destructor removes it.
 class ScratchDirectory {
  public:
-  ScratchDirectory() : path_((fs::temp_directory_path() / "parray-check-XXXXXX").string()) {
-    if (mkdtemp(path_.data()) == nullptr) {
+  ScratchDirectory() {
+    std::error_code error;
+    path_ = (fs::temp_directory_path(error) / "parray-check-XXXXXX").string();
+    if (error || mkdtemp(path_.data()) == nullptr) {
       throw RunError("copying the database failed: set TMPDIR to a writable directory");
     }
   }
