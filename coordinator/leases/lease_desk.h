@@ -43,7 +43,8 @@ class LeaseDesk {
   void check_losses(Time now, const WorkerRecord& worker);
   /// Tells the worker registry which failing workers get no leases at present, and until when.
   void hold_back(Time now);
-  /// Ends the delay of a failing worker. Call hold_back() afterwards, so that it gets leases again.
+  /// Ends the delays of a worker and of its machine. Call hold_back() afterwards, so that they get
+  /// leases again.
   void forgive(const WorkerRecord& worker);
 
  private:
