@@ -134,7 +134,8 @@ void declare_limits(CommandLine& line, Arguments& a) {
               "Maximum number of unfinished jobs of one user")
       .show_default()
       .group(limits_group);
-  line.number("--max-pixels", limits.pixels, 1, std::size_t{1} << 32, "Maximum pixels of a picture")
+  line.number("--max-pixels", limits.pixels, 1, std::size_t{1} << 32,
+              "Maximum pixels of a picture; values above 67108864 have no effect")
       .show_default()
       .group(limits_group);
   line.number("--max-user-pixels", limits.user_pixels, 1, std::size_t{1} << 40,
@@ -149,11 +150,14 @@ void declare_limits(CommandLine& line, Arguments& a) {
               "Maximum GiB of one user below --state")
       .show_default()
       .group(limits_group);
-  line.number("--keep-days", a.keep_days, 0.0001, 1e5, "Days until an ended job is deleted")
+  line.number("--keep-days", a.keep_days, 0.0001, 1e5,
+              "Days until an ended job is deleted, counted while the coordinator serves")
       .show_default()
       .group(limits_group);
-  line.number("--keep-lost", a.keep_lost_days, 0.0001, 1e5,
-              "Days until files in lost/ of --state are deleted; no record names these files")
+  line.number(
+          "--keep-lost", a.keep_lost_days, 0.0001, 1e5,
+          "Days until files that were set aside in lost/ of --state are deleted, counted while the "
+          "coordinator serves")
       .show_default()
       .group(limits_group);
   line.number("--max-requests", limits.requests, 1, 1000000,
@@ -268,12 +272,14 @@ void declare_options(CommandLine& line, Arguments& a) {
       .group(workers_group);
   line.number("--max-message-bytes", a.max_message_bytes, std::size_t{1} << 20,
               std::size_t{1} << 40,
-              "Maximum number of bytes of a message; larger scenes and pictures are refused")
+              "Maximum number of bytes of a message to this coordinator, and so of a scene; it "
+              "disconnects senders of larger ones")
       .show_default()
       .group(limits_group);
-  line.number("--heartbeat", a.heartbeat, 0.05, 60.0,
-              "Seconds between a worker's heartbeats, n times that beyond n thousand workers; a "
-              "worker is lost after five times as long without one")
+  line.number(
+          "--heartbeat", a.heartbeat, 0.05, 60.0,
+          "Seconds between a worker's heartbeats, up to n times that with n thousand workers; a "
+          "worker is lost after five times as long without a message")
       .show_default()
       .group(workers_group);
   line.number("--lease-timeout", a.lease_timeout, 0.1, 3600.0,

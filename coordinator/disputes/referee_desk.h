@@ -86,7 +86,7 @@ class RefereeDesk {
   /// Returns the latest time at which take_answers() or ask_next() must be called again.
   [[nodiscard]] Time next(Time now) const;
 
-  /// Ends a case that is decided completely.
+  /// Ends a case: a machine was found wrong, or the job has ended.
   void close(std::uint64_t number);
   /// Notes that the answer to a case was invalid, for the reason `why`. A dispute is asked again
   /// after a pause; a check is dropped.

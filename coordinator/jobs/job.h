@@ -79,7 +79,7 @@ struct Job {
   bool stored = false;              ///< its results are in a store
   Time traced_since = never;        ///< JobCourse::taken lacks the time since then; never: none
 
-  /// Returns the bytes of memory that an ended job keeps for later requests.
+  /// Returns the bytes of memory that the job keeps for later requests; 0 until it has ended.
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return ended() ? picture_bytes + scene.size() : 0;
   }
@@ -109,8 +109,8 @@ struct Job {
   /// Returns the mean speed since the first lease in this process. 0: not known yet.
   [[nodiscard]] double samples_per_second(Time now) const;
   /// Returns the share of the work that is done, 0 to 1. With an error target it is an estimate
-  /// from the current error, below 1 until the job is done. It decreases only if results are
-  /// removed.
+  /// from the current error, below 1 until the job is done. It decreases if results are removed
+  /// and, in passes without a target, if a later pass needs more samples.
   [[nodiscard]] double progress(Time now) const;
   /// Returns the times that determine the size of the next pass under a time limit.
   [[nodiscard]] PassTimes times(Time now) const;

@@ -67,7 +67,7 @@ class JobBook {
   void steer(Job& job, const msg::SteerJob& m);
   /// Returns a name for the client of the current message, for a job's history.
   [[nodiscard]] std::string asker() const;
-  /// Forgets an ended job.
+  /// Forgets an ended job. `why`: the end of the log line "forgot job 7 'NAME' ...".
   void forget_job(JobId id, const std::string& why);
   /// Forgets a job, or all frames of a series.
   void forget_all(const Series& listed, const std::string& why);

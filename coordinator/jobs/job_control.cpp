@@ -61,6 +61,11 @@ void JobBook::pause(Job& job, JobId named) {
 
 void JobBook::resume(Job& job) {
   if (job.record.state != JobState::paused) {
+    if (job.shown_state() == name_of(JobState::paused)) {
+      throw InputError(
+          fmt::format("job {} continues by itself: no client has paused it; it waits: {}",
+                      job.record.id, job.pause_reason));
+    }
     throw misfit(job, "only paused jobs can be resumed");
   }
   job.record.state = job.work && job.work->started != never ? JobState::running : JobState::queued;
@@ -84,8 +89,9 @@ void JobBook::requeue(Job& job) {
     throw misfit(job, "only failed and cancelled jobs can be queued again");
   }
   if (farm_.store == nullptr && job.scene.size() == 0) {
-    throw InputError(fmt::format(
-        "the coordinator no longer keeps the scene of job {}: submit it again", job.record.id));
+    throw InputError(
+        fmt::format("the coordinator no longer keeps the scene of job {}: submit the scene again",
+                    job.record.id));
   }
   job.record.state = JobState::queued;
   job.record.reason.clear();

@@ -28,6 +28,10 @@ std::string flag_of(const JobPicture::Retraction& retraction, const std::string&
   for (const CellRange& range : retraction.cells) {
     cells += range.count();
   }
+  if (cells == 0) {
+    return fmt::format(
+        "worker '{}' returned wrong bits: the cells that it checked are checked again", name);
+  }
   return fmt::format("worker '{}' returned wrong bits: {} cells were traced again", name, cells);
 }
 

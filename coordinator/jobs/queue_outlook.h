@@ -24,7 +24,7 @@ class QueueOutlook {
     std::string user;
     double share = 1;  ///< > 0
     std::uint32_t priority = 0;
-    bool begun = false;         ///< it has had a lease
+    bool begun = false;         ///< it has had a lease in this process
     double work_left = 0;       ///< thread-seconds
     bool work_known = true;     ///< false: `work_left` serves only for comparisons
     double until_starving = 0;  ///< seconds until it counts as starving; >= 0

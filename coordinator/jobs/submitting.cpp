@@ -73,8 +73,8 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     check_preview(record);
     if (m.settings->target_denoised && !farm_.options.judge_of) {
       throw InputError(
-          "a coordinator does not trace and cannot estimate the error of a denoised picture: "
-          "render it with parray render, or set the target for the picture before denoising");
+          "target_denoised: a coordinator cannot estimate the error of a denoised picture: use "
+          "parray render, or let the target apply to the picture before denoising");
     }
     if (m.denoise && !m.settings->replicates) {
       throw InputError("denoise: the settings lack `replicates`, which the denoiser needs");

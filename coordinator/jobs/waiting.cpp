@@ -46,7 +46,8 @@ std::string lacking_worker(const WorkerRegistry& workers) {
       std::ranges::any_of(workers, [](const auto& w) { return w.second.held_back; });
   return workers.size() == 0     ? "a worker (none is connected)"
          : workers.all_drained() ? "a worker (all are drained: parray workers readmit NAME)"
-         : held_back ? "a worker (all failed at leases that others traced: parray workers)"
+         : held_back ? "a worker (all failed at leases that others traced, or are drained or in "
+                       "quarantine: parray workers)"
                      : "a worker (all are drained or in quarantine: parray workers)";
 }
 

@@ -33,8 +33,9 @@ class LeaseDesk {
   void expire_leases(Time now);
   /// Returns the next deadline of a lease; `never` if no worker holds one.
   [[nodiscard]] Time next_deadline() const;
-  /// Notes that `failure` ended a lease. Fails the job if no machine can trace these cells. If
-  /// other workers can, the failing worker gets no leases for some time (Backoff).
+  /// Notes that `failure` ended a lease. Fails the job if it is at fault (JobFailures). If another
+  /// connected worker has traced a part of it, the failing worker gets no leases for some time
+  /// (Backoff).
   void note_failure(Time now, Job& job, Failure failure);
   /// Decides, after `worker` joined, what became of workers of its machine that were lost. If it is
   /// the same process, only the connection was lost. If it is another process, the lost one died:
@@ -42,7 +43,8 @@ class LeaseDesk {
   void check_losses(Time now, const WorkerRecord& worker);
   /// Tells the worker registry which failing workers get no leases at present, and until when.
   void hold_back(Time now);
-  /// Ends the delay of a failing worker. Call hold_back() afterwards, so that it gets leases again.
+  /// Ends the delays of a worker and of its machine. Call hold_back() afterwards, so that they get
+  /// leases again.
   void forgive(const WorkerRecord& worker);
 
  private:

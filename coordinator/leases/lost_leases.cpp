@@ -40,8 +40,8 @@ void LeaseDesk::expire_leases(Time now) {
         worker->note_failure(now, id, "it made no progress in time");
       }
       farm_.warnings.warn(now,
-                          fmt::format("job {} lease {}: worker {} made no progress in time; "
-                                      "another worker gets the lease",
+                          fmt::format("job {} lease {}: worker {} made no progress in time and "
+                                      "lost the lease",
                                       id, farm_.lease_number(expired.lease.epoch), expired.worker));
     }
   }

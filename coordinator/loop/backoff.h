@@ -24,7 +24,8 @@ class Backoff {
   bool note_success(const MachineId& machine, const std::string& name) {
     return !entries_.empty() && forgive(machine, name);
   }
-  /// Ends the delay and resets the series. Returns whether the worker had any.
+  /// Ends the delays of the worker and of its machine and resets their series. Returns whether
+  /// there was any.
   bool forgive(const MachineId& machine, const std::string& name);
 
   /// Returns when the worker may get leases again. A time that is not after `now`: it may now.

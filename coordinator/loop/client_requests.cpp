@@ -27,20 +27,22 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ListJobs& m) {
   farm_.send(peer, msg::Jobs{m.request, std::move(list), found.total});
 }
 
-std::string ClientRequests::no_job_text(JobId id) const {
+std::string ClientRequests::no_job_text(JobId id, bool picture) const {
   return job_book_.frames_of(id).empty()
              ? fmt::format("no job {}: parray jobs lists all jobs", id)
              : fmt::format(
-                   "{} is a series of frames: write #### in the picture's name, or "
-                   "name the job of one frame (parray show {} lists them)",
-                   id, id);
+                   "{} is a series of frames: {}name the job of one frame (parray show {} lists "
+                   "them)",
+                   id, picture ? "write #### in the picture's name, or " : "", id);
 }
 
-/// Finds a job. If there is none, sends an error and returns null.
-Job* ClientRequests::find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id) {
+/// Finds a job. If there is none, sends an error and returns null. `picture`: the request is a
+/// fetch.
+Job* ClientRequests::find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id,
+                                    bool picture) {
   Job* job = farm_.job_of(id);
   if (job == nullptr) {
-    farm_.fail_request(peer, request, 2, no_job_text(id));
+    farm_.fail_request(peer, request, 2, no_job_text(id, picture));
   }
   return job;
 }

@@ -45,8 +45,8 @@ class ClientRequests {
 
  private:
   [[nodiscard]] nlohmann::json farm_map(Time now);
-  Job* find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id);
-  [[nodiscard]] std::string no_job_text(JobId id) const;
+  Job* find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id, bool picture = false);
+  [[nodiscard]] std::string no_job_text(JobId id, bool picture = false) const;
   std::vector<Job*> find_changeable(JobId id);
   void check_room_to_requeue(const Series& named);
   nlohmann::json steer(Time now, const msg::SteerJob& m);

@@ -92,7 +92,9 @@ void Coordinator::refuse(Time now, const PeerId& peer, const Message& message) {
       [&](const auto& m) {
         if constexpr (requires { m.request; }) {
           farm_.fail_request(peer, m.request, 2,
-                             why + ": only clients and administrators may ask this");
+                             farm_.sender.role == Role::none
+                                 ? "this key is no longer allowed: ask an administrator for another"
+                                 : why + ": only clients and administrators may ask this");
         }
       },
       message);

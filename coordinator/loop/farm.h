@@ -35,7 +35,7 @@ struct Tally {
   std::uint64_t stale = 0;
   std::uint64_t mismatch = 0;
   std::uint64_t failed = 0;     ///< leases that a worker could not trace
-  std::uint64_t malformed = 0;  ///< messages that were dropped
+  std::uint64_t malformed = 0;  ///< messages and results that were refused or dropped
   std::uint64_t lost = 0;       ///< workers that left without goodbye
   std::uint64_t done = 0;       ///< jobs that ended as done; the next two also count jobs
   std::uint64_t failed_jobs = 0;

@@ -81,7 +81,8 @@ class FarmWatch {
   /// Drops workers that left more than an hour ago.
   void forget_old(Time now);
 
-  /// Returns the account of a user. If there are too many, drops the one with the least time.
+  /// Returns the account of a user. Creates it if necessary; if there are too many accounts, drops
+  /// the one with the least time.
   UserAccount& account(const std::string& user);
   [[nodiscard]] const std::map<std::string, UserAccount>& accounts() const { return accounts_; }
   /// Returns the thread-seconds by user as JSON text, for the store.

@@ -20,7 +20,8 @@ namespace parray::coordinator {
 using nlohmann::json;
 
 static std::string no_picture_left(JobId id) {
-  return fmt::format("the coordinator no longer keeps the picture of job {}: render it again", id);
+  return fmt::format(
+      "the coordinator no longer keeps the picture of job {}: submit its scene again", id);
 }
 
 /// Returns why there is no complete picture, and what a client can do.
@@ -30,9 +31,10 @@ static std::string why_not_done(const Job& job) {
   if (!job.ended()) {
     return state + "parray watch shows its progress";
   }
-  return state + (job.has_picture()
-                      ? fmt::format("parray fetch --partial {} writes what it has", job.record.id)
-                      : fmt::format("parray requeue {} continues it", job.record.id));
+  return state +
+         (job.has_picture()
+              ? fmt::format("parray fetch --partial {} -o FILE writes what it has", job.record.id)
+              : fmt::format("parray requeue {} continues it", job.record.id));
 }
 
 /// Returns why a job has not even an incomplete picture.
@@ -57,7 +59,7 @@ static msg::ImageData answer_to(const msg::Fetch& m, const JobRecord& record) {
 }
 
 void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
-  const Job* job = find_or_refuse(peer, m.request, m.job);
+  const Job* job = find_or_refuse(peer, m.request, m.job, true);
   if (job == nullptr) {
     return;
   }
@@ -75,11 +77,11 @@ BulkLedger::Ticket ClientRequests::admit_bulk(const PeerId& peer, std::uint64_t 
                                               std::uint64_t bytes) {
   BulkLedger::Ticket ticket = farm_.bulk.admit(peer, bytes);
   if (!ticket) {
-    farm_.send(peer,
-               msg::Error{request, 2,
-                          "too many pictures wait until their clients read them: read the pictures "
-                          "that you requested, then try again",
-                          true});
+    farm_.send(
+        peer, msg::Error{request, 2,
+                         "too many answers wait until their clients read them: read those that you "
+                         "requested, or try again later",
+                         true});
   }
   return ticket;
 }
@@ -227,8 +229,10 @@ void ClientRequests::send_from_log(const PeerId& peer, const msg::Fetch& m, cons
              record = job.record]() -> JobThread::Completion {
         JobRun run = run_from_log(*store, record);
         if (!run.picture().has_begun()) {
-          throw RunError("its log has no results: parray requeue " + std::to_string(record.id) +
-                         " renders it");
+          throw RunError("its log has no results: " +
+                         (is_unfinished(record.state)
+                              ? std::string("try again when the job is traced again")
+                              : "parray requeue " + std::to_string(record.id) + " renders it"));
         }
         const auto answer = partial_answer(m, run.picture(), ticket);
         return {[this, answer, peer] {
@@ -290,13 +294,14 @@ void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::FetchScene& m) {
   if (job == nullptr) return;
   const JobRecord& record = job->record;
   if (farm_.sender.role == Role::client && record.user != farm_.sender.name) {
-    farm_.fail_request(peer, m.request, 2,
-                       fmt::format("job {} belongs to {}, and only its owner gets its scene", m.job,
-                                   record.user.empty() ? "another user" : "'" + record.user + "'"));
+    farm_.fail_request(
+        peer, m.request, 2,
+        fmt::format("job {} belongs to {}: only its owner and administrators get its scene", m.job,
+                    record.user.empty() ? "another user" : "'" + record.user + "'"));
     return;
   }
-  const std::string gone =
-      fmt::format("the coordinator no longer keeps the scene of job {}: submit it again", m.job);
+  const std::string gone = fmt::format(
+      "the coordinator no longer keeps the scene of job {}: submit the scene again", m.job);
   if (!store::needs_scene(record.state, record.keeps_scene()) ||
       (farm_.store == nullptr && job->scene.size() == 0)) {
     farm_.fail_request(peer, m.request, 2, gone);

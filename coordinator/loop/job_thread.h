@@ -66,10 +66,11 @@ class JobThread {
   [[nodiscard]] Guarded guarded(Failed failed) { return {*this, std::move(failed)}; }
 
   /// Calls the completions of finished tasks in the caller's thread, the loop. Rethrows what a
-  /// commit has thrown, except for a full disk: see blocked().
+  /// commit has thrown, except StorageFull: see blocked().
   void run_finished();
 
-  /// Returns why the store cannot commit: a full disk. Empty: it can. Retries come every second.
+  /// Returns why the store cannot commit now: the message of its StorageFull. Empty: it can.
+  /// Retries come every second.
   [[nodiscard]] std::string blocked() const;
   /// Returns the number of tasks that wait or run.
   [[nodiscard]] std::size_t backlog() const;

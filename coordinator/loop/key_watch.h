@@ -11,7 +11,8 @@
 
 namespace parray::coordinator {
 
-/// Logs when the lists of allowed keys become unreadable and when they are readable again.
+/// Logs when the lists of allowed keys become unusable (unreadable, or writable by other users),
+/// and when they are usable again.
 class KeyWatch {
  public:
   /// `keys`: the folder with the lists; empty: there is nothing to watch.

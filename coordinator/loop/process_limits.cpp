@@ -27,7 +27,8 @@ void allow_connections(std::size_t workers, std::size_t http) {
     throw InputError("--max-workers " + std::to_string(workers) + ": this process may open " +
                      std::to_string(limit.rlim_cur) + " files and needs " +
                      std::to_string(workers + http + others) +
-                     ": raise ulimit -n, or lower --max-workers");
+                     ": raise ulimit -n, or lower --max-workers" +
+                     (http > 0 ? " or --http-connections" : ""));
   }
 }
 

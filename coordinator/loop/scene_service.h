@@ -13,10 +13,10 @@
 
 namespace parray::coordinator {
 
-/// Decides from which source each worker gets a scene. The coordinator sends it only a few times,
-/// however many workers there are, and it crosses the network once per machine. The workers of a
-/// scene form a tree in the order of their first requests. A source always asked earlier than the
-/// worker that it serves, so there are no cycles. Not thread-safe.
+/// Decides from which source each worker gets a scene. If workers can serve each other, the
+/// coordinator sends it only a few times, and it crosses the network once per machine. The workers
+/// of a scene form a tree in the order of their first requests. A source always asked earlier than
+/// the worker that it serves, so there are no cycles. Not thread-safe.
 class SceneService {
  public:
   /// Number of machines that the coordinator serves, that one worker serves on other machines, and

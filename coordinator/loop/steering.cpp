@@ -75,7 +75,9 @@ void ClientRequests::check_room_to_requeue(const Series& named) {
   const auto again = std::ranges::find_if(
       named, [](const Job* job) { return job->ended() && job->record.state != JobState::done; });
   if (again != named.end()) {
-    job_book_.check_limits((*again)->record);
+    JobRecord record = (*again)->record;
+    record.scene_bytes = 0;  // the store's count of bytes contains its scene
+    job_book_.check_limits(record);
   }
 }
 

@@ -23,8 +23,8 @@ class WorkerDesk {
   void on(Time now, const PeerId& peer, msg::NeedChunk& m);
   void on(Time now, const PeerId& peer, msg::Bye& m);
 
-  /// Notes that a worker sent a message. If the sender is unknown, asks it to identify itself and
-  /// returns null. It then repeats its message.
+  /// Notes that a worker sent a message. If the sender is unknown, returns null and, unless the
+  /// workers were sent away, asks the sender to identify itself.
   WorkerRecord* heard_from(Time now, const PeerId& peer);
   /// Removes a worker and gives its leases to others. `failed`: its current lease may be the cause.
   void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);

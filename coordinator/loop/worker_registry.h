@@ -101,7 +101,7 @@ class WorkerRegistry {
   [[nodiscard]] std::size_t size() const { return workers_.size(); }
   /// Returns the number of workers that may trace.
   [[nodiscard]] std::size_t usable() const;
-  [[nodiscard]] bool all_drained() const;
+  [[nodiscard]] bool all_drained() const;  ///< also true without workers
   /// Returns the machines of the workers that may trace, without those in `but`.
   [[nodiscard]] std::vector<TracerKey> usable_machines(const std::set<TracerKey>& but) const;
   [[nodiscard]] std::set<TracerKey> usable_machines() const;

@@ -73,7 +73,7 @@ class Copier {
     return job.json ? job.json : job.dropped;
   }
 
-  /// Copies the files of a job. Returns the name of a missing file, if any.
+  /// Copies the files of a job. Returns the name of a file that is missing or not a file, if any.
   std::optional<std::string> copy_files(JobId id, const JobFile& job) {
     std::optional<std::string> missing;
     const auto copy = [&](const fs::path& from, const fs::path& onto) {
@@ -100,8 +100,8 @@ class Copier {
     return missing;
   }
 
-  /// Returns false if the source cannot be read. Throws RunError if the target cannot be written,
-  /// StorageFull if it is full.
+  /// Returns false if the source is missing or not a file. Throws StorageFull if the target is
+  /// full, RunError if copying fails for another reason.
   static bool copy_file(const fs::path& from, const fs::path& onto) {
     std::error_code error;
     if (!fs::is_regular_file(from, error)) {

@@ -63,13 +63,16 @@ void Database::fail() const {
   const std::string place = "--state " + directory_.string() + ": ";
   const std::string why = sqlite3_errmsg(db_);
   if ((code & 0xff) == SQLITE_BUSY) {
-    throw StateInUse(place + "another coordinator uses it: stop that, or use another directory");
+    throw StateInUse(place +
+                     "another process uses it (a coordinator, parray-mpi or --repair): wait for "
+                     "its end, or use another directory");
   }
   if ((code & 0xff) == SQLITE_CANTOPEN || (code & 0xff) == SQLITE_READONLY) {
     throw InputError(place + why + ": use a writable directory");
   }
   if (is_full(code)) {
-    throw StorageFull(place + "the disk accepts no more data (" + why + "): make room there");
+    throw StorageFull(place + "the disk accepts no more data (" + why +
+                      "): make room there, or check the disk");
   }
   if ((code & 0xff) == SQLITE_CORRUPT || (code & 0xff) == SQLITE_NOTADB) {
     throw DatabaseDamaged("parray.sqlite: " + why);

@@ -32,7 +32,8 @@ struct RowLog {
 /// Once commit() has returned, its changes survive a crash of the process or machine at any moment.
 /// A commit makes the bulk data durable first and then names it in the database. It removes files
 /// only after the database no longer names them. So after any crash all files that the database
-/// names exist. Opening moves other files to lost/ and deletes none of them.
+/// names exist. Opening moves other scenes, results and pictures to lost/. It deletes only
+/// temporary files and those of a job that was being dropped.
 ///
 /// If the disk has no room for the results of some jobs, a commit holds back those jobs, commits
 /// all others, removes dropped files, and then throws.
@@ -45,7 +46,8 @@ class DiskStore final : public Store {
   ///
   /// Throws StateInUse if another coordinator uses the directory; InputError if the directory
   /// cannot be used, has another version or no room for opening; StateDamaged (schema.h) if the
-  /// database is damaged or has lost commits.
+  /// database is damaged or has lost commits; RunError if a misplaced path cannot be moved to
+  /// lost/.
   explicit DiskStore(const std::filesystem::path& directory, Disk& disk = system_disk());
   ~DiskStore() override;
   DiskStore(const DiskStore&) = delete;
@@ -77,7 +79,8 @@ class DiskStore final : public Store {
   bool lacks_files() override;
 
   void tidy(double keep_lost) override;
-  /// Returns one line for each damage that opening has found and repaired.
+  /// Returns one line for each damage that opening has found, and for each file that it has moved
+  /// to lost/. Missing files stay missing.
   [[nodiscard]] const std::vector<std::string>& reports() const { return reports_; }
 
  private:

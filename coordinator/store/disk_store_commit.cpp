@@ -38,7 +38,8 @@ void DiskStore::commit() {
 void DiskStore::check_database_is_in_place() const {
   if (database_->moved()) {
     throw StorageFull("--state " + files_.directory().string() +
-                      ": the file parray.sqlite was moved or removed: put it back");
+                      ": the file parray.sqlite was moved or removed: put it back, or stop this "
+                      "coordinator and use --repair");
   }
 }
 

@@ -76,7 +76,9 @@ void DiskStore::open() {
   database_->keep_log_on_close(false);
   load(records);
   reports_ = move_misplaced_to_lost(files_, misplaced, uptime());
-  reports_.insert(reports_.end(), comparison.minor.begin(), comparison.minor.end());
+  for (const std::string& line : comparison.minor) {
+    reports_.push_back(line + ": will be written again from the database");
+  }
   apply_upkeep(comparison.upkeep, found, records);
   check_files();
   database_log_is_empty_ = false;

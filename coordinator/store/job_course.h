@@ -22,7 +22,7 @@ struct JobCourse {
   double started = 0;    ///< first lease
   double finished = 0;   ///< latest end, also of a job that was queued again
   /// Seconds from the first lease to the end, without pauses. While the job is traced, this does
-  /// not include the time since the first lease or the last pause: see Job::traced_since.
+  /// not include the time since the first lease or the latest resume: see Job::traced_since.
   double taken = 0;
   double progress = 0;            ///< 0 to 1, at the end of the job or of a process
   std::uint64_t samples = 0;      ///< merged samples at that time

@@ -44,7 +44,7 @@ struct JobRecord : JobHead {
   JobState state = JobState::queued;
   std::string reason;     ///< why the job failed, was cancelled or is paused
   std::string report;     ///< JSON, only of a done job
-  std::string warning{};  ///< it will take more than a day, says its forecast; empty: it will not
+  std::string warning{};  ///< its forecast exceeded a day; empty: it did not, or is unknown
   std::string flag;       ///< what is or was wrong with its results or files; empty: nothing
   /// Number of the latest finding that the job has taken into account; see FaultFindings.
   std::uint64_t fault_findings = 0;

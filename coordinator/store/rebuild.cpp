@@ -102,11 +102,11 @@ class Rebuilder {
     } else if (copy != nullptr && is_record(id, copy->record)) {
       take_copy(id, row, *copy);
     } else if (row != nullptr && row->record) {
-      report("lost: " + job_name(id) + ": its record is damaged, and no copy of the record exists");
+      report("lost: " + job_name(id) + ": its record is damaged, and there is no undamaged copy");
       files_.move_to_lost(files_.job(id), uptime_);
     } else if (!job.problem.empty()) {
       report("lost: " + job_name(id) + ": jobs/" + std::to_string(id) + "/job.json is damaged (" +
-             job.problem + "), and the database does not have it");
+             job.problem + "), and the database does not have the job");
       files_.move_to_lost(files_.job(id), uptime_);
     } else if (!trusts_database_ && !job.next) {
       report("lost: " + job_name(id) + ": jobs/" + std::to_string(id) +
@@ -183,7 +183,7 @@ class Rebuilder {
             files_.move_to_lost(files_.picture(damage.job, row.picture->number), uptime_);
             row.picture.reset();
           }
-          fail(damage, row, "its picture is damaged: submit it again");
+          fail(damage, row, "its picture is damaged or missing: submit the job again");
           break;
         case FileDamage::Kind::scene:
           lose_scene(damage, row);
@@ -196,14 +196,15 @@ class Rebuilder {
   void lose_scene(const FileDamage& damage, JobRow& row) {
     JobRecord record = record_from_json(damage.job, *row.record);
     if (record.state != JobState::done) {
-      fail(damage, row, "its scene is damaged: submit it again");
+      fail(damage, row, "its scene is damaged or missing: submit the job again");
       return;
     }
     report("lost: " + damage.line + ": " + job_name(damage.job) +
            " will be neither denoised nor labelled");
     record.denoise = false;
     record.drawing.clear();
-    record.note(now_, "its scene is damaged: its picture is neither denoised nor labelled");
+    record.note(now_,
+                "its scene is damaged or missing: its picture is neither denoised nor labelled");
     row.record = record_to_json(record);
     row.unfinished = needs_scene(record.state, record.keeps_scene());
   }
@@ -248,8 +249,7 @@ class Rebuilder {
 
   void fail(const FileDamage& damage, JobRow& row, const std::string& reason) {
     JobRecord record = record_from_json(damage.job, *row.record);
-    report("lost: " + damage.line + ": " + job_name(damage.job) + " '" + record.name +
-           "' has failed");
+    report("lost: " + damage.line + ": " + job_name(damage.job) + " '" + record.name + "' fails");
     record.state = JobState::failed;
     record.reason = reason;
     record.report.clear();

@@ -93,9 +93,9 @@ void check_fence(Store& store, bool serve_fenced, std::uint64_t history) {
   if (!serve_fenced) {
     throw InputError(
         "--state: this state is out of date, because the standby of this coordinator has taken "
-        "over: "
-        "start this coordinator with --standby to make it the new standby. If the other "
-        "coordinator and its state are lost, use --serve-fenced to serve this older state");
+        "over: to make this the new standby, start it with --standby, and restart the other "
+        "coordinator with --replicate-to. If the other coordinator and its state are lost, use "
+        "--serve-fenced to serve this older state");
   }
   put_replication_state(store, {history, 1, ReplicaRole::single});
   store.commit();
@@ -132,8 +132,8 @@ std::uint64_t serve_alone(Store& store) {
   }
   if (!is_whole(store, *replication)) {
     throw InputError(
-        "--state: holds an incomplete copy: start this coordinator with --standby, so that its "
-        "primary completes the copy");
+        "--state: this state is an incomplete copy: start this coordinator with --standby, so that "
+        "its primary completes the copy");
   }
   begin_generation(store, *replication, ReplicaRole::single);
   store.commit();

@@ -71,7 +71,7 @@ void put_reached_position(Store& store, const Position& position);
 /// Returns whether the store may serve: false for a standby whose full copy is incomplete.
 bool is_whole(Store& store, const ReplicationState& replication);
 
-/// Marks the store of a primary as fenced, so that it refuses to serve from now on. Commits.
+/// Marks the store of a primary as fenced, for check_fence(). Commits.
 void note_fence(Store& store);
 /// Throws InputError if the store is that of a fenced primary. With `serve_fenced`, the store
 /// becomes the state of a new farm with the number `history` instead. Commits.

@@ -82,8 +82,8 @@ StateFiles::StateFiles(const fs::path& directory, Disk& disk)
     unsynced_.insert(directory_.parent_path());
   }
   if (error) {
-    throw InputError("--state " + directory_.string() + ": " + error.message() +
-                     ": use a writable directory");
+    throw InputError("creating " + directory_.string() + ": " + error.message() +
+                     ": name a directory that can be created");
   }
   reserved_ = fs::is_regular_file(reserve(), error);
   file_system_ = std::shared_ptr<const int>(
@@ -145,13 +145,14 @@ void StateFiles::fail(const fs::path& file, int error) const {
   };
   const std::string why =
       error == 0 ? "nothing was written" : std::generic_category().message(error);
-  const std::string place = "--state " + directory_.string() + ": the disk accepts no more data (";
+  const std::string place = "--state " + directory_.string() + ": ";
   if (is_one_of(of_full_disks)) {
-    throw StorageFull(place + why + "): make room there");
+    throw StorageFull(place + "the disk accepts no more data (" + why +
+                      "): make room there, or check the disk");
   }
   if (is_one_of(of_lost_places)) {
-    throw StorageFull(place + file.lexically_relative(directory_).string() + ": " + why +
-                      "): make it writable again");
+    throw StorageFull(place + file.lexically_relative(directory_).string() +
+                      " cannot be written (" + why + "): make the directory writable again");
   }
   throw RunError("writing " + file.string() + " failed: " + why);
 }

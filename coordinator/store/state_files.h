@@ -25,15 +25,15 @@ namespace parray::store {
 ///     jobs/ID/job.next   notes.next             copies written by an unfinished commit
 ///     jobs/ID/job.dropped                       job.json of a job that is being dropped
 ///     commits                                   number of completed commits
-///     lost/SECONDS/...                          files that no record names; SECONDS: uptime
+///     lost/SECONDS/...                          set aside, not deleted; SECONDS: uptime
 ///     reserve                                   room that a commit on a full disk can use
 ///
 /// The database defines which files count, and how many bytes of a rows file. Each function returns
 /// when the data is on the disk. Only names of new files and the data of overwrite() wait for
-/// sync().
+/// sync(), and overwrite_later() promises nothing.
 ///
-/// Errors: StorageFull that names the directory if the disk does not accept the data, otherwise
-/// RunError that names the file. Not thread-safe.
+/// Errors: StorageFull that names the directory if the disk does not accept the data or the
+/// directory is not writable, otherwise RunError that names the file. Not thread-safe.
 class StateFiles {
  public:
   /// Creates the directory if necessary. Throws InputError if that fails.

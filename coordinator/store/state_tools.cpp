@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Locks the database of a state against coordinators until it is destroyed.
+/// Locks the database of a state against coordinators until this object is destroyed.
 class StateLock {
  public:
   /// `exclusive`: takes the lock; otherwise only checks that no coordinator has it. Throws
@@ -40,7 +40,8 @@ class StateLock {
     if (failed != 0 || (!exclusive && lock.l_type != F_UNLCK)) {
       close(file_);
       throw StateInUse(database.parent_path().string() +
-                       ": a coordinator serves this state: stop it first");
+                       ": another process uses this state (a coordinator, parray-mpi or --repair): "
+                       "stop it first");
     }
   }
   ~StateLock() {
@@ -133,7 +134,8 @@ std::string remove_copy(const fs::path& target, bool existed) {
       fs::remove_all(path, error);
     }
   }
-  return error ? "remove the unfinished copy" : "make room there, or name another directory";
+  return error ? "remove the unfinished copy and name another directory"
+               : "make room there, or name another directory";
 }
 
 std::vector<std::string> write_copy(const StateFiles& from, const fs::path& target, double now) {
@@ -194,7 +196,7 @@ std::vector<std::string> back_up_state(const fs::path& directory, const fs::path
                      remove_copy(target, existed));
   } catch (const RunError& failure) {
     throw InputError(target.string() + ": the copy was not finished (" + failure.what() +
-                     "): " + remove_copy(target, existed));
+                     "): if the target is the cause, " + remove_copy(target, existed));
   }
 }
 

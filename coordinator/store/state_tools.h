@@ -14,7 +14,7 @@ namespace parray::store {
 /// damage. Leftovers of a crash are no damage. Changes nothing.
 ///
 /// Does not read results, pictures and scenes if the database is damaged. Throws InputError if the
-/// directory has no state or one of another version; StateInUse if a coordinator serves it;
+/// directory has no state or one of another version; StateInUse if another process uses it;
 /// RunError if there is no room for a temporary copy of the database.
 std::vector<std::string> find_damage(const std::filesystem::path& directory);
 
@@ -29,8 +29,8 @@ std::vector<std::string> repair_state(const std::filesystem::path& directory, do
 /// Copies a state to a directory that is empty or does not exist. A coordinator may be serving the
 /// state. The copy contains every job that was acknowledged before the call. Returns one line for
 /// each missing or damaged file. The copy lacks it, or its damaged rest. Throws InputError if the
-/// target is not empty, lies in the state or cannot be written. Throws it, too, if the source is no
-/// state or a standby during a full copy. Removes the copy after a failure. If the process is
+/// target is not empty or lies in the state, if the source is no state or a standby during a full
+/// copy, or if copying fails. Removes the copy after a failure. If the process is
 /// killed, the copy contains the file `incomplete`. `now`: seconds since 1970.
 std::vector<std::string> back_up_state(const std::filesystem::path& directory,
                                        const std::filesystem::path& target, double now);

@@ -14,8 +14,9 @@
 
 namespace parray::store {
 
-/// The disk has no room for a change, or accepted only a part of it. `what()` names the directory.
-/// Committed data is safe, and the store continues to work; see Store.
+/// The disk does not accept a change now: it is full, fails, or is not writable, or a standby has
+/// not stored the change. `what()` says which. Committed data is safe, and the store continues to
+/// work; see Store.
 class StorageFull : public RunError {
  public:
   using RunError::RunError;
@@ -57,7 +58,7 @@ class Store {
   /// in memory until the commit.
   virtual void append_rows(JobId job, std::string entry) = 0;
   virtual void drop_rows(JobId job) = 0;  ///< empties the job's log of results
-  /// Keeps the first `entries` entries of the job's log and drops the damaged rest.
+  /// Keeps the first `entries` committed entries of the job's log and drops all others.
   virtual void keep_rows(JobId job, std::uint64_t entries) = 0;
   /// Adds or replaces the job's picture. The file consists of the pieces in order.
   virtual void put_picture(JobId job, std::span<const std::string_view> pieces) = 0;
@@ -75,8 +76,8 @@ class Store {
   /// Stores all changes durably and frees the room of dropped data before it returns.
   virtual void commit() = 0;
 
-  /// Bytes on the disk. A scene counts once in `total`, and for each job that uses it. `total`
-  /// includes files in lost/.
+  /// Bytes of scenes, results and pictures on the disk. A scene counts once in `total`, and for
+  /// each job that uses it. `total` includes files in lost/.
   struct Usage {
     std::uint64_t total = 0;
     std::map<JobId, std::uint64_t> jobs{};

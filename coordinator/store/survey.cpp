@@ -22,8 +22,10 @@ namespace fs = std::filesystem;
 /// A temporary directory. The destructor removes it.
 class ScratchDirectory {
  public:
-  ScratchDirectory() : path_((fs::temp_directory_path() / "parray-check-XXXXXX").string()) {
-    if (mkdtemp(path_.data()) == nullptr) {
+  ScratchDirectory() {
+    std::error_code error;
+    path_ = (fs::temp_directory_path(error) / "parray-check-XXXXXX").string();
+    if (error || mkdtemp(path_.data()) == nullptr) {
       throw RunError("copying the database failed: set TMPDIR to a writable directory");
     }
   }
@@ -42,7 +44,8 @@ class ScratchDirectory {
 void copy_if_file(const fs::path& from, const fs::path& onto) {
   std::error_code error;
   if (fs::is_regular_file(from, error) && !fs::copy_file(from, onto, error)) {
-    throw RunError("copying " + from.string() + " to " + onto.string() + ": " + error.message());
+    throw RunError("copying " + from.string() + " to " + onto.string() + ": " + error.message() +
+                   ": make the file readable, or set TMPDIR to a directory with more room");
   }
 }
 
@@ -57,6 +60,9 @@ void read_into(DatabaseContent& content, const fs::path& file) {
     if (content.version == present_version) {
       content.records = read_records(database);
     }
+  } catch (const StorageFull& full) {
+    throw RunError("reading a copy of the database in " + file.parent_path().string() +
+                   " failed: set TMPDIR to a directory with more room (" + full.what() + ")");
   } catch (const RunError& error) {
     content.damage = error.what();
   } catch (const InputError& error) {
@@ -128,6 +134,9 @@ std::vector<FileDamage> verify_files(const StateFiles& files, const Records& rec
         damage.push_back({id, FileDamage::Kind::rows,
                           relative(files, file) + ": " + std::to_string(sound) + " of " +
                               std::to_string(row.rows->bytes) + " bytes are sound"});
+      } else if (!ends_an_entry(file, row.rows->bytes)) {
+        damage.push_back({id, FileDamage::Kind::rows,
+                          "the database names a wrong end of " + relative(files, file)});
       }
     }
     if (row.picture) {

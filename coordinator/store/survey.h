@@ -43,7 +43,8 @@ struct Survey {
   DatabaseContent database;
   FoundFiles found;
   Comparison comparison;
-  /// Damage of the database, one line each. If there is any, only the copies are reliable.
+  /// Damage of the database, or an unfinished backup; one line each. If there is any, only the
+  /// copies are reliable.
   std::vector<std::string> severe;
   std::vector<Misplaced> misplaced{};  ///< paths that a repair must move away first
   bool is_backup = false;              ///< a new backup, which has no database yet

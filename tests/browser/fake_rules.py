@@ -27,7 +27,9 @@ def misfit(jobs, job, word, named):
     wrong = f"job {number} is {state}: only "
     if word == "pause" and (not unfinished(job) or state == "finishing"):
         return wrong + "unfinished jobs can be paused"
-    if word == "resume" and (state != "paused" or held_back(job)):
+    if word == "resume" and held_back(job):
+        return f"job {number} continues by itself: no client has paused it; it waits: {job['reason']}"
+    if word == "resume" and state != "paused":
         return wrong + "paused jobs can be resumed"
     if word == "cancel" and not unfinished(job):
         return wrong + "unfinished jobs can be cancelled"
@@ -144,7 +146,7 @@ def file_refusal(jobs, number, file):
     if file == "report" and job["state"] != "done":
         return 409, f"job {number} is {job['state']}, not done: parray watch shows its progress"
     if file in (*PICTURES, "report") and not job.get("has_picture", job["state"] != "queued"):
-        return (500, f"the coordinator no longer keeps the picture of job {number}: render it again") if job["state"] == "done" else \
+        return (500, f"the coordinator no longer keeps the picture of job {number}: submit its scene again") if job["state"] == "done" else \
             (409, f"job {number} has no picture yet: try again later")
     return None
 

@@ -456,7 +456,7 @@ TEST_CASE("a state that was moved away or cannot be written holds commits until 
   for (const int error : {EACCES, EROFS, ENOENT, ENODEV}) {
     disk.error = error;
     const std::string message = message_of<StorageFull>([&] { store.commit(); });
-    CHECK_MESSAGE(message.find("make it writable again") != std::string::npos, message);
+    CHECK_MESSAGE(message.find("make the directory writable again") != std::string::npos, message);
   }
   disk.error = 0;
   store.commit();

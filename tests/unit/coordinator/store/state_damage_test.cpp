@@ -324,7 +324,7 @@ TEST_CASE(
   {
     DiskStore store(damaged);
     CHECK(store.jobs()[1].state == JobState::failed);
-    CHECK(store.jobs()[1].reason == "its picture is damaged: submit it again");
+    CHECK(store.jobs()[1].reason == "its picture is damaged or missing: submit the job again");
     CHECK(rows_of(store, 6) == Strings{"first row of 6"});
     CHECK(rows_of(store, 4) == acknowledged.rows.at(4));
     CHECK(store.picture(1) == acknowledged.pictures.at(1));
@@ -337,7 +337,7 @@ TEST_CASE(
   repair_state(damaged, 1e9);
   DiskStore store(damaged);
   CHECK(store.jobs()[3].state == JobState::failed);
-  CHECK(store.jobs()[3].reason == "its scene is damaged: submit it again");
+  CHECK(store.jobs()[3].reason == "its scene is damaged or missing: submit the job again");
 }
 
 TEST_CASE("after any damage every acknowledged job is correct or reported") {
