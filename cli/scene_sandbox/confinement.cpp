@@ -134,6 +134,23 @@ constexpr std::array refused_calls = {SYS_socket,
                                       SYS_process_vm_writev,
                                       SYS_kill,
                                       SYS_tkill,
+                                      SYS_rt_sigqueueinfo,
+                                      SYS_rt_tgsigqueueinfo,
+                                      SYS_setpriority,
+                                      SYS_ioprio_set,
+                                      SYS_kcmp,
+                                      SYS_migrate_pages,
+                                      SYS_move_pages,
+                                      SYS_process_madvise,
+                                      SYS_shmget,
+                                      SYS_shmat,
+                                      SYS_shmctl,
+                                      SYS_msgget,
+                                      SYS_msgctl,
+                                      SYS_semget,
+                                      SYS_semctl,
+                                      SYS_mq_open,
+                                      SYS_mq_unlink,
                                       SYS_pidfd_open,
                                       SYS_pidfd_getfd,
                                       SYS_pidfd_send_signal,
@@ -157,12 +174,28 @@ constexpr std::array refused_calls = {SYS_socket,
                                       SYS_personality,
                                       SYS_memfd_create};
 
+/// System calls that a process needs for itself. Their first argument names the process; 0: itself.
+constexpr std::array calls_for_itself = {
+    SYS_tgkill,         SYS_prlimit64,    SYS_sched_setaffinity, SYS_sched_setscheduler,
+    SYS_sched_setparam, SYS_sched_setattr};
+
 constexpr sock_filter statement(std::uint32_t code, std::uint32_t value) {
   return {static_cast<std::uint16_t>(code), 0, 0, value};
 }
 constexpr sock_filter jump(std::uint32_t code, std::uint32_t value, std::uint8_t if_true,
                            std::uint8_t if_false) {
   return {static_cast<std::uint16_t>(code), if_true, if_false, value};
+}
+
+/// Adds the check of a call of `calls_for_itself`.
+void allow_for_itself(std::vector<sock_filter>& filter, long call) {
+  constexpr std::uint32_t equal = BPF_JMP | BPF_JEQ | BPF_K;
+  filter.insert(filter.end(),
+                {jump(equal, static_cast<std::uint32_t>(call), 0, 5),
+                 statement(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args)),
+                 jump(equal, 0, 2, 0), jump(equal, static_cast<std::uint32_t>(getpid()), 1, 0),
+                 statement(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM),
+                 statement(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)});
 }
 
 /// Restricts system calls by seccomp. Does nothing if the kernel lacks it.
@@ -183,6 +216,7 @@ void restrict_calls() {
     filter.push_back(jump(equal, static_cast<std::uint32_t>(call), 0, 1));
     filter.push_back(refuse);
   }
+  for (const long call : calls_for_itself) allow_for_itself(filter, call);
 #ifdef SYS_vfork  // newer architectures lack these calls
   for (const std::uint32_t call : {SYS_fork, SYS_vfork}) {
     filter.push_back(jump(equal, call, 0, 1));
@@ -249,7 +283,14 @@ std::vector<std::string> ways_out(const Enclosure& enclosure, const fs::path& fi
     ways.emplace_back(family == AF_INET ? "makes sockets" : "makes local sockets");
     close(made);
   }
-  if (kill(getppid(), 0) == 0) ways.emplace_back("sends signals");
+  const pid_t parent = getppid();
+  if (kill(parent, 0) == 0 || syscall(SYS_tgkill, parent, parent, 0) == 0) {
+    ways.emplace_back("sends signals");
+  }
+  rlimit limit{};
+  if (prlimit(parent, RLIMIT_CPU, nullptr, &limit) == 0) {
+    ways.emplace_back("has access to the limits of other processes");
+  }
   if (writes_a_large_file(enclosure)) ways.emplace_back("writes large files");
   return ways;
 }

@@ -1,9 +1,12 @@
 #include <doctest/doctest.h>
 #include <linux/landlock.h>
+#include <sched.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -44,7 +47,7 @@ struct Rooms {
 
 TEST_CASE("all forbidden actions succeed in a process that is not enclosed") {
   const Rooms rooms;
-  CHECK(ways_out({rooms.inside, 1000}, rooms.outside / "secret").size() == 6);
+  CHECK(ways_out({rooms.inside, 1000}, rooms.outside / "secret").size() == 7);
 }
 
 TEST_CASE("all forbidden actions fail in an enclosed process, and it can use its own directory") {
@@ -61,6 +64,28 @@ TEST_CASE("all forbidden actions fail in an enclosed process, and it can use its
           std::string text;
           std::ifstream(rooms.inside / "file") >> text;
           return text == "text" ? 0 : 1;
+        }) == 0);
+}
+
+TEST_CASE("an enclosed process has power over itself only") {
+  if (PARRAY_SANITIZED) return;
+  const Rooms rooms;
+  const auto refused = [](long result) { return result == -1 && errno == EPERM; };
+  CHECK(status_of_process([&] {
+          enclose_process({rooms.inside, 1000});
+          const pid_t parent = getppid();
+          rlimit own{};
+          cpu_set_t processors;
+          CPU_ZERO(&processors);
+          const bool for_itself = prlimit(0, RLIMIT_CPU, nullptr, &own) == 0 &&
+                                  prlimit(getpid(), RLIMIT_CPU, nullptr, &own) == 0 &&
+                                  syscall(SYS_tgkill, getpid(), getpid(), 0) == 0;
+          const bool for_others =
+              !refused(syscall(SYS_tgkill, parent, parent, 0)) ||
+              !refused(prlimit(parent, RLIMIT_CPU, nullptr, &own)) ||
+              !refused(setpriority(PRIO_PROCESS, parent, 19)) ||
+              !refused(sched_setaffinity(parent, sizeof processors, &processors));
+          return for_itself && !for_others ? 0 : 1;
         }) == 0);
 }
 
