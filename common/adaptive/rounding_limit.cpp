@@ -36,8 +36,8 @@ void check_above_rounding(std::string_view option, double error, double largest_
 
 void check_targets(const StopSettings& settings, double largest_radiance) {
   if (!settings.passes.empty()) return;
-  check_above_rounding("target error", settings.target_error, largest_radiance);
-  check_above_rounding("target half-width", settings.target_half_width, largest_radiance);
+  check_above_rounding("--target-error", settings.target_error, largest_radiance);
+  check_above_rounding("--target-half-width", settings.target_half_width, largest_radiance);
 }
 
 }  // namespace parray::adaptive
