@@ -9,10 +9,9 @@
 
 namespace parray::adaptive {
 
-/// Computes where further samples of a picture help most, from the noise around each pixel. To
-/// place samples, it uses of a pixel itself the number of samples, and the variance as far as that
-/// causes a bias of at most 0.1 %. If their values decided how many samples follow, the pixel's
-/// mean would be biased.
+/// Computes where further samples of a picture help most, from the noise around each pixel. A
+/// pixel's own samples enter only by their number, and by their variance as far as the bias stays
+/// below 0.1 %. If their values decided how many samples follow, the pixel's mean would be biased.
 ///
 /// For the least mean square error, a pixel's count is proportional to the standard deviation of
 /// its samples (Neyman, "On the two different aspects of the representative method", 1934). For

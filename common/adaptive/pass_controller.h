@@ -12,13 +12,12 @@
 
 namespace parray::adaptive {
 
-/// Seconds that the picture has taken so far. They determine the size of the next pass under a time
-/// limit.
+/// Times of a picture, in seconds. They determine the size of the next pass under a time limit.
 struct PassTimes {
-  double total = 0;     ///< including all work before and after tracing
+  double total = 0;     ///< spent so far, plus the expected work after the last sample
   double pass = 0;      ///< tracing of the latest pass; 0: unknown
   double deciding = 0;  ///< estimated time to decide on the next pass
-  double stating = 0;   ///< time to estimate the error of the finished picture
+  double stating = 0;   ///< time to estimate the finished picture's error; not in `total`
 };
 
 /// Decides what each pass of one picture adds, from the sums of the previous passes. A picture
@@ -28,8 +27,8 @@ class PassController {
  public:
   /// `begun` lists the samples, over all pixels, of each pass that began before a restart of the
   /// job. The controller repeats these passes and does not decide them again. `judge` estimates the
-  /// error of the denoised picture. Throws std::logic_error if the settings have a target for the
-  /// denoised picture and `judge` is missing.
+  /// error of the denoised picture. Throws std::logic_error if it is missing and the settings
+  /// have a target for that picture and no list of passes.
   PassController(const RenderSettings& settings, double largest_radiance,
                  std::vector<std::uint64_t> begun = {}, PictureJudge judge = {});
 

@@ -82,9 +82,9 @@ struct Affordable {
 ///
 /// Under a time limit the first pass has one sample in each of some thousand pixels. These samples
 /// exist even if the time is very short. Later passes add nested_lattices() until each pixel has
-/// one sample, then two; they add several lattices at once if time allows. A pass takes at most
-/// half of the remaining time at the speed of the previous one. There is no further pass if it
-/// would be too small to matter.
+/// one sample, then two; they add several lattices at once if time allows. A pass is sized
+/// for at most half of the remaining time at the speed of the previous one; rounding up to whole
+/// samples per pixel may exceed the half. No pass follows that would be too small to matter.
 ///
 /// A pass adds exactly that many samples (see Placement::counts()). So settings.passes from a
 /// report repeats the picture if `adaptive` and the kind of target are the same.

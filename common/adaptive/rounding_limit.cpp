@@ -31,7 +31,7 @@ void check_above_rounding(std::string_view option, double error, double largest_
   throw InputError(
       std::string(option) + " " + number_text(error) +
       ": rounding a picture of this scene to 32-bit numbers alone causes an error of " +
-      rounded_up(rounding) + ", with every --precision: use " + rounded_up(least) + " or more");
+      rounded_up(rounding) + ", with every precision: use " + rounded_up(least) + " or more");
 }
 
 void check_targets(const StopSettings& settings, double largest_radiance) {

@@ -41,7 +41,7 @@ class DecodeError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Thrown if bytes were changed on their way.
+/// Thrown if bytes do not have the checksum that came with them.
 class ChecksumError : public DecodeError {
  public:
   using DecodeError::DecodeError;

@@ -7,8 +7,8 @@
 
 namespace parray::base {
 
-/// Returns where a module or another file of ParRay lies, whether it exists or not: in
-/// bin/../lib/parray, both in the build and when installed, or beside a program in that folder.
+/// Returns the path of a module or another file of ParRay: in the directory of this program if the
+/// file exists there, otherwise in ../lib/parray relative to it, where it may be missing.
 /// Throws RunError if the system does not say where this program is.
 std::filesystem::path module_file(const std::string& name);
 

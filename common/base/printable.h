@@ -10,7 +10,7 @@ namespace parray::base {
 
 /// Returns `text` in a form for a one-line message on a terminal.
 ///
-/// Control characters, invisible characters that reorder a line, and bytes that are not UTF-8
+/// Control characters, invisible characters (some reorder a line), and bytes that are not UTF-8
 /// become escapes (\x1b, \u202e). So the contents of a file cannot control the reader's terminal.
 /// If the escaped form is longer than `max_bytes`, it is cut after a whole character and ends in
 /// "...".

@@ -77,13 +77,13 @@ std::optional<std::size_t> place_in(const Words& words, std::string_view word) {
   return static_cast<std::size_t>(found - std::begin(words));
 }
 
-/// Returns all of `text` as a finite number, also with a leading '+'.
+/// Returns all of `text` as a finite number, also with a leading '+'; nothing for other texts.
 std::optional<double> number_in(std::string_view text);
 
 /// Returns the same; NaN for other texts.
 double number_or_nan(std::string_view text);
 
-/// Returns all of `text` as a whole number written in digits alone.
+/// Returns all of `text` as a whole number below 2^64 in digits alone; nothing for other texts.
 inline std::optional<std::uint64_t> natural_in(std::string_view text) {
   return parsed<std::uint64_t>(text);
 }

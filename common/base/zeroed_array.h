@@ -11,8 +11,7 @@
 namespace parray::base {
 
 /// Allocates zeroed memory directly from the system, which clears a page only when it is touched.
-/// If `large_pages`, uses large pages for memory large enough to profit from them. Throws
-/// std::bad_alloc.
+/// If `large_pages`, asks for large pages from 4 MiB on. Null for 0 bytes. Throws std::bad_alloc.
 void* allocate_zeroed(std::size_t bytes, bool large_pages = true);
 void free_zeroed(void* memory, std::size_t bytes) noexcept;
 

@@ -32,7 +32,7 @@ struct Lattice {
 
 /// Returns lattices that share no pixel and together cover an image, coarse ones first. So the
 /// first lattices, however many, are spread evenly. The first one has at most 4096 pixels. Then
-/// follow three for each halving of the step; the one in the middle of the squares comes first. No
+/// follow up to three for each halving of the step, first the one in the middle of the squares. No
 /// lattice is empty.
 std::vector<Lattice> nested_lattices(std::uint32_t width, std::uint32_t height);
 

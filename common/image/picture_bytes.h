@@ -11,7 +11,7 @@ namespace parray::image {
 
 /// Data of each pixel besides its radiance.
 struct PictureStatistics {
-  std::vector<std::uint32_t> samples;  ///< number of samples in the pixel's mean
+  std::vector<std::uint32_t> samples;  ///< of the pixel, including excluded ones
   /// Half-widths of the 95 % confidence intervals: 3 values per pixel; infinite if the picture's
   /// error is unknown.
   std::vector<float> half_width;

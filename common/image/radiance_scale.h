@@ -15,7 +15,7 @@ namespace parray::image {
 class RadianceScale {
  public:
   /// `largest` is the largest possible radiance of a sample: finite, >= 0. The scale is the power
-  /// of two that maps it into (2^31, 2^32]. 0, and values below the range of float32, count as 1.
+  /// of two that maps it into (2^31, 2^32]. 0, and values below 2^-200, count as 1.
   explicit RadianceScale(double largest) {
     double unit = 1;
     if (!(largest >= 0x1p-200)) {

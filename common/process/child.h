@@ -9,7 +9,7 @@
 
 #include "common/rooms.h"
 
-/// Child processes. Only this file's source starts a program.
+/// Child processes. Only this file's source starts programs, except the user's --on-end command.
 namespace parray::process {
 
 /// A program to start and its surroundings.

@@ -134,7 +134,7 @@ Option& Option::one_value_each() {
 
 Option& Option::forbid_empty() {
   option_->check([](const std::string& text) {
-    return text.empty() ? std::string("the name is empty") : std::string();
+    return text.empty() ? std::string("the value is empty") : std::string();
   });
   return *this;
 }

@@ -55,7 +55,7 @@ class Option {
   /// several words, separated by commas.
   Option& words(const std::vector<std::string>& words, bool list = false);
   Option& completes(Completes what);
-  /// Marks an option as rarely needed: only `help COMMAND --all` shows it, not --help.
+  /// Marks a command's option as rarely needed: only `help COMMAND --all` and the man page show it.
   Option& special();
   /// Requires the option `other`.
   Option& needs(const Option& other);

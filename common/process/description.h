@@ -28,7 +28,7 @@ struct OptionText {
   Completes completes = Completes::nothing;
   bool required = false;
   bool repeats = false;
-  bool special = false;  ///< rarely needed: only `help COMMAND --all` shows it
+  bool special = false;  ///< rarely needed: the --help of a command omits it
 
   [[nodiscard]] bool is_argument() const { return names.empty(); }
   /// Returns the form "-o, --output IMAGE".

@@ -14,9 +14,9 @@ namespace parray::process {
 std::string help_text(const ProgramText& program, std::size_t columns);
 std::string help_text(const CommandText& command, std::size_t columns, bool all = false);
 
-/// Returns the width of a help text: COLUMNS if it is a number, otherwise the width of the terminal
-/// behind stdout, otherwise 80. The result is at least 40, and at most 100, because longer lines
-/// are hard to read.
+/// Returns the width of a help text: COLUMNS if it is a positive number, otherwise the width of the
+/// terminal behind stdout, otherwise 80. The result is at least 40, and at most 100, because longer
+/// lines are hard to read.
 std::size_t help_columns();
 
 /// Returns `text` in lines of at most `columns` characters, unless a word is longer. All lines but

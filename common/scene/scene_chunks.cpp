@@ -56,7 +56,7 @@ void unpack_chunk(std::string_view packed, std::span<char> chunk) {
   const std::size_t size =
       ZSTD_decompress(columns.data(), columns.size(), packed.data(), packed.size());
   if (ZSTD_isError(size) != 0U || size != chunk.size()) {
-    throw DecodeError("scene: a chunk does not have its expected size");
+    throw DecodeError("scene: a packed chunk is damaged or does not have its expected size");
   }
   together(columns, chunk);
 }

@@ -9,8 +9,8 @@ namespace parray::scene::ranges {
 inline constexpr NumberRange coordinate{-limits::max_length, limits::max_length};
 inline constexpr NumberRange length{limits::min_radius, limits::max_length};
 inline constexpr NumberRange aperture{0, limits::max_length};
-/// In degrees. Below the range, the picture shows one point of the scene. Above it, the edge of the
-/// picture is 100 000 times its middle.
+/// In degrees. Below the range, the picture shows one point of the scene. Above it, the film is
+/// more than 200 000 times as high as its distance from the eye.
 inline constexpr NumberRange vfov{1e-6, 179.999};
 inline constexpr NumberRange unit_interval{0, 1};  ///< albedo, fuzz
 inline constexpr NumberRange ior{1e-3, 1e3};

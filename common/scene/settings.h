@@ -20,20 +20,20 @@ struct PictureSettings {
   friend bool operator==(const PictureSettings&, const PictureSettings&) = default;
 };
 
-/// How many samples the pixels get: when to stop, and where the samples go. See
-/// common/adaptive/passes.h. Whichever limit is reached first ends the picture; 0: no such limit.
+/// When a picture is complete, and which pixels get its samples: see common/adaptive/passes.h. The
+/// first limit that is reached ends the picture; 0: no such limit.
 struct StopSettings {
-  std::uint32_t samples_per_pixel = 500;  ///< mean, at most: 1 .. limits::max_samples_per_pixel
+  std::uint32_t samples_per_pixel = 500;  ///< most, on average: 1 .. limits::max_samples_per_pixel
   bool adaptive = false;                  ///< pixels with more noise get more samples
   double target_error = 0;                ///< RMSE of the picture, in linear radiance
-  bool target_denoised = false;           ///< that of the denoised picture
-  double target_half_width = 0;           ///< of 99 % of the pixels' 95 % intervals, likewise
-  double time_limit = 0;                  ///< seconds; what came of it is in `passes`
-  /// Samples of each pass, all pixels together, as a report gives them: decides instead of all
-  /// limits above, so that a picture can be repeated. Empty as a rule.
+  bool target_denoised = false;           ///< target_error is for the denoised picture
+  double target_half_width = 0;           ///< of the 95 % intervals of 99 % of the values, at most
+  double time_limit = 0;                  ///< seconds, from start to end
+  /// Samples of each pass, all pixels together, from the report of a picture to repeat. If not
+  /// empty, the picture has these passes, and no limit above applies.
   std::vector<std::uint64_t> passes{};
 
-  /// Whether the passes after the first depend on what earlier ones have found.
+  /// Returns whether common/adaptive/passes.h decides the passes, or `passes` lists them.
   [[nodiscard]] bool in_passes() const {
     return adaptive || target_error > 0 || target_half_width > 0 || time_limit > 0 ||
            !passes.empty();
@@ -42,32 +42,32 @@ struct StopSettings {
   friend bool operator==(const StopSettings&, const StopSettings&) = default;
 };
 
-/// How the work is cut and done: the same bits whatever these say.
+/// How the work is divided and done. These settings never change the bits of a picture.
 struct WorkSettings {
   AcceleratorKind accelerator = AcceleratorKind::automatic;
   Isa isa = Isa::automatic;  ///< a worker that lacks it takes the best it has
   SchedulePolicy schedule = SchedulePolicy::weighted;
   RowOrder row_order = RowOrder::automatic;  ///< automatic: interleaved with weighted
-  bool progressive = false;  ///< first one sample of every pixel, so that there is a picture early
-  bool replicates = false;   ///< the halves of its samples are kept with the picture
+  bool progressive = false;  ///< trace one sample of every pixel first, for an early preview
+  bool replicates = false;   ///< keep the two halves of the samples (image/replicates.h)
 
   friend bool operator==(const WorkSettings&, const WorkSettings&) = default;
 };
 
-/// How a scene is to be rendered. Equal first and second parts, and the same scene, are the same
-/// picture; a function takes the part that it needs.
+/// How a scene is to be rendered. Without a time limit, the scene, the first and the second part
+/// determine the bits of the picture. A function takes the part that it needs.
 struct RenderSettings : PictureSettings, StopSettings, WorkSettings {
   [[nodiscard]] const PictureSettings& picture() const { return *this; }
   [[nodiscard]] const StopSettings& stop() const { return *this; }
   [[nodiscard]] const WorkSettings& work() const { return *this; }
 
-  /// Whether there may be passes after the first.
+  /// Returns whether there may be passes after the first.
   [[nodiscard]] bool has_passes() const { return in_passes() || progressive; }
 
   friend bool operator==(const RenderSettings&, const RenderSettings&) = default;
 };
 
-/// Throws InputError naming the first value out of its range.
+/// Throws InputError that names the first value out of its range.
 void check_settings(const RenderSettings& settings);
 
 }  // namespace parray::scene

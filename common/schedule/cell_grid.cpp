@@ -59,7 +59,9 @@ CellGrid::CellGrid(GridShape shape) : shape_(std::move(shape)) {
     part.layers = divide_up(stage.count(), shape_.layer_samples);
     // Up to 2^32 layers of at most 2^26 cells each.
     first_cell_.push_back(first_cell_.back() + part.layers * part.layer_cells());
-    check(first_cell_.back() < most_cells, "too many cells");
+    if (first_cell_.back() >= most_cells) {
+      throw InputError("impossible grid of cells: too many cells");
+    }
     parts_.push_back(std::move(part));
   }
 }

@@ -18,7 +18,7 @@ struct Pass {
   std::vector<SampleRange> samples;
 };
 
-/// A pass cut into cells of about a fifth of a millisecond, in the order in which they are leased.
+/// A pass cut into cells of about 2048 samples or more, in the order in which they are leased.
 /// The plan is fixed when the pass begins, whatever part of it is done already, and is the same on
 /// every machine. So a number names the same cell throughout the pass. Immutable and thread-safe.
 class WorkPlan {

@@ -9,8 +9,8 @@ namespace parray::trace {
 
 /// Builds the accelerator of a scene. `isa` may be `automatic`; no other argument may. The
 /// function uses the best instruction set of the machine if `isa` is `automatic` or missing here.
-/// An octree always uses `scalar`. The scene must have fewer than 2^26 spheres. Time and memory are
-/// proportional to their number.
+/// An octree always uses `scalar`. The scene has at most limits::max_shapes shapes. Time and memory
+/// are proportional to their number.
 std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene, Precision precision,
                                                     AcceleratorKind kind, Isa isa,
                                                     const BuildOptions& options = {});

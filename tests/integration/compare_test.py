@@ -218,7 +218,7 @@ class Compare(unittest.TestCase):
                      mentions=["none.exr: no such file"])
         self.refused(self.path("none.png"), self.reference, *output,
                      mentions=["none.png: no such file"])
-        self.refused(self.reference, "", *output, mentions=["IMAGE: the name is empty"])
+        self.refused(self.reference, "", *output, mentions=["IMAGE: the value is empty"])
         self.path("text.exr").write_text("not a picture")
         self.refused(self.reference, self.path("text.exr"), *output, mentions=["text.exr: "])
         cut = self.path("cut.exr")

@@ -44,7 +44,7 @@ class WideBvh {
  public:
   using Item = BuildItem<Block, Store>;
 
-  /// Takes any number of shapes below 2^26, even none. `tree` false: linear search of spheres.
+  /// Takes up to limits::max_shapes shapes, even none. `tree` false: linear search of spheres.
   /// Spheres that fit one block need no tree either. Capsules ignore `tree`. `threads` threads
   /// build; the result does not depend on their number.
   template <typename Shape>
