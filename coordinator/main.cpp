@@ -457,8 +457,8 @@ int serve(Arguments& a) {
   if (state.fenced()) {
     state.remember_fence();
     throw RunError("fenced: the standby at " + a.state.replicate_to +
-                   " has taken over: start this coordinator with --standby to make it the new "
-                   "standby");
+                   " has taken over and serves instead: start this coordinator with --standby, and "
+                   "the other one with --replicate-to");
   }
   return 0;
 }
