@@ -25,10 +25,21 @@ struct JournalCommand {
   bool as_json = false;
 };
 
+/// Returns what a person can do about a job without a journal.
+std::string remedy_without_journal(const std::string& state, const std::string& job) {
+  if (state == "done") return "the coordinator no longer keeps it: submit the scene again";
+  if (state == "paused") return "it begins with the next result: parray resume " + job;
+  if (state == "cancelled" || state == "failed") {
+    return "it is " + state + ": parray requeue " + job + " continues it";
+  }
+  return "wait for its first result";
+}
+
 std::vector<JournalEntry> entries_of(const Client::JobJournal& journal, std::uint64_t job) {
   if (journal.journal.empty()) {
-    throw InputError("job " + std::to_string(job) +
-                     " has no journal: wait for its first result, unless the journal was deleted");
+    const std::string number = std::to_string(job);
+    throw InputError("job " + number + " has no journal: " +
+                     remedy_without_journal(journal.job.value("state", std::string()), number));
   }
   try {
     return read_journal(journal.journal);

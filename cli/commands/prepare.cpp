@@ -52,7 +52,7 @@ const std::array<Rules, 9>& rules() {
        "leave it out, or render the frames one by one",
        {denoising, denoised_target, transparency, labels, postprocessing, preview, like,
         traced_channels, standard_input}},
-      {"pictures by HTTP", "leave it out of the scene", {denoised_target, transparency}},
+      {"pictures by HTTP", "leave it out, or use parray render", {denoised_target, transparency}},
       {"parray fetch, which has no scene",
        "leave it out, or use parray render, or parray submit --wait",
        {traced_channels}},
@@ -107,7 +107,8 @@ OutputPaths outputs_of(const RenderRequest& request, const LoadedSubmission& loa
                            can_have(request.mode, Feature::denoising);
   outputs.denoise = outputs.denoise || (quality != nullptr && quality->denoise && may_denoise);
   outputs.original = {printable(request.render.like(), 4096), loaded.original_sha256};
-  if (loaded.original_denoised && !outputs.denoise && !outputs.image.empty()) {
+  const bool has_picture = !outputs.image.empty() || request.mode == RenderMode::submit;
+  if (loaded.original_denoised && !outputs.denoise && has_picture) {
     std::cerr << "parray: --like " << outputs.original.file
               << ": this picture is denoised, the new one is not: add --denoise to repeat that\n";
   }

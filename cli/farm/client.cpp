@@ -120,9 +120,15 @@ static msg::Submit submit_request(Submission submission) {
   return request;
 }
 
+/// Notices a missing coordinator before a request that may be answered late.
+void Client::find_coordinator() {
+  if (!answered_) {
+    ask<msg::Workers>(msg::ListWorkers{0, 0, 1});
+  }
+}
+
 JobId Client::submit(Submission submission) {
-  // Notices a missing coordinator before a large scene is queued for sending.
-  ask<msg::Workers>(msg::ListWorkers{});
+  find_coordinator();
   msg::Submit request = submit_request(std::move(submission));
   const std::uint64_t bulk = request.scene.size();
   return ask<msg::Submitted>(std::move(request), bulk).job;
@@ -218,11 +224,13 @@ nlohmann::json Client::show_series(JobId series, std::uint32_t from_frame) {
 }
 
 nlohmann::json Client::steer(JobId job, msg::JobAction action, std::uint32_t priority) {
+  find_coordinator();
   return ask<msg::Job>(msg::SteerJob{0, job, action, priority}).job;
 }
 
 nlohmann::json Client::steer(const std::vector<JobId>& jobs, msg::JobAction action,
                              std::uint32_t priority) {
+  find_coordinator();
   auto results = nlohmann::json::array();
   for (std::size_t begin = 0; begin < jobs.size(); begin += msg::most_steered) {
     const auto first = jobs.begin() + static_cast<std::ptrdiff_t>(begin);
@@ -249,6 +257,7 @@ std::vector<std::string> Client::worker_log(const std::string& name) {
 }
 
 nlohmann::json Client::steer_workers(msg::WorkerAction action, const std::string& name, bool host) {
+  find_coordinator();
   return ask<msg::Workers>(msg::SteerWorkers{0, action, host, name}).workers;
 }
 

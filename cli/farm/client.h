@@ -180,6 +180,7 @@ class Client {
     Time waited{};          ///< time without an answer
     bool reported = false;  ///< the user knows
   };
+  void find_coordinator();
   void note_silence(Silence& silence, Time timeout);
   [[nodiscard]] std::string silence_text() const;
 

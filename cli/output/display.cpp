@@ -188,8 +188,9 @@ bool send_picture(Connection& connection, const Image& image, const std::string&
 HostPort place_of(const std::string& address) {
   const auto place = parse_host_port(address);
   if (place && place->port > 0) return *place;
-  throw InputError("--display " + printable(address, 200) +
-                   ": give the host and port of the viewer, such as 127.0.0.1:14158");
+  throw InputError(
+      "--display " + printable(address, 200) +
+      ": give the host and port of the viewer, such as 127.0.0.1:14158 or [::1]:14158");
 }
 
 }  // namespace

@@ -33,6 +33,8 @@ class CheckPolicy {
     std::uint64_t first_leases = 100;   ///< number of leases of a machine that count as first
     std::uint64_t restart_leases = 20;  ///< number of leases of a new process that count as first
     double referee_share = 0.1;         ///< share of the checks in which the referee takes part
+    /// The referee would need seconds to build the tree of a larger scene for a check.
+    std::uint64_t most_spheres = 2'000'000;
   };
   /// `random` returns uniform numbers in [0, 1). Workers must not be able to predict them.
   CheckPolicy(Options options, std::function<double()> random)

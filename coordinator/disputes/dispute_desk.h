@@ -28,8 +28,6 @@ class DisputeDesk {
   /// Decides whether an accepted lease is checked, and by whom. The worker that traced it may have
   /// left.
   void draw_check(Job& job, const Merged& merged);
-  /// Returns whether all leases must be checked.
-  [[nodiscard]] bool checks_all() const { return checks_.checks_all(); }
   /// Gives checks to other machines if their machine has left or could not make them.
   void place_orphans(Job& job);
   /// Handles a result that was compared with merged cells. Opens a dispute if they differ.
@@ -75,6 +73,7 @@ class DisputeDesk {
   struct Retracted;
   [[nodiscard]] Time latest_return(const Job& job, const std::set<TracerKey>& not_by) const;
   void place_check(Job& job, LeaseTable::Check check);
+  void keep_wanted(const Job& job, const CellRange& range);
   [[nodiscard]] RefereeCase case_of(const Job& job, double length) const;
   bool check_by_referee(Job& job, const CellRange& range, bool sole);
   void open_dispute(Job& job, const Merged& merged);

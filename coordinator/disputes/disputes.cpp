@@ -19,9 +19,6 @@ constexpr TracerKey referee_tracer = 3;
 constexpr double dispute_seconds = 0.25;
 constexpr double check_seconds = 0.05;
 
-/// The referee would need seconds to build the tree of a larger scene for a check.
-constexpr std::uint64_t most_spheres_to_check = 2'000'000;
-
 std::set<TracerKey> machines_of(const std::vector<ResultCollector::Differing>& cells) {
   std::set<TracerKey> machines;
   for (const auto& differing : cells) {
@@ -49,8 +46,26 @@ void DisputeDesk::draw_check(Job& job, const Merged& merged) {
   const CheckedWorker worker{farm_.machines.count_lease(merged.machine), merged.process_leases,
                              merged.ours};
   if (checks_.wants_check(worker)) {
+    if (!checks_.checks_all()) {
+      keep_wanted(job, merged.arrived.range);
+    }
     place_check(job, {merged.arrived.range, 0, {merged.machine}});
   }
+}
+
+/// Stores that a check was drawn, so that the next coordinator makes it if this one does not. With
+/// --spot-checks 1 that is known.
+void DisputeDesk::keep_wanted(const Job& job, const CellRange& range) {
+  if (farm_.store == nullptr) {
+    return;
+  }
+  job_book_.for_job(job, "storing that a check is wanted")
+      .give([run = job.work->run, plan = job.work->plan, range]() -> JobThread::Completion {
+        if (run->picture().plan() == plan) {
+          run->note_wanted(range);
+        }
+        return {};
+      });
 }
 
 /// Returns until when checks wait for a machine not in `not_by` that may return: one that has just
@@ -117,7 +132,8 @@ RefereeCase DisputeDesk::case_of(const Job& job, double length) const {
 /// Lets the referee check some random cells of the range. `sole`: no machine checks the range.
 /// False: the referee cannot.
 bool DisputeDesk::check_by_referee(Job& job, const CellRange& range, bool sole) {
-  if (job.spheres > most_spheres_to_check && farm_.workers.usable_machines().size() > 1) {
+  if (job.spheres > farm_.options.checks.most_spheres &&
+      farm_.workers.usable_machines().size() > 1) {
     return false;
   }
   RefereeCase check = case_of(job, check_seconds);

@@ -98,9 +98,10 @@ class Events::Stream final : public BodyStream {
   std::condition_variable changed_;
 };
 
-Events::Events(LoopClient& loop, std::size_t most_streams)
+Events::Events(LoopClient& loop, std::size_t most_streams, Time between_polls)
     : loop_(loop),
       most_streams_(most_streams),
+      between_polls_(between_polls),
       waits_("waits for jobs", {.inside = most_streams,
                                 .one_inside = std::max<std::size_t>(1, most_streams * 3 / 4)}),
       thread_([this] { run(); }) {}
@@ -182,7 +183,7 @@ void Events::run() {
     const Time begin = clock.now();
     const std::uint64_t served = joined();
     if (!streams().empty()) poll();
-    const Time rest = std::max<Time>(seconds(1), 50 * (clock.now() - begin));
+    const Time rest = std::max<Time>(between_polls_, 50 * (clock.now() - begin));
     std::unique_lock lock(mutex_);
     const auto stopped = [this] { return stopped_; };
     // A new listener is served soon, but many new listeners cause at most four polls per second.

@@ -27,8 +27,9 @@ bool has_ended(const nlohmann::json& job);
 class Events {
  public:
   /// `loop` must outlive this object. `most_streams`: the limit of listeners, and another limit of
-  /// the same size of clients that wait. Each of these keeps a thread busy.
-  Events(LoopClient& loop, std::size_t most_streams);
+  /// the same size of clients that wait. Each of these keeps a thread busy. `between_polls`: rest
+  /// after a poll, unless a listener joins.
+  Events(LoopClient& loop, std::size_t most_streams, Time between_polls = seconds(1));
   ~Events();
   Events(const Events&) = delete;
   Events& operator=(const Events&) = delete;
@@ -66,6 +67,7 @@ class Events {
 
   LoopClient& loop_;
   const std::size_t most_streams_;
+  const Time between_polls_;
   Places waits_;      ///< only its entries are used
   std::mutex mutex_;  // guards streams_, joined_, stopped_, forgotten_
   std::condition_variable changed_;

@@ -11,6 +11,12 @@
 
 namespace parray::http {
 
+template <typename Asked>
+inline constexpr bool waits_for_disk =
+    std::is_same_v<Asked, msg::Submit> || std::is_same_v<Asked, msg::Fetch> ||
+    std::is_same_v<Asked, msg::FetchScene> || std::is_same_v<Asked, msg::SteerJob> ||
+    std::is_same_v<Asked, msg::SteerJobs> || std::is_same_v<Asked, msg::SteerWorkers>;
+
 /// Sends requests to the coordinator's loop, as any client does, with the messages of PROTOCOL.md.
 /// Callable from any thread.
 class LoopClient {
@@ -21,15 +27,13 @@ class LoopClient {
   /// Sends one request of `sender`, repeats it every 0.5 s, and returns the answer. Throws Problem
   /// with the loop's message: 409 if the request was wrong, 503 if the loop asks to try later, 500
   /// otherwise. Also throws Problem 503 if no answer arrives within 10 seconds (60 seconds for
-  /// scenes and pictures).
+  /// scenes, pictures and changes, which wait for the disk).
   template <typename Answer, typename Asked>
   Answer ask(const Sender& sender, Asked request) {
     Answer answer;
     const std::unique_ptr<Link> link = hub_.connect_as(sender);
     request.request = 1;
-    constexpr bool bulk = std::is_same_v<Asked, msg::Submit> || std::is_same_v<Asked, msg::Fetch> ||
-                          std::is_same_v<Asked, msg::FetchScene>;
-    constexpr Time patience = bulk ? seconds(60) : seconds(10);
+    constexpr Time patience = waits_for_disk<Asked> ? seconds(60) : seconds(10);
     wait_for(*link, patience, link->seal(Message(std::move(request))), [&](Message& message) {
       auto* found = std::get_if<Answer>(&message);
       if (found != nullptr) answer = std::move(*found);

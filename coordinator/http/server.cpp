@@ -16,8 +16,9 @@ namespace {
 
 HostPort parse_address(const std::string& address) {
   if (const auto parsed = parse_host_port(address)) return *parsed;
-  throw InputError("--http " + printable(address) +
-                   " is not an address to serve: write HOST:PORT, such as 127.0.0.1:7480");
+  throw InputError(
+      "--http " + printable(address) +
+      " is not an address to serve: write HOST:PORT, such as 127.0.0.1:7480 or [::1]:7480");
 }
 
 Listener bind_address(const std::string& address) {

@@ -73,6 +73,11 @@ std::string option_named(const std::string& name) {
                        return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
                      });
   if (!plain || std::ranges::count(of_programs, name) > 0) fail_option(name, "unknown option");
+  if (name == "like") {
+    fail_option(name,
+                "not possible by HTTP: give the settings of the picture as options, or use parray "
+                "render --like");
+  }
   std::string words = "--" + name;
   std::ranges::replace(words, '_', '-');
   return words;

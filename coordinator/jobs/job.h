@@ -67,7 +67,7 @@ struct Job {
   Time served = never;   ///< latest lease by a regular turn; never: not counted yet
   Time granted = never;  ///< latest lease
   Epoch next_epoch = 1;
-  std::uint64_t spheres = 0;        ///< with capsules; 0: an earlier process accepted the job
+  std::uint64_t spheres = 0;        ///< with capsules; 0: not known before the first pass
   std::unique_ptr<JobWork> work;    ///< null while the job waits and when it has ended
   std::string pause_reason;         ///< reason of a pause that ends without a client's action
   Time retry_at = never;            ///< when to finish it again after a full disk

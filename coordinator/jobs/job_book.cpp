@@ -89,9 +89,10 @@ void JobBook::restore_jobs() {
 /// What the job thread has prepared for tracing.
 struct JobBook::Prepared {
   ScenePayload scene;
+  std::uint64_t spheres = 0;  ///< see Job; 0: counted before
   RunState state;
   std::vector<CellRange> missing;
-  /// Cells whose checks an earlier run did not finish; empty unless all leases must be checked.
+  /// Cells whose checks an earlier run did not finish.
   std::vector<ResultCollector::Unchecked> unchecked;
   bool complete = false;  ///< the picture is complete, and there is no pass to trace
   std::string damage;     ///< of stored results; empty: none
@@ -124,15 +125,17 @@ static bool may_touch(const RenderSettings& settings, bool waiting_counts) {
          bytes * byte_seconds / static_cast<double>(touching_threads()) < settings.time_limit / 6;
 }
 
-/// Returns the cells of the current pass that are not checked, in ranges for checks.
-static std::vector<ResultCollector::Unchecked> unchecked_of(const JobPicture& picture) {
+/// Returns the cells of the current pass that are not checked, in ranges for checks: all cells, or
+/// those whose check was drawn.
+static std::vector<ResultCollector::Unchecked> unchecked_of(const JobPicture& picture, bool all) {
   constexpr std::uint64_t checks = 256;  // so that many workers can share a whole picture
   if (!picture.has_begun()) {
     return {};
   }
   const WorkPlan& plan = *picture.plan();
-  return picture.collector().unchecked_cells(
-      std::clamp<std::uint64_t>(plan.cells() / checks, 1, most_cells_of_result(plan)));
+  const ResultCollector& collector = picture.collector();
+  const auto most = std::clamp<std::uint64_t>(plan.cells() / checks, 1, most_cells_of_result(plan));
+  return all ? collector.unchecked_cells(most) : collector.wanted_cells(most);
 }
 
 /// Returns the scene with this SHA-256. Throws RunError if the store lacks it.
@@ -152,19 +155,20 @@ void JobBook::prepare(Job& job) {
   prepare_pass(
       job, "preparing the job", "for its picture",
       [store = farm_.store, scene = job.scene, at = farm_.since_1970(farm_.now),
-       waiting_counts = farm_.options.waiting_counts, checks_all = disputes_.checks_all(),
+       waiting_counts = farm_.options.waiting_counts, checks = farm_.options.checks.share,
        judge = judge_of(job.record)](JobRun& run, Prepared& prepared) {
         const RenderSettings& settings = run.record().settings;
         prepared.scene = store != nullptr ? stored_scene(*store, run.record().scene) : scene;
         const bool limited = settings.time_limit > 0;
         const bool touches = limited && may_touch(settings, waiting_counts);
         run.create_picture(SceneFacts(*prepared.scene.scene()), !limited || touches, judge);
+        prepared.spheres = run.picture().scene().requirements.shapes();
         if (touches) {
           touch(run.picture());
         }
         prepared.damage = run.replay(JobRun::OnDamage::cut);
-        if (checks_all) {
-          prepared.unchecked = unchecked_of(run.picture());
+        if (checks > 0) {
+          prepared.unchecked = unchecked_of(run.picture(), checks >= 1);
         }
         if (prepared.unchecked.empty()) {  // else the checks belong to the current pass
           prepared.complete = !run.begin_pass({}, at);
@@ -208,6 +212,7 @@ void JobBook::trace_prepared(Job& job, Prepared& prepared) {
   note_damaged_rows(job, prepared.damage);
   JobWork& work = *job.work;
   work.scene = std::move(prepared.scene);
+  job.spheres = std::max(job.spheres, prepared.spheres);
   begin_tracing(job, prepared.state, prepared.missing);
   for (const auto& [range, tracer] : prepared.unchecked) {
     work.leases->want_check({range, 0, {tracer}});  // place_orphans() finds a machine

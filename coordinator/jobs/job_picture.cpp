@@ -11,7 +11,13 @@
 namespace parray::coordinator {
 namespace {
 
-enum class EntryKind : std::uint32_t { cells = 1, retraction = 2, journal = 3, check = 4 };
+enum class EntryKind : std::uint32_t {
+  cells = 1,
+  retraction = 2,
+  journal = 3,
+  check = 4,
+  wanted = 5
+};
 
 void put_range(ByteWriter& out, const CellRange& range) {
   out.put(range.begin);
@@ -106,6 +112,10 @@ std::string JobPicture::check_entry(TracerKey tracer, const CellRange& range) co
   return entry_of(EntryKind::check, passes_->pass(), tracer, range);
 }
 
+std::string JobPicture::wanted_entry(const CellRange& range) const {
+  return entry_of(EntryKind::wanted, passes_->pass(), 0, range);
+}
+
 std::string JobPicture::retraction_entry(const std::vector<CellRange>& cells) const {
   ByteWriter out;
   out.put(static_cast<std::uint32_t>(EntryKind::retraction));
@@ -153,9 +163,10 @@ void JobPicture::replay(std::string_view entry) {
     take(tracer, unpack_cells(in.get_bytes(in.left()), batch, settings_->max_depth));
     return;
   }
-  if (kind == EntryKind::check) {
+  if (kind == EntryKind::check || kind == EntryKind::wanted) {
     const auto tracer = in.get<TracerKey>();
-    note_check(tracer, take_range());
+    const CellRange range = take_range();
+    kind == EntryKind::check ? note_check(tracer, range) : note_wanted(range);
     return;
   }
   if (kind != EntryKind::retraction) {

@@ -68,6 +68,8 @@ class JobPicture {
   void note_check(TracerKey tracer, const CellRange& range) {
     collector_->note_check(tracer, range);
   }
+  /// Notes that a check of the range is wanted.
+  void note_wanted(const CellRange& range) { collector_->note_wanted(range); }
   /// Returns the share, 0 to 1, of the merged cells that were traced twice with equal bits.
   [[nodiscard]] double checked_share() const;
   /// Returns whether `tracer` has traced or checked cells in this pass or an earlier one.
@@ -81,8 +83,9 @@ class JobPicture {
   /// Does the same for any pass.
   static std::string cells_entry(std::uint32_t pass, TracerKey tracer, const CellRange& range,
                                  std::string_view packed);
-  /// Returns the log entry of note_check() or retract().
+  /// Returns the log entry of note_check(), note_wanted() or retract().
   [[nodiscard]] std::string check_entry(TracerKey tracer, const CellRange& range) const;
+  [[nodiscard]] std::string wanted_entry(const CellRange& range) const;
   [[nodiscard]] std::string retraction_entry(const std::vector<CellRange>& cells) const;
   /// Adds an entry to the journal. Returns its log entry.
   std::string journal_entry(const JournalEntry& entry);

@@ -130,6 +130,11 @@ void JobRun::note_check(TracerKey tracer, const CellRange& range) {
   append(picture_->check_entry(tracer, range));
 }
 
+void JobRun::note_wanted(const CellRange& range) {
+  picture_->note_wanted(range);
+  append(picture_->wanted_entry(range));
+}
+
 void JobRun::add_to_journal(const std::vector<JournalEntry>& entries) {
   for (const JournalEntry& entry : entries) {
     append(picture_->journal_entry(entry));

@@ -69,6 +69,8 @@ class JobRun {
   void keep(TracerKey tracer, TracedCells cells);
   /// Adds to picture and log that `tracer` got the same bits for these cells.
   void note_check(TracerKey tracer, const CellRange& range);
+  /// Adds to picture and log that a check of these cells is wanted.
+  void note_wanted(const CellRange& range);
   /// Adds entries to the journal and to the log.
   void add_to_journal(const std::vector<JournalEntry>& entries);
   /// Retracts the results and checks of a faulty machine: in picture, log and record. Returns

@@ -196,6 +196,9 @@ LeaseTable::Arrived LeaseTable::arrive(WorkerId worker, Epoch epoch, std::uint64
 
 std::vector<WorkerId> LeaseTable::finish(Epoch epoch) {
   const auto lease = leased_.find(epoch);
+  if (lease == leased_.end()) {
+    return {};
+  }
   if (lease->second.check) {
     losses_.erase(lease->second.check->by);
   }

@@ -95,7 +95,7 @@ class LeaseTable {
   Arrived arrive(WorkerId worker, Epoch epoch, std::uint64_t cells = 0);
   /// Ends a lease whose result of the kind `first` or `check` was merged or compared. Returns the
   /// workers that still held a copy. They lose it, but if they return a whole result, it is still
-  /// of the kind `again`.
+  /// of the kind `again`. Returns nobody for a lease that has ended.
   std::vector<WorkerId> finish(Epoch epoch);
   /// Discards the result of the kind `first` or `check` of a lease, because it is invalid. Another
   /// holder keeps its copy. Without another holder, the cells become pending again, or the check

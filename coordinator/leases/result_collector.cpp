@@ -169,11 +169,28 @@ std::uint64_t ResultCollector::checked_cells() const {
   return static_cast<std::uint64_t>(std::count(cells.begin(), cells.end(), true));
 }
 
+std::vector<bool> ResultCollector::wanted() const {
+  std::vector<bool> wanted(cells_.size());
+  for (const CellRange& range : wanted_) {
+    std::fill_n(wanted.begin() + static_cast<std::ptrdiff_t>(range.begin), range.count(), true);
+  }
+  return wanted;
+}
+
 std::vector<ResultCollector::Unchecked> ResultCollector::unchecked_cells(std::uint64_t most) const {
+  return unchecked_among(std::vector<bool>(cells_.size(), true), most);
+}
+
+std::vector<ResultCollector::Unchecked> ResultCollector::wanted_cells(std::uint64_t most) const {
+  return wanted_.empty() ? std::vector<Unchecked>() : unchecked_among(wanted(), most);
+}
+
+std::vector<ResultCollector::Unchecked> ResultCollector::unchecked_among(
+    const std::vector<bool>& some, std::uint64_t most) const {
   const std::vector<bool> done = checked();
   std::vector<Unchecked> found;
   for (std::uint64_t cell = 0; cell < cells_.size(); ++cell) {
-    if (cells_[cell].digest != 0 && !done[cell]) {
+    if (some[cell] && cells_[cell].digest != 0 && !done[cell]) {
       add_unchecked(found, cell, most);
     }
   }

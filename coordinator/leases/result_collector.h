@@ -51,6 +51,8 @@ class ResultCollector {
   Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests) const;
   /// Notes that `tracer` also traced the range and got the bits of the cells that are merged now.
   void note_check(TracerKey tracer, const CellRange& range);
+  /// Notes that a check of the range is wanted.
+  void note_wanted(const CellRange& range) { wanted_.push_back(range); }
   /// Returns whether a merged cell is checked: another tracer has traced it, too, and got the same
   /// bits.
   [[nodiscard]] bool is_checked(std::uint64_t cell) const;
@@ -63,6 +65,8 @@ class ResultCollector {
   };
   /// Returns all merged cells that are not checked, in ranges of at most `most` cells.
   [[nodiscard]] std::vector<Unchecked> unchecked_cells(std::uint64_t most) const;
+  /// Returns those of which a check is wanted.
+  [[nodiscard]] std::vector<Unchecked> wanted_cells(std::uint64_t most) const;
 
   /// A merged cell whose bits differ from a digest.
   struct Differing {
@@ -125,6 +129,9 @@ class ResultCollector {
              std::span<const std::byte> record, std::uint32_t tracer, Taken& taken);
   void exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded);
   [[nodiscard]] std::vector<bool> checked() const;
+  [[nodiscard]] std::vector<bool> wanted() const;
+  [[nodiscard]] std::vector<Unchecked> unchecked_among(const std::vector<bool>& some,
+                                                       std::uint64_t most) const;
   void forget_checks_of_missing();
   void add_unchecked(std::vector<Unchecked>& list, std::uint64_t cell, std::uint64_t most) const;
   void clear_pixels(std::uint64_t index, std::vector<std::uint64_t>& cleared);
@@ -134,6 +141,7 @@ class ResultCollector {
   Framebuffer& framebuffer_;
   std::vector<Done> cells_;
   std::vector<Check> checks_;
+  std::vector<CellRange> wanted_;
   std::vector<TracerKey> tracers_;
   std::uint64_t done_ = 0;
   std::vector<PixelSums> sums_;  ///< scratch: the sums of the cell that is being merged

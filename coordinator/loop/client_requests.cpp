@@ -118,7 +118,9 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::SteerWorkers& m) {
     }
   }
   const std::uint64_t total = list.size();
-  farm_.send(peer, msg::Workers{m.request, std::move(list), total});
+  farm_.when_kept([this, peer, answer = msg::Workers{m.request, std::move(list), total}] {
+    farm_.send(peer, answer);
+  });
 }
 
 }  // namespace parray::coordinator

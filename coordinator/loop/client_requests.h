@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,7 +52,7 @@ class ClientRequests {
   void check_room_to_requeue(const Series& named);
   nlohmann::json steer(Time now, const msg::SteerJob& m);
   void note_steered();
-  bool repeat_answer(const PeerId& peer, const std::string& content);
+  bool repeat_answer(const PeerId& peer, std::uint64_t request, const std::string& content);
   void answer_once(const PeerId& peer, const std::string& content, Message answer);
   void readmit(Time now, const msg::SteerWorkers& m);
   BulkLedger::Ticket admit_bulk(const PeerId& peer, std::uint64_t request, std::uint64_t bytes);
@@ -65,8 +66,8 @@ class ClientRequests {
   /// The latest change of jobs that a peer requested.
   struct Answered {
     PeerId peer;
-    std::string content;  ///< identifies the request
-    Message answer;
+    std::string content;            ///< identifies the request
+    std::optional<Message> answer;  ///< nothing: the store has not committed the changes yet
   };
 
   Farm& farm_;

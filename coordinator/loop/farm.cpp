@@ -58,6 +58,16 @@ void Farm::keep(const Job& job) {
   }
 }
 
+void Farm::when_kept(std::function<void()> then) {
+  if (store == nullptr) {
+    then();
+    return;
+  }
+  for_log("answering a request").give([then = std::move(then)]() -> JobThread::Completion {
+    return {{}, then};
+  });
+}
+
 Job* Farm::job_of(JobId id) {
   const auto found = jobs.find(id);
   return found == jobs.end() ? nullptr : &found->second;

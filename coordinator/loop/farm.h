@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -86,6 +87,9 @@ struct Farm {
   void note(Job& job, const std::string& what);
   /// Gives the record of a job to the job thread, which stores it. Ignores a job that is finishing.
   void keep(const Job& job);
+  /// Calls `then` in the loop when the store has committed all that was given to the job thread.
+  /// Without a store, calls it at once.
+  void when_kept(std::function<void()> then);
   /// For tasks that answer a client: if a task throws, the client gets the error.
   [[nodiscard]] JobThread::Guarded for_client(const PeerId& peer, std::uint64_t request,
                                               const std::string& doing);

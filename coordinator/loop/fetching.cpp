@@ -178,6 +178,7 @@ void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const
   }
   if (!job.work && !job.stored) {
     msg::ImageData answer = answer_to(m, job.record);
+    answer.statistics = m.statistics;  // `replicates` has an effect only for a done job
     answer.replicates = false;
     answer.report = {{"partial", true}, {"samples", job.samples()}};
     answer.picture = job.picture;

@@ -128,30 +128,46 @@ void ClientRequests::note_steered() {
   job_book_.make_room(0);
 }
 
-/// Sends the answer again if the latest request of the peer had the same content. False: it had
-/// not.
-bool ClientRequests::repeat_answer(const PeerId& peer, const std::string& content) {
+/// Sends the answer again if the latest request of the peer had the same content. The answer to a
+/// change that the store cannot commit now is an error. False: the content was another one.
+bool ClientRequests::repeat_answer(const PeerId& peer, std::uint64_t request,
+                                   const std::string& content) {
   const auto found = std::ranges::find(answers_, peer, &Answered::peer);
   if (found == answers_.end() || found->content != content) {
     return false;
   }
-  farm_.send(peer, found->answer);
+  if (found->answer) {
+    farm_.send(peer, *found->answer);
+  } else if (!farm_.storage.empty()) {
+    farm_.fail_request(peer, request, 1,
+                       "the change is made, but not stored yet: if the coordinator ends before it "
+                       "can store it, the change is lost (" +
+                           farm_.storage + ")");
+  }
   return true;
 }
 
+/// Sends the answer when the store has committed what the request changed: nothing that a client
+/// knows may be lost.
 void ClientRequests::answer_once(const PeerId& peer, const std::string& content, Message answer) {
   constexpr std::size_t most = 32;
   std::erase_if(answers_, [&](const Answered& earlier) { return earlier.peer == peer; });
   if (answers_.size() == most) {
     answers_.pop_front();
   }
-  answers_.push_back({peer, content, answer});
-  farm_.send(peer, std::move(answer));
+  answers_.push_back({peer, content, {}});
+  farm_.when_kept([this, peer, content, answer = std::move(answer)] {
+    const auto found = std::ranges::find(answers_, peer, &Answered::peer);
+    if (found != answers_.end() && found->content == content) {
+      found->answer = answer;
+    }
+    farm_.send(peer, answer);
+  });
 }
 
 void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
   const std::string content = content_of(farm_.sender, m, {m.job});
-  if (repeat_answer(peer, content)) {
+  if (repeat_answer(peer, m.request, content)) {
     return;
   }
   try {
@@ -165,7 +181,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
 
 void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJobs& m) {
   const std::string content = content_of(farm_.sender, m, m.jobs);
-  if (repeat_answer(peer, content)) {
+  if (repeat_answer(peer, m.request, content)) {
     return;
   }
   json results = json::array();

@@ -270,9 +270,11 @@ ReplicaReply ReplicatedStore::call(ReplicaRequest request) {
       throw_unavailable("cannot commit a batch (" + answer->text + ")");
     case ReplicaReplyKind::fenced:
       throw RunError("fenced: the standby at " + connection_.address() +
-                     " has taken over: it serves as generation " + std::to_string(answer->value) +
-                     ", this primary was generation " + std::to_string(position_.generation) +
-                     " (each takeover adds 1)");
+                     " has taken over and serves instead of this primary (generation " +
+                     std::to_string(answer->value) + " of the farm's state instead of " +
+                     std::to_string(position_.generation) +
+                     "): start this coordinator with --standby, and the other one with "
+                     "--replicate-to");
     case ReplicaReplyKind::refused:
       throw RunError("the standby at " + connection_.address() +
                      " refuses this primary: " + answer->text);

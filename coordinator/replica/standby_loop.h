@@ -14,8 +14,9 @@
 namespace parray::replica {
 
 /// Answers the primary. Returns when the primary has been silent for `patience` while the store was
-/// in step with it. Time in which this process did not run does not count. Calls `stop` at least
-/// every 50 ms; an exception of `stop` ends the wait.
+/// in step with it. While it is not in step, logs the remedies after a silence of `patience`, then
+/// every hour. Time in which this process did not run does not count. Calls `stop` at least every
+/// 50 ms; an exception of `stop` ends the wait.
 void standby_loop(Replica& replica, Link& link, Time patience, spdlog::logger& log,
                   const std::function<void()>& stop);
 

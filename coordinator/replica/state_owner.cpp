@@ -83,9 +83,14 @@ void StateOwner::take_over(const StateOptions& options, spdlog::logger& log,
     log.info("standing by for a primary at {}", server->endpoint());
     standby_loop(replica, server->link(), options.takeover_after, log, stop);
   }
+  const bool earlier = replica.has_taken_over();
   const std::uint64_t generation = serve_alone(*disk_);
-  log.warn("{}: serving as generation {} (each takeover adds 1)",
-           replica.has_taken_over() ? "took over earlier" : "the primary is silent", generation);
+  log.warn(
+      "{}: it serves now, as generation {} of the farm's state. To have a standby again, start the "
+      "former primary with --standby, and this coordinator with --replicate-to",
+      earlier ? "this standby has taken over earlier"
+              : "the primary is silent, and this standby has taken over",
+      generation);
   fence_ = std::make_unique<Fence>(std::move(server), generation);
 }
 

@@ -114,6 +114,19 @@ TEST_CASE("a scene is not sent to a coordinator that does not answer") {
   CHECK_THROWS_AS(client.submit(some_submission(100)), RunError);
 }
 
+TEST_CASE("a change is answered when it is stored: the client waits longer for it than for reads") {
+  ScriptedLink link([&](Message& message) {
+    if (const auto* asked = std::get_if<msg::ListWorkers>(&message)) {
+      link.arrived.push_back(encode(msg::Workers{asked->request, nlohmann::json::array()}));
+    } else if (link.sent > 100) {
+      const auto& change = std::get<msg::SteerJob>(message);
+      link.arrived.push_back(encode(msg::Job{change.request, {{"id", 7}}}));
+    }
+  });
+  Client client(link, link, options());
+  CHECK(client.steer(7, msg::JobAction::cancel).at("id") == 7);
+}
+
 TEST_CASE("time during which the client's process was stopped does not count as silence") {
   ScriptedLink link([&](Message& message) {
     const auto& asked = std::get<msg::ListJobs>(message);
@@ -165,13 +178,13 @@ TEST_CASE("late and foreign answers are ignored") {
 TEST_CASE("an error answer is an InputError or a RunError, with the coordinator's words") {
   std::uint32_t status = 2;
   ScriptedLink link([&](Message& message) {
-    const auto& asked = std::get<msg::SteerJob>(message);
+    const auto& asked = std::get<msg::ShowJob>(message);
     link.arrived.push_back(encode(msg::Error{asked.request, status, "no job 3"}));
   });
   Client client(link, link, options());
-  CHECK(message_of<InputError>([&] { client.steer(3, msg::JobAction::cancel); }) == "no job 3");
+  CHECK(message_of<InputError>([&] { client.show(3); }) == "no job 3");
   status = 1;
-  CHECK(message_of<RunError>([&] { client.steer(3, msg::JobAction::cancel); }) == "no job 3");
+  CHECK(message_of<RunError>([&] { client.show(3); }) == "no job 3");
 }
 
 TEST_CASE("unreadable answers are not treated as missing ones") {

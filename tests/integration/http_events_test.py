@@ -5,7 +5,6 @@ import json
 import pathlib
 import tempfile
 import threading
-import time
 import unittest
 
 from farm import wait_for
@@ -57,25 +56,6 @@ class Events(WebCase):
             wait_for(again, "room for another")
             for listener in listeners:
                 listener.close()
-
-    def test_a_stream_that_follows_another_begins_as_soon(self):
-        with Web() as farm:
-            job = farm.submitted(farm.post_scene())
-            farm.ask("POST", f"/api/v1/jobs/{job}/cancel")
-            listeners = [Listener(farm, "/api/v1/events")]
-            times = sorted(self.begin_after_another(farm, job, listeners) for _ in range(5))
-            for listener in listeners:
-                listener.close()
-            self.assertLess(times[2], 0.5)  # 0.25 s are between two polls for new streams, 1 s between others
-
-    def begin_after_another(self, farm, job, listeners):
-        """Returns the seconds until the first event of a stream that follows one that has ended."""
-        ended = Listener(farm, f"/api/v1/jobs/{job}/events")
-        wait_for(lambda: ended.ended, "the end of the stream of an ended job")
-        begin = time.monotonic()
-        listeners.append(Listener(farm, "/api/v1/events"))
-        wait_for(lambda: listeners[-1].events, "its first event")
-        return time.monotonic() - begin
 
 
 class Webhook(WebCase):

@@ -456,7 +456,7 @@ class Access(WebCase):
                                 capture_output=True, text=True, timeout=60)
         self.assertEqual(result.returncode, 2)
         self.assertIn("--http 0.0.0.0:0: refused", result.stderr)
-        for address in ("7480", "localhost:x", "127.0.0.1:70000", ":1"):
+        for address in ("7480", "localhost:x", "127.0.0.1:70000", ":1", "a:b:80"):
             result = subprocess.run([BIN / "parray-coordinator", "--bind", "tcp://127.0.0.1:*", "--insecure", "--http", address],
                                     capture_output=True, text=True, timeout=60)
             self.assertEqual(result.returncode, 2, result.stderr)

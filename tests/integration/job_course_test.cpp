@@ -158,6 +158,29 @@ TEST_CASE("a job cancelled before its first sample has no picture, and says so")
         std::string::npos);
 }
 
+TEST_CASE("a request for replicates adds nothing to the picture of a job that is not done") {
+  for (const bool stored : {false, true}) {
+    CAPTURE(stored);
+    const TemporaryDirectory directory;
+    DiskStore store(directory.path());
+    Service service(with_clock(), stored ? &store : nullptr);
+    Hand hand(service, "a", 4);
+    RenderSettings settings = many_leases();
+    settings.replicates = true;
+    const JobId id = service.submit(small_scene(), settings);
+    work(service, {{&hand, honest}}, id, 5);
+    for (const bool cancelled : {false, true}) {
+      CAPTURE(cancelled);
+      if (cancelled) service.steer(id, msg::JobAction::cancel);
+      service.turn();
+      const auto data = service.ask<msg::ImageData>(msg::Fetch{1, id, true, false, true});
+      REQUIRE(data.width > 0);
+      CHECK_FALSE(data.statistics);
+      CHECK_FALSE(data.replicates);
+    }
+  }
+}
+
 TEST_CASE("the half-widths of a running picture can be fetched") {
   Service service(with_clock());
   Hand hand(service, "a", 4);

@@ -98,6 +98,18 @@ class Sharing(unittest.TestCase):
             self.assertAlmostEqual(weighted[1] / weighted[2], 2, delta=0.4)
             self.assertEqual(farm.client("audit", 99).returncode, 2)
 
+    def test_an_audit_without_a_journal_says_what_to_do(self):
+        with Farm() as farm:
+            job = farm.submit(SCENE, *QUICK)
+            for action, remedy in ((None, "wait for its first result"), ("pause", f"parray resume {job}"),
+                                   ("cancel", f"it is cancelled: parray requeue {job} continues it")):
+                if action:
+                    self.assertEqual(farm.client(action, job).returncode, 0)
+                refused = farm.client("audit", job)
+                self.assertEqual((refused.returncode, refused.stderr.count("\n")), (2, 1), refused.stderr)
+                self.assertIn(f"job {job} has no journal: ", refused.stderr)
+                self.assertIn(remedy, refused.stderr)
+
     def test_the_command_of_on_end_gets_the_state_of_the_job(self):
         with Farm() as farm:
             farm.start_worker("w1")

@@ -213,9 +213,10 @@ class BetweenHosts(unittest.TestCase):
             farm.wait_until_in_step()
             farm.coordinator.send_signal(signal.SIGSTOP)
             wait_for(lambda: "serves tcp" in farm.standby.log.read_text(), "the standby to take over")
+            self.assertIn("To have a standby again, start the former primary with --standby", farm.standby.log.read_text())
             farm.coordinator.send_signal(signal.SIGCONT)
             self.assertEqual(farm.coordinator.wait(timeout=20), 1)
-            self.assertIn("fenced", farm.coordinator_log())
+            self.assertRegex(farm.coordinator_log(), "fenced: .*start this coordinator with --standby, and the other one")
 
     def test_without_its_standby_a_primary_acknowledges_nothing_and_a_new_one_gets_a_full_copy(self):
         with Twins() as farm:
@@ -238,10 +239,26 @@ class BetweenHosts(unittest.TestCase):
         with Twins() as farm:
             lonely = farm._start("parray-coordinator", "--coordinator", free_address(), "--standby", free_address(),
                                  "--state", farm.directory / "lonely", "--takeover-after", "1")
-            time.sleep(2)  # twice what it waits for
-            self.assertNotIn("serving", lonely.log.read_text())
+            wait_for(lambda: "no complete copy of a state yet: start the primary with --replicate-to"
+                     in lonely.log.read_text(), "the advice")
+            self.assertNotIn("without --standby", lonely.log.read_text(), "there is nothing to serve")
+            self.assertNotIn("has taken over", lonely.log.read_text())
             lonely.send_signal(signal.SIGTERM)
             self.assertEqual(lonely.wait(timeout=10), 130)
+
+    def test_a_restarted_standby_whose_primary_is_lost_says_how_to_serve_its_copy(self):
+        with Twins() as farm:
+            job, digest = self.finished_job(farm)
+            state = self.end_standby(farm)
+            farm.coordinator.send_signal(signal.SIGKILL)
+            farm.coordinator.wait()
+            farm.start_standby()
+            wait_for(lambda: "no primary has reached this standby for 2 s" in farm.standby.log.read_text(), "the advice")
+            self.assertIn("start this coordinator without --standby", farm.standby.log.read_text())
+            self.end_standby(farm)
+            self.assertEqual(farm.standby.log.read_text().count("no primary has reached"), 1)
+            with Farm("--state", state) as alone:
+                self.assertEqual(alone.fetch(job)["image_sha256"], digest)
 
     def test_with_keys_only_the_coordinators_own_key_is_let_in(self):
         with tempfile.TemporaryDirectory() as directory:

@@ -337,6 +337,29 @@ class Like(VerifyTest):
         self.assertEqual((again.returncode, again.stderr), (0, ""))
         self.assertEqual(run("compare", self.path("a.exr"), self.path("c.exr"), "--json").returncode, 0)
 
+    def test_like_of_a_denoised_picture_says_the_same_on_a_farm_and_repeats_it_with_denoise(self):
+        says = r"parray: --like \S+a\.exr: this picture is denoised, [^\n]* add --denoise "
+        for options in (["--spp", "8"], ["--target-error", "0.08"]):
+            made = run("render", self.scene, "-q", "-o", self.path("a.exr"), "--width", "48", "--height", "32", *options, "--denoise")
+            self.assertEqual(made.returncode, 0, made.stderr)
+            with Farm() as farm:
+                farm.start_worker("one")
+                for job, output in enumerate(([], ["--wait", "-o", self.path("b.exr"), "-q"]), 1):
+                    with self.subTest(options=options, output=output):
+                        like = ["submit", self.scene, "--like", self.path("a.exr"), *output]
+                        plain = farm.client(*like)
+                        self.assertEqual(plain.returncode, 0, plain.stderr)
+                        self.assertRegex(plain.stderr, says)
+                        again = farm.client(*like, "--denoise")
+                        self.assertEqual(again.returncode, 0, again.stderr)
+                        self.assertNotIn("--denoise", again.stderr)
+                        farm.finish(2 * job)
+                        fetched = farm.client("fetch", 2 * job, "-o", self.path("c.exr"))
+                        self.assertEqual(fetched.returncode, 0, fetched.stderr)
+                        for name in ["c.exr"] + ["b.exr"] * bool(output):
+                            compared = run("compare", self.path("a.exr"), self.path(name), "--json")
+                            self.assertEqual(compared.returncode, 0, compared.stdout + compared.stderr)
+
     def test_a_picture_with_other_bits_than_its_original_is_kept_and_reported(self):
         report, _ = self.rendered(*ADAPTIVE, name="a.png")
         forge_png(self.path("a.png"), self.path("forged.png"), lambda pixels: None, lambda pixels: {"parray:seed": "77"})

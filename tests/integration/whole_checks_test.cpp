@@ -47,6 +47,10 @@ RenderSettings settings_with_long_leases() {
   return settings;
 }
 
+void steer(Service& service, msg::WorkerAction action, const Hand& hand) {
+  service.ask<msg::Workers>(msg::SteerWorkers{1, action, false, hand.name()});
+}
+
 bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
@@ -150,6 +154,66 @@ TEST_CASE("a coordinator that was killed makes the checks that had waited") {
   }
 }
 
+TEST_CASE("a coordinator that was killed makes the drawn checks that had waited, and no others") {
+  for (const bool passes : {false, true}) {
+    for (const int rounds : {2, 5, 100}) {
+      CAPTURE(passes);
+      CAPTURE(rounds);
+      CrashStore store(0, 1);
+      CoordinatorOptions options = service_options();
+      options.checks.share = 0.5;
+      options.checks.first_share = 0;
+      options.checks.referee_share = 0;
+      bool draws = false;
+      options.random = [&draws] { return draws ? 0.2 : 0.9; };
+      Service service(options, &store);
+      Hand ann(service, "ann");
+      const RenderSettings settings = passes ? in_passes() : settings_with_long_leases();
+      const JobId job = service.submit(small_scene(), settings);
+      work(service, {{&ann, slow(false)}}, job, 1);  // these are not drawn
+      const std::uint64_t not_drawn = service.tally().accepted;
+      REQUIRE(not_drawn > 0);
+      draws = true;
+      Hand faulty(service, "faulty");
+      work(service, {{&ann, idle}, {&faulty, slow(true)}}, job, rounds);
+      REQUIRE(service.tally().accepted > not_drawn);
+      REQUIRE(service.state(job) == "running");
+      draws = false;
+      store.crash();
+      service.restart();
+      ann.join();
+      Hand bob(service, "bob");
+      work(service, {{&ann, slow(false)}, {&bob, slow(false)}}, job);
+      REQUIRE(service.state(job) == "done");
+      CHECK(service.sha256(job) == expected_sha256(settings));
+      CHECK(service.fetch(job).report.at("checked_share") < 1);
+    }
+  }
+}
+
+TEST_CASE("a referee that may not check a large scene does not check it after a restart either") {
+  const auto referee = std::make_shared<SimReferee>();
+  CrashStore store(0, 1);
+  CoordinatorOptions options = always_with_referee(0.9);
+  options.referee = referee;
+  options.checks.most_spheres = 1;
+  Service service(options, &store);
+  Hand ann(service, "ann");
+  Hand bob(service, "bob");
+  const Hands hands{{&ann, slow(false)}, {&bob, slow(false)}};
+  const JobId job = service.submit(small_scene(), settings_with_long_leases());
+  work(service, hands, job, 2);
+  REQUIRE(service.tally().accepted > 0);
+  REQUIRE(service.state(job) == "running");
+  service.restart();
+  ann.join();
+  bob.join();
+  work(service, hands, job);
+  REQUIRE(service.state(job) == "done");
+  CHECK(referee->asked == 0);
+  CHECK(service.tally().duplicate > 0);
+}
+
 TEST_CASE("a check waits for the only other machine if that lost its lease in a pause") {
   for (const bool lies : {false, true}) {
     CAPTURE(lies);
@@ -189,6 +253,57 @@ TEST_CASE("a check waits only for a while for a machine that was lost, and not f
     REQUIRE(service.state(job) == "done");
     CHECK(contains(service.job(job).at("flag"), "not checked completely"));
     CHECK((service.now() - began > seconds(20)) == lost);
+  }
+}
+
+TEST_CASE("checks that wait for a machine go to another one when it is drained, or are left out") {
+  for (const bool another : {false, true}) {
+    CAPTURE(another);
+    CoordinatorOptions options = always_with_referee();
+    options.referee = nullptr;
+    Service service(options);
+    Hand ann(service, "ann");
+    Hand bob(service, "bob");
+    const JobId job = service.submit(small_scene(), settings_with_long_leases());
+    work(service, {{&ann, slow(false)}, {&bob, idle}}, job, 60);
+    REQUIRE(service.tally().duplicate == 0);
+    REQUIRE(service.state(job) == "running");
+    std::unique_ptr<Hand> cid = another ? std::make_unique<Hand>(service, "cid") : nullptr;
+    steer(service, msg::WorkerAction::drain, bob);
+    Hands hands{{&ann, slow(false)}, {&bob, idle}};
+    if (another) hands.emplace_back(cid.get(), slow(false));
+    work(service, hands, job, 500, milliseconds(200));
+    REQUIRE(service.state(job) == "done");
+    CHECK(contains(service.job(job).at("flag"), "not checked completely") != another);
+    CHECK((service.fetch(job).report.at("checked_share") == 1) == another);
+  }
+}
+
+TEST_CASE(
+    "a machine that was lost and drained makes the waiting checks if it is readmitted in time") {
+  for (const bool readmitted : {false, true}) {
+    CAPTURE(readmitted);
+    CoordinatorOptions options = always_with_referee();
+    options.referee = nullptr;
+    Service service(options);
+    Hand ann(service, "ann");
+    Hand bob(service, "bob");
+    const JobId job = service.submit(small_scene(), settings_with_long_leases());
+    work(service, {{&ann, slow(false)}, {&bob, idle}}, job, 20);
+    work(service, {{&ann, slow(false)}}, job, 40, milliseconds(200));  // `bob` is silent
+    REQUIRE(service.worker("bob").is_null());
+    REQUIRE(service.state(job) == "running");
+    steer(service, msg::WorkerAction::drain, bob);
+    bob.come_back();
+    const Hands hands{{&ann, slow(false)}, {&bob, slow(false)}};
+    work(service, hands, job, 20);
+    REQUIRE(service.state(job) == "running");
+    REQUIRE(service.tally().duplicate == 0);
+    if (readmitted) steer(service, msg::WorkerAction::readmit, bob);
+    work(service, hands, job, 500, milliseconds(200));
+    REQUIRE(service.state(job) == "done");
+    CHECK((service.job(job).at("flag") == "") == readmitted);
+    CHECK((service.fetch(job).report.at("checked_share") == 1) == readmitted);
   }
 }
 

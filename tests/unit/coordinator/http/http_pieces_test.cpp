@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -10,6 +11,8 @@
 #include <vector>
 
 #include "common/base/error.h"
+#include "coordinator/http/events.h"
+#include "coordinator/http/exchange.h"
 #include "coordinator/http/guard.h"
 #include "coordinator/http/loop_client.h"
 #include "coordinator/http/router.h"
@@ -325,6 +328,39 @@ TEST_CASE("the loop answers requests in order, and its error messages are kept")
   CHECK(status_of([&] { client.ask<msg::Jobs>({}, msg::ListJobs{0, 0, 100000}); }) == 409);
   client.stop();
   CHECK(status_of([&] { client.ask<msg::Jobs>({}, msg::ListJobs{}); }) == 503);
+}
+
+/// Returns the next events of a stream; empty: none came within a minute, or the stream has ended.
+std::string next_events(BodyStream& stream) {
+  constexpr int most_comments = 12;  // one comes every five seconds
+  for (int i = 0; i < most_comments; ++i) {
+    const auto text = stream.next();
+    if (!text) return {};
+    if (*text != ":\n\n") return *text;
+  }
+  return {};
+}
+
+TEST_CASE("an event stream that follows another one does not wait for the next regular poll") {
+  RunningLoop loop;
+  LoopClient client(loop.hub());
+  msg::Submit submit;
+  submit.token = "a";
+  submit.name = "scene";
+  submit.settings = test::small_settings(test::small_scene());
+  submit.scene = ScenePayload(std::make_shared<const Scene>(test::small_scene()));
+  const auto job = client.ask<msg::Submitted>({}, std::move(submit)).job;
+  Events events(client, 10, std::chrono::hours(1));
+  const auto first = events.listen({});
+  CHECK(next_events(*first).find("event: job") == 0);
+  for (int i = 0; i < 3; ++i) {
+    auto ending = events.listen(job + 1);
+    CHECK(next_events(*ending).find("event: forgotten") == 0);
+    CHECK(next_events(*ending).empty());
+    ending.reset();
+    const auto following = events.listen({});
+    CHECK(next_events(*following).find("event: job") == 0);
+  }
 }
 
 TEST_CASE("a merged link reads both links by turns, and sends each its own answers") {

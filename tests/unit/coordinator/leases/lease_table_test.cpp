@@ -97,6 +97,16 @@ TEST_CASE("a lease ends with its holder's result") {
   CHECK(f.table.arrive(ann, f.epoch).kind == stale);  // again
 }
 
+TEST_CASE("to finish a lease that has ended or never existed changes nothing") {
+  OneLease f;
+  CHECK(f.table.finish(f.epoch + 1).empty());
+  CHECK(f.table.leased() == 1);
+  f.table.arrive(ann, f.epoch);
+  f.table.finish(f.epoch);
+  CHECK(f.table.finish(f.epoch).empty());
+  CHECK(f.table.idle());
+}
+
 TEST_CASE("a partial result makes the other cells pending at once and ends copies") {
   OneLease f;
   REQUIRE(f.table.grant_copy(seconds(10), bob));

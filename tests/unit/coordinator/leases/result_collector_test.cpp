@@ -179,6 +179,23 @@ TEST_CASE("unchecked cells are listed in ranges of one tracer and of limited len
   CHECK(listed[2].tracer == bob);
 }
 
+TEST_CASE("wanted cells are the merged ones of wanted checks that no other tracer has checked") {
+  Rig rig;
+  CHECK(rig.collector.wanted_cells(9).empty());
+  rig.take(ann, {0, 4});
+  rig.take(bob, {4, 7});
+  rig.collector.note_wanted({2, 6});
+  rig.collector.note_wanted({6, 9});
+  rig.collector.note_check(bob, {0, 3});
+  rig.collector.note_check(ann, {3, 5});
+  const auto listed = rig.collector.wanted_cells(9);
+  REQUIRE(listed.size() == 2);
+  CHECK(listed[0].range == CellRange{3, 4});
+  CHECK(listed[0].tracer == ann);
+  CHECK(listed[1].range == CellRange{5, 7});
+  CHECK(listed[1].tracer == bob);
+}
+
 TEST_CASE("cells that a faulty worker has checked stay merged and are unchecked again") {
   Rig rig;
   rig.take(ann, {0, 5});

@@ -254,10 +254,12 @@ TEST_CASE("a standby that has taken over fences its primary, also after a restar
   standby.restart();
   CHECK(standby.replica().has_taken_over());
   primary.append_rows(1, "row");
-  CHECK_THROWS_WITH_AS(primary.commit(),
-                       "fenced: the standby at tcp://standby:7401 has taken over: it serves as "
-                       "generation 2, this primary was generation 1 (each takeover adds 1)",
-                       RunError);
+  CHECK_THROWS_WITH_AS(
+      primary.commit(),
+      "fenced: the standby at tcp://standby:7401 has taken over and serves instead "
+      "of this primary (generation 2 of the farm's state instead of 1): start "
+      "this coordinator with --standby, and the other one with --replicate-to",
+      RunError);
   CHECK(first.committed_rows(1).empty());
   ReplicatedStore restarted(first, standby, numbers(2));
   CHECK_THROWS_AS(restarted.commit(), RunError);
