@@ -466,6 +466,12 @@ class Talk(CliTest):
             known = {*options, "--help", "--wait"}
             self.assertLessEqual(set(re.findall(r"--[a-z][a-z-]+", text)), known, command)
 
+    def test_commands_list_the_channels_that_they_can_write(self):
+        for command, lacks in (("render", set()), ("submit", set()), ("fetch", {"depth", "normal", "albedo", "sphere", "cost"})):
+            described = re.search(r"(?ms)^  --aov .*?^  --error-map", run("help", command, "--all").stdout)[0]
+            named = {"depth", "normal", "albedo", "sphere", "cost", "samples", "half-width"}
+            self.assertEqual({name for name in named if f"{name}:" in described or f"{name}," in described}, named - lacks)
+
     def test_parray_alone_prints_the_help(self):
         result = run()
         self.assertEqual(result.returncode, 0)
