@@ -17,6 +17,7 @@
 #include "common/process/command_line.h"
 #include "common/process/run_main.h"
 #include "common/process/stop_signal.h"
+#include "common/scene/limits.h"
 #include "common/trace/selfcheck/fingerprint.h"
 #include "coordinator/disputes/referee_process.h"
 #include "coordinator/http/http_service.h"
@@ -134,8 +135,8 @@ void declare_limits(CommandLine& line, Arguments& a) {
               "Maximum number of unfinished jobs of one user")
       .show_default()
       .group(limits_group);
-  line.number("--max-pixels", limits.pixels, 1, std::size_t{1} << 32,
-              "Maximum pixels of a picture; values above 67108864 have no effect")
+  line.number("--max-pixels", limits.pixels, 1, limits::max_pixels,
+              "Maximum pixels of a picture; more than the default are not possible")
       .show_default()
       .group(limits_group);
   line.number("--max-user-pixels", limits.user_pixels, 1, std::size_t{1} << 40,
@@ -260,15 +261,18 @@ void declare_options(CommandLine& line, Arguments& a) {
               "pictures; further jobs wait. With --http, downloads and uploads get an eighth of it "
               "(default: half of the available memory)")
       .group(limits_group);
-  line.number("--max-failures", a.max_failures, 1, 1000,
-              "A job fails when so many different machines have failed at the same part of it")
+  line.number(
+          "--max-failures", a.max_failures, 1, 1000,
+          "A job fails when so many machines have failed at the same part of it, or all machines "
+          "have failed twice")
       .show_default()
       .group(workers_group);
   line.number("--spot-checks", a.spot_checks, 0.0, 1.0,
               "Share of the leases, 0 to 1, that another machine traces again, to compare the bits "
               "(without another machine, a process of this coordinator traces some of the cells); "
-              "at least 0.1 of a machine's first 100 leases, unless it is 0 "
-              "(default: 0.01, but 0 for workers of the same user on this machine)")
+              "at least 0.1 of a machine's first 100 leases, and of the first 20 after each start "
+              "of a worker, unless it is 0 (default: 0.01, but 0 for workers of the same user on "
+              "this machine)")
       .group(workers_group);
   line.number("--max-message-bytes", a.max_message_bytes, std::size_t{1} << 20,
               std::size_t{1} << 40,

@@ -42,7 +42,8 @@ void declare_options(CommandLine& line, Arguments& a) {
       .environment("PARRAY_COORDINATOR")
       .show_default()
       .group("Farm");
-  line.option("--keys", a.keys, "Key of this worker (worker.key), if the coordinator needs one")
+  line.option("--keys", a.keys,
+              "Key of this worker (worker.key), or its directory, if the coordinator needs one")
       .type_name("FILE")
       .completes(Completes::files)
       .environment("PARRAY_KEYS")

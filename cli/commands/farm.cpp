@@ -18,7 +18,10 @@ void FarmOptions::add_to(Command& command) {
       .environment("PARRAY_COORDINATOR")
       .group(farm_group)
       .show_default();
-  command.option("--keys", keys_, "Your key, NAME.key, if the coordinator requires one")
+  command
+      .option("--keys", keys_,
+              "Your key, NAME.key, if the coordinator requires one; or the directory of the farm's "
+              "keys, for its admin.key")
       .type_name("FILE")
       .completes(Completes::files)
       .group(farm_group)

@@ -69,7 +69,7 @@ void add_fetch(CommandLine& line, Action& chosen) {
   const auto options = std::make_shared<FetchCommand>();
   add_job(command, options->job);
   options->output.add_to(command, true);
-  options->output.add_aov_to(command);
+  options->output.add_aov_to(command, false);
   command.flag("--partial", options->partial,
                "Write the incomplete picture of a job that is not done, also of a cancelled one");
   command.flag("--raw", options->raw,

@@ -289,6 +289,9 @@ void check(const FilmCommand& command) {
   check_film_name(command.film);
   check_output_path(command.film);
   if (!command.report.empty()) check_output_path(command.report);
+  if (same_file(command.report, command.film)) {
+    throw InputError(command.report + ": film and report need different files");
+  }
   if (command.course.scene == standard_input_argument) {
     throw InputError("-: a film reads its file several times: save the standard input as a file");
   }

@@ -64,6 +64,23 @@ NumberBounds depths_of(const std::vector<Sphere>& spheres, const Camera& camera,
   return depths;
 }
 
+/// Lets the frames without neighbours be read, although these determine the length of arrows: all
+/// frames have no arrows until FixedLooks::apply_to() gives all the same.
+void postpone_arrows(ParticleSource& source) {
+  if (!source.arrows.empty() && !source.arrow_scale) source.arrow_measure = ArrowMeasure{};
+}
+
+/// Returns the result of `work`. Adds the number of the frame to its errors.
+template <typename Work>
+auto of_frame(std::uint32_t frame, const Work& work) {
+  try {
+    return work();
+  } catch (const InputError& error) {
+    throw InputError(std::string(error.what()) + " (this is frame " + std::to_string(frame) +
+                     "; --frames chooses others)");
+  }
+}
+
 }  // namespace
 
 FrameScenes::FrameScenes(std::string file, const RenderOptions& options, NamedFiles named,
@@ -73,8 +90,11 @@ FrameScenes::FrameScenes(std::string file, const RenderOptions& options, NamedFi
       named_(named),
       first_(first),
       numbered_(has_frame_number(file_)) {
-  PackedFile opened{std::filesystem::path(file_of(first))};
-  is_scene_ = particle_format_of(opened) == nullptr;
+  const auto has_scene = [&] {
+    PackedFile opened{std::filesystem::path(file_of(first))};
+    return particle_format_of(opened) == nullptr;
+  };
+  is_scene_ = numbered_ ? of_frame(first, has_scene) : has_scene();
 }
 
 std::string FrameScenes::file_of(std::uint32_t frame) const {
@@ -111,19 +131,18 @@ std::uint64_t FrameScenes::count() const {
 }
 
 std::vector<std::string> FrameScenes::files(const std::vector<std::uint32_t>& frames) const {
-  std::vector<std::string> files{file_};
-  if (numbered_) {
-    files.clear();
-    for (const std::uint32_t frame : frames) files.push_back(file_of(frame));
-  }
-  const std::size_t named_by = files.size();
-  for (std::size_t i = 0; is_scene_ && i < named_by; ++i) {
-    for (const ParticleSource& source : read_scene(files[i], named_).particles) {
-      files.push_back((folder_of(files[i]) / source.file).string());
-      if (!source.topology.empty()) {
-        files.push_back((folder_of(files[i]) / source.topology).string());
-      }
+  std::vector<std::string> files;
+  const auto add = [&](const std::string& file) {
+    files.push_back(file);
+    if (!is_scene_) return;
+    for (const ParticleSource& source : read_scene(file, named_).particles) {
+      files.push_back((folder_of(file) / source.file).string());
+      if (!source.topology.empty()) files.push_back((folder_of(file) / source.topology).string());
     }
+  };
+  if (!numbered_) add(file_);
+  for (const std::uint32_t frame : numbered_ ? frames : std::vector<std::uint32_t>()) {
+    of_frame(frame, [&] { add(file_of(frame)); });
   }
   if (!is_scene_ && !given_source().topology.empty()) files.push_back(given_source().topology);
   return files;
@@ -150,6 +169,7 @@ void FrameScenes::fix_scene(const std::vector<std::uint32_t>& frames) {
   shared_ = scene_without_particles(opened, options_, named_);
   axis_ = axis_of(shared_->scene.camera);
   if (frames.size() == 1) return;
+  std::ranges::for_each(shared_->particles, postpone_arrows);
   FixedLooks looks;
   for (const std::uint32_t frame : frames) {
     looks.add(read(frame).particle_files);
@@ -162,6 +182,7 @@ void FrameScenes::fix_particles(const std::vector<std::uint32_t>& frames, bool t
   Viewing viewing = viewing_of(options_);
   ParticleSource source = given_source();
   if (!still_ && !numbered_) source.frame = FrameChoice{frames.front(), false};
+  if (frames.size() > 1) postpone_arrows(source);
   const auto make = [&] {
     auto [scene, axis] =
         automatic_scene_of_frames(file_of(frames.front()), options_, source, viewing, named_);
@@ -204,12 +225,7 @@ void FrameScenes::include_all(const std::vector<std::uint32_t>& frames, Viewing&
 }
 
 SceneFile FrameScenes::read(std::uint32_t frame) {
-  try {
-    return with_particles(frame);
-  } catch (const InputError& error) {
-    throw InputError(std::string(error.what()) + " (this is frame " + std::to_string(frame) +
-                     "; --frames chooses others)");
-  }
+  return of_frame(frame, [&] { return with_particles(frame); });
 }
 
 SceneFile FrameScenes::with_particles(std::uint32_t frame) {

@@ -178,9 +178,10 @@ void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFi
       }
     });
   } else if (!options.first_given().empty()) {
-    throw InputError(options.first_given() +
-                     ": labels need a PNG picture, because an EXR file stores the traced values: "
-                     "write a .png");
+    throw InputError(
+        options.first_given() +
+        ": labels need an 8-bit picture, because an EXR file stores the traced values: "
+        "write a .png, .tif, .jpg or .jp2");
   }
 }
 

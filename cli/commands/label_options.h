@@ -18,7 +18,8 @@ namespace parray::commands {
 class RenderOptions;
 
 /// Heading of the labels in a command's help.
-inline constexpr const char* labels_group = "Labels, drawn on a PNG picture (default: the scene's)";
+inline constexpr const char* labels_group =
+    "Labels, drawn on an 8-bit picture (default: the scene's)";
 
 /// Labels drawn on a picture, and its size in print. An option that is absent leaves the scene's
 /// value.

@@ -25,15 +25,16 @@ void check_topology_beside(const ParticleSource& given) {
                    "' is a path: send the file beside the particles and write its name alone");
 }
 
-/// Removes duplicates among spheres that were added after the reader of the scene file removed its
-/// own.
-void remove_more_duplicates(SceneFile& scene, int threads) {
+/// Completes a scene whose particles were added after its file was read: removes their duplicates,
+/// and gives the materials the order, and so the scene the identity, of a file with all spheres.
+void tidy(SceneFile& scene, int threads) {
   const Duplicates more = remove_duplicates(scene.scene, threads);
   if (scene.duplicates.count == 0) {
     scene.duplicates = more;
   } else {
     scene.duplicates.count += more.count;
   }
+  if (!scene.scene.capsules.empty()) order_materials(scene.scene);
 }
 
 /// Makes an automatic scene of a file of particles.
@@ -54,7 +55,7 @@ SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameCh
     SceneFile scene =
         automatic_scene(file, options.particles().source(), options, viewing_of(options), named)
             .file;
-    remove_more_duplicates(scene, usable_cpus());
+    tidy(scene, usable_cpus());
     return scene;
   }
   SceneFile scene = scene_without_particles(file, options, named);
@@ -132,7 +133,7 @@ SceneFile scene_without_particles(PackedFile& file, const RenderOptions& options
 
 void complete_scene(SceneFile& scene, const std::string& file, OpenTrajectories* open) {
   expand_particles(scene, file, usable_cpus(), open);
-  remove_more_duplicates(scene, usable_cpus());
+  tidy(scene, usable_cpus());
 }
 
 SceneFile load_scene(PackedFile& file, const RenderOptions& options, const FrameChange& change,

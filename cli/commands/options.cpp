@@ -122,8 +122,8 @@ void add_scene(Command& command, std::string& scene, const char* name) {
   command
       .option(name, scene,
               "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
-              "GRO, SDF, MOL2, CIF, Tinker, POSCAR, GSD, DCD, XTC, TRR or AMBER NetCDF. It may be "
-              "compressed by gzip, bzip2, xz or zstd. - is the standard input")
+              "GRO, SDF, MOL2, CIF, Tinker, POSCAR, GSD, DCD, XTC, TRR, AMBER NetCDF or AMBER "
+              "restart. It may be compressed by gzip, bzip2, xz or zstd. - is the standard input")
       .required()
       .completes(Completes::files)
       .forbid_empty();
@@ -337,14 +337,18 @@ void OutputOptions::add_to(Command& command, bool image_required) {
   report_option_.forbid_empty();
 }
 
-void OutputOptions::add_aov_to(Command& command) {
+void OutputOptions::add_aov_to(Command& command, bool scene) {
+  const std::string traced =
+      "depth, normal, albedo, sphere: of the first sphere on the camera ray; cost: ray segments "
+      "per sample; ";
+  std::vector<std::string> words = {"samples", "half-width"};
+  if (scene) words.insert(words.begin(), {"depth", "normal", "albedo", "sphere", "cost"});
   command
       .option(
           "--aov", [this](const std::string& names) { aovs_ = aovs_from(names); },
-          "Extra channels of an EXR picture, separated by commas. depth, normal, albedo, sphere: "
-          "of the first sphere on the camera ray; cost: ray segments per sample; samples: samples "
-          "per pixel; half-width: of the pixel's 95 % confidence interval")
-      .words({"depth", "normal", "albedo", "sphere", "cost", "samples", "half-width"}, true)
+          "Extra channels of an EXR picture, separated by commas. " + (scene ? traced : "") +
+              "samples: samples per pixel; half-width: of the pixel's 95 % confidence interval")
+      .words(words, true)
       .group(output_group)
       .needs(image_option_);
   command

@@ -54,7 +54,7 @@ inline constexpr const char* work_group = "Speed (never changes the picture)";
 inline constexpr const char* output_group = "Output";
 /// Heading for postprocessing.
 inline constexpr const char* postprocess_group =
-    "Postprocessing of a PNG picture (default: the scene's)";
+    "Postprocessing of an 8-bit picture (default: the scene's)";
 inline constexpr const char* farm_group = "Farm";
 /// Heading for options that need a file of particles.
 inline constexpr const char* particles_group = "For files of particles";
@@ -148,8 +148,9 @@ class OutputOptions {
  public:
   /// Declares -o and --report. `image_required`: the command needs -o.
   void add_to(Command& command, bool image_required);
-  /// Declares --aov and --error-map, for commands that have the statistics of a picture.
-  void add_aov_to(Command& command);
+  /// Declares --aov and --error-map, for commands that have the statistics of a picture. `scene`:
+  /// the command has the scene, too, which other channels need.
+  void add_aov_to(Command& command, bool scene = true);
   /// Declares --denoise, for commands that also have the scene. `alone`: also without -o.
   void add_denoise_to(Command& command, bool alone = false);
   /// Declares postprocessing and labels, for commands that have the scene.

@@ -128,8 +128,8 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
     if (given.empty()) return;
     throw InputError(
         given +
-        ": postprocessing needs a PNG picture, because an EXR file stores the traced values: write "
-        "a .png");
+        ": postprocessing needs an 8-bit picture, because an EXR file stores the traced values: "
+        "write a .png, .tif, .jpg or .jp2");
   }
   Seen seen{scene, file.scenery, postprocessing.depth_cue, postprocessing.depths};
   PostprocessSteps steps;

@@ -44,13 +44,13 @@ const std::array<Rules, 9>& rules() {
       {"pictures of a farm", "", {denoised_target}},
       {"parray submit without a picture file",
        "add --wait -o IMAGE, or --transparent off",
-       {denoised_target, transparency, postprocessing}},
+       {denoised_target, transparency, background, postprocessing}},
       {"one picture of several views (--views)",
        "leave it out, or render the views one by one with --view",
        {preview, end_command, error_map, exr_file, like, view, standard_input}},
       {"a series of frames",
        "leave it out, or render the frames one by one",
-       {denoising, denoised_target, transparency, labels, postprocessing, preview, like,
+       {denoising, denoised_target, transparency, background, labels, postprocessing, preview, like,
         traced_channels, standard_input}},
       {"pictures by HTTP", "leave it out, or use parray render", {denoised_target, transparency}},
       {"parray fetch, which has no scene",
@@ -68,10 +68,13 @@ std::string remedy_of(RenderMode mode, Feature feature) {
     case Feature::denoised_target:
       return "use parray render, or give --spp instead of --target-error";
     case Feature::exr_file:
-      return "write a PNG file (.png), or an EXR file of each with --view";
+      return "write a .png, .tif, .jpg or .jp2, or an EXR file of each with --view";
     case Feature::transparency:
       if (mode != RenderMode::series) break;
       return "add --transparent off, or render the frames one by one";
+    case Feature::background:
+      if (mode != RenderMode::submit) break;
+      return "add --wait -o IMAGE, or leave it out";
     case Feature::standard_input:
       return "standard input can be read only once: save it as a file";
     default:
@@ -222,7 +225,7 @@ void check_request(const RenderRequest& request) {
   check(outputs.denoise, Feature::denoising, "--denoise");
   check(request.render.view().transparent(false), Feature::transparency, "--transparent");
   if (request.render.auto_scene().background()) {
-    check(true, Feature::transparency, "--background");
+    check(true, Feature::background, "--background");
     if (request.render.view().transparent(false)) {
       throw InputError(
           "--background and --transparent exclude each other: a transparent picture has no "
@@ -249,6 +252,10 @@ PreparedRender prepare(const RenderRequest& request) {
   OutputPaths outputs = outputs_of(request, loaded);
   Submission& submission = loaded.submission;
   RenderSettings& settings = submission.settings;
+  if (request.mode != RenderMode::sheet) {  // whose picture contains several of this size
+    check_image_size(outputs.image, settings.width, settings.height);
+    check_image_size(outputs.preview, settings.width, settings.height);
+  }
   if (!can_have(request.mode, Feature::postprocessing)) {
     warn_of_missing_postprocessing(loaded.rest.postprocessing, submission.name,
                                    "add --wait -o IMAGE.png to have them");

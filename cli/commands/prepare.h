@@ -32,6 +32,7 @@ enum class Feature : std::uint8_t {
   denoising,
   denoised_target,  ///< a target error of the denoised picture
   transparency,
+  background,  ///< --background
   labels,
   postprocessing,  ///< outlines, depth cue
   preview,         ///< --preview, --display

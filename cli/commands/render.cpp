@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -48,9 +49,11 @@ void check_scene(const std::string& scene) {
   }
 }
 
-void check_size(const SheetLayout& layout, const RenderSettings& settings) {
+void check_size(const SheetLayout& layout, const RenderSettings& settings,
+                const std::filesystem::path& file) {
   const std::uint64_t width = sheet_width(layout, settings.width);
   const std::uint64_t height = sheet_height(layout, settings.height);
+  check_image_size(file, width, height);
   if (width <= limits::max_image_side && height <= limits::max_image_side &&
       width * height <= limits::max_pixels) {
     return;
@@ -87,7 +90,7 @@ class Views {
     prepared_ = prepare(request);
     const RenderSettings& settings = prepared_.submission.settings;
     layout_ = sheet_layout(count_, settings.width, settings.height);
-    check_size(layout_, settings);
+    check_size(layout_, settings, prepared_.outputs.image);
     prepared_.extra.accelerators = farm_.accelerators();
     if (settings.time_limit > 0) share_time(begin);
     const JobId job = client_.submit(std::move(prepared_.submission));
@@ -287,7 +290,7 @@ void add_render(CommandLine& line, Action& chosen) {
           [options](const std::string& text) {
             options->views = views_from(text, options->render.auto_scene());
           },
-          "Draw several views, such as front,top,iso, in one PNG picture: up to three side by "
+          "Draw several views, such as front,top,iso, in one 8-bit picture: up to three side by "
           "side, more in rows. --width and --height are the size of one view")
       .words(view_words(), true)
       .type_name("VIEW,VIEW...")

@@ -16,6 +16,7 @@
 #include "cli/commands/rendering.h"
 #include "cli/input/formats/format_table.h"
 #include "cli/input/scene_file/camera_path.h"
+#include "cli/output/picture/image_file.h"
 #include "cli/output/progress.h"
 #include "common/base/error.h"
 #include "common/base/files.h"
@@ -409,6 +410,8 @@ int submit_series(Client& client, const SeriesRequest& request) {
         load_submission(RenderMode::series, with_frame_number(request.scene, frame), request.render,
                         request.priority, change_of(request, path, frame))
             .submission;
+    check_image_size(request.outputs.image, submission.settings->width,
+                     submission.settings->height);
     submission.max_failures = request.max_failures;
     if (!request.name.empty()) submission.name = request.name;
     return submission;

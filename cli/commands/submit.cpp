@@ -41,6 +41,12 @@ RenderRequest request_of(const SubmitCommand& command) {
           .priority = command.priority};
 }
 
+/// Refuses a preview of a series before the command line asks for the --wait that a preview needs.
+void refuse_preview(const ProgressOptions& following) {
+  if (!following.preview.empty()) require(RenderMode::series, Feature::preview, "--preview");
+  if (!following.display.empty()) require(RenderMode::series, Feature::preview, "--display");
+}
+
 int submit_frames(const SubmitCommand& command) {
   if (!command.output.paths().none()) check_frame_outputs(command.output.paths());
   check_request(request_of(command));
@@ -104,7 +110,10 @@ void add_submit(CommandLine& line, Action& chosen) {
       command
           .option(
               "--frames",
-              [options](const std::string& text) { options->frames = frame_range_from(text); },
+              [options](const std::string& text) {
+                options->frames = frame_range_from(text);
+                refuse_preview(options->following);
+              },
               "Submit a series of frames as one job. The numbers replace #### in the scene's name, "
               "or are frames of --camera-path, or of the trajectory that the scene names. The same "
               "command continues a series. Write pictures with -o name-####.exr")
@@ -136,8 +145,8 @@ void add_submit(CommandLine& line, Action& chosen) {
   add_whole_number(
       command, "--max-failures", 1, 1000,
       [options](std::uint64_t value) { options->max_failures = static_cast<std::uint32_t>(value); },
-      "The job fails if N machines have failed at the same part of it (default: the "
-      "coordinator's)")
+      "The job fails if N machines have failed at the same part of it, or all machines have "
+      "failed twice (default: the coordinator's)")
       .group(farm_group);
   options->farm.add_to(command);
   command.example("parray submit scenes/glass.json", "prints the number of the job and returns");

@@ -281,6 +281,7 @@ json facts_of(const ValidateCommand& command) {
           {"sampler", name_of(settings.sampler)},
           {"spheres", needs.spheres},
           {"capsules", needs.capsules},
+          {"surroundings", file.scenery},
           {"duplicates_removed", file.duplicates.count},
           {"diffuse", needs.diffuse},
           {"metal", needs.metal},
@@ -333,11 +334,15 @@ Lines lines_of_particles(const json& f) {
 }
 
 std::string shapes_text(const json& f) {
+  const std::uint64_t around = f["surroundings"];
+  const std::string surroundings =
+      around == 0   ? ""
+      : around == 1 ? "; one of them is surroundings"
+                    : "; " + std::to_string(around) + " of them are surroundings";
   const std::string capsules =
       f["capsules"] > 0 ? " and " + counted(f["capsules"], "capsule") : std::string();
   return count(f["spheres"]) + capsules + ": " + count(f["diffuse"]) + " diffuse, " +
-         count(f["metal"]) + " metal, " + count(f["dielectric"]) + " dielectric" +
-         (f["format"] == "particles" ? "; two of them are surroundings" : "");
+         count(f["metal"]) + " metal, " + count(f["dielectric"]) + " dielectric" + surroundings;
 }
 
 /// Returns the number of samples, or the error at which a render of the scene stops.

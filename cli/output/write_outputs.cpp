@@ -1,6 +1,7 @@
 #include "cli/output/write_outputs.h"
 
 #include <algorithm>
+#include <array>
 #include <iostream>
 #include <span>
 #include <string>
@@ -70,6 +71,26 @@ bool same_file(const fs::path& a, const fs::path& b) {
           fs::absolute(a).lexically_normal() == fs::absolute(b).lexically_normal());
 }
 
+/// Throws InputError if two outputs, or an output and the scene, are the same file. A preview may
+/// be the picture that it becomes.
+static void check_distinct(const OutputPaths& outputs, const fs::path& scene) {
+  const std::array<std::pair<const char*, fs::path>, 4> files{{{"preview", outputs.preview},
+                                                               {"picture", outputs.image},
+                                                               {"report", outputs.report},
+                                                               {"error map", outputs.error_map}}};
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const auto& [name, file] = files.at(i);
+    for (std::size_t other = i == 0 ? 2 : i + 1; other < files.size(); ++other) {
+      if (!same_file(file, files.at(other).second)) continue;
+      throw InputError(file.string() + ": " + name + " and " + files.at(other).first +
+                       " need different files");
+    }
+    if (same_file(file, scene)) {
+      throw InputError(file.string() + " is the scene file: name another output file");
+    }
+  }
+}
+
 void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
   if (!outputs.image.empty()) check_image_path(outputs.image);
   if (!outputs.report.empty()) check_output_path(outputs.report);
@@ -85,18 +106,7 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
   if (can_hold_channels(outputs.error_map)) {
     throw InputError("--error-map " + outputs.error_map.string() + ": write a PNG file (.png)");
   }
-  if (same_file(outputs.image, outputs.report)) {
-    throw InputError(outputs.report.string() + ": picture and report need different files");
-  }
-  if (same_file(outputs.image, outputs.error_map) || same_file(outputs.report, outputs.error_map)) {
-    throw InputError(outputs.error_map.string() + ": the error map needs a separate file");
-  }
-  for (const fs::path& output :
-       {outputs.image, outputs.report, outputs.error_map, outputs.preview}) {
-    if (same_file(output, scene)) {
-      throw InputError(output.string() + " is the scene file: name another output file");
-    }
-  }
+  check_distinct(outputs, scene);
 }
 
 /// Adds the times of write_outputs() to the report. Writing took `write` seconds and ended at

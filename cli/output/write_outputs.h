@@ -47,9 +47,9 @@ struct OutputPaths {
 /// empty.
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
-/// Throws InputError unless all files can be written, image, report and map differ, no file is
-/// `scene`, the image can contain the channels, and the map is not EXR. Throws RunError if the font
-/// for the map is missing. Call it before any work.
+/// Throws InputError unless all files can be written, they differ (except that the preview may be
+/// the image), no file is `scene`, the image can contain the channels, and the map is not EXR.
+/// Throws RunError if the font for the map is missing. Call it before any work.
 void check_outputs(const OutputPaths& outputs, const std::filesystem::path& scene = {});
 
 /// Times of the command that rendered the picture.

@@ -129,7 +129,8 @@ void add_upload_options(Command& command, UploadRequest& request) {
   add_whole_number(
       command, "--max-failures", 1, 1000,
       [&request](std::uint64_t value) { request.max_failures = static_cast<std::uint32_t>(value); },
-      "The job fails if so many machines have failed at the same part of it");
+      "The job fails if so many machines have failed at the same part of it, or all machines "
+      "twice");
   command.flag("--progressive", request.progressive, "Trace a preview of all pixels first");
   command.on_off("--denoise", request.denoise,
                  "Denoise the finished picture. image.exr then also contains the picture before "

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "common/base/error.h"
+#include "common/scene/limits.h"
 #include "proto/clock.h"
 #include "proto/link.h"
 
@@ -12,11 +13,11 @@ namespace parray::coordinator {
 
 /// Limits of a coordinator and of each user. Frames of one series count as one job.
 struct Limits {
-  std::size_t jobs = 1000;                    ///< kept jobs; the oldest ended one makes room
-  std::size_t user_jobs = 200;                ///< unfinished jobs of one user
-  std::size_t pixels = std::size_t{1} << 26;  ///< of one picture; limits::max_pixels applies, too
-  std::size_t user_pixels = std::size_t{1} << 30;     ///< pixels of one user's unfinished jobs
-  std::uint64_t disk = std::uint64_t{100} << 30;      ///< bytes of the store
+  std::size_t jobs = 1000;                         ///< kept jobs; the oldest ended one makes room
+  std::size_t user_jobs = 200;                     ///< unfinished jobs of one user
+  std::size_t pixels = limits::max_pixels;         ///< pixels of one picture
+  std::size_t user_pixels = std::size_t{1} << 30;  ///< pixels of one user's unfinished jobs
+  std::uint64_t disk = std::uint64_t{100} << 30;   ///< bytes of the store
   std::uint64_t user_disk = std::uint64_t{50} << 30;  ///< bytes of one user's jobs in the store
   double keep_lost_seconds = 30.0 * 24 * 3600;        ///< how long files that were set aside stay
   double keep_seconds = 90.0 * 24 * 3600;             ///< how long a job is kept after its end

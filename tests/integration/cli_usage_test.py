@@ -2,6 +2,7 @@
 """parray on the command line: what it refuses, what it prints, which files it leaves."""
 
 import hashlib
+import itertools
 import json
 import os
 import pathlib
@@ -205,10 +206,31 @@ class Refusals(CliTest):
                      mentions="directory")
         self.refused("render", missing, "-o", self.path("a.png"), "--report", self.path("a.png"),
                      mentions="different files")
+        files = {"-o": self.path("a.png"), "--report": self.path("b.png"), "--error-map": self.path("c.png"),
+                 "--preview": self.path("d.png")}
+        for one, other in itertools.combinations(files, 2):
+            same = files | {one: files[other]}
+            allowed = {one, other} == {"-o", "--preview"}
+            self.refused("render", missing, *(word for pair in same.items() for word in pair),
+                         mentions="no-such-scene.json" if allowed else "need different files")
+        self.refused("film", missing, "-o", self.path("a.mp4"), "--report", self.path("a.mp4"),
+                     mentions="film and report need different files")
         self.refused("render", self.scene, "-o", self.path("a.png"), "--report", self.scene,
                      mentions="is the scene file")
         self.assertEqual(json.loads(self.scene.read_text()), SCENE)
         self.refused("render", missing, "-o", self.path("a.png"), mentions="no-such-scene.json")
+
+    def test_pictures_too_small_for_jpeg_2000_are_refused_before_the_render(self):
+        small, large = self.path("a.jp2"), ["--width", "32", "--height", "32", "--spp", "1", "-q"]
+        for name in ("render", "submit"):
+            self.refused(name, self.scene, *(["--wait"] if name == "submit" else []), "-o", small,
+                         mentions="a.jp2: JPEG 2000 needs a width and a height of at least 32 pixels: use .png")
+        self.refused("render", self.scene, "-o", self.path("a.png"), "--preview", small, mentions="at least 32 pixels")
+        helix = SCENES / "particles" / "helix.pdb"
+        self.refused("render", helix, "-o", small, "--views", "front,top", *large, "--height", "31", mentions="at least 32")
+        for scene, options in ((self.scene, large), (helix, ["--views", "front,top", *large, "--width", "16"])):
+            result = run("render", scene, "-o", small, *options)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
 
     def test_bad_scenes_are_refused_with_the_place(self):
         for name, change in (("radius", lambda s: s["spheres"][0].update(radius=-1)),
@@ -443,6 +465,12 @@ class Talk(CliTest):
                 self.assertIn(option, text, command)
             known = {*options, "--help", "--wait"}
             self.assertLessEqual(set(re.findall(r"--[a-z][a-z-]+", text)), known, command)
+
+    def test_commands_list_the_channels_that_they_can_write(self):
+        for command, lacks in (("render", set()), ("submit", set()), ("fetch", {"depth", "normal", "albedo", "sphere", "cost"})):
+            described = re.search(r"(?ms)^  --aov .*?^  --error-map", run("help", command, "--all").stdout)[0]
+            named = {"depth", "normal", "albedo", "sphere", "cost", "samples", "half-width"}
+            self.assertEqual({name for name in named if f"{name}:" in described or f"{name}," in described}, named - lacks)
 
     def test_parray_alone_prints_the_help(self):
         result = run()

@@ -85,7 +85,7 @@ class Maps(MapTest):
             path = self.path(name) if name else ""
             self.refused("render", missing, *picture, "--error-map", path, mentions=mentions)
         self.refused("render", missing, "-o", self.path("a.png"), "--error-map", self.path("a.png"),
-                     mentions="a separate file")
+                     mentions="different files")
         self.refused("fetch", "1", *picture, "--error-map", self.path("e.exr"), mentions="PNG")
         self.refused("submit", self.scene, "--error-map", self.path("e.png"), mentions="--output")
         self.refused("submit", self.path("s-####.json"), "--frames", "1-2", "--wait", "-o",

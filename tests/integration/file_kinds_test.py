@@ -113,7 +113,10 @@ class Particles(FileTest):
         text = run("validate", HELIX).stdout
         self.assertRegex(text, r"format +PDB: particles, in an automatic scene\n")
         self.assertRegex(text, r"particles +68: C 36, O 18, N 12, S 2\n")
-        self.assertRegex(text, r"spheres +70 and 128 capsules: .*; two of them are surroundings\n")
+        self.assertRegex(text, r"spheres +70 and 128 capsules: .*; 2 of them are surroundings\n")
+        for style, ending in (("publication", "; one of them is surroundings"), ("flat", "dielectric")):
+            text = run("validate", HELIX, "--style", style).stdout
+            self.assertRegex(text, rf"spheres +[0-9]+ and 128 capsules: .*{ending}\n")
 
     def test_numbers_of_particles_are_told_with_their_range(self):
         file, = self.facts(self.put("a.csv", "x,y,z,radius,type\n0,0,0,1,a\n1,0,0,2,b\n5,0,0,2,b\n"))["particle_files"]

@@ -191,6 +191,21 @@ class Here(FilmCase):
         self.assertEqual(legends[0][1], legends[1][1])
         self.assertEqual(legends[0][1]["entries"], [{"name": "longest = 9", "arrow": True}])
 
+    def test_a_frame_with_one_atom_has_arrows_of_the_scale_of_the_other_frames(self):
+        head = "Properties=species:S:1:pos:R:3:velo:R:3\n"
+        one, two = f"1\n{head}Ar 0 0 0 0 0 2\n", f"2\n{head}Ar 0 0 0 0 0 2\nAr 4 0 0 0 0 1\n"
+        options = ["--spp", "1", "--arrows", "velocity", "--legend", "--width", "300", "--height", "200"]
+        for frames in (one + two, two + one):
+            self.run_file.write_text(frames)
+            self.film("a.mp4", *options)
+            legends = [json.loads(path.with_suffix(".json").read_text())["legends"] for path in self.pictures("a.mp4")]
+            self.assertEqual(legends[0][1], legends[1][1])
+            self.assertEqual(legends[0][1]["entries"], [{"name": "longest = 2", "arrow": True}])
+        self.run_file.write_text(one + one)
+        result = run("film", self.run_file, "-o", self.path("b.mp4"), *options)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("--arrow-scale: the particles have no neighbours", result.stderr)
+
     def test_sticks_without_elements_of_numbered_files_make_a_film(self):
         for number in (1, 2):
             self.path(f"n-{number}.data").write_text(
@@ -265,6 +280,20 @@ class OnAFarm(FilmCase):
 
 
 class Refusals(FilmCase):
+    def test_a_numbered_file_that_cannot_be_read_is_refused_with_its_frame(self):
+        scene = json.dumps({"version": 1, "camera": {"look_from": [0, 0, 9], "look_at": [0, 0, 0], "vfov": 40},
+                            "materials": {}, "spheres": []})
+        for name, good, bad in (("s-#.json", scene, scene[:-1]), ("p-#.xyz", trajectory(1), "2\n\nC 0 0 0\n")):
+            self.path(name.replace("#", "1")).write_text(good)
+            self.path(name.replace("#", "2")).write_text(bad)
+            for frames, frame in (("1:2", 2), ("0:1", 0), ("1:3", 2)):
+                with self.subTest(name=name, frames=frames):
+                    result = run("film", self.path(name), "-o", self.path("a.mp4"), "--frames", frames, *SIZE)
+                    self.assertEqual((result.returncode, result.stdout), (2, ""))
+                    self.assertRegex(result.stderr, r"\Aparray: [^\n]*" + name.replace("#", str(frame)) + r":[^\n]* \(this is "
+                                     rf"frame {frame}; --frames chooses others\)\n\Z")
+                    self.assertFalse(self.path("a.frames").exists())
+
     def test_what_is_no_film_is_refused_in_one_line(self):
         still = self.path("still.xyz")
         still.write_text("1\n\nO 0 0 0\n")

@@ -209,6 +209,8 @@ class Troubles(FrameCase):
                 ([self.directory / "a.xyz", "--frames", "0-1"], "automatic camera of a particle file"),
                 ([still, "--frames", "0-1", "--wait", "--preview", "p.png"],
                  "--preview: not possible for a series of frames"),
+                ([still, "--preview", "p.png", "--frames", "0-1"], "--preview: not possible for a series of frames"),
+                ([still, "--display", "h:1", "--frames", "0-1"], "--display: not possible for a series of frames"),
                 ([still, "--frames", "0-1", "--wait", "--display", "h:1"],
                  "--display: not possible for a series of frames"),
                 ([still, "--frames", "0-1", "--like", "a.exr"], "--like: not possible for a series of frames"),

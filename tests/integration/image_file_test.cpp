@@ -219,8 +219,8 @@ TEST_CASE("JPEG and JPEG 2000 files are near the picture; JPEG has no room for a
   }
   write_image(directory.path() / "small.jp2", random_image(32, 32), {});
   CHECK(read_image(directory.path() / "small.jp2").image.rgb.size() == std::size_t{3} * 32 * 32);
-  CHECK_THROWS_WITH(write_image(directory.path() / "smaller.jp2", random_image(40, 31), {}),
-                    doctest::Contains("at least 32 pixels"));
+  CHECK_THROWS_WITH_AS(write_image(directory.path() / "smaller.jp2", random_image(40, 31), {}),
+                       doctest::Contains("at least 32 pixels"), InputError);
   CHECK(can_hold_alpha("a.jp2"));
   CHECK_FALSE(can_hold_alpha("a.jpg"));
   const Channels alpha = {{alpha_channel, std::vector<float>(64 * 48, 0.5F)}};

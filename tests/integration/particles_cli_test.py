@@ -252,6 +252,15 @@ class Conversions(ParticlesTest):
         for file in (kept, expanded):
             jsonschema.validate(json.loads(file.read_text()), schema)
 
+    def test_a_material_of_capsules_alone_and_particles_keep_the_identity_of_the_scene(self):
+        capsule = {"from": [0, 5, 0], "to": [1, 5, 0], "radius": 0.2, "material": "rod"}
+        rod = {"rod": {"type": "metal", "albedo": [0.5, 0.4, 0.3], "fuzz": 0}}
+        self.scene.write_text(json.dumps({**SCENE, "materials": {**SCENE["materials"], **rod}, "capsules": [capsule],
+                                          "particles": [{"file": "atoms.xyz"}]}))
+        out = self.path("out.json")
+        self.convert(self.scene, out)
+        self.assertEqual(self.identity(out), self.identity(self.scene))
+
     def test_sticks_arrows_and_cells_that_a_file_lacks_are_refused_in_one_line(self):
         for options, mentions in ((["--bonds", "file"], "--bonds: the file states no bonds"),
                                   (["--arrows", "velocity"], "--arrows: the file has no vectors 'velocity'"),

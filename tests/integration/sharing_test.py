@@ -2,9 +2,10 @@
 """Users share a farm of real processes: turns, actions on jobs and workers, the history of a job."""
 
 import json
+import subprocess
 import unittest
 
-from farm import SCENES, Farm, run, wait_for
+from farm import BIN, SCENES, Farm, run, wait_for
 
 SCENE = SCENES / "one-weekend-20.json"
 QUICK = ["--width", "60", "--height", "40", "--spp", "4"]
@@ -76,6 +77,12 @@ class Sharing(unittest.TestCase):
                 refused = farm.client("submit", SCENE, *options)
                 self.assertEqual((refused.returncode, refused.stderr.count("\n")), (2, 1))
                 self.assertIn(flag, refused.stderr)
+
+    def test_a_limit_of_pixels_above_what_a_picture_may_have_is_refused(self):
+        result = subprocess.run([BIN / "parray-coordinator", "--max-pixels", str(2**26 + 1)], capture_output=True, text=True,
+                                check=False)
+        self.assertEqual((result.returncode, result.stderr.count("\n")), (2, 1))
+        self.assertIn("--max-pixels: Value 67108865 not in range", result.stderr)
 
     def test_a_job_can_be_audited_and_replayed_and_shows_its_times(self):
         with Farm() as farm:

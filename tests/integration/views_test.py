@@ -66,11 +66,11 @@ class Refusals(ViewsTest):
                 (["--views", "front", "--view", "top"], "--view: not possible for one picture of several views")):
             self.refused("render", self.atoms, "-o", picture, *options, mentions=mentions)
 
-    def test_options_for_png_pictures_are_refused_for_exr_files(self):
+    def test_options_for_8_bit_pictures_are_refused_for_exr_files(self):
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--outline", "on",
-                     mentions="--outline: postprocessing needs a PNG picture")
+                     mentions="--outline: postprocessing needs an 8-bit picture")
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--views", "front,top",
-                     mentions="write a PNG file (.png), or an EXR file of each")
+                     mentions="write a .png, .tif, .jpg or .jp2, or an EXR file of each")
 
     def test_impossible_options_of_a_sheet_of_views_are_refused_before_any_work(self):
         for option in (["--error-map", self.path("e.png")], ["--preview", self.path("p.png")],

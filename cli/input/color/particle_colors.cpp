@@ -382,8 +382,8 @@ ParticleColors colored_by_number(const ParticleColoring& coloring, Particles& pa
   }
   if (misfits.clipped > 0) {
     particles.facts.notes.push_back({"clipped", misfits.clipped,
-                                     particles_word(misfits.clipped) + " with a " +
-                                         printable(coloring.by) + " outside " +
+                                     particles_word(misfits.clipped) + " whose " +
+                                         printable(coloring.by) + " is outside " +
                                          number_text(scale.low) + " to " + number_text(scale.high) +
                                          ", in the colour of the nearer end"});
   }

@@ -325,7 +325,8 @@ void AtomColumns::guess_elements() {
     }
     if (elements_[i] == 0 && !sites.of(i, false)) ++unknown;
   }
-  note("guessed_elements", guessed, "elements guessed from names of atoms and residues");
+  note("guessed_elements", guessed,
+       in_number(guessed, "element", "elements") + " guessed from names of atoms and residues");
   if (unknown > 0) notes_.push_back(unknown_elements_note(unknown));
 }
 
@@ -341,8 +342,9 @@ void AtomColumns::mend_elements() {
     ++changed;
   }
   note("mended_elements", changed,
-       "elements corrected: the file uses the first letters of atom names in proteins, nucleic "
-       "acids or water as symbols");
+       in_number(changed, "element", "elements") +
+           " corrected: the file uses the first letters of atom names in proteins, nucleic "
+           "acids or water as symbols");
 }
 
 /// Sets the types of a file without types: the elements' symbols or, without elements, the atom
@@ -366,7 +368,9 @@ void AtomColumns::fill_radii(Particles& particles) const {
 }
 
 Particles AtomColumns::complete(Particles particles) {
-  note("zero_radii", without_radius_.size(), "radii of 0 replaced by van der Waals radii");
+  note("zero_radii", without_radius_.size(),
+       in_number(without_radius_.size(), "radius of 0 replaced by the van der Waals radius",
+                 "radii of 0 replaced by van der Waals radii"));
   fill_radii(particles);
   put_in_order(bonds_);
   particles.bonds = std::move(bonds_);
@@ -391,7 +395,8 @@ Particles AtomColumns::complete(Particles particles) {
   particles.chains = chains_.finish();
   if (choose) {
     const auto left_out = static_cast<std::uint64_t>(std::ranges::count(mask, 0));
-    note("alternatives", left_out, "alternative locations left out");
+    note("alternatives", left_out,
+         in_number(left_out, "alternative location", "alternative locations") + " left out");
     if (left_out > 0) keep(particles, mask);
   }
   particles.facts.notes = std::move(notes_);

@@ -110,8 +110,10 @@ class CifReader : public CifVisitor {
     chosen_links_.finish(sites_.is_component(), particles);
     note_geometry_bonds(chosen_geometry_bonds_, particles.facts);
     if (more_blocks_ > 0) {
-      particles.facts.notes.push_back(
-          {"blocks", more_blocks_, "further blocks with atoms, which are not read"});
+      particles.facts.notes.push_back({"blocks", more_blocks_,
+                                       in_number(more_blocks_, "further block with atoms, which is",
+                                                 "further blocks with atoms, which are") +
+                                           " not read"});
     }
     return particles;
   }

@@ -314,8 +314,12 @@ Particles CifSites::finish(Crystal& crystal) {
   crystal.sites = std::move(sites_);
   Particles particles = unit_cell(std::move(crystal), request_, *place_);
   auto& notes = particles.facts.notes;
-  if (unplaced_ > 0) notes.push_back({"unplaced", unplaced_, "sites without coordinates left out"});
-  if (dummies_ > 0) notes.push_back({"left_out_dummies", dummies_, "dummy sites left out"});
+  if (unplaced_ > 0)
+    notes.push_back({"unplaced", unplaced_,
+                     in_number(unplaced_, "site", "sites") + " without coordinates left out"});
+  if (dummies_ > 0)
+    notes.push_back({"left_out_dummies", dummies_,
+                     in_number(dummies_, "dummy site", "dummy sites") + " left out"});
   return particles;
 }
 

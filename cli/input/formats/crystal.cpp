@@ -244,7 +244,8 @@ Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FileP
   AtomColumns atoms(place, request, {"occupancy", "b_factor"});
   if (operations.empty()) {
     atoms.note("unknown_symmetry", crystal.sites.size(),
-               "sites shown without symmetry, because the file names no known symmetry");
+               in_number(crystal.sites.size(), "site", "sites") +
+                   " shown without symmetry, because the file names no known symmetry");
     operations.push_back({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
   }
   std::uint64_t left_out = 0;
@@ -259,8 +260,10 @@ Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FileP
     add_site(site, images, *cell, atoms);
     if (site.occupancy < 1) partial += images.size();
   }
-  atoms.note("alternatives", left_out, "atoms on disordered or shared sites left out");
-  atoms.note("partial_occupancy", partial, "atoms on sites that are not fully occupied");
+  atoms.note("alternatives", left_out,
+             in_number(left_out, "atom", "atoms") + " on disordered or shared sites left out");
+  atoms.note("partial_occupancy", partial,
+             in_number(partial, "atom", "atoms") + " on sites that are not fully occupied");
   Particles particles = atoms.finish();
   particles.cell = cell;
   return particles;

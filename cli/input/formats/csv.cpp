@@ -58,7 +58,7 @@ void take_ecsv_units(const std::vector<std::pair<std::string, std::string>>& uni
 }
 
 /// Converts radii to the unit of the positions, if both units are known. Returns a note about it,
-/// or an empty one.
+/// or an empty one. The note lacks the count and its noun.
 ParticleNote convert_radii(const TableNames& table, std::string_view length, RowLayout& layout) {
   const std::string unit = layout.radius ? table.units[*layout.radius] : "";
   const LengthUnit* const from = length_unit(unit);
@@ -67,7 +67,7 @@ ParticleNote convert_radii(const TableNames& table, std::string_view length, Row
   if (from->metres == 0 || to->metres == 0) return {};
   layout.radius_factor *= from->metres / to->metres;
   return {"converted_radii", 0,
-          "radii converted from " + std::string(from->name) + " to " + std::string(to->name)};
+          " converted from " + std::string(from->name) + " to " + std::string(to->name)};
 }
 
 std::vector<NumberField> number_fields(const TableNames& table, const RowLayout& layout) {
@@ -101,10 +101,12 @@ Particles read_named_table(TableRows& rows, const ParticleInput& input, TableNam
   Particles particles = columns.finish();
   particles.facts.length_unit = length;
   radii.count = particles.count();
+  radii.text.insert(0, in_number(radii.count, "radius", "radii"));
   if (!radii.key.empty()) particles.facts.notes.push_back(std::move(radii));
   if (rows.has_decimal_commas()) {
-    particles.facts.notes.push_back(
-        {"decimal_commas", particles.count(), "particles in a table with decimal commas"});
+    particles.facts.notes.push_back({"decimal_commas", particles.count(),
+                                     in_number(particles.count(), "particle", "particles") +
+                                         " in a table with decimal commas"});
   }
   return particles;
 }

@@ -97,7 +97,8 @@ class GsdFrames final : public FrameReader {
     if (by_default > 0) {
       particles.facts.notes.push_back(
           {"default_diameters", by_default,
-           "particles with the default diameter 1, because the file states no diameter"});
+           in_number(by_default, "particle", "particles") +
+               " with the default diameter 1, because the file states no diameter"});
     }
     return particles;
   }

@@ -320,7 +320,8 @@ class DataFile {
     particles.cell = header_.cell();
     if (!guessed_style_.empty()) {
       particles.facts.notes.push_back({"guessed_style", particles.count(),
-                                       "atoms read with atom style " + std::string(guessed_style_) +
+                                       in_number(particles.count(), "atom", "atoms") +
+                                           " read with atom style " + std::string(guessed_style_) +
                                            ", guessed from the number of columns"});
     }
     std::vector<double> masses;

@@ -39,7 +39,8 @@ std::vector<std::uint8_t> NameTable::guessed_elements(ParticleFacts& facts) cons
   if (by_mass > 0) facts.notes.push_back(masses_note(by_mass));
   if (by_name > 0) {
     facts.notes.push_back(
-        {"guessed_elements", by_name, "elements guessed from names of atoms and residues"});
+        {"guessed_elements", by_name,
+         in_number(by_name, "element", "elements") + " guessed from names of atoms and residues"});
   }
   if (unknown > 0) facts.notes.push_back(unknown_elements_note(unknown));
   return elements;

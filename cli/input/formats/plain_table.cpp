@@ -133,7 +133,8 @@ std::string list_of(std::vector<std::string> names) {
 ParticleNote note_on_columns(const std::vector<std::string>& names, const TableShape& shape,
                              bool decimal_commas, std::uint64_t count) {
   return {"guessed_columns", count,
-          "particles in a table without names of columns, read as " + list_of(names) +
+          in_number(count, "particle", "particles") +
+              " in a table without names of columns, read as " + list_of(names) +
               (decimal_commas ? ", with decimal commas" : "") +
               (shape.numbered ? ", without the first row, which numbers the columns" : "")};
 }

@@ -389,10 +389,14 @@ class PoscarFrames final : public FramesOf<ParticleInput> {
     if (header_.atoms == 0) return;
     std::vector<ParticleNote>& notes = particles.facts.notes;
     if (particles.elements.empty()) {
-      notes.push_back({"unknown_elements", header_.atoms,
-                       "atoms of unknown elements, because the file names none"});
+      notes.push_back(
+          {"unknown_elements", header_.atoms,
+           in_number(header_.atoms, "atom of an unknown element", "atoms of unknown elements") +
+               ", because the file names none"});
     } else if (header_.from_title && !named_by_rows_) {
-      notes.push_back({"guessed_elements", header_.atoms, "elements taken from the file's title"});
+      notes.push_back(
+          {"guessed_elements", header_.atoms,
+           in_number(header_.atoms, "element", "elements") + " taken from the file's title"});
     }
   }
 

@@ -179,12 +179,17 @@ std::vector<std::string_view> words_of_header(std::string_view line) {
   return words;
 }
 
+static bool is_bracket(std::string_view word) {
+  return word.starts_with('[') || word.starts_with('(');
+}
+
 void join_units(std::vector<std::string_view>& words) {
   std::vector<std::string_view> joined;
   bool open = false;
   for (const std::string_view word : words) {
-    const bool begins = word.starts_with('[') || word.starts_with('(');
-    if ((begins || open) && !joined.empty()) {
+    const bool begins = is_bracket(word);
+    const bool follows_name = !joined.empty() && !is_bracket(joined.back());
+    if (open || (begins && follows_name)) {
       std::string_view& last = joined.back();
       last = {last.data(), static_cast<std::size_t>(word.data() + word.size() - last.data())};
     } else {

@@ -27,7 +27,8 @@ TableNames table_names(const std::vector<std::string_view>& header);
 /// else blanks do. Brackets after a blank belong to the name before: "x [m] y [m] z [m]".
 std::vector<std::string_view> words_of_header(std::string_view line);
 
-/// Joins words such as "[m]" to the word before them. The words must be parts of one line.
+/// Joins words such as "[m]" to the name before them. In a line of units, "[m] [km / s]", each unit
+/// becomes one word. The words must be parts of one line.
 void join_units(std::vector<std::string_view>& words);
 
 /// Takes units from a row of units, such as "m", "(m)", "[m/s]", one per name. Returns false, and

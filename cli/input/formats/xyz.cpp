@@ -232,15 +232,19 @@ void distinguish_types_from_elements(std::string_view comment, Particles& partic
       return natural_in(names[name]).has_value();
     });
     if (numbers > 0) {
-      particles.facts.notes.push_back({"guessed_elements", static_cast<std::uint64_t>(numbers),
-                                       "elements given by atomic numbers"});
+      particles.facts.notes.push_back(
+          {"guessed_elements", static_cast<std::uint64_t>(numbers),
+           in_number(static_cast<std::uint64_t>(numbers), "element", "elements") +
+               " given by atomic numbers"});
     }
     return;
   }
   particles.elements = {};
   particles.facts.notes.push_back(
       {"numbers_as_types", particles.count(),
-       "particles with numbers as names, read as types and not as elements"});
+       in_number(particles.count(),
+                 "particle with a number as its name, read as a type and not as an element",
+                 "particles with numbers as names, read as types and not as elements")});
 }
 
 /// Reads frames. Each frame is a count, a comment and `count` rows.

@@ -101,7 +101,8 @@ void decide_for_beads(Particles& particles, ParticleSource& source) {
   const bool open_radius = particles.radii.empty() && source.look.radius_by.empty() &&
                            source.look.radius.rule == ParticleRadius::Rule::automatic;
   if ((!open_colors && !open_radius) || !are_beads(particles)) return;
-  std::string text = "beads, whose names are no elements:";
+  std::string text = in_number(
+      particles.count(), "bead, whose name is no element:", "beads, whose names are no elements:");
   if (open_colors) {
     source.look.coloring.by = particles.atom_names.empty() ? "type" : "atom";
     text += " coloured by name";

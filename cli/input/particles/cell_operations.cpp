@@ -58,9 +58,10 @@ void check_coordinates(const char* key, const std::vector<Vec3d>& positions) {
 Molecules joined_molecules(Particles& particles) {
   Molecules molecules = blaming("whole", [&] { return make_whole(particles); });
   if (molecules.endless > 0) {
-    std::string text = molecules.endless == 1 ? "molecule bonds" : "molecules bond";
-    text += " to itself across the cell and cannot be made whole";
-    particles.facts.notes.push_back({"endless_molecules", molecules.endless, text});
+    particles.facts.notes.push_back(
+        {"endless_molecules", molecules.endless,
+         in_number(molecules.endless, "molecule bonds to itself", "molecules bond to themselves") +
+             " across the cell and cannot be made whole"});
   }
   return molecules;
 }

@@ -84,7 +84,8 @@ inline constexpr double angstrom_per_nm = 10;
 
 /// Returns the note that `count` particles were given in nanometres.
 inline ParticleNote nm_note(std::uint64_t count) {
-  return {"length_unit", count, "positions converted from nm to angstrom"};
+  return {"length_unit", count,
+          in_number(count, "position", "positions") + " converted from nm to angstrom"};
 }
 
 }  // namespace parray::input

@@ -194,12 +194,13 @@ std::vector<std::uint8_t> elements_of_masses(const std::vector<double>& masses) 
 }
 
 ParticleNote masses_note(std::uint64_t count) {
-  return {"guessed_elements", count, "elements guessed from masses"};
+  return {"guessed_elements", count,
+          in_number(count, "element", "elements") + " guessed from masses"};
 }
 
 ParticleNote unknown_elements_note(std::uint64_t count) {
   return {"unknown_elements", count,
-          count == 1 ? "particle of an unknown element" : "particles of an unknown element"};
+          in_number(count, "particle", "particles") + " of an unknown element"};
 }
 
 void take_elements_of_masses(const std::vector<double>& masses, Particles& particles) {

@@ -139,7 +139,8 @@ void ParticleColumns::unknown_element() {
 Particles ParticleColumns::finish_frame() {
   if (any_element_ && unknown_elements_ > 0) {
     particles_.facts.notes.push_back(
-        {"unknown_elements", unknown_elements_, "particles of an unknown element"});
+        {"unknown_elements", unknown_elements_,
+         in_number(unknown_elements_, "particle", "particles") + " of an unknown element"});
   }
   unknown_elements_ = 0;
   if (!any_element_) particles_.elements = {};

@@ -240,7 +240,11 @@ Particles read_particles(PackedFile& file, const ParticleRequest& request) {
     if (format.holds == ParticleFormat::Holds::positions) {
       particles.facts.notes.push_back(
           {"nameless", particles.count(),
-           "particles that have only positions in this file: add a topology to give them names"});
+           in_number(
+               particles.count(),
+               "particle that has only positions in this file: add a topology to give it a name",
+               "particles that have only positions in this file: add a topology to give them "
+               "names")});
     }
     return particles;
   }

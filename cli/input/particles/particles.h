@@ -48,6 +48,11 @@ struct ParticleNote {
   std::string text;         ///< for people, without the count: "elements guessed from names"
 };
 
+/// Returns the words that follow a count in a note.
+inline std::string in_number(std::uint64_t count, const char* one, const char* several) {
+  return count == 1 ? one : several;
+}
+
 /// Facts about a particle file that was read.
 struct ParticleFacts {
   std::string format;                     ///< "PDB"

@@ -152,8 +152,9 @@ void erase(const std::vector<Repeat>& repeats, std::vector<Sphere>& spheres) {
   spheres.resize(kept);
 }
 
-/// Keeps only the materials that shapes use, in the order of first use.
-void drop_unused_materials(Scene& scene) {
+}  // namespace
+
+void order_materials(Scene& scene) {
   constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> numbers(scene.materials.size(), none);
   std::vector<Material> used;
@@ -170,13 +171,11 @@ void drop_unused_materials(Scene& scene) {
   scene.materials = std::move(used);
 }
 
-}  // namespace
-
 Duplicates remove_duplicates(Scene& scene, int threads) {
   const std::vector<Repeat> repeats = repeats_in(scene.spheres, threads);
   if (repeats.empty()) return {};
   erase(repeats, scene.spheres);
-  drop_unused_materials(scene);
+  order_materials(scene);
   return {repeats.size(), repeats.front().place, repeats.front().of};
 }
 

@@ -25,4 +25,8 @@ struct Duplicates {
 /// of threads.
 Duplicates remove_duplicates(Scene& scene, int threads = 1);
 
+/// Keeps only the materials that shapes use, in the order of first use: by spheres, then by
+/// capsules. The reader of scene files numbers them in this order, too.
+void order_materials(Scene& scene);
+
 }  // namespace parray::input

@@ -105,8 +105,9 @@ class JsonSink {
 };
 
 /// Largest number of values in one delivery, including the delivered value and all values inside
-/// it. An item of `particles` with a long list `show` may exceed it.
-inline constexpr std::size_t max_json_values_per_delivery = 256;
+/// it. An item of `particles` has the most: max_representations in `show`, each with up to 13
+/// values.
+inline constexpr std::size_t max_json_values_per_delivery = 4096;
 
 /// Parses a JSON document (RFC 8259, UTF-8, an optional byte order mark) whose top level is an
 /// object. Delivers it to `sink`. Memory does not grow with the document.

@@ -144,7 +144,7 @@ void particle_fields(F&& f, S&... s) {
     particle_rules::alternatives, s.alternatives...);
   f({"crystal",
      "Draw a crystal: covalent radii, copies of atoms on the faces of the cell, and the cell "
-     "(default: on for a file with a cell, no residues and at most 500 atoms)",
+     "(default: on for a file with a periodic cell, no residues, no chains and at most 500 atoms)",
      special},
     OnOff{}, s.cell.crystal...);
   f({"replicate", "Repeat the cell along its edges a, b and c, such as 3x3x2", special, "AxBxC"},

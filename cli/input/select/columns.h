@@ -22,7 +22,7 @@ std::string plural_of(std::string_view word);
 
 /// Returns "particle" or "particles", as it follows that number.
 inline std::string particles_word(std::uint64_t count) {
-  return count == 1 ? "particle" : "particles";
+  return in_number(count, "particle", "particles");
 }
 
 /// Returns the columns that the particles have: "elements, types, z". Leaves positions out.

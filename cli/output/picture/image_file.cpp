@@ -191,6 +191,14 @@ void check_image_path(const fs::path& path) {
   }
 }
 
+void check_image_size(const fs::path& path, std::uint64_t width, std::uint64_t height) {
+  constexpr std::uint64_t least_side = 32;  // OpenImageIO writes no valid file for less
+  if (format_of(path) == Format::jpeg2000 && std::min(width, height) < least_side) {
+    throw InputError(path.string() + ": JPEG 2000 needs a width and a height of at least " +
+                     std::to_string(least_side) + " pixels: use .png");
+  }
+}
+
 bool can_hold_channels(const fs::path& path) { return format_of(path) == Format::exr; }
 
 bool can_hold_alpha(const fs::path& path) { return format_of(path) != Format::jpeg; }
@@ -209,6 +217,7 @@ double write_seconds(const fs::path& path, const PictureSize& size, bool fast) {
 static void write_partial(const PartialFile& file, const fs::path& path, const Image& image,
                           const ImageMetadata& metadata, const Channels& channels,
                           const std::function<void()>& between_strips, bool fast) {
+  check_image_size(path, image.width, image.height);
   const Format format = format_of(path);
   const std::string name = file.path().string();
   const ImageMetadata kept = as_kept(metadata, format == Format::exr);

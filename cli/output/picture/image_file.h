@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -14,6 +15,9 @@ namespace parray::picture {
 /// .tiff, .jpg, .jpeg or .jp2, in either case, the place is writable (check_output_path()), and
 /// this ParRay has OpenImageIO or does not need it.
 void check_image_path(const std::filesystem::path& path);
+
+/// Throws InputError if a file of this kind cannot contain a picture of this size.
+void check_image_size(const std::filesystem::path& path, std::uint64_t width, std::uint64_t height);
 
 /// Returns whether the file can contain more channels than RGB: .exr.
 bool can_hold_channels(const std::filesystem::path& path);
@@ -40,7 +44,7 @@ double write_seconds(const std::filesystem::path& path, const PictureSize& size,
 /// same bytes as PNG. TIFF stores the metadata as JSON in ImageDescription; the other two store
 /// none. `metadata`: see as_kept(); attributes of EXR, text of PNG. For EXR and PNG, calls
 /// `between_strips`, if set, every few milliseconds of writing; an exception ends the writing.
-/// Throws RunError "writing FILE: reason".
+/// Throws RunError "writing FILE: reason", and the errors of check_image_size().
 void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageMetadata& metadata, const Channels& channels = {},
                  const std::function<void()>& between_strips = {}, bool fast = false);

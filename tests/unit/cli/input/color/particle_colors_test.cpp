@@ -137,7 +137,7 @@ TEST_CASE("a range clips numbers and a note counts them") {
   CHECK(particles.facts.notes[1].key == "clipped");
   CHECK(particles.facts.notes[1].count == 2);
   CHECK(particles.facts.notes[1].text ==
-        "particles with a vx outside -1 to 1, in the colour of the nearer end");
+        "particles whose vx is outside -1 to 1, in the colour of the nearer end");
   CHECK(paint.legend.title == "vx");
   CHECK(paint.legend.low == -1);
   CHECK(paint.legend.high == 1);

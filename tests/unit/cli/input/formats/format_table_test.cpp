@@ -240,6 +240,18 @@ TEST_CASE("scenes and particles are read from every compression, also in several
   CHECK(files.read("a", xyz).facts.packing.empty());
 }
 
+TEST_CASE("the schema of scenes names all formats of particles") {
+  std::ifstream file(PARRAY_SOURCE_DIR "/scenes/schema/scene.v1.schema.json");
+  const auto schema = nlohmann::json::parse(file);
+  const std::string text =
+      schema.at("definitions").at("particles").at("properties").at("file").at("description");
+  for (const ParticleFormat* format : particle_formats()) {
+    if (format->holds == ParticleFormat::Holds::names) continue;
+    CAPTURE(format->name);
+    CHECK(text.find(" " + std::string(format->name)) != std::string::npos);
+  }
+}
+
 TEST_CASE("the name decides if the content fits several formats or is damaged") {
   const ParticleFiles files;
   const std::string amber =  // columns of PDB, in which PQR has a charge and a radius

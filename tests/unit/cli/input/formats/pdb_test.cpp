@@ -170,7 +170,9 @@ TEST_CASE("PDB: atoms that share name and letter of their location all stay") {
                                                       pdb_line(" H", 'A', "LIG", 1, 2, 0.5) +
                                                       pdb_line(" H", 'B', "LIG", 1, 3, 0.5));
   CHECK(xs_of(particles) == Xs{1, 2});
-  CHECK(test::note(particles, "alternatives") == 1);
+  REQUIRE(particles.facts.notes.size() == 1);
+  CHECK(particles.facts.notes[0].count == 1);
+  CHECK(particles.facts.notes[0].text == "alternative location left out");
 }
 
 TEST_CASE("PDB: a request can choose all alternative locations or those of one letter") {
@@ -364,6 +366,9 @@ TEST_CASE("PQR: fields separated by blanks, with and without a chain, give charg
   CHECK(particles.elements == Elements{7, 6, 1, 53});
   CHECK(particles.radii == std::vector<double>{1.55, 2, 1.1, 1.98});
   CHECK(test::note(particles, "zero_radii") == 1);
+  CHECK(std::ranges::count(particles.facts.notes,
+                           "radius of 0 replaced by the van der Waals radius",
+                           &ParticleNote::text) == 1);
   CHECK(particles.residue_numbers == std::vector<std::int32_t>{1, 2, 3, 12});
   CHECK(particles.chains.names == std::vector<std::string>{"A", ""});
   REQUIRE(particles.numbers.size() == 1);

@@ -61,6 +61,11 @@ TEST_CASE("positions have one unit of length, or none") {
         ": x is in m, but y is in no unit: use one unit for all coordinates");
 }
 
+TEST_CASE("brackets belong to the name before them, and in a line of units each is one word") {
+  CHECK(words_of_header("x [m] y (m) vx [km / s]") == Words{"x [m]", "y (m)", "vx [km / s]"});
+  CHECK(words_of_header("[m] (m) [km / s]") == Words{"[m]", "(m)", "[km / s]"});
+}
+
 TEST_CASE("a row of units gives all columns their units if it has lengths for positions") {
   TableNames table = table_names({"x", "y", "z", "v"});
   CHECK_FALSE(take_units({"1", "2", "3", "4"}, table));

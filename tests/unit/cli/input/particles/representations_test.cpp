@@ -136,4 +136,24 @@ TEST_CASE("a scene file with representations has the spheres of the automatic sc
   CHECK(again.scene.materials == made.file.scene.materials);
 }
 
+TEST_CASE("a scene file with as many representations as options allow can be read again") {
+  ParticleSource source;
+  source.file = "a.csv";
+  Representation show{.select = "all"};
+  show.look.style = ParticleStyle::sticks;
+  show.look.material = {ParticleMaterial::Rule::named, "gold"};
+  show.look.radius = {ParticleRadius::Rule::fixed, 1};
+  show.look.radius_by = {"mass", 1, 2};
+  show.look.stick_radius = 0.5;
+  show.look.coloring = {"vx", ColorMap::magma, color_range_from("0:1"), NumberScale::log};
+  source.shows.assign(max_representations, show);
+  SceneFile file;
+  file.scene.camera.look_from = {0, 0, 9};
+  file.particles = {source};
+  std::ostringstream text;
+  write_scene(text, file, [] {});
+  std::istringstream in(text.str());
+  CHECK(read_scene(in, "s.json").particles.at(0).shows.size() == max_representations);
+}
+
 }  // namespace parray

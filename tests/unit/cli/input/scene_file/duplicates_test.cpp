@@ -96,6 +96,19 @@ TEST_CASE("spheres that differ in one bit all stay, and the scene does not chang
   CHECK(scene == before);  // materials that nobody uses, too
 }
 
+TEST_CASE("materials get the order of first use, by spheres and then by capsules") {
+  Scene scene = with_spheres({{{0, 0, 0}, 1, glass}, {{3, 0, 0}, 1, diffuse}});
+  const std::vector<Material> materials = scene.materials;
+  scene.capsules = {{{0, 3, 0}, {1, 3, 0}, 1, metal}, {{0, 6, 0}, {1, 6, 0}, 1, diffuse}};
+  order_materials(scene);
+  CHECK(scene.materials ==
+        std::vector<Material>{materials[glass], materials[diffuse], materials[metal]});
+  CHECK(scene.spheres[0].material == 0);
+  CHECK(scene.spheres[1].material == 1);
+  CHECK(scene.capsules[0].material == 2);
+  CHECK(scene.capsules[1].material == 1);
+}
+
 TEST_CASE("0 and -0 are equal") {
   Scene scene = with_spheres({{{0, -0.0, 0}, 1, 0}, {{-0.0, 0, -0.0}, 1, 0}});
   CHECK(remove_duplicates(scene).count == 1);
