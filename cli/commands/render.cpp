@@ -290,8 +290,8 @@ void add_render(CommandLine& line, Action& chosen) {
           [options](const std::string& text) {
             options->views = views_from(text, options->render.auto_scene());
           },
-          "Draw several views, such as front,top,iso, in one 8-bit picture: up to three side by "
-          "side, more in rows. --width and --height are the size of one view")
+          "Draw several views, such as front,top,iso, in one 8-bit picture, about twice as "
+          "wide as high. --width and --height are the size of one view")
       .words(view_words(), true)
       .type_name("VIEW,VIEW...")
       .group(particles_group);

@@ -25,6 +25,7 @@ void round_times(json& worker) {
     if (value.is_number()) value = std::floor(value.get<double>() / step) * step;
   };
   round(worker.at("seconds_silent"), 10);
+  if (worker.contains("backoff_seconds")) round(worker["backoff_seconds"], 10);
   if (worker.contains("load")) round(worker["load"], 0.5);
   if (worker.contains("tracing") && worker["tracing"].is_object()) {
     round(worker["tracing"]["seconds"], 10);

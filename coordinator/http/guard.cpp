@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "common/base/printable.h"
+#include "common/base/text.h"
 
 namespace parray::http {
 namespace {
@@ -44,11 +45,12 @@ std::string bearer_token(const std::string& field) {
 
 Guard::Guard(const std::filesystem::path& keys, std::vector<std::string> hosts)
     : keys_(keys), hosts_(std::move(hosts)) {
+  for (std::string& name : hosts_) name = lower_case(name);
   if (wants_tokens()) tokens_ = std::make_unique<TokenList>(keys);
 }
 
 bool Guard::known_host(const std::string& host) const {
-  const std::string name = without_port(host);
+  const std::string name = lower_case(without_port(host));
   return name == "localhost" || is_number(name) || std::ranges::find(hosts_, name) != hosts_.end();
 }
 
@@ -68,9 +70,9 @@ void Guard::check_origin(const Request& request) const {
   const std::string origin = request.field("origin");
   const std::size_t scheme = origin.find("://");
   const std::string from = scheme == std::string::npos ? origin : origin.substr(scheme + 3);
-  const bool other =
-      (!origin.empty() && from != host && std::ranges::count(hosts_, without_port(from)) == 0) ||
-      request.field("sec-fetch-site") == "cross-site";
+  const bool other = (!origin.empty() && lower_case(from) != lower_case(host) &&
+                      std::ranges::count(hosts_, lower_case(without_port(from))) == 0) ||
+                     request.field("sec-fetch-site") == "cross-site";
   if (other) {
     throw Problem(403, "a page of another site" +
                            (origin.empty() ? "" : ", " + printable(origin) + ",") +

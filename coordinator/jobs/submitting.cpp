@@ -274,6 +274,7 @@ void JobBook::check_limits(const JobRecord& record) const {
                     "raise --max-user-pixels",
                     whose, pixels, limits.user_pixels));
   }
+  if (farm_.store == nullptr) return;
   if (disk > limits.user_disk) {
     throw NoRoom(
         fmt::format("with this job {} {} on this coordinator's disk, more than {}: remove jobs "

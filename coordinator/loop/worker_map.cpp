@@ -1,7 +1,5 @@
 #include "coordinator/loop/worker_map.h"
 
-#include <spdlog/fmt/fmt.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -30,10 +28,8 @@ json worker_summary(const Farm& farm, const WorkerRecord& worker, Time now) {
   const double backoff =
       worker.state() == "backoff" ? std::max(0.0, to_seconds(worker.held_back_until - now)) : 0.0;
   const std::string reason =
-      backoff > 0
-          ? fmt::format("it failed at leases that others traced; it gets leases again in {:.0f} s",
-                        backoff)
-          : worker.quarantined;
+      backoff > 0 ? "it failed at leases that others traced: it gets no leases for a while"
+                  : worker.quarantined;
   return {{"name", worker.hello.name},
           {"host", worker.hello.host},
           {"threads", worker.hello.threads},

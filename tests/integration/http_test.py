@@ -415,7 +415,8 @@ class Access(WebCase):
     def test_other_sites_pages_and_names_are_refused_on_loopback(self):
         with Web("--http-host", "farm.example") as farm:
             self.assert_problem(farm.get("/jobs", Host="evil.example"), 421, "--http-host evil.example")
-            self.assertEqual(farm.get("/jobs", Host="farm.example").status, 200)
+            for name in ("farm.example", "Farm.Example", "LOCALHOST:7480"):
+                self.assertEqual(farm.get("/jobs", Host=name).status, 200)
             for origin in ("https://evil.example", "null", "http://localhost:1"):
                 self.assert_problem(farm.post_scene(Origin=origin), 403, "another site")
             self.assertEqual(farm.post_scene(Origin=f"http://{farm.web}").status, 201)

@@ -62,7 +62,7 @@ export class Farm {
     const shape = known?.state !== job.state;
     const ended = known && unfinished(known) && !unfinished(job);
     // Updates the object in place, because lists refer to it.
-    if (known) Object.assign(known, {error: undefined, warning: undefined}, job);
+    if (known) Object.assign(known, {error: undefined, error_so_far: undefined, warning: undefined}, job);
     else this.jobs.set(job.id, job);
     this.#schedule(changes => {
       changes.jobs.add(job.id);
