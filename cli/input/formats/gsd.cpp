@@ -122,7 +122,8 @@ class GsdFrames final : public FrameReader {
     return chunk != nullptr ? chunk : in(first_, name);
   }
   /// Returns the same for a chunk with a row per particle. That of frame 0 defines values only if
-  /// both frames have the same number of particles. Fails for another number of columns.
+  /// both frames have the same number of particles. Fails if the frame's own chunk has another
+  /// number of rows.
   const GsdChunk* find(std::string_view name) const {
     const GsdChunk* const chunk = own(name);
     if (chunk != nullptr && chunk->rows != count_) {
@@ -263,7 +264,10 @@ class GsdFrames final : public FrameReader {
     check_columns(*chunk, 2);
     std::optional<double> first;
     file_.numbers(*chunk, [&](double particle) {
-      if (!(particle >= 0 && particle < static_cast<double>(count_)) || particle == first) {
+      if (particle == first) {
+        file_.fail_damaged("a bond joins the particle " + number_text(particle) + " to itself");
+      }
+      if (!(particle >= 0 && particle < static_cast<double>(count_))) {
         file_.fail_damaged("a bond has the particle " + number_text(particle) + " of " +
                            std::to_string(count_));
       }

@@ -311,7 +311,7 @@ class DataFile {
   [[noreturn]] void fail_width(std::size_t width) const {
     input_.fail(std::to_string(words_.size()) + " columns, but the atom style has " +
                 std::to_string(width) + ", or " + std::to_string(width + image_flags) +
-                " with image flags: write its name, such as 'Atoms # full'");
+                " with image flags: correct the row, or the style in 'Atoms # full'");
   }
 
   Particles finish() {

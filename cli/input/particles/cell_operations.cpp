@@ -51,15 +51,17 @@ void check_coordinates(const char* key, const std::vector<Vec3d>& positions) {
     return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= limits::max_length;
   });
   if (!inside) {
-    throw SourceError(key, "a coordinate would be beyond 1e15: use fewer copies or a smaller unit");
+    throw SourceError(
+        key, "a coordinate would be beyond 1e15: use fewer copies or a larger unit of length");
   }
 }
 
 Molecules joined_molecules(Particles& particles) {
   Molecules molecules = blaming("whole", [&] { return make_whole(particles); });
   if (molecules.endless > 0) {
-    std::string text = molecules.endless == 1 ? "molecule bonds" : "molecules bond";
-    text += " to itself across the cell and cannot be made whole";
+    std::string text =
+        molecules.endless == 1 ? "molecule bonds to itself" : "molecules bond to themselves";
+    text += " across the cell and cannot be made whole";
     particles.facts.notes.push_back({"endless_molecules", molecules.endless, text});
   }
   return molecules;

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include "cli/input/color/particle_colors.h"
@@ -173,8 +175,10 @@ std::string lacks(const std::string& name, std::string_view column,
 }
 
 std::string unknown_material(const ParticleMaterial& material, const MaterialNames& materials) {
+  std::span<const std::string_view> words;
+  if (material.rule == MaterialRule::named) words = particle_material_words;
   return "unknown material '" + printable(material.name) +
-         "': " + materials.remedy_for_undefined(material.name, particle_material_words);
+         "': " + materials.remedy_for_undefined(material.name, words);
 }
 
 }  // namespace

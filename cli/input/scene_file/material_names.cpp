@@ -70,7 +70,10 @@ std::string MaterialNames::remedy_for_undefined(std::string_view name,
   std::ranges::sort(known);
   NearestWord nearest(name);
   for (const std::string_view word : known) nearest.offer(word);
-  if (nearest.best().empty()) return "define it in /materials";
+  if (nearest.best().empty()) {
+    const std::string others = words.empty() ? "" : "write " + list_names(words) + ", or ";
+    return others + "define it in /materials";
+  }
   return "did you mean '" + printable(nearest.best()) + "'?";
 }
 

@@ -74,7 +74,8 @@ class SelectionParser {
  public:
   explicit SelectionParser(std::string_view text) : scanner_(text) {
     if (text.size() > max_selection_bytes) {
-      scanner_.fail(0, "longer than " + std::to_string(max_selection_bytes) + " bytes: shorten it");
+      scanner_.fail(0, "the selection is longer than " + std::to_string(max_selection_bytes) +
+                           " bytes: shorten it");
     }
   }
 
