@@ -158,8 +158,10 @@ class GsdFrames final : public FrameReader {
 
   std::uint64_t particle_count() {
     const double count = number_of("particles/N", 0);
-    const bool valid = count >= 0 && count <= static_cast<double>(INT64_MAX / 2);
-    return checked_atoms(valid ? static_cast<std::int64_t>(count) : -1, file_.place());
+    if (!(count >= 0 && count <= static_cast<double>(INT64_MAX / 2))) {
+      file_.fail_damaged("the number of particles is " + number_text(count));
+    }
+    return checked_atoms(static_cast<std::int64_t>(count), file_.place());
   }
 
   void add_positions(ParticleColumns& columns) {

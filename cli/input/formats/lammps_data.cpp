@@ -211,7 +211,7 @@ class DataFile {
       input_.fail("the file has no section Atoms: check that this is a LAMMPS data file");
     }
     if (bonds_.size() < header_.bonds) {
-      input_.fail("the file ends after " + std::to_string(bonds_.size()) + " of " +
+      input_.fail("the file has only " + std::to_string(bonds_.size()) + " of " +
                   std::to_string(header_.bonds) + " bonds: check that the file is complete");
     }
     return finish();
