@@ -12,7 +12,8 @@ namespace parray::input {
 namespace {
 
 constexpr const char* range_remedy =
-    " is not a range: write two numbers, or two percentages of the particles, such as 1%:99%";
+    " is not a range: write two ascending numbers, or two ascending percentages of the particles, "
+    "such as 1%:99%";
 
 bool is_category(std::string_view by) {
   return std::ranges::find(color_by_words, by) != color_by_words.end();

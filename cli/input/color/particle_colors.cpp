@@ -228,13 +228,13 @@ NumberBounds ends_of(const ParticleColoring& coloring, ColorMap map, const Numbe
   decide(range.low, scale.low);
   decide(range.high, scale.high);
   if (log && !(scale.low > 0)) {
-    throw SourceError(
-        "range", "a logarithmic scale has no " + number_text(scale.low) + ": write an end above 0");
+    throw SourceError("range", "a logarithmic scale cannot begin at " + number_text(scale.low) +
+                                   ": write a low end above 0");
   }
   if (scale.low > scale.high) {
-    throw SourceError("range", "low (" + number_text(scale.low) + ") is above high (" +
-                                   number_text(scale.high) +
-                                   ") for these particles: give both ends");
+    throw SourceError(
+        "range", "low (" + number_text(scale.low) + ") is above high (" + number_text(scale.high) +
+                     ") for these particles: give both ends as numbers, the smaller first");
   }
   return scale;
 }

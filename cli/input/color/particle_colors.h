@@ -54,9 +54,9 @@ struct ParticleColors {
   [[nodiscard]] bool empty() const { return index.empty(); }
 };
 
-/// Colours `particles`, at least one. Notes count particles without a number ("unknown_numbers").
-/// They also count particles outside the range, which get the colour of the nearer end ("clipped").
-/// The result is the same for any number of threads.
+/// Colours `particles`, at least one. On a linear or logarithmic scale, notes count particles
+/// without a number ("unknown_numbers"). They also count particles outside the range, which get the
+/// colour of the nearer end ("clipped"). The result is the same for any number of threads.
 ///
 /// An open end of the range is the least or largest number. The range is symmetric if both ends are
 /// open, the map has a middle and numbers lie on both sides of 0. Percentiles are by nearest rank.

@@ -29,8 +29,8 @@ T binary_value(const char* from, bool swapped) {
 /// Returns `bytes` rounded up to a multiple of four. XDR and netCDF pad data so.
 constexpr std::uint64_t padded(std::uint64_t bytes) { return (bytes + 3) / 4 * 4; }
 
-/// Reads a particle file as numbers in one byte order, once from front to back. All members throw
-/// InputError if the file ends early.
+/// Reads a particle file as numbers in one byte order, once from front to back. Members that read
+/// throw InputError if the file ends early.
 class BinaryInput {
  public:
   /// `file` must outlive this object.
@@ -70,7 +70,8 @@ class BinaryInput {
 
   /// Returns whether the file ends here.
   bool at_end() { return input_.peek_bytes(1) == nullptr; }
-  /// Fails if fewer than `count` bytes remain.
+  /// Fails if fewer than `count` bytes remain. Does nothing for packed files, because their size is
+  /// unknown.
   void expect(std::uint64_t count) const {
     if (input_.bytes_left().value_or(count) < count) fail_end();
   }

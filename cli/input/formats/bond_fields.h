@@ -29,8 +29,8 @@ class AtomNumbers {
   /// Returns the place of the atom with this number. Returns nothing if no atom has it, or several
   /// have it.
   [[nodiscard]] std::optional<std::uint32_t> find(std::int64_t number);
-  /// Returns the bond of the atoms with two numbers. Fails at `place` for unknown numbers and for a
-  /// bond of an atom to itself.
+  /// Returns the bond of the atoms with two numbers. Fails at `place` for numbers that not exactly
+  /// one atom has, and for a bond of an atom to itself.
   StatedBond bond(std::string_view one, std::string_view other, const FilePlace& place);
 
  private:

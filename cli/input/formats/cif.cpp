@@ -92,7 +92,7 @@ class CifReader : public CifVisitor {
   void end_loop() override {
     if (!tags_.empty()) start_rows();  // a loop without rows
     if (kind_ == Kind::atoms && row_.begun() > 0) {
-      place_.fail("the last row of _atom_site has " + std::to_string(row_.begun()) + " of " +
+      place_.fail("the last row of the atom table has " + std::to_string(row_.begun()) + " of " +
                   std::to_string(row_.width()) + " values: check that the file is complete");
     }
     kind_ = Kind::other;
@@ -165,13 +165,16 @@ class CifReader : public CifVisitor {
   }
 
   void check_axes(CifTable table) const {
-    const char* const category = table == CifTable::sites ? "_atom_site." : "_chem_comp_atom.";
+    const bool sites = table == CifTable::sites;
     for (const CifItem first : {CifItem::x, CifItem::fract_x, CifItem::ideal_x}) {
+      const char* const start = sites                 ? "_atom_site."
+                                : first == CifItem::x ? "_chem_comp_atom.model_"
+                                                      : "_chem_comp_atom.";
       for (const int step : {1, 2}) {
         const CifItem axis = CifRow::after(first, step);
         if (!row_.has(first) || row_.has(axis)) continue;
         place_.fail("the table has no column " +
-                    std::string(category).append(CifRow::axis_name(axis)) + ": add it");
+                    std::string(start).append(CifRow::axis_name(axis)) + ": add it");
       }
     }
   }
@@ -300,8 +303,8 @@ class CifBytes {
 ///   between residues (_struct_conn). Numbers: occupancy, b_factor, charge (formal).
 /// - CIF of crystals (_atom_site with fractional coordinates): see unit_cell(). Counts bonds
 ///   (_geom_bond) in a note. Numbers: occupancy, b_factor (computed from U if the file gives U).
-/// - Components (_chem_comp_atom): ideal coordinates if all atoms have them, otherwise those of the
-///   model. Reads bonds (_chem_comp_bond). Numbers: charge.
+/// - Components (_chem_comp_atom): ideal coordinates if all placed atoms have them, otherwise those
+///   of the model. Reads bonds (_chem_comp_bond). Numbers: charge.
 Particles read_cif(PackedFile& file, const ParticleRequest& request) {
   CifReader reader(file.name(), request);
   CifBytes bytes(file);

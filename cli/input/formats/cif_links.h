@@ -38,7 +38,8 @@ class CifLinks {
   void add(std::string value);
 
   /// Adds bonds to the particles: those of a component, or covalent, disulfide and metal bonds
-  /// inside one asymmetric unit. A note counts bonds of which not exactly two atoms are known.
+  /// inside one asymmetric unit. A note counts bonds whose two atoms are not both found exactly
+  /// once.
   void finish(bool component, Particles& particles) const;
 
  private:

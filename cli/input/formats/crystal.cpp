@@ -237,8 +237,8 @@ Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FileP
   const std::optional<ParticleCell> cell = cell_from(crystal.lengths, crystal.angles);
   if (!cell) {
     place.fail(
-        "the coordinates are fractions but the file has no cell: add _cell_length_a, "
-        "_cell_length_b, _cell_length_c and the angles");
+        "the coordinates are fractions, but the file has no valid cell: add or correct "
+        "_cell_length_a, _cell_length_b, _cell_length_c and the angles");
   }
   std::vector<SymmetryOperation> operations = operations_of(crystal, place);
   AtomColumns atoms(place, request, {"occupancy", "b_factor"});

@@ -40,9 +40,10 @@ struct Crystal {
 };
 
 /// Returns the content of one cell, with fractions in [0, 1). Applies each symmetry operation to
-/// each site. Images within 0.4 angstrom of each other count as one, as in gemmi. Some sites
-/// exclude each other: groups of disorder in one assembly, or several sites at one place. The
-/// choice of the request decides between them. Numbers: occupancy, b_factor. Fails at `place`.
+/// each site. Images within 0.4 angstrom of each other count as one, as in gemmi. Groups of
+/// disorder in one assembly exclude each other: the choice of the request decides. Of several sites
+/// at one place, the one with the highest occupancy stays. The choice `all` keeps all sites.
+/// Numbers: occupancy, b_factor. Fails at `place`.
 Particles unit_cell(Crystal crystal, const ParticleRequest& request, const FilePlace& place);
 
 }  // namespace parray::input

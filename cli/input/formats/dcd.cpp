@@ -99,7 +99,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
           "the file contains velocities instead of positions: name the file with the positions");
     }
     if (kind != "CORD") {
-      input_.fail("this is not a DCD file: its first four bytes are not followed by CORD");
+      fail_other_file();
     }
     for (std::int32_t& value : control_) value = input_.get<std::int32_t>();
     close_record(header_bytes);
@@ -124,13 +124,19 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     close_record(bytes);
   }
 
+  [[noreturn]] void fail_other_file() const {
+    input_.fail(
+        "this is not a DCD file, or the lengths of its records have 8 bytes: check that this is "
+        "the right file, or convert it to lengths of 4 bytes");
+  }
+
   /// Finds the byte order from the length of the first record.
   void find_order() {
     const std::string_view first = input_.bytes(4);
     if (binary_value<std::int32_t>(first.data(), false) == header_bytes) {
       input_.set_order(std::endian::native);
     } else if (binary_value<std::int32_t>(first.data(), true) != header_bytes) {
-      input_.fail("this is not a DCD file: its first record does not have 84 bytes");
+      fail_other_file();
     }
   }
 
@@ -139,8 +145,8 @@ class DcdFrames final : public FramesOf<BinaryInput> {
     const std::int64_t moving = static_cast<std::int64_t>(atoms_) - control_[fixed_atoms];
     if (moving < 0 || control_[fixed_atoms] < 0) {
       input_.fail(
-          "the header has more fixed atoms than atoms: the file is probably damaged, copy it "
-          "again");
+          "the header has an impossible number of fixed atoms: the file is probably damaged, copy "
+          "it again");
     }
     open_record(4 * moving);
     input_.each<std::int32_t>(static_cast<std::uint64_t>(moving), [&](std::int32_t number) {
@@ -214,8 +220,8 @@ class DcdFrames final : public FramesOf<BinaryInput> {
 };
 
 /// Reads DCD (CHARMM, NAMD, X-PLOR, LAMMPS) in both byte orders, with fixed atoms and all forms of
-/// the cell. Format: CHARMM documentation, "dynamc", trajectory files. The time is that of the
-/// frame's step.
+/// the cell. Format: CHARMM documentation, "dynamc", trajectory files. The number of a frame's step
+/// is its time.
 Particles read_dcd(PackedFile& file, const ParticleRequest& request) {
   return read_frame<DcdFrames>(file, request);
 }

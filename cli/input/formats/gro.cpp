@@ -52,7 +52,9 @@ std::size_t width_of(std::string_view line, const FilePlace& place) {
   const std::size_t first = line.find('.', numbers_start);
   const std::size_t second = first == std::string_view::npos ? first : line.find('.', first + 1);
   if (second == std::string_view::npos) {
-    place.fail("the row has no two numbers from column 21 on: write x, y and z there");
+    place.fail(
+        "the row has no two decimal points from column 21 on: write x, y and z there with decimal "
+        "points");
   }
   return second - first;
 }

@@ -123,7 +123,8 @@ class GsdFrames final : public FrameReader {
     return chunk != nullptr ? chunk : in(first_, name);
   }
   /// Returns the same for a chunk with a row per particle. That of frame 0 defines values only if
-  /// both frames have the same number of particles. Fails for another number of columns.
+  /// both frames have the same number of particles. Fails if the frame's own chunk has another
+  /// number of rows.
   const GsdChunk* find(std::string_view name) const {
     const GsdChunk* const chunk = own(name);
     if (chunk != nullptr && chunk->rows != count_) {
@@ -158,8 +159,10 @@ class GsdFrames final : public FrameReader {
 
   std::uint64_t particle_count() {
     const double count = number_of("particles/N", 0);
-    const bool valid = count >= 0 && count <= static_cast<double>(INT64_MAX / 2);
-    return checked_atoms(valid ? static_cast<std::int64_t>(count) : -1, file_.place());
+    if (!(count >= 0 && count <= static_cast<double>(INT64_MAX / 2))) {
+      file_.fail_damaged("the number of particles is " + number_text(count));
+    }
+    return checked_atoms(static_cast<std::int64_t>(count), file_.place());
   }
 
   void add_positions(ParticleColumns& columns) {
@@ -264,7 +267,10 @@ class GsdFrames final : public FrameReader {
     check_columns(*chunk, 2);
     std::optional<double> first;
     file_.numbers(*chunk, [&](double particle) {
-      if (!(particle >= 0 && particle < static_cast<double>(count_)) || particle == first) {
+      if (particle == first) {
+        file_.fail_damaged("a bond joins the particle " + number_text(particle) + " to itself");
+      }
+      if (!(particle >= 0 && particle < static_cast<double>(count_))) {
         file_.fail_damaged("a bond has the particle " + number_text(particle) + " of " +
                            std::to_string(count_));
       }

@@ -39,7 +39,7 @@ void GsdFile::fail_damaged(std::string_view problem) const {
 
 void GsdFile::expect(std::uint64_t location, std::uint64_t bytes) const {
   if (location > largest_file_bytes || bytes > largest_file_bytes) {
-    fail_damaged("the data are beyond any file");
+    fail_damaged("the file states an impossible place or size of data");
   }
   if (size().value_or(UINT64_MAX) >= location + bytes) return;
   fail("the file ends within its data: check that the file is complete");
@@ -161,7 +161,8 @@ std::vector<std::string> GsdFile::texts(const GsdChunk& chunk) {
   check(chunk);
   std::vector<std::string> texts;
   if (chunk.number_bytes() != 1 || chunk.columns > max_text_bytes) {
-    fail_damaged("the chunk " + printable(names_[chunk.name]) + " does not have texts");
+    fail_damaged("the chunk " + printable(names_[chunk.name]) + " does not have texts of at most " +
+                 std::to_string(max_text_bytes) + " bytes");
   }
   if (chunk.columns == 0) return texts;
   std::string row(chunk.columns, '\0');

@@ -211,7 +211,7 @@ class DataFile {
       input_.fail("the file has no section Atoms: check that this is a LAMMPS data file");
     }
     if (bonds_.size() < header_.bonds) {
-      input_.fail("the file ends after " + std::to_string(bonds_.size()) + " of " +
+      input_.fail("the file has only " + std::to_string(bonds_.size()) + " of " +
                   std::to_string(header_.bonds) + " bonds: check that the file is complete");
     }
     return finish();
@@ -311,7 +311,7 @@ class DataFile {
   [[noreturn]] void fail_width(std::size_t width) const {
     input_.fail(std::to_string(words_.size()) + " columns, but the atom style has " +
                 std::to_string(width) + ", or " + std::to_string(width + image_flags) +
-                " with image flags: write its name, such as 'Atoms # full'");
+                " with image flags: correct the row, or the style in 'Atoms # full'");
   }
 
   Particles finish() {

@@ -254,7 +254,7 @@ class NetcdfFrames final : public FramesOf<BinaryInput> {
     return true;
   }
 
-  /// Skips the frame. Fails if the file ends within it.
+  /// Skips the frame. Fails if the file, unless it is packed, ends within it.
   std::uint64_t skip() override {
     go_to(offset_of(*wanted_.back()));
     input_.expect(wanted_.back()->bytes());

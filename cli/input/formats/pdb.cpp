@@ -82,7 +82,7 @@ bool has_position_of_pdb(std::string_view atom) {
          is_number_field(columns(atom, 47, 54));
 }
 
-/// Recognises PDBQT (AutoDock Vina's manual): PDB with charges in columns 71 to 76 and with roots
+/// Recognises PDBQT (AutoDock Vina's manual): PDB with charges in columns 69 to 76 and with roots
 /// and branches.
 Confidence looks_like_pdbqt(const FileStart& start) {
   const std::string_view atom = first_atom(start);

@@ -285,7 +285,7 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 [[noreturn]] void fail_position(std::string_view line, const FilePlace& place) {
   if (line.size() < 54) {
     place.fail(
-        "the record ends before its coordinates, columns 31 to 54: check that the file is "
+        "the record ends before column 54, the last of its coordinates: check that the file is "
         "complete");
   }
   for (const auto& [name, first] : {std::pair{"x", 31U}, {"y", 39U}, {"z", 47U}}) {
@@ -301,7 +301,7 @@ bool read_loose(std::string_view line, AtomRecord& record) {
 std::optional<std::string_view> read_shared(std::string_view line, std::string& aligned,
                                             const FilePlace& place, AtomRecord& record) {
   if (line.find('\0') != std::string_view::npos) {
-    place.fail("the line is not a valid record of an atom: check its columns");
+    place.fail("the record contains a zero byte: the file is probably damaged, copy it again");
   }
   const bool tabs = line.find('\t') != std::string_view::npos;
   auto position = tabs ? std::nullopt : columns_position(line);
@@ -370,7 +370,7 @@ void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& 
     std::vector<std::string_view> rest;
     split_at_blanks(fixed.size() > coordinates_end ? fixed.substr(coordinates_end) : "", rest);
     if (rest.size() < 2) {
-      place.fail("charge and radius are missing after the coordinates: add them");
+      place.fail("fewer than two numbers follow the coordinates: add charge and radius");
     }
     charge = number_field(rest[0], "the charge", place);
     radius = number_field(rest[1], "the radius", place);

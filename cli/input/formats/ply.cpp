@@ -143,7 +143,8 @@ bool PlyRows::read(const char* rows, std::size_t count, Particles& out, std::siz
 }
 
 [[noreturn]] void fail_list(const ParticleInput& input, const PlyProperty& property) {
-  input.fail("list '" + printable(property.name) + "' has no valid size: check the header");
+  input.fail("list '" + printable(property.name) +
+             "' has no valid size: check that the header fits the data");
 }
 
 /// Reads instances from lines of words. Only the properties that are read must be numbers.
@@ -314,8 +315,8 @@ void check_size(const PlyHeader& header, const ParticleInput& input) {
   if (header.format == PlyFormat::ascii) needed -= std::min<std::uint64_t>(needed, 1);
   if (needed > *left) {
     input.fail("the header requires at least " + std::to_string(needed) +
-               " bytes of data, but the file has " + std::to_string(*left) +
-               ": check that the file is complete");
+               " bytes of data, but only " + std::to_string(*left) +
+               " follow it: check that the file is complete");
   }
 }
 
@@ -327,6 +328,11 @@ class VertexLayout {
     std::vector<std::string> names;
     for (const PlyProperty& property : vertex.properties) {
       names.push_back(property.list_size ? std::string() : property.name);
+    }
+    for (const std::string_view axis : {"x", "y", "z"}) {
+      if (place_in(names, axis)) continue;
+      place.fail("element 'vertex' has no scalar property '" + std::string(axis) +
+                 "': add x, y and z");
     }
     layout_ = layout_of(names, place);
     if (layout_.color) check_color(vertex, place);
@@ -354,7 +360,8 @@ class VertexLayout {
     const bool byte = type == PlyType::uint8;
     const bool real = type == PlyType::float32 || type == PlyType::float64;
     if (type_of(1) != type || type_of(2) != type || !(byte || real)) {
-      place.fail("the colour properties must be all uchar or all float: change their types");
+      place.fail(
+          "the colour properties must be all uchar, all float or all double: change their types");
     }
     layout_.color_scale = byte ? ColorScale::srgb8 : ColorScale::linear;
   }
@@ -420,8 +427,9 @@ Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader re
 
 /// Reads PLY 1.0, ascii and binary in both byte orders. Element "vertex" has x, y, z of any scalar
 /// type; radius (or r, without g and b); red, green, blue (or r, g, b). Colours of type uchar are
-/// 8-bit sRGB; float and double are linear from 0 to 1. Ignores other properties and elements. Also
-/// ignores `scale`, because programs use that name for lengths, factors and logarithms.
+/// 8-bit sRGB; float and double are linear from 0 to 1. Other properties are numbers on request. A
+/// property `scale` is one of these and no radius, because programs use that name for lengths,
+/// factors and logarithms. Notes count instances of other elements.
 Particles read_ply(PackedFile& file, const ParticleRequest& request) {
   ParticleInput input(file);
   const PlyHeader header = read_ply_header(input);

@@ -69,7 +69,8 @@ class Sections {
     const auto found = sections_.find("POINTERS");
     if (found == sections_.end() || found->second.size() <= place) {
       input_.fail(
-          "the file has no section POINTERS: check that this is a PRMTOP file of AMBER 7 or later");
+          "the file has no complete section POINTERS: check that this is a PRMTOP file of AMBER 7 "
+          "or later");
     }
     return count_field(found->second[place], input_.place());
   }

@@ -33,7 +33,8 @@ NamedAtom atom_in_row(const std::vector<std::string_view>& row, const FilePlace&
   const std::size_t at = has_segment ? 2 : 1;
   if (row.size() < at + 6) {
     place.fail(std::to_string(row.size()) +
-               " columns, but an atom of PSF has 8 or more: check that the file is complete");
+               " columns, but an atom of PSF has at least 8, or 7 without a segment: check that "
+               "the file is complete");
   }
   NamedAtom atom;
   if (has_segment) atom.chain = row[1];

@@ -125,10 +125,12 @@ class SdfFrames final : public FramesOf<ParticleInput> {
     if (!input_.next_line()) {
       input_.fail("the file ends within a molecule: check that the file is complete");
     }
-    if (ends_molecule(input_.line())) {
-      input_.fail("the molecule ends before its " + std::to_string(atoms_) + " atoms and " +
-                  std::to_string(bonds_) + " bonds: check these numbers");
+    if (!ends_molecule(input_.line())) return;
+    if (atoms_ + bonds_ == 0) {
+      input_.fail("the molecule has no line 'M  V30 COUNTS': check that the file is complete");
     }
+    input_.fail("the molecule ends before its " + std::to_string(atoms_) + " atoms and " +
+                std::to_string(bonds_) + " bonds: check these numbers");
   }
 
   /// Reads the words of a line "M  V30 ..." and of its continuation lines.

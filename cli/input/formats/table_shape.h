@@ -22,7 +22,7 @@ struct TableShape {
   };
   Names names = Names::header;
   char separator = ' ';     ///< between fields of the rows; see FieldSplitter
-  bool certain = false;     ///< all rows at the start of the file have this shape
+  bool certain = false;     ///< the first rows have this shape, or the header names positions
   bool counted = false;     ///< a row with the number of particles precedes the others
   bool numbered = false;    ///< the first row has the numbers of the columns: 0, 1, 2 (pandas)
   std::size_t first = 0;    ///< without names: the first column that is not an index

@@ -12,8 +12,8 @@ namespace parray::input {
 char first_character(PackedFile& file);
 
 /// Returns what a file that begins with a brace or a bracket seems to be instead of a scene, and
-/// the remedy: "a table of pandas as JSON: ...". Returns "" if the file may be a scene. `first` is
-/// the file's first_character(). Reads only the first bytes.
+/// the remedy: "a table as JSON (from pandas), not a scene: ...". Returns "" if the file may be a
+/// scene. `first` is the file's first_character(). Reads only the first bytes.
 std::string json_without_scene(const FileStart& start, char first);
 
 }  // namespace parray::input

@@ -89,7 +89,7 @@ std::vector<Vec3d> vectors_of(const std::array<const NumberColumn*, 3>& columns,
   if (unknown > 0) {
     particles.facts.notes.push_back(
         {"unknown_vectors", unknown,
-         particles_word(unknown) + " without a known vector, no arrow"});
+         particles_word(unknown) + " without a known vector, drawn without an arrow"});
   }
   return vectors;
 }

@@ -101,18 +101,18 @@ void decide_for_beads(Particles& particles, ParticleSource& source) {
   const bool open_radius = particles.radii.empty() && source.look.radius_by.empty() &&
                            source.look.radius.rule == ParticleRadius::Rule::automatic;
   if ((!open_colors && !open_radius) || !are_beads(particles)) return;
-  std::string text = in_number(
-      particles.count(), "bead, whose name is no element:", "beads, whose names are no elements:");
+  std::string text = in_number(particles.count(), "bead, whose name is no element",
+                               "beads, whose names are no elements");
   if (open_colors) {
     source.look.coloring.by = particles.atom_names.empty() ? "type" : "atom";
-    text += " coloured by name";
+    text += ": coloured by name";
   }
   const bool sticks = source.look.style == ParticleStyle::balls_and_sticks;
   const double touching = open_radius ? typical_distance(particles.positions) / 2 : 0;
   const double radius = sticks ? touching / 2 : touching;
   if (radius >= ranges::length.least) {
     source.look.radius = {ParticleRadius::Rule::fixed, radius};
-    text += std::string(open_colors ? "," : "") + " with " + (sticks ? "half " : "") +
+    text += std::string(open_colors ? "," : ":") + " with " + (sticks ? "half " : "") +
             "the radius at which neighbours touch";
   }
   std::vector<ParticleNote>& notes = particles.facts.notes;

@@ -9,7 +9,7 @@
 namespace parray::input {
 
 /// Returns whether the particles of a file are beads. They have names, the file is no CIF file, and
-/// - at least half of the names belong to no element, or
+/// - the elements of at least half of the particles are unknown, or
 /// - elements were guessed for at least half of the particles, most names are not just the symbol
 ///   of an element, and typical neighbours are more than 2 angstrom apart: too far for bonds of
 ///   atoms.

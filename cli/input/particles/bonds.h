@@ -15,8 +15,8 @@ struct PeriodicBond {
   CellImage image{};
 };
 
-/// Returns the length of 1 angstrom in the unit of the particles. Files that state no unit are in
-/// angstrom.
+/// Returns the length of 1 angstrom in the unit of the particles. Files without a unit, or with an
+/// ambiguous one, are in angstrom.
 double angstrom_of(const Particles& particles);
 
 /// Finds bonds, also across periodic faces of the cell, if the particles have a cell. Two atoms

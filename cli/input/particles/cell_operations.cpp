@@ -51,7 +51,8 @@ void check_coordinates(const char* key, const std::vector<Vec3d>& positions) {
     return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= limits::max_length;
   });
   if (!inside) {
-    throw SourceError(key, "a coordinate would be beyond 1e15: use fewer copies or a smaller unit");
+    throw SourceError(
+        key, "a coordinate would be beyond 1e15: use fewer copies or a larger unit of length");
   }
 }
 

@@ -61,7 +61,7 @@ Particles read_filled(FrameReader& reader, std::uint64_t& frame) {
     if (frame > 0) {
       particles.facts.notes.push_back(
           {"empty_frames", frame,
-           (frame == 1 ? "empty frame" : "empty frames") + std::string(" before it skipped")});
+           (frame == 1 ? "empty frame" : "empty frames") + std::string(" at the start skipped")});
     }
     return particles;
   }

@@ -71,7 +71,8 @@ Particles read_frame(PackedFile& file, const ParticleRequest& request, const Ope
 [[noreturn]] void fail_without_frame(const FilePlace& place, std::uint64_t count,
                                      std::uint64_t asked);
 
-/// Does the same for a `Reader` with the constructor (PackedFile&, const ParticleRequest&).
+/// Calls read_frame() with a `Reader` that has the constructor (PackedFile&, const
+/// ParticleRequest&).
 template <typename Reader>
 Particles read_frame(PackedFile& file, const ParticleRequest& request) {
   return read_frame(file, request, [&file](const ParticleRequest& kept) {

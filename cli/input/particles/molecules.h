@@ -23,9 +23,9 @@ struct Molecules {
 /// each of their atoms counts as a molecule.
 ///
 /// If the file has elements, molecules follow from covalent_bonds(). Otherwise they follow from the
-/// numbers `mol` or `molecule`, or from residues. Then each particle moves to the image nearest to
-/// the particle before it in the same molecule, in the order of the numbers `id`, if the particles
-/// have them.
+/// numbers `mol` or `molecule`, or from residues. In these cases each particle moves to the image
+/// nearest to the particle before it in the same molecule, in the order of the numbers `id`, if the
+/// particles have them.
 ///
 /// Throws InputError, which names no place, if the particles have none of these columns, and the
 /// errors of covalent_bonds().

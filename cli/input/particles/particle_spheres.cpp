@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include "cli/input/color/particle_colors.h"
@@ -172,9 +174,14 @@ std::string lacks(const std::string& name, std::string_view column,
   return text + (separator.empty() ? "" : " or ") + std::string(otherwise);
 }
 
-std::string unknown_material(const ParticleMaterial& material, const MaterialNames& materials) {
+std::string unknown_material(const ParticleMaterial& material, const MaterialNames& materials,
+                             std::string_view otherwise) {
+  std::span<const std::string_view> words;
+  if (material.rule == MaterialRule::named) words = particle_material_words;
+  std::string remedy = "write ";
+  if (!words.empty()) remedy += list_names(words) + " or ";
   return "unknown material '" + printable(material.name) +
-         "': " + materials.remedy_for_undefined(material.name, particle_material_words);
+         "': " + materials.remedy_for_undefined(material.name, words, remedy.append(otherwise));
 }
 
 }  // namespace
@@ -205,11 +212,13 @@ std::string problem_with(const ParticleMaterial& material, const Particles& part
   };
   switch (material.rule) {
     case MaterialRule::named:
-      return materials.find(material.name) != nullptr ? "" : unknown_material(material, materials);
+      return materials.find(material.name) != nullptr
+                 ? ""
+                 : unknown_material(material, materials, otherwise);
     case MaterialRule::color_by: {
       const Material* const base = materials.find(material.name);
       if (base == nullptr) {
-        return material.name.empty() ? "" : unknown_material(material, materials);
+        return material.name.empty() ? "" : unknown_material(material, materials, otherwise);
       }
       return base->type != MaterialType::dielectric
                  ? ""

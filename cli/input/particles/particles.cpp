@@ -54,8 +54,8 @@ const ParticleFormat& format_of(PackedFile& file) {
 Particles read(PackedFile& file, const ParticleFormat& format, const ParticleRequest& request) {
   const std::uint64_t frame = request.frame_number();
   if (frame > 0 && !format.frames) {
-    FilePlace{file.name()}.fail("the file has no frame " + std::to_string(frame) + ": a " +
-                                std::string(format.name) + " file has one frame, number 0");
+    FilePlace{file.name()}.fail("the file has no frame " + std::to_string(frame) + ": the format " +
+                                std::string(format.name) + " has one frame, number 0");
   }
   const bool goes_on =
       request.continues() && format.frames && request.cursor->leads_to(file, request);
@@ -130,7 +130,7 @@ void take_numbers(const Particles& from, const Order& order, const ParticleReque
 /// "id" too, the atom with the same number.
 ///
 /// Throws InputError if the topology and the particles, from `file`, differ in their number of
-/// atoms.
+/// atoms or in their ids.
 void take_topology(const std::filesystem::path& topology, const std::filesystem::path& file,
                    const ParticleRequest& request, Particles& particles) {
   ParticleRequest names{.numbers = request.numbers, .threads = request.threads};

@@ -59,7 +59,7 @@ struct ParticleFacts {
   std::string packing{};                  ///< "gzip"; empty: not packed
   std::uint64_t frame = 0;                ///< number of the frame that was read, from 0
   std::optional<std::uint64_t> frames{};  ///< number of frames in the file, if they were counted
-  std::optional<double> time{};           ///< of the frame, in the file's unit
+  std::optional<double> time{};           ///< time, step or number, as the file has it
   std::string length_unit{};              ///< of positions and radii, if the file says so
   std::vector<ParticleNote> notes{};
 };
@@ -72,9 +72,9 @@ struct StatedBond {
   friend auto operator<=>(const StatedBond&, const StatedBond&) = default;
 };
 
-/// The content of a particle file in columns. Positions and radii are in the file's own unit. A
-/// column that the file lacks is empty. All other columns have one entry per particle, in the
-/// file's order.
+/// The content of a particle file in columns. Positions and radii are in the file's own unit, but
+/// readers of GROMACS and AMBER files turn nanometres into angstrom. A column that the file lacks
+/// is empty. All other columns have one entry per particle, in the file's order.
 struct Particles {
   std::vector<Vec3d> positions;        ///< finite, |component| <= limits::max_length
   std::vector<double> radii;           ///< > 0, in [limits::min_radius, limits::max_length]
@@ -124,8 +124,8 @@ struct AlternativeChoice {
   friend bool operator==(const AlternativeChoice&, const AlternativeChoice&) = default;
 };
 
-/// Parses "best", "all" or one letter or digit. Throws InputError, which names no place, for other
-/// texts.
+/// Parses "best", "all" or one printable ASCII character. Throws InputError, which names no place,
+/// for other texts.
 AlternativeChoice alternatives_from(std::string_view text);
 
 /// Returns the text that alternatives_from() parses to `choice`. Returns "" for `best`.

@@ -64,8 +64,9 @@ void replicate(Particles& particles, const Replicas& replicas);
 /// particle already is. Edges that are not periodic have no copies. Returns the number of copies.
 std::uint64_t add_boundary_copies(Particles& particles, const Vec3d& tolerance);
 
-/// Moves each molecule by whole edges, so that its centroid is inside the cell. `molecule` has the
-/// number of each particle's molecule, from 0; empty: each particle is one.
+/// Moves each molecule by whole periodic edges, so that its centroid is inside the cell along
+/// these. `molecule` has the number of each particle's molecule, from 0; empty: each particle is
+/// one.
 void wrap(Particles& particles, std::span<const std::uint32_t> molecule = {});
 
 /// Moves all particles, so that the centroid of those of `mask` (at least one) is at the centre of

@@ -69,8 +69,8 @@ RadiusScale radius_scale_from(std::string_view text) {
   }
   if (valid) return scale;
   throw InputError("'" + printable(text) +
-                   "' does not name radii: write a numeric column, or COLUMN:LOW:HIGH with radii "
-                   "such as mass:0.5:2");
+                   "' does not name radii: write a numeric column, or COLUMN:LOW:HIGH with two "
+                   "ascending radii such as mass:0.5:2");
 }
 
 std::string text_of(const RadiusScale& scale) {

@@ -24,6 +24,8 @@ class KeySink final : public JsonSink {
 
   JsonDelivery on_key(const std::string& key, std::uint64_t line) override {
     if (key != sections[0]) fail_unknown_key(key, line, root_, sections);
+    if (began_) root_.at(key).fail(line, "duplicate key '" + key + "': remove one of them");
+    began_ = true;
     return JsonDelivery::by_item;
   }
   void on_member(const JsonMember& /*member*/) override {}
@@ -63,6 +65,7 @@ class KeySink final : public JsonSink {
 
  private:
   JsonPlace root_;
+  bool began_ = false;  // the key "cameras" was read
   std::vector<CameraPath::Key> keys_;
 };
 

@@ -93,8 +93,8 @@ bool read_boolean(const JsonValue& value, const JsonPlace& place) {
 void fail_unknown_key(std::string_view key, std::uint64_t line, const JsonPlace& object,
                       std::span<const std::string_view> known) {
   const std::string pointer = object.pointer();
-  object.at(key).fail(line, "unknown key '" + printable(key) + "' in " +
-                                (pointer == "/" ? "the scene" : pointer) + ": " +
+  object.at(key).fail(line, "unknown key '" + printable(key) + "' " +
+                                (pointer == "/" ? "at the top level" : "in " + pointer) + ": " +
                                 remedy_for_name(key, known));
 }
 

@@ -45,7 +45,7 @@ std::string_view remedy_for(std::string_view reason, std::string_view token) {
     return reason.ends_with("expected ']'") ? "close the list with ]"
            : reason.ends_with("expected '}'")
                ? "close the object with }"
-               : "remove the comma before it, or write what is missing";
+               : "remove the comma before the bracket, or write what is missing";
   }
   if (reason.find("UTF-8") != std::string_view::npos) return "save the file as UTF-8";
   return "look for a missing quote, comma or bracket";
@@ -309,7 +309,7 @@ bool SaxHandler::parse_error(std::size_t, const std::string& last_token,
   }
   if (source_.end_was_reached()) {
     fail(started_ ? "the file ends within the JSON object: check that the file is complete"
-                  : "the file is empty: write a JSON object");
+                  : "the file ends before a JSON object begins: write a JSON object");
   }
   constexpr int number_overflow = 406;
   if (error.id == number_overflow) {

@@ -113,9 +113,10 @@ inline constexpr std::size_t max_json_values_per_delivery = 4096;
 /// object. Delivers it to `sink`. Memory does not grow with the document.
 ///
 /// Returns the line on which the document starts. Throws InputError "FILE:LINE: POINTER: PROBLEM"
-/// for text that is not JSON, a number beyond double's range, a repeated key in an object, nesting
-/// deeper than limits::max_json_depth, and more than max_json_values_per_delivery values. Throws it
-/// also for a value of another kind than its JsonDelivery. Throws the errors of ByteSource.
+/// for text that is not JSON, a number beyond double's range, a repeated key in an object inside a
+/// delivery, nesting deeper than limits::max_json_depth, and more than max_json_values_per_delivery
+/// values. Throws it also for a value of another kind than its JsonDelivery. Throws the errors of
+/// ByteSource.
 std::uint64_t parse_json(std::istream& input, const std::string& file, JsonSink& sink);
 
 }  // namespace parray::input

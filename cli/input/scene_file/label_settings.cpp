@@ -19,8 +19,8 @@ std::string_view unit_sign(std::string_view unit) {
 std::string_view length_unit_of(std::string_view format) {
   // The unit follows from the definition of the format. The reader of GRO converts nanometres.
   // Files of XYZ are in angstrom by convention.
-  constexpr std::array<std::string_view, 10> in_angstrom{"PDB",   "mmCIF", "CIF",  "XYZ", "PQR",
-                                                         "PDBQT", "SDF",   "MOL2", "GRO", "POSCAR"};
+  constexpr std::array<std::string_view, 9> in_angstrom{"PDB", "CIF",  "XYZ", "PQR",   "PDBQT",
+                                                        "SDF", "MOL2", "GRO", "POSCAR"};
   return std::ranges::find(in_angstrom, format) != in_angstrom.end() ? "angstrom" : "";
 }
 

@@ -40,9 +40,9 @@ struct LabelSettings {
 inline constexpr double usual_font_size = 8;  ///< points
 /// Resolution if a width is given and no resolution, in pixels per inch.
 inline constexpr double usual_dpi = 300;
-inline constexpr std::size_t longest_label_text = 4000;  ///< bytes
-inline constexpr std::size_t longest_unit = 40;
-inline constexpr std::size_t longest_legend_title = 200;
+inline constexpr std::size_t longest_label_text = 4000;   ///< bytes
+inline constexpr std::size_t longest_unit = 40;           ///< bytes
+inline constexpr std::size_t longest_legend_title = 200;  ///< bytes
 
 /// Returns why a text cannot be a label or a unit, with the remedy. Returns "" for valid texts.
 std::string problem_with_label_text(std::string_view text, std::size_t longest);

@@ -63,14 +63,15 @@ std::string_view MaterialNames::name_of(std::uint32_t number) const {
 }
 
 std::string MaterialNames::remedy_for_undefined(std::string_view name,
-                                                std::span<const std::string_view> words) const {
+                                                std::span<const std::string_view> words,
+                                                std::string_view otherwise) const {
   // Sorts the names, so that the message does not depend on the order of the file.
   std::vector<std::string_view> known(words.begin(), words.end());
   for (const NamedMaterial& material : defined()) known.push_back(material.name);
   std::ranges::sort(known);
   NearestWord nearest(name);
   for (const std::string_view word : known) nearest.offer(word);
-  if (nearest.best().empty()) return "define it in /materials";
+  if (nearest.best().empty()) return std::string(otherwise);
   return "did you mean '" + printable(nearest.best()) + "'?";
 }
 

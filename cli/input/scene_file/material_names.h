@@ -51,9 +51,10 @@ class MaterialNames {
   std::vector<NamedMaterial> defined() const;
 
   /// Returns the remedy for an undefined name, as the end of a message. `words` are further valid
-  /// texts.
+  /// texts. `otherwise` is the remedy if no valid text is similar.
   std::string remedy_for_undefined(std::string_view name,
-                                   std::span<const std::string_view> words = {}) const;
+                                   std::span<const std::string_view> words = {},
+                                   std::string_view otherwise = "define it in /materials") const;
   std::string_view name_of(std::uint32_t number) const;
 
  private:

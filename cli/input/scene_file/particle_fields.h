@@ -108,7 +108,7 @@ void look_fields(F&& f, S&... s) {
     particle_rules::color_map, s.coloring.map...);
   f({"range",
      "Values at the ends of the colour map: two numbers, or percentiles such as 1%:99% (default: "
-     "the smallest and the largest value)",
+     "the smallest and the largest value; a diverging map is symmetric if both signs occur)",
      special, "LOW:HIGH"},
     particle_rules::range, s.coloring.range...);
   f({"color_scale",

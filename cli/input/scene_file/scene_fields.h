@@ -68,7 +68,7 @@ template <typename F, typename... S>
 void postprocessing_fields(F&& f, S&... s) {
   f({"outline",
      "Draw dark lines around spheres in front of others that are farther away. WIDTH in pixels or, "
-     "with --dpi, in points (0.5pt); on: 1/450 of the picture's height",
+     "with --dpi or --width-mm, in points (0.5pt); on: 1/450 of the picture's height",
      0, "on|off|WIDTH"},
     LineWidthRange{drawing_ranges::line_width}, s.outline...);
   f({"depth_cue",

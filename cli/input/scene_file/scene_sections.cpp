@@ -107,7 +107,7 @@ class SectionReader {
 
   std::string read(const char* key, FileName /*rule*/) const {
     const std::string& name = fields_.string(key);
-    if (name.empty()) fail(key, "the name is empty: write the name of a particle file");
+    if (name.empty()) fail(key, "the name is empty: write the name of a file");
     return name;
   }
   template <typename T>
@@ -143,8 +143,9 @@ class SectionReader {
   static std::string text_in(const JsonValue& value, const JsonPlace& place, JsonForm form) {
     if (form == JsonForm::number && value.kind == JsonKind::number) return text_of_number(value);
     if (form == JsonForm::number && value.kind != JsonKind::string) {
-      place.fail(value.line,
-                 "expected a number or a text, found " + std::string(name_of(value.kind)));
+      place.fail(value.line, "expected a number or a text, found " +
+                                 std::string(name_of(value.kind)) +
+                                 ": write a number, or a text in double quotes");
     }
     if (form != JsonForm::pair || value.kind != JsonKind::array) return read_string(value, place);
     if (value.items.size() != 2) {
@@ -154,7 +155,10 @@ class SectionReader {
                                  std::numeric_limits<double>::max()};
     const double low = read_number(value.items[0], place.at(0), finite);
     const double high = read_number(value.items[1], place.at(1), finite);
-    if (!(low < high)) place.fail(value.line, "low is not below high: write [low, high]");
+    if (!(low < high)) {
+      place.fail(value.line,
+                 "low is not below high: write two different numbers, the smaller first");
+    }
     return number_text(low) + ":" + number_text(high);
   }
   static std::string text_of_number(const JsonValue& value) {
@@ -362,7 +366,7 @@ NamedCapsule read_capsule(const JsonValue& value, const JsonPlace& place) {
   if (!has_valid_ends(out.capsule)) {
     place.at("to").fail(fields.find("to")->line,
                         "the ends of the capsule are less than 2e-15 apart: write equal ends, or "
-                        "use a larger unit of length");
+                        "use a smaller unit of length");
   }
   return out;
 }

@@ -24,7 +24,7 @@ std::string json_text(std::string_view text) {
     return nlohmann::json(text).dump();
   } catch (const nlohmann::json::type_error&) {
     throw InputError("'" + printable(text, 4096) +
-                     "' is not UTF-8, but all names in a scene must be: rename it");
+                     "' is not UTF-8, but all names and texts in a scene must be: change it");
   }
 }
 

@@ -25,7 +25,7 @@ inline std::string particles_word(std::uint64_t count) {
   return in_number(count, "particle", "particles");
 }
 
-/// Returns the columns that the particles have: "elements, types, z". Leaves positions out.
+/// Returns the columns and numbers that the particles have: "elements, types, x, y, z, index".
 std::string columns_of(const Particles& particles);
 
 /// Returns true for a numeric column of the file, which the reader loads only on request.

@@ -74,7 +74,8 @@ class SelectionParser {
  public:
   explicit SelectionParser(std::string_view text) : scanner_(text) {
     if (text.size() > max_selection_bytes) {
-      scanner_.fail(0, "longer than " + std::to_string(max_selection_bytes) + " bytes: shorten it");
+      scanner_.fail(0, "the selection is longer than " + std::to_string(max_selection_bytes) +
+                           " bytes: shorten it");
     }
   }
 
@@ -208,8 +209,10 @@ class SelectionParser {
     if (scanner_.take_sign("(")) {
       Expression out = either();
       if (scanner_.take_sign(")")) return out;
-      fail_here("the parenthesis at character " + std::to_string(column) +
-                " is not closed: add ')'");
+      const std::string open = "the parenthesis at character " + std::to_string(column);
+      if (scanner_.at_end()) fail_here(open + " is not closed: add ')'");
+      fail_here("unexpected '" + scanner_.shown(scanner_.next()) +
+                "': join conditions by 'and' or 'or', or close " + open);
     }
     if (scanner_.next_is_digit()) return constant();
     if (scanner_.next_is("\"")) return leaf(Kind::property, column, lower_case(scanner_.quoted()));

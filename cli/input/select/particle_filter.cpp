@@ -64,7 +64,7 @@ class Shown {
     if (notes_.empty()) return;
     if (left() == 0) {
       throw SourceError("hide", "all " + std::to_string(particles_.count()) +
-                                    " particles are hidden: hide fewer classes or write none");
+                                    " particles are hidden: hide fewer classes");
     }
     keep(particles_, mask_);
     auto& notes = particles_.facts.notes;

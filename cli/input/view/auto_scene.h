@@ -34,7 +34,7 @@ struct AutoScene {
 /// give the shape of the picture. `source` determines what is shown; its `file` is ignored.
 /// `automatic` rules fall back to the plain material and to lattice_radius(). The only known
 /// material name is plain_material_name. The automatic view treats particles as a molecule if they
-/// have elements and no cell, or residue names and a cell that they do not fill. Pictures of
+/// have elements and either no cell, or residue names and a cell that they do not fill. Pictures of
 /// crystals, which is_crystal() recognises if `source` does not tell, have the label `cell`. Small
 /// molecules are drawn as balls and sticks: see decide_style().
 ///

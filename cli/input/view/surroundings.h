@@ -58,10 +58,9 @@ struct SceneryObject {
 std::vector<SceneryObject> scenery_of(const Viewing& viewing);
 
 /// Camera, light and scenery for a picture of spheres in the style of a publication. The camera
-/// looks from the direction in which the spheres spread most, or from a direction that the user
-/// chose. It has a long lens. Every sphere and capsule is inside the picture and outside all
-/// labels, unless the user zooms in. A perspective camera moves sideways for this and keeps its
-/// direction.
+/// looks from the direction that viewpoint_of() chooses. It has a long lens. Every sphere and
+/// capsule is inside the picture and outside all labels, unless the user zooms in. A perspective
+/// camera moves sideways for this and keeps its direction.
 ///
 /// - ground: a pale floor under the lowest sphere or capsule. For a view that does not look down on
 ///   the floor, it is a pale wall behind the farthest sphere. It fills the background.

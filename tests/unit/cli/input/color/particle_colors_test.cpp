@@ -164,7 +164,8 @@ TEST_CASE("a logarithmic scale has equal steps for equal factors, and none for n
   CHECK(particles.facts.notes[0].text == "particle without a positive vx, in a separate colour");
   coloring.range = color_range_from("0:");
   CHECK_THROWS_WITH_AS(shares({1, 2}, coloring),
-                       "a logarithmic scale has no 0: write an end above 0", SourceError);
+                       "a logarithmic scale cannot begin at 0: write a low end above 0",
+                       SourceError);
   coloring.range = {};
   CHECK_THROWS_WITH_AS(shares({0, -1}, coloring),
                        "no particle has a positive vx: choose another column", SourceError);
@@ -226,11 +227,12 @@ TEST_CASE("an invalid range is refused") {
     CAPTURE(text);
     CHECK(message_of<InputError>([&] {
             (void)color_range_from(text);
-          }).find("is not a range: write two numbers") != std::string::npos);
+          }).find("is not a range: write two ascending numbers") != std::string::npos);
   }
   Particles particles = with_numbers({1, 2});
   CHECK(message_of<SourceError>([&] { (void)colors_of(by_number("5:"), particles); }) ==
-        "low (5) is above high (2) for these particles: give both ends");
+        "low (5) is above high (2) for these particles: give both ends as numbers, the smaller "
+        "first");
   Particles nothing = with_numbers({unknown, infinity});
   CHECK(message_of<SourceError>([&] { (void)colors_of(by_number(), nothing); }) ==
         "no particle has a finite vx: choose another column");
@@ -402,12 +404,13 @@ TEST_CASE("errors in a scene's selections and colours name their place") {
       {"\"color_by\": \"type\", \"range\": [0, 1]",
        "6: /particles/0/range: works only with numbers, and 'type' is not a number: leave it out"},
       {"\"color_by\": \"vx\", \"range\": [1, 0]",
-       "6: /particles/0/range: low is not below high: write [low, high]"},
+       "6: /particles/0/range: low is not below high: write two different numbers, the smaller "
+       "first"},
       {"\"color_by\": \"vx\", \"range\": [1]",
        "6: /particles/0/range: the array does not have two numbers: write [low, high]"},
       {"\"color_by\": \"vx\", \"range\": \"a\"",
-       "6: /particles/0/range: 'a' is not a range: write two numbers, or two percentages of the "
-       "particles, such as 1%:99%"},
+       "6: /particles/0/range: 'a' is not a range: write two ascending numbers, or two ascending "
+       "percentages of the particles, such as 1%:99%"},
   };
   for (const auto& row : cases) {
     const auto& [members, expected] = row;  // which Clang 14 does not capture

@@ -148,8 +148,8 @@ TEST_CASE(
 TEST_CASE("CIF of a crystal: a missing cell and an invalid operation are refused") {
   const ParticleFiles files;
   CHECK(files.message("a.cif", "data_a\n" + sites("C1 C 0 0 0 1 .\n")) ==
-        "a.cif:10: the coordinates are fractions but the file has no cell: add _cell_length_a, "
-        "_cell_length_b, _cell_length_c and the angles");
+        "a.cif:10: the coordinates are fractions, but the file has no valid cell: add or correct "
+        "_cell_length_a, _cell_length_b, _cell_length_c and the angles");
   CHECK(files.message("a.cif", "data_a\n" + cell + "_symmetry_equiv_pos_as_xyz 'x,y'\n" +
                                    sites("C1 C 0 0 0 1 .\n")) ==
         "a.cif:17: 'x,y' is not a symmetry operation: write an operation such as 'x, y+1/2, -z'");

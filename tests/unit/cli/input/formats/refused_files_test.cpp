@@ -148,11 +148,13 @@ TEST_CASE("radii that are not positive and invalid colours are refused") {
       {"colours of different types", "a.ply",
        ascii_ply("1", "property uchar red\nproperty uchar green\nproperty float blue\n") +
            "0 0 0 0 0 0\n",
-       "a.ply:10: the colour properties must be all uchar or all float: change their types"},
+       "a.ply:10: the colour properties must be all uchar, all float or all double: change their "
+       "types"},
       {"colours of int", "a.ply",
        ascii_ply("1", "property int red\nproperty int green\nproperty int blue\n") +
            "0 0 0 0 0 0\n",
-       "a.ply:10: the colour properties must be all uchar or all float: change their types"},
+       "a.ply:10: the colour properties must be all uchar, all float or all double: change their "
+       "types"},
       {"no element", "a.csv", "x,y,z,element\n0,0,0,Sj\n",
        "a.csv:2: 'Sj' is not an element: write a symbol, an atomic number or X, or name the column "
        "'type'"},
@@ -194,11 +196,11 @@ TEST_CASE("PLY: invalid headers are refused") {
        "a.ply:5: two elements are named 'vertex': rename one"},
       {"no z", "a.ply",
        start + "element vertex 1\nproperty float x\nproperty float y\nend_header\n0 0\n",
-       "a.ply:6: the table has no column 'z': name the columns x, y and z"},
+       "a.ply:6: element 'vertex' has no scalar property 'z': add x, y and z"},
       {"z as a list", "a.ply",
        start + "element vertex 1\nproperty float x\nproperty float y\nproperty list uchar float z\n"
                "end_header\n0 0 1 0\n",
-       "a.ply:7: the table has no column 'z': name the columns x, y and z"},
+       "a.ply:7: element 'vertex' has no scalar property 'z': add x, y and z"},
       {"no properties", "a.ply", start + "element face 1\nend_header\n",
        "a.ply:4: element 'face' has no properties: add them"},
       {"a count that is none", "a.ply", start + "element vertex -1\n",
@@ -230,9 +232,9 @@ TEST_CASE("PLY: data that do not fit the header are refused") {
        "a.ply:9: 6 values do not fit the properties of element 'vertex': write one value for each "
        "property; for a list, its length and then its items"},
       {"a list of nonsense", "a.ply", ascii_ply("1", list) + "0 0 0 -1\n",
-       "a.ply:9: list 'l' has no valid size: check the header"},
+       "a.ply:9: list 'l' has no valid size: check that the header fits the data"},
       {"short data", "a.ply", binary_ply("2") + floats(0, 0, 0) + floats(0, 0, 0).substr(1),
-       "a.ply:7: the header requires at least 24 bytes of data, but the file has 23: check that "
+       "a.ply:7: the header requires at least 24 bytes of data, but only 23 follow it: check that "
        "the "
        "file is complete"},
       {"short packed data", "a.ply.gz", packed(binary_ply("2") + floats(0, 0, 0)),
@@ -242,7 +244,7 @@ TEST_CASE("PLY: data that do not fit the header are refused") {
       {"a list beyond the end", "a.ply", binary_ply("1", list) + floats(0, 0, 0) + "\x7f",
        "a.ply: byte 153: the file ends within its elements 'vertex': " + too_short},
       {"a negative list", "a.ply", binary_ply("1", list) + floats(0, 0, 0) + "\xff",
-       "a.ply: byte 152: list 'l' has no valid size: check the header"},
+       "a.ply: byte 152: list 'l' has no valid size: check that the header fits the data"},
   });
 }
 
@@ -349,10 +351,10 @@ TEST_CASE("PDB and mmCIF: invalid files are refused") {
       {"no atoms", "a.pdb", "HEADER\nEND\n",
        "a.pdb:2: the file has no particles: check that this is the right file"},
       {"a short record", "a.pdb", pdb("   1.000").substr(0, 53),
-       "a.pdb:1: the record ends before its coordinates, columns 31 to 54: check that the file is "
-       "complete"},
+       "a.pdb:1: the record ends before column 54, the last of its coordinates: check that the "
+       "file is complete"},
       {"a zero byte", "a.pdb", pdb("   1.000").replace(7, 1, 1, '\0'),
-       "a.pdb:1: the line is not a valid record of an atom: check its columns"},
+       "a.pdb:1: the record contains a zero byte: the file is probably damaged, copy it again"},
       {"shifted columns", "a.pdb",
        "ATOM      1  CA  ALA A   1  1.000   2.000   3.000                C\n",
        "a.pdb:1: x '000   2.' is not a finite number: write a number such as 0.5 or 1e3"},
@@ -370,7 +372,8 @@ TEST_CASE("PDB and mmCIF: invalid files are refused") {
       {"no z", "a.cif", "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n1 2\n",
        "a.cif:5: the table has no column _atom_site.cartn_z: add it"},
       {"a short row", "a.cif", cif("1 2 3\n4 5\n"),
-       "a.cif:7: the last row of _atom_site has 2 of 3 values: check that the file is complete"},
+       "a.cif:7: the last row of the atom table has 2 of 3 values: check that the file is "
+       "complete"},
       {"an empty loop", "a.cif", cif(""),
        "a.cif:5: the file has no particles: check that this is the right file"},
       {"an endless text", "a.cif", "data_a\n_a.b\n;" + std::string(5'000'000, 'a'),

@@ -249,7 +249,7 @@ TEST_CASE("LAMMPS data: bonds use the numbers of the atoms, which may be in any 
         "a.data:19: a bond has the atom '40', but not exactly one atom has this number: check the "
         "numbers of the atoms");
   CHECK(files.message("a.data", data_head + "1 1 10 20\n") ==
-        "a.data:19: the file ends after 1 of 2 bonds: check that the file is complete");
+        "a.data:19: the file has only 1 of 2 bonds: check that the file is complete");
 }
 
 TEST_CASE("PSF: the section NBOND has pairs of atoms") {

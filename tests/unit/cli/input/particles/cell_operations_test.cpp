@@ -185,8 +185,8 @@ TEST_CASE("operations without a cell, and too many copies, name their option") {
   ParticleSource far;
   far.cell.replicate = replicas_from("30x1x1");
   CHECK(refusal(wide, far) ==
-        "wide.xyz: --replicate: a coordinate would be beyond 1e15: use fewer copies or a smaller "
-        "unit");
+        "wide.xyz: --replicate: a coordinate would be beyond 1e15: use fewer copies or a larger "
+        "unit of length");
 }
 
 TEST_CASE("the selection of center must select particles that exist") {

@@ -172,7 +172,8 @@ TEST_CASE("an unknown material of particles is refused with the nearest known wo
   CHECK(files.refusal(R"({"file": "atoms.xyz", "material": "by-elment"})") ==
         "7: /particles/0/material: unknown material 'by-elment': did you mean 'by-element'?");
   CHECK(files.refusal(R"({"file": "atoms.xyz", "material": "x"})") ==
-        "7: /particles/0/material: unknown material 'x': define it in /materials");
+        "7: /particles/0/material: unknown material 'x': write by-element, by-type, column or the "
+        "name of a material");
 }
 
 TEST_CASE("a particle file that cannot be read is refused with its own place and the scene's") {

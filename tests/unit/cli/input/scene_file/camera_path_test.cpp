@@ -56,6 +56,12 @@ TEST_CASE("at a key the camera is that of the file, between keys it moves evenly
   CHECK(path.at(2).up.y == path.at(2).up.z);
 }
 
+TEST_CASE("a path with two lists of cameras is refused") {
+  const std::string message =
+      PathFile(key(0, "[8, 0, 1]") + "], \"cameras\": [" + key(4, "[0, 8, 1]")).message();
+  CHECK(contains(message, "path.json:1: /cameras: duplicate key 'cameras': remove one of them"));
+}
+
 TEST_CASE("the curve through three keys has no corner at the middle one") {
   const CameraPath path =
       PathFile(key(0, "[0, 0, 9]") + "," + key(10, "[1, 0, 9]") + "," + key(30, "[5, 0, 9]"))

@@ -110,8 +110,9 @@ TEST_CASE("the scene before damage is valid") { CHECK(message_of(valid_scene()) 
 
 TEST_CASE("text that is not JSON is refused with the line and a remedy") {
   check_all({
-      {"empty", "", "s.json:1: /: the file is empty: write a JSON object"},
-      {"blank", " \n\n ", "s.json:3: /: the file is empty: write a JSON object"},
+      {"empty", "", "s.json:1: /: the file ends before a JSON object begins: write a JSON object"},
+      {"blank", " \n\n ",
+       "s.json:3: /: the file ends before a JSON object begins: write a JSON object"},
       {"not JSON", "\x89PNG\r\n",
        "s.json:1: /: the text is not JSON (invalid literal at '\\x89'): write a number such as 0.5 "
        "or 1e3, or a string in double quotes"},
@@ -124,10 +125,10 @@ TEST_CASE("text that is not JSON is refused with the line and a remedy") {
        "a missing quote, comma or bracket"},
       {"a comma too many", with("\"vfov\": 20", "\"vfov\": 20,"),
        "s.json:7: /camera/vfov: the text is not JSON (unexpected '}'; expected string literal): "
-       "remove the comma before it, or write what is missing"},
+       "remove the comma before the bracket, or write what is missing"},
       {"a value missing", with("\"vfov\": 20", "\"vfov\": "),
        "s.json:7: /camera/vfov: the text is not JSON (unexpected '}'; expected '[', '{', or a "
-       "literal): remove the comma before it, or write what is missing"},
+       "literal): remove the comma before the bracket, or write what is missing"},
       {"a list that is not closed", with("[13, 2, 3],", "[13, 2, 3}"),
        "s.json:4: /camera/look_from/3: the text is not JSON (unexpected '}'; expected ']'): close "
        "the list with ]"},
@@ -213,7 +214,7 @@ TEST_CASE("a wrong value is refused with its own line, also where the line ends 
       {"a misspelt key", with("\"vfov\"", "\"vfow\""),
        "s.json:6: /camera/vfow: unknown key 'vfow' in /camera: did you mean 'vfov'?"},
       {"a misspelt section", with("\"materials\"", "\"material\""),
-       "s.json:8: /material: unknown key 'material' in the scene: did you mean 'materials'?"},
+       "s.json:8: /material: unknown key 'material' at the top level: did you mean 'materials'?"},
       {"a missing key", with(",\n    \"vfov\": 20", ""),
        "s.json:3: /camera: missing key 'vfov': add a number from 1e-06 to 179.999"},
       {"an unknown material", with("\"material\": \"gold\"", "\"material\": \"glod\""),
@@ -248,7 +249,7 @@ TEST_CASE("errors that a schema cannot express are refused") {
            R"("capsules": [{"from": [0, 0, 0], "to": [0, 0, 1e-15], "radius": 1, "material": "gold"}],
   "spheres")"),
        "s.json:12: /capsules/0/to: the ends of the capsule are less than 2e-15 apart: write equal "
-       "ends, or use a larger unit of length"},
+       "ends, or use a smaller unit of length"},
       {"a capsule of an unknown material",
        with("\"spheres\"",
             R"("capsules": [{"from": [0, 0, 0], "to": [0, 0, 1], "radius": 1, "material": "glod"}],

@@ -162,7 +162,7 @@ TEST_CASE("a name that is not UTF-8 is refused, not written") {
   SceneFile file;
   file.particles.push_back({.file = "\xFF.xyz"});
   CHECK(test::message_of<InputError>([&] { (void)written(file); }) ==
-        "'\\xff.xyz' is not UTF-8, but all names in a scene must be: rename it");
+        "'\\xff.xyz' is not UTF-8, but all names and texts in a scene must be: change it");
 }
 
 TEST_CASE("the caller can stop the writing") {

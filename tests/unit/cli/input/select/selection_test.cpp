@@ -482,7 +482,7 @@ TEST_CASE("a filter that leaves no particles lists the available values") {
   CHECK(filter_refusal({.select = "water", .slice = {}, .hide = {{"water"}}}) ==
         "the selection leaves none of 13 particles: select more");
   CHECK(filter_refusal({.select = {}, .slice = {}, .hide = {{"protein", "hetero", "nucleic"}}}) ==
-        "all 13 particles are hidden: hide fewer classes or write none");
+        "all 13 particles are hidden: hide fewer classes");
 }
 
 }  // namespace parray
