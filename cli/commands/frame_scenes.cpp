@@ -106,8 +106,8 @@ std::uint64_t FrameScenes::count() const {
     return frames_in(*source, folder_of(file_));
   }
   throw InputError(printable(file_, 4096) +
-                   ": the scene names no trajectory, so all frames would be equal: leave out the "
-                   "frames");
+                   ": the scene names no trajectory, so all frames would be equal: leave out "
+                   "--frames");
 }
 
 std::vector<std::string> FrameScenes::files(const std::vector<std::uint32_t>& frames) const {

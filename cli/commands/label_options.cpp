@@ -179,8 +179,8 @@ void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFi
     });
   } else if (!options.first_given().empty()) {
     throw InputError(options.first_given() +
-                     ": labels need a PNG picture, because an EXR file stores the traced values: "
-                     "write a .png");
+                     ": an EXR file stores the traced values, without labels: write a .png, .tif, "
+                     ".jpg or .jp2");
   }
 }
 

@@ -44,19 +44,21 @@ const std::array<Rules, 9>& rules() {
       {"pictures of a farm", "", {denoised_target}},
       {"parray submit without a picture file",
        "add --wait -o IMAGE, or --transparent off",
-       {denoised_target, transparency, postprocessing}},
+       {denoised_target, transparency, background, postprocessing}},
       {"one picture of several views (--views)",
        "leave it out, or render the views one by one with --view",
        {preview, end_command, error_map, exr_file, like, view, standard_input}},
       {"a series of frames",
        "leave it out, or render the frames one by one",
-       {denoising, denoised_target, transparency, labels, postprocessing, preview, like,
+       {denoising, denoised_target, transparency, background, labels, postprocessing, preview, like,
         traced_channels, standard_input}},
-      {"pictures by HTTP", "leave it out of the scene", {denoised_target, transparency}},
+      {"pictures by HTTP", "set the option transparent to false", {denoised_target, transparency}},
       {"parray fetch, which has no scene",
        "leave it out, or use parray render, or parray submit --wait",
        {traced_channels}},
-      {"a film", "add --transparent off, or --background COLOR", {denoised_target, transparency}},
+      {"a film",
+       "use --transparent off or, for a file of particles, --background COLOR instead",
+       {denoised_target, transparency}},
   }};
   return all;
 }
@@ -66,12 +68,17 @@ const Rules& rules_of(RenderMode mode) { return rules()[static_cast<std::size_t>
 std::string remedy_of(RenderMode mode, Feature feature) {
   switch (feature) {
     case Feature::denoised_target:
-      return "use parray render, or give --spp instead of --target-error";
+      return mode == RenderMode::http
+                 ? "give spp instead of target_error, or set denoise to false"
+                 : "use parray render, or give --spp instead of --target-error";
     case Feature::exr_file:
       return "write a PNG file (.png), or an EXR file of each with --view";
     case Feature::transparency:
       if (mode != RenderMode::series) break;
       return "add --transparent off, or render the frames one by one";
+    case Feature::background:
+      return mode == RenderMode::submit ? "add --wait -o IMAGE.png, or leave it out"
+                                        : "leave it out, or render the frames one by one";
     case Feature::standard_input:
       return "standard input can be read only once: save it as a file";
     default:
@@ -221,7 +228,7 @@ void check_request(const RenderRequest& request) {
   check(outputs.denoise, Feature::denoising, "--denoise");
   check(request.render.view().transparent(false), Feature::transparency, "--transparent");
   if (request.render.auto_scene().background()) {
-    check(true, Feature::transparency, "--background");
+    check(true, Feature::background, "--background");
     if (request.render.view().transparent(false)) {
       throw InputError(
           "--background and --transparent exclude each other: a transparent picture has no "

@@ -32,6 +32,7 @@ enum class Feature : std::uint8_t {
   denoising,
   denoised_target,  ///< a target error of the denoised picture
   transparency,
+  background,  ///< --background
   labels,
   postprocessing,  ///< outlines, depth cue
   preview,         ///< --preview, --display
@@ -84,7 +85,7 @@ struct RenderRequest {
   const RenderOptions& render;
   const OutputOptions& output;
   const ProgressOptions& following;
-  std::uint32_t threads;  ///< threads of this process, for extra channels and postprocessing
+  std::uint32_t threads;  ///< threads of this process that trace pictures or extra channels
   std::uint32_t priority = 50;
   std::optional<View> view{};  ///< for a sheet: the view to render, instead of --view
 };

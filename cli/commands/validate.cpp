@@ -337,7 +337,7 @@ std::string shapes_text(const json& f) {
       f["capsules"] > 0 ? " and " + counted(f["capsules"], "capsule") : std::string();
   return count(f["spheres"]) + capsules + ": " + count(f["diffuse"]) + " diffuse, " +
          count(f["metal"]) + " metal, " + count(f["dielectric"]) + " dielectric" +
-         (f["format"] == "particles" ? "; two of them are surroundings" : "");
+         (f["format"] == "particles" ? ", surroundings included" : "");
 }
 
 /// Returns the number of samples, or the error at which a render of the scene stops.

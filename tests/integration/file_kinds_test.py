@@ -113,7 +113,7 @@ class Particles(FileTest):
         text = run("validate", HELIX).stdout
         self.assertRegex(text, r"format +PDB: particles, in an automatic scene\n")
         self.assertRegex(text, r"particles +68: C 36, O 18, N 12, S 2\n")
-        self.assertRegex(text, r"spheres +70 and 128 capsules: .*; two of them are surroundings\n")
+        self.assertRegex(text, r"spheres +70 and 128 capsules: .*, surroundings included\n")
 
     def test_numbers_of_particles_are_told_with_their_range(self):
         file, = self.facts(self.put("a.csv", "x,y,z,radius,type\n0,0,0,1,a\n1,0,0,2,b\n5,0,0,2,b\n"))["particle_files"]

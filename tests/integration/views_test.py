@@ -68,7 +68,7 @@ class Refusals(ViewsTest):
 
     def test_options_for_png_pictures_are_refused_for_exr_files(self):
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--outline", "on",
-                     mentions="--outline: postprocessing needs a PNG picture")
+                     mentions="--outline: an EXR file stores the traced values, without postprocessing")
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--views", "front,top",
                      mentions="write a PNG file (.png), or an EXR file of each")
 
