@@ -171,8 +171,8 @@ int write_sheet(const Views& views, const OutputPaths& outputs) {
             << duration_text(seconds) << ", image_sha256 " << hashes << "\n";
   if (nonfinite == 0) return 0;
   std::cerr << "parray: warning: " << nonfinite
-            << " samples were not finite and were left out of the picture: please send the scene "
-               "file to the developers of ParRay\n";
+            << " samples were not finite and were left out of the picture: please send the file "
+               "of particles to the developers of ParRay\n";
   return 1;
 }
 
