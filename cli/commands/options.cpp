@@ -120,10 +120,11 @@ Option add_whole_number(Command& command, const std::string& names, std::uint64_
 
 void add_scene(Command& command, std::string& scene, const char* name) {
   command
-      .option(name, scene,
-              "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
-              "GRO, SDF, MOL2, CIF, Tinker, POSCAR, GSD, DCD, XTC, TRR or AMBER NetCDF. It may be "
-              "compressed by gzip, bzip2, xz or zstd. - is the standard input")
+      .option(
+          name, scene,
+          "Scene file (JSON), or a file of particles: PLY, CSV, XYZ, LAMMPS, PDB, PDBQT, PQR, "
+          "GRO, SDF, MOL2, CIF, Tinker, POSCAR, GSD, DCD, XTC, TRR, or AMBER (NetCDF, restart). It "
+          "may be compressed by gzip, bzip2, xz or zstd. - is the standard input")
       .required()
       .completes(Completes::files)
       .forbid_empty();

@@ -42,7 +42,8 @@ Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs);
 int fetch_and_write(Client& client, JobId job, OutputPaths outputs, bool raw = false);
 
 /// Waits as wait_until_done() does, fetches the picture, adds the extra channels and writes the
-/// files. Then runs the command of --on-end. Returns the exit status. `times`: see write_outputs().
+/// files. Then runs the command of --on-end, also after a RunError. Returns the exit status.
+/// `times`: see write_outputs().
 int wait_and_write(Client& client, JobId job, const OutputPaths& outputs,
                    const ProgressOptions& following, const ExtraChannels& extra,
                    std::optional<CommandTimes> times);

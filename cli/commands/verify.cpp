@@ -171,8 +171,8 @@ std::string right_text(const VerifiedPicture& picture, const Verdict& verdict) {
     return hash + left + " (scene_sha256 " + printable(picture.recipe.scene_sha256.substr(0, 16)) +
            "...): add the scene to the command to check more";
   }
-  std::string text =
-      "right: " + hash + "; " + traced_text(picture, verdict) + " with the same bits";
+  std::string text = "right: " + hash + "; " + traced_text(picture, verdict) + " with the same " +
+                     (picture.file.high_dynamic_range ? "bits" : "8-bit values");
   const bool all = findings.traced == picture.pixels();
   if (!all) {
     text += "; if " + formatted("%.2g", 100 * share_found(findings.traced)) +
