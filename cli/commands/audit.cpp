@@ -69,7 +69,7 @@ void print_audit(const Audit& audit, const std::string& sha256, std::uint64_t jo
   }
   std::cout << "job " << job << ": " << audit.merged << " of " << counted(audit.cells, "cell")
             << " of " << (audit.passes == 1 ? "1 pass" : std::to_string(audit.passes) + " passes")
-            << " merged, " << (audit.problems.empty() ? "each once" : "not each once") << ", in "
+            << " merged, " << (audit.problems.empty() ? "each once" : "with problems") << ", in "
             << counted(audit.leases, "lease") << "; " << audit.set_back << " set back\n";
   std::vector<std::vector<std::string>> rows;
   for (const Audit::Worker& worker : audit.workers) {

@@ -202,7 +202,7 @@ void ViewOptions::add_to(Command& command) {
   command
       .on_off("--transparent", transparent_,
               "Make the background transparent. Alpha is the share of a pixel's camera rays that "
-              "hit a sphere (default: the scene's, else off)")
+              "hit something (default: the scene's, else off)")
       .group(output_group);
   command.renamed("--opaque", "--transparent off");
 }

@@ -224,7 +224,7 @@ void print_comparison_notes(const CompareCommand& command, const ImageFile& refe
     const std::string name = printable(one.file, 500);
     if (!one.identical && !one.image_sha256.empty() && one.image_sha256 == sha256_in(reference)) {
       std::cout << name << ": has the image_sha256 of " << printable(command.reference, 500)
-                << ", so both files come from the same render\n";
+                << ", so both files come from the same traced picture\n";
     }
   }
 }

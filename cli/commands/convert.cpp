@@ -121,12 +121,12 @@ void add_convert(CommandLine& line, Action& chosen) {
   options->size.add_size_to(command, particles_group);
   command
       .flag("--expand", options->expand,
-            "Write every particle as a sphere, instead of a reference to the file")
+            "Write all spheres, sticks and arrows, instead of a reference to the file")
       .group(particles_group);
   command.example("parray convert scenes/particles/helix.pdb helix.json",
                   "writes a scene that refers to the file; you can edit its camera");
   command.example("parray convert scenes/particles/helix.pdb helix.json --expand --radius 0.5",
-                  "writes each particle as a sphere");
+                  "writes the spheres, instead of a reference to the file");
   command.on_chosen([options, &chosen] { chosen = [options] { return convert(*options); }; });
 }
 

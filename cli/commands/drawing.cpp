@@ -58,7 +58,9 @@ Postprocessing postprocessing_of(const json& map) {
   Postprocessing steps;
   const int unit = map.at("outline").at(0);
   if (unit < 0 || unit > static_cast<int>(LineWidth::Unit::points)) {
-    throw RunError("an outline has an unknown unit");
+    throw RunError(
+        "the coordinator describes an outline of an unknown unit: use parray and "
+        "parray-coordinator of the same release");
   }
   steps.outline = {static_cast<LineWidth::Unit>(unit), map.at("outline").at(1)};
   map.at("depth_cue").get_to(steps.depth_cue);
@@ -179,8 +181,8 @@ std::string drawing_text(const LabelOptions& labels, const PostprocessOptions& p
     map["legends"] = json::array();
     if (!map["labels"]["legend"].get<bool>()) return map.dump(-1, ' ', true);
     throw InputError(
-        "--legend: the legend has too many entries for a picture of a farm: colour by something "
-        "with fewer values, or leave out the legend");
+        "--legend: the legend has too many entries for a film or a picture by HTTP: colour by "
+        "something with fewer values, or leave out the legend");
   }
   return text;
 }

@@ -106,7 +106,7 @@ FilmFrames::OnRead shown_reading(const ProgressOptions& following) {
   };
 }
 
-/// A film whose frames are rendered one after the other.
+/// A film, and the render of its frames, here or on a farm.
 class Film {
  public:
   Film(const FilmCommand& command, Time started)
@@ -239,7 +239,8 @@ class Film {
                 << "; the frames are " << printable(folder_.picture(0).string(), 4096) << " to "
                 << film_picture(frames_.count() - 1) << "\n";
     } else if (needs_padding(pictures, command_.film)) {
-      std::cerr << "parray: films have an even width and height: a black line was added\n";
+      std::cerr << "parray: .mp4 and .webm films have an even width and height: "
+                   "black pixels were added at the edge\n";
     }
     return lacking;
   }
@@ -313,7 +314,7 @@ int film(const FilmCommand& command) {
   const int status = film.render();
   if (!film.is_complete()) {
     std::cerr << "parray: no " << printable(command.film, 4096)
-              << ": frames are missing: run the same command again to render them\n";
+              << ": frames are missing: remove the causes above, and run the same command again\n";
     return 1;
   }
   return std::max(status, film.finish());
@@ -324,8 +325,9 @@ void add_frames_to(Command& command, FilmCommand& options) {
       .option(
           "--frames",
           [&options](const std::string& text) { options.course.frames = chosen_frames_from(text); },
-          "Frames of the trajectory, or numbers that replace #### in the name: all, 0:100 or "
-          "0:100:5 (first, last, step). With a camera path also frames of the path (default: all)")
+          "Frames of the trajectory, of the camera path if the scene has one frame, or numbers "
+          "that replace #### in the name: all, 0:100 or 0:100:5 (first, last, step). Default: all, "
+          "but #### needs a range")
       .type_name("FIRST:LAST:STEP")
       .group(film_group);
   add_real_number(command, "--turntable", {-36000, 36000}, options.course.turntable,
@@ -358,7 +360,7 @@ void add_output_to(Command& command, FilmCommand& options) {
   command
       .option("-o,--output", options.film,
               "Film to write: .mp4, .webm or .gif. The pictures of its frames are in the folder "
-              "FILM.frames")
+              "beside it: run.frames for run.mp4")
       .type_name("FILM")
       .completes(Completes::files)
       .group(output_group)

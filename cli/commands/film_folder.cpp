@@ -43,7 +43,9 @@ json report_in(const fs::path& file) {
 json film_in(const fs::path& file) {
   const json report = report_in(file);
   const auto film = report.is_object() ? report.find("film") : report.end();
-  return film != report.end() && film->is_object() ? *film : json::object();
+  const bool valid =
+      film != report.end() && film->is_object() && film->value("identity", json()).is_string();
+  return valid ? *film : json::object();
 }
 
 }  // namespace
@@ -53,10 +55,12 @@ FilmFolder::FilmFolder(const fs::path& film, std::string identity)
   std::error_code problem;
   fs::create_directory(path_, problem);
   if (!fs::is_directory(path_)) {
+    const bool in_the_way = fs::is_regular_file(path_);
     throw InputError(printable(path_.string(), 4096) +
                      ": the folder for the frames cannot be made" +
                      (problem ? " (" + problem.message() + ")" : "") +
-                     ": remove the file of this name, or name another film");
+                     (in_the_way ? ": remove the file of this name, or name another film"
+                                 : ": name another film"));
   }
   check_output_path(picture(0));
 }
@@ -87,17 +91,19 @@ json FilmFolder::frame_list(std::uint32_t count) const {
   json list = json::array();
   for (std::uint32_t place = 0; place < count; ++place) {
     const json report = report_in(this->report(place));
-    if (!report.is_object()) {
-      throw RunError(printable(this->report(place).string(), 4096) + ": cannot be read");
+    try {
+      json entry = {{"frame", report.at("film").at("frame")}, {"picture", film_picture(place)}};
+      for (const char* key :
+           {"error", "samples", "samples_per_pixel", "stopped_by", "image_sha256"}) {
+        entry[key] = report.value(key, json());
+      }
+      if (report.contains("denoised")) entry["denoised"] = report["denoised"];
+      entry["seconds"] = report.at("seconds").value("render", json());
+      list.push_back(std::move(entry));
+    } catch (const json::exception&) {
+      throw RunError(printable(this->report(place).string(), 4096) +
+                     " is not the report of a frame: delete it, and run the same command again");
     }
-    json entry = {{"frame", report.at("film").at("frame")}, {"picture", film_picture(place)}};
-    for (const char* key :
-         {"error", "samples", "samples_per_pixel", "stopped_by", "image_sha256"}) {
-      entry[key] = report.value(key, json());
-    }
-    if (report.contains("denoised")) entry["denoised"] = report["denoised"];
-    entry["seconds"] = report.at("seconds").value("render", json());
-    list.push_back(std::move(entry));
   }
   return list;
 }

@@ -31,7 +31,7 @@ class FilmFolder {
   [[nodiscard]] bool has_other_film() const;
   /// Returns what the report of the film says about the frames: number, picture, error, samples,
   /// samples_per_pixel, stopped_by, denoised, seconds and image_sha256 of each. Throws RunError if
-  /// the report of a frame is missing.
+  /// the report of a frame is missing or incomplete.
   [[nodiscard]] nlohmann::json frame_list(std::uint32_t count) const;
 
  private:

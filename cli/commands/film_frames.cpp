@@ -73,11 +73,11 @@ std::vector<std::uint32_t> FilmFrames::of_still() const {
   if (!path_ && course_.turntable == 0) {
     throw InputError(
         file +
-        ": it has one frame, so all frames of the film would be equal: add --turntable "
-        "360 or --camera-path, or name a trajectory");
+        ": it shows one frame, so all frames of the film would be equal: add --turntable "
+        "360 or --camera-path, or name a trajectory without --frame");
   }
   if (course_.frames && !(path_ && course_.frames->range)) {
-    throw InputError("--frames: " + file + " has one frame: use --count N");
+    throw InputError("--frames: " + file + " shows one frame: use --count N instead");
   }
   if (course_.frames) return numbers_in(*course_.frames->range);
   if (path_ && !course_.count) {

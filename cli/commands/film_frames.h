@@ -55,8 +55,9 @@ class FilmFrames {
   std::vector<std::uint32_t> numbers_;
 };
 
-/// Returns the angle of a turntable in degrees at a place of a film of `count` frames. The frame
-/// after the last one would complete the turn, so that a film of a whole turn can be repeated.
+/// Returns the angle of the camera in degrees at a place of a film of `count` frames. The frame
+/// after the last one would have the angle `turntable`, so that a film of a whole turn can be
+/// repeated.
 double angle_at(double turntable, std::uint32_t place, std::uint32_t count);
 
 }  // namespace parray::commands

@@ -35,6 +35,12 @@ SceneFile read_scene(const std::string& file, NamedFiles named) {
   return scene;
 }
 
+[[noreturn]] void fail_without_trajectory(const std::string& file) {
+  throw InputError(printable(file, 4096) +
+                   ": the scene names no trajectory, or chooses a frame itself, so all frames "
+                   "would be equal: leave out --frames");
+}
+
 std::filesystem::path folder_of(const std::string& file) {
   return std::filesystem::path(file).parent_path();
 }
@@ -125,9 +131,7 @@ std::uint64_t FrameScenes::count() const {
   if (const ParticleSource* const source = trajectory_of(scene, folder_of(file_))) {
     return frames_in(*source, folder_of(file_));
   }
-  throw InputError(printable(file_, 4096) +
-                   ": the scene names no trajectory, so all frames would be equal: leave out the "
-                   "frames");
+  fail_without_trajectory(file_);
 }
 
 std::vector<std::string> FrameScenes::files(const std::vector<std::uint32_t>& frames) const {
@@ -234,7 +238,7 @@ SceneFile FrameScenes::with_particles(std::uint32_t frame) {
     open_.clear();
     scene.particles.front().file = std::filesystem::path(file_of(frame)).filename().string();
   } else if (!still_ && is_scene_) {
-    choose_frame(scene, frame, file_);
+    if (!choose_frame(scene, frame, file_)) fail_without_trajectory(file_);
   } else if (!still_) {
     scene.particles.front().frame = FrameChoice{frame, false};
   }

@@ -18,28 +18,29 @@
 
 namespace parray::commands {
 
-/// Loads the scenes of the frames of a film. The frames are those of a trajectory, which is a file
-/// of particles or is named by a scene file, or numbered files (#### in the name), or all show the
-/// same scene (a still). Numbered scene files differ as they are. All other frames have one camera,
-/// and the same colours, ranges and radii mean the same in all of them. Throws the errors of
-/// load_scene().
+/// Loads the scenes of the frames of a film, or of a series by HTTP. The frames are those of a
+/// trajectory (a file of particles, or named by a scene file), or numbered files (#### in the
+/// name), or all show the same scene (a still). Numbered scene files differ as they are. All other
+/// frames have one camera, and a colour or a radius means the same in all of them. Throws the
+/// errors of load_scene().
 class FrameScenes {
  public:
   /// `options` must outlive this object. `first`: number of the first of numbered files.
   FrameScenes(std::string file, const RenderOptions& options, NamedFiles named,
               std::uint32_t first = 0);
 
-  /// Returns whether the file contains or names no trajectory, or chooses a frame of it, and is not
-  /// numbered.
+  /// Returns whether all frames are equal: the file is not numbered, and has no trajectory, or the
+  /// scene or the options choose a frame of it.
   [[nodiscard]] bool is_still() const;
   /// Returns whether the file is a scene file. ParRay does not choose the camera of such a file.
   [[nodiscard]] bool is_scene() const { return is_scene_; }
   /// Counts the frames of the trajectory. Throws InputError if the scene names no trajectory, or
   /// chooses a frame itself.
   [[nodiscard]] std::uint64_t count() const;
-  /// Makes the frames alike. Reads each of them once, unless there is only one. Reads the particles
-  /// of automatic scenes again if shapes change their sizes. `turns`: the camera of an automatic
-  /// scene will turn around it. `still`: all frames show the same scene. Call before at().
+  /// Makes the frames alike. Reads each of them once, unless there is one and nothing turns. Reads
+  /// the particles of automatic scenes again if shapes change their sizes. `turns`: the camera of
+  /// an automatic scene will turn around it. `still`: all frames show the same scene. Call before
+  /// at().
   void fix(const std::vector<std::uint32_t>& frames, bool turns = false, bool still = false);
   /// Takes how many frames were read, and how many in all. Frames that are read twice count twice.
   using OnRead = std::function<void(std::size_t read, std::size_t all)>;

@@ -123,7 +123,7 @@ void add_steering(CommandLine& line, Action& chosen) {
              "its number is not used again", forget);
   add_action(line, chosen,
              "Change the priority of a job, from 0 to 100 (submit sets 50 by default)",
-             "renders it before your other jobs", prioritise);
+             "renders it before your jobs of lower priority", prioritise);
 }
 
 }  // namespace parray::commands

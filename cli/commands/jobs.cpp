@@ -85,7 +85,7 @@ void add_filters(Command& command, JobsCommand& options) {
           [&options](const std::string& word) {
             options.sorted = true;
             options.wanted.sort =
-                static_cast<msg::JobSort>(known_place("order", word, job_sort_names));
+                static_cast<msg::JobSort>(known_place("value", word, job_sort_names));
           },
           "Sort by this value, the largest last")
       .words(words);
@@ -95,7 +95,7 @@ void add_filters(Command& command, JobsCommand& options) {
           [&options](const std::string& word) {
             options.largest_first = known_place("direction", word, directions) == 1;
           },
-          "asc: the newest job or the largest value is last (default); desc: it is first")
+          "asc: the newest job or the largest value last (default); desc: first")
       .words({directions.begin(), directions.end()});
   add_whole_number(
       command, "--limit", 1, msg::most_listed,

@@ -80,7 +80,7 @@ void add_keygen(CommandLine& line, Action& chosen) {
       .number("--share", options->share, least_share, largest_share,
               "Relative share when several users compete (others have 1)")
       .needs(name);
-  command.option("--remove", options->removed, "Remove the key of NAME, at once and for ever")
+  command.option("--remove", options->removed, "Remove the key and the HTTP token of NAME")
       .type_name("NAME")
       .forbid_empty();
   command

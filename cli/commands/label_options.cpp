@@ -178,10 +178,9 @@ void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFi
       }
     });
   } else if (!options.first_given().empty()) {
-    throw InputError(
-        options.first_given() +
-        ": labels need an 8-bit picture, because an EXR file stores the traced values: "
-        "write a .png, .tif, .jpg or .jp2");
+    throw InputError(options.first_given() +
+                     ": an EXR file stores the traced values, without labels: write a .png, .tif, "
+                     ".jpg or .jp2");
   }
 }
 

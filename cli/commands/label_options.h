@@ -18,8 +18,7 @@ namespace parray::commands {
 class RenderOptions;
 
 /// Heading of the labels in a command's help.
-inline constexpr const char* labels_group =
-    "Labels, drawn on an 8-bit picture (default: the scene's)";
+inline constexpr const char* labels_group = "Labels, not in EXR files (default: the scene's)";
 
 /// Labels drawn on a picture, and its size in print. An option that is absent leaves the scene's
 /// value.
@@ -49,8 +48,8 @@ class LabelOptions {
   /// if a title is given without a legend.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;
 
-  /// Returns the places of the labels in the picture of a scene, of which all but the places of
-  /// surroundings is decided. Throws the errors of over() and Labels.
+  /// Returns the places of the labels in the picture of an automatic scene, whose scenery has no
+  /// places yet. Throws the errors of over() and Labels.
   [[nodiscard]] LabelPlaces places(const SceneFile& file) const;
 
  private:
@@ -61,8 +60,8 @@ class LabelOptions {
 };
 
 /// Adds legends and resolution to `outputs`, and the labels as the last step of
-/// `outputs.finishing`. `file`: the loaded scene, of which only the camera is used, not the
-/// spheres. `settings`: of the picture.
+/// `outputs.finishing`. `file`: the loaded scene; its `scene` needs only the camera.
+/// `settings`: of the picture.
 ///
 /// Throws InputError if a label is impossible, or if an option asks for one and every output is an
 /// EXR file.

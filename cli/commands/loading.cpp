@@ -59,7 +59,11 @@ SceneFile read_any(PackedFile& file, const RenderOptions& options, const FrameCh
     return scene;
   }
   SceneFile scene = scene_without_particles(file, options, named);
-  if (change.particles) choose_frame(scene, *change.particles, name);
+  if (change.particles && !choose_frame(scene, *change.particles, name)) {
+    throw InputError(printable(name, 4096) +
+                     ": all frames would be equal: write #### for the frame's number in the "
+                     "scene's name, add --camera-path, or use a scene with a trajectory");
+  }
   if (!scene.particles.empty()) complete_scene(scene, name);
   return scene;
 }
@@ -83,7 +87,7 @@ void check_beside(const SceneFile& scene, const std::string& file) {
   }
 }
 
-void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file) {
+bool choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file) {
   bool chosen = false;
   for (ParticleSource& source : scene.particles) {
     if (!source.frame && may_hold_frames(fs::path(file).parent_path() / source.file)) {
@@ -91,11 +95,7 @@ void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file
       chosen = true;
     }
   }
-  if (!chosen) {
-    throw InputError(printable(file, 4096) +
-                     ": all frames would be equal: write #### for the frame's number in the "
-                     "scene's name, add --camera-path, or use a scene with a trajectory");
-  }
+  return chosen;
 }
 
 Viewing viewing_of(const RenderOptions& options) {

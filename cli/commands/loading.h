@@ -52,8 +52,8 @@ SceneOfFrames automatic_scene_of_frames(const std::string& file, const RenderOpt
 /// particles to which it refers. Call complete_scene() to add the particles.
 SceneFile scene_without_particles(PackedFile& file, const RenderOptions& options, NamedFiles named);
 /// Chooses a frame of each trajectory that the scene of `file` names, unless the scene itself does.
-/// Throws InputError if it names none.
-void choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file);
+/// Returns false if that chooses no frame.
+[[nodiscard]] bool choose_frame(SceneFile& scene, std::uint64_t frame, const std::string& file);
 /// Adds the particles to which the scene refers. `open`: see expand_particles().
 void complete_scene(SceneFile& scene, const std::string& file, OpenTrajectories* open = nullptr);
 

@@ -49,12 +49,12 @@ inline constexpr const char* settings_group = "Picture (default: the scene's)";
 /// Heading for limits of the tracing.
 inline constexpr const char* limits_group =
     "Accuracy (rendering stops at the first limit that is reached)";
-/// Heading for options that change the work but not the picture.
-inline constexpr const char* work_group = "Speed (never changes the picture)";
+/// Heading for options that change how fast samples are traced, but not their values.
+inline constexpr const char* work_group = "Speed (the same samples give the same picture)";
 inline constexpr const char* output_group = "Output";
 /// Heading for postprocessing.
 inline constexpr const char* postprocess_group =
-    "Postprocessing of an 8-bit picture (default: the scene's)";
+    "Postprocessing, not in EXR files (default: the scene's)";
 inline constexpr const char* farm_group = "Farm";
 /// Heading for options that need a file of particles.
 inline constexpr const char* particles_group = "For files of particles";
@@ -95,15 +95,15 @@ class RenderOptions {
   [[nodiscard]] bool can_stop() const { return can_stop_; }
   /// Returns whether an option gives the target error.
   [[nodiscard]] bool has_target_error() const { return keys_.contains("target_error"); }
-  /// Makes pictures of all scenes stop at this error unless the scene or an option says when to
-  /// stop.
+  /// Makes pictures stop at this error unless the scene has a target error or an option says when
+  /// to stop. Replaces the number of samples of a scene file.
   void aim_at(double error) { usual_error_ = error; }
   /// Declares --like, after add_to(), for commands that render.
   void add_like_to(Command& command);
   /// Returns the picture of --like. Empty: none.
   [[nodiscard]] const std::string& like() const { return like_; }
-  /// Throws UsageError if --like is given with another option that determines the picture. Call
-  /// while the command line exists.
+  /// Throws UsageError if --like is given with another option under settings_group or limits_group.
+  /// Call while the command line exists.
   void check_like() const;
   /// Makes over() and view() take everything that determines the picture from these values instead
   /// of from the scene.

@@ -229,7 +229,7 @@ std::vector<Sampler> candidates(const PlanCommand& command) {
 
 void check_goal(const PlanCommand& command) {
   if ((command.goal.error > 0) == (command.goal.seconds > 0)) {
-    throw InputError("plan needs either --error or --time");
+    throw InputError("plan needs --error or --time, not both");
   }
 }
 
@@ -259,7 +259,7 @@ std::optional<Plan> make_plan(const PlanCommand& command) {
   plan.load = effort_now() - began;
   plan.threads = static_cast<int>(command.threads.value_or(usable_cpus()));
   const DeferredInterrupts deferred;
-  const StopWatch watch(interrupt_noted);
+  const StopPoller watch(interrupt_noted);
   ProbeRequest request;
   request.scene = &file.scene;
   request.settings = plan.settings;
@@ -363,7 +363,7 @@ void add_plan(CommandLine& line, Action& chosen) {
   command
       .option(
           "--speeds", [options](const std::string& text) { options->speeds = speeds_from(text); },
-          "Speeds of the workers, in samples/s relative to this machine")
+          "Speeds of the workers relative to this machine, such as 1,0.5,2")
       .type_name("S,S...");
   command.example("parray plan scenes/glass.json --error 0.01",
                   "prints the fastest command for this error, and how long it takes");

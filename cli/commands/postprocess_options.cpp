@@ -19,7 +19,7 @@ namespace parray::commands {
 namespace {
 
 /// Returns the width of the outline in pixels. 0: no outline. `height`: of the picture, in pixels.
-/// `dpi`: pixels per inch, or 0 if unknown. Throws InputError if the width needs it.
+/// `dpi`: pixels per inch, or 0 if unknown. Throws InputError for a width in points without `dpi`.
 double pixels_of(const LineWidth& width, std::uint32_t height, double dpi) {
   constexpr double lines_in_height = 450;
   constexpr double points_an_inch = 72;
@@ -116,20 +116,19 @@ std::string PostprocessOptions::first_given() const {
 void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
                         const SceneFile& file, const std::shared_ptr<const Scene>& scene,
                         const RenderSettings& settings) {
+  if (!outputs.has_png()) {
+    const std::string given = options.first_given();
+    if (given.empty()) return;
+    throw InputError(given +
+                     ": an EXR file stores the traced values, without postprocessing: write a "
+                     ".png, .tif, .jpg or .jp2");
+  }
   const Postprocessing postprocessing = options.over(file.postprocessing);
   const double width = pixels_of(postprocessing.outline, height_of(settings), outputs.dpi);
   if (width > 0 && scene->camera.aperture > 0) {
     throw InputError(
         "outline: the camera's lens blurs the edges of spheres, so they have no outline: set "
         "aperture to 0, or add --outline off");
-  }
-  if (!outputs.shows_postprocessing()) {
-    const std::string given = options.first_given();
-    if (given.empty()) return;
-    throw InputError(
-        given +
-        ": postprocessing needs an 8-bit picture, because an EXR file stores the traced values: "
-        "write a .png, .tif, .jpg or .jp2");
   }
   Seen seen{scene, file.scenery, postprocessing.depth_cue, postprocessing.depths};
   PostprocessSteps steps;
@@ -157,8 +156,7 @@ void warn_of_missing_postprocessing(const Postprocessing& postprocessing, const 
                                     const std::string& remedy) {
   if (postprocessing == Postprocessing{}) return;
   std::cerr << "parray: " + name +
-                   ": outlines and depth cues need the scene, so a fetched picture has none: " +
-                   remedy + "\n";
+                   ": the farm draws no outlines and no depth cue on the picture: " + remedy + "\n";
 }
 
 }  // namespace parray::commands

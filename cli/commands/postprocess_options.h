@@ -43,8 +43,8 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
 /// picture must be transparent. Throws InputError for an EXR picture.
 void add_background(OutputPaths& outputs, const Vec3d& color);
 
-/// Warns on stderr that the picture of the job `name` will have no outlines and no depth cue, if
-/// `postprocessing` asks for them, because they need the scene. `remedy`: how to get them.
+/// If `postprocessing` asks for outlines or a depth cue, warns on stderr that the picture of the
+/// job `name` will have none. `remedy`: how to get them.
 void warn_of_missing_postprocessing(const Postprocessing& postprocessing, const std::string& name,
                                     const std::string& remedy);
 

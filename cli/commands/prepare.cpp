@@ -56,7 +56,9 @@ const std::array<Rules, 9>& rules() {
       {"parray fetch, which has no scene",
        "leave it out, or use parray render, or parray submit --wait",
        {traced_channels}},
-      {"a film", "add --transparent off, or --background COLOR", {denoised_target, transparency}},
+      {"a film",
+       "use --transparent off or, for a file of particles, --background COLOR instead",
+       {denoised_target, transparency}},
   }};
   return all;
 }
@@ -66,15 +68,17 @@ const Rules& rules_of(RenderMode mode) { return rules()[static_cast<std::size_t>
 std::string remedy_of(RenderMode mode, Feature feature) {
   switch (feature) {
     case Feature::denoised_target:
-      return "use parray render, or give --spp instead of --target-error";
+      return mode == RenderMode::http
+                 ? "give spp instead of target_error, or set denoise to false"
+                 : "use parray render, or give --spp instead of --target-error";
     case Feature::exr_file:
       return "write a .png, .tif, .jpg or .jp2, or an EXR file of each with --view";
     case Feature::transparency:
       if (mode != RenderMode::series) break;
       return "add --transparent off, or render the frames one by one";
     case Feature::background:
-      if (mode != RenderMode::submit) break;
-      return "add --wait -o IMAGE, or leave it out";
+      return mode == RenderMode::submit ? "add --wait -o IMAGE.png, or leave it out"
+                                        : "leave it out, or render the frames one by one";
     case Feature::standard_input:
       return "standard input can be read only once: save it as a file";
     default:

@@ -85,7 +85,7 @@ struct RenderRequest {
   const RenderOptions& render;
   const OutputOptions& output;
   const ProgressOptions& following;
-  std::uint32_t threads;  ///< threads of this process, for extra channels and postprocessing
+  std::uint32_t threads;  ///< threads of this process that trace pictures or extra channels
   std::uint32_t priority = 50;
   std::optional<View> view{};  ///< for a sheet: the view to render, instead of --view
 };

@@ -174,8 +174,8 @@ int write_sheet(const Views& views, const OutputPaths& outputs) {
             << duration_text(seconds) << ", image_sha256 " << hashes << "\n";
   if (nonfinite == 0) return 0;
   std::cerr << "parray: warning: " << nonfinite
-            << " samples were not finite and were left out of the picture: please send the scene "
-               "file to the developers of ParRay\n";
+            << " samples were not finite and were left out of the picture: please send the file "
+               "of particles to the developers of ParRay\n";
   return 1;
 }
 
@@ -290,8 +290,8 @@ void add_render(CommandLine& line, Action& chosen) {
           [options](const std::string& text) {
             options->views = views_from(text, options->render.auto_scene());
           },
-          "Draw several views, such as front,top,iso, in one 8-bit picture, about twice as "
-          "wide as high. --width and --height are the size of one view")
+          "Draw several views, such as front,top,iso, in one picture (not EXR), in rows that make "
+          "it about twice as wide as high. --width and --height are the size of one view")
       .words(view_words(), true)
       .type_name("VIEW,VIEW...")
       .group(particles_group);
@@ -312,7 +312,7 @@ void add_render(CommandLine& line, Action& chosen) {
       "--style publication",
       "shows three sides, for a paper: white background, outlines");
   command.example("parray render scenes/particles/helix.pdb -o helix.png --quality draft",
-                  "a small, denoised picture in a moment; print is large and exact");
+                  "a small, denoised picture in a moment; print: a large one with little noise");
   command.example("parray render scenes/glass.json -o glass.exr --target-error 0.01",
                   "stops when the error is at most 0.01 (RMSE, linear radiance)");
   command.example("parray render scenes/glass.json -o glass.png --time-limit 10 --denoise",

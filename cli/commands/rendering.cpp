@@ -66,7 +66,7 @@ void run_end_command(const std::string& command, JobId job, const std::string& s
   }
 }
 
-/// For a job whose progress is not shown: prints once what it has waited for during ten seconds.
+/// For a job whose progress is not shown: prints once what the job waits for, after ten seconds.
 class LongWait {
  public:
   explicit LongWait(bool quiet) : printed_(!quiet) {}
@@ -135,8 +135,8 @@ static Client::JobScene scene_for_picture(Client& client, JobId job) {
   try {
     return client.scene(job);
   } catch (const InputError& error) {
-    throw InputError(std::string(error.what()) +
-                     "; an EXR file with --raw does not need the scene");
+    throw InputError(std::string(error.what()) + "; parray fetch " + std::to_string(job) +
+                     " -o IMAGE.exr --raw does not need the scene");
   }
 }
 

@@ -37,12 +37,13 @@ void wait_until_done(Client& client, JobId job, const ProgressOptions& following
 /// Fetches the picture of a finished job, with the statistics that `outputs` need.
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs);
 
-/// Fetches the picture of a finished job. If the job asks for that, denoises it and draws on it.
-/// Writes the files. `raw`: writes the picture before denoising. Returns the exit status.
+/// Fetches the picture of a finished job and writes the files. Denoises the picture and draws on it
+/// if the job asks for that. `raw`: does not denoise. Returns the exit status.
 int fetch_and_write(Client& client, JobId job, OutputPaths outputs, bool raw = false);
 
 /// Waits as wait_until_done() does, fetches the picture, adds the extra channels and writes the
-/// files. Then runs the command of --on-end. Returns the exit status. `times`: see write_outputs().
+/// files. Then runs the command of --on-end, also after a RunError. Returns the exit status.
+/// `times`: see write_outputs().
 int wait_and_write(Client& client, JobId job, const OutputPaths& outputs,
                    const ProgressOptions& following, const ExtraChannels& extra,
                    std::optional<CommandTimes> times);

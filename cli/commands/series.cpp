@@ -390,9 +390,10 @@ int run_frames(Client& client, const FrameJobs& jobs) {
   try {
     return run.run();
   } catch (const Interrupted&) {
-    throw Interrupted(
-        "interrupted; the same command continues" +
-        (run.series() == 0 ? std::string() : ", or parray cancel " + std::to_string(run.series())));
+    throw Interrupted("interrupted: the same command continues" +
+                      (run.series() == 0 ? std::string()
+                                         : "; parray cancel " + std::to_string(run.series()) +
+                                               " cancels the series"));
   }
 }
 

@@ -27,6 +27,7 @@ struct FrameJobs {
   /// Identifies the series: an equal token finds the frames that were submitted before. At most 48
   /// characters. Empty: each frame is a job of its own, which is deleted after deliver().
   std::string token{};
+  /// Largest number of frames that are submitted and not yet delivered.
   std::size_t most_unfinished = std::numeric_limits<std::size_t>::max();
   bool first_must_load = false;  ///< without the first frame, the others are not tried
   bool wait = true;              ///< until all frames have ended
@@ -42,8 +43,8 @@ std::string series_token(const std::string& request);
 /// Loads and submits the frames one after the other. Skips frames that an earlier run with the same
 /// token has submitted. With `wait`, delivers each frame when it is done. If a frame cannot be
 /// loaded or fails, prints a line on stderr, continues with the others, and returns exit status 1.
-/// Throws Interrupted, RunError if the series is cancelled meanwhile, and InputError as
-/// `first_must_load` says.
+/// Throws Interrupted, RunError if the series is cancelled before all frames are submitted, and
+/// InputError as `first_must_load` says.
 int run_frames(Client& client, const FrameJobs& jobs);
 
 /// The request of `submit --frames`.

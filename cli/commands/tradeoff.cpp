@@ -156,7 +156,7 @@ int run(const TradeoffCommand& command) {
        tradeoff::options_of(request.base) + " --seed " + std::to_string(request.base->seed),
        threads, processor_model()},
       command.restart);
-  const StopWatch watch(interrupt_noted);
+  const StopPoller watch(interrupt_noted);
   tradeoff::Bench bench(file.scene, threads, watch.stop());
   tradeoff::TradeoffResults results;
   try {
@@ -180,11 +180,11 @@ int run(const TradeoffCommand& command) {
   if (command.as_json) {
     print_json(document);
   } else {
-    std::cout
-        << (answer.empty() ? "" : "  " + answer + "\n\n") << results.answer << "\n\n"
-        << text_of(results) << "\n"
-        << printable(command.directory, 4096)
-        << " has tradeoff.csv, farms.csv, intervals.csv, tradeoff.json, plots and the reference.\n";
+    std::cout << (answer.empty() ? "" : "  " + answer + "\n\n") << results.answer << "\n\n"
+              << text_of(results) << "\n"
+              << printable(command.directory, 4096)
+              << " has tradeoff.csv, farms.csv, intervals.csv, tradeoff.json, the reference and "
+              << (no_plots ? "scripts for plots.\n" : "plots.\n");
   }
   return 0;
 }

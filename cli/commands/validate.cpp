@@ -17,6 +17,7 @@
 #include "cli/output/text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/printable.h"
+#include "common/scene/limits.h"
 #include "common/scene/requirements.h"
 #include "common/scene/scene_bytes.h"
 #include "common/scene/settings.h"
@@ -345,9 +346,10 @@ std::string shapes_text(const json& f) {
          count(f["metal"]) + " metal, " + count(f["dielectric"]) + " dielectric" + surroundings;
 }
 
-/// Returns the number of samples, or the error at which a render of the scene stops.
+/// Returns the number of samples, or what else ends a render of the scene.
 std::string accuracy_text(const json& f) {
   if (f["target_error"] > 0) return "up to an error of " + number(f["target_error"]);
+  if (f["samples_per_pixel"] == limits::max_samples_per_pixel) return "until a limit";
   return counted(f["samples_per_pixel"], "sample") + " each";
 }
 

@@ -148,9 +148,9 @@ std::string traced_text(const VerifiedPicture& picture, const Verdict& verdict) 
   return text + " traced again";
 }
 
-std::string error_check_text(const ErrorCheck& error) {
+/// `all`: all pixels were traced.
+std::string error_check_text(const ErrorCheck& error, bool all) {
   const auto number = [](double value) { return formatted("%.3g", value); };
-  const bool all = error.uncertainty == 0;
   const std::string traced =
       all ? number(error.traced) : number(error.traced) + " +- " + number(error.uncertainty);
   if (error.wrong) {
@@ -171,16 +171,17 @@ std::string right_text(const VerifiedPicture& picture, const Verdict& verdict) {
     return hash + left + " (scene_sha256 " + printable(picture.recipe.scene_sha256.substr(0, 16)) +
            "...): add the scene to the command to check more";
   }
-  std::string text =
-      "right: " + hash + "; " + traced_text(picture, verdict) + " with the same bits";
-  if (findings.traced < picture.pixels()) {
+  std::string text = "right: " + hash + "; " + traced_text(picture, verdict) + " with the same " +
+                     (picture.file.high_dynamic_range ? "bits" : "8-bit values");
+  const bool all = findings.traced == picture.pixels();
+  if (!all) {
     text += "; if " + formatted("%.2g", 100 * share_found(findings.traced)) +
             " % of all pixels were wrong, this would find one with a probability of 95 %";
   }
   std::vector<std::string> channels;
   for (const auto& [name, wrong] : findings.channels) channels.push_back(name);
   if (!channels.empty()) text += "; these channels are right, too: " + joined(channels, ", ");
-  if (findings.error) text += "; " + error_check_text(*findings.error);
+  if (findings.error) text += "; " + error_check_text(*findings.error, all);
   if (!picture.recipe.denoised_sha256.empty()) {
     text += "; checked: the picture before denoising";
   }
@@ -204,7 +205,9 @@ std::string wrong_text(const VerifiedPicture& picture, const Verdict& verdict) {
   for (const auto& [name, wrong] : findings.channels) {
     if (wrong > 0) parts.push_back("channel " + name + " differs in " + counted(wrong, "pixel"));
   }
-  if (findings.error && findings.error->wrong) parts.push_back(error_check_text(*findings.error));
+  if (findings.error && findings.error->wrong) {
+    parts.push_back(error_check_text(*findings.error, findings.traced == picture.pixels()));
+  }
   return "wrong: " + joined(parts, "; ");
 }
 

@@ -42,7 +42,8 @@ nlohmann::json ask(const WorkersCommand& command) {
       command.action == "drain" ? msg::WorkerAction::drain : msg::WorkerAction::readmit;
   nlohmann::json list = client->steer_workers(action, command.name, command.host);
   if (list.empty()) {
-    std::cerr << "parray: no worker of " << printable(command.name)
+    std::cerr << "parray: no worker " << (command.host ? "of host " : "named ")
+              << printable(command.name)
               << " is connected now; the action applies to workers that connect later\n";
   }
   return list;
@@ -186,7 +187,7 @@ int workers(const WorkersCommand& command) {
 
 void add_workers(CommandLine& line, Action& chosen) {
   Command command =
-      line.command("workers", "List the coordinator's workers; show, drain or readmit one");
+      line.command("workers", "List the coordinator's workers; show, drain or readmit them");
   const auto options = std::make_shared<WorkersCommand>();
   command
       .option("ACTION", options->action,

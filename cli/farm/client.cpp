@@ -76,7 +76,6 @@ JobStatus job_status(const nlohmann::json& map) {
     const nlohmann::json& limit = map.at("samples_per_pixel");
     job.samples_per_pixel = limit.is_null() ? 0 : limit.get<std::uint64_t>();
     job.samples_taken = map.value("samples_taken", 0.0);
-    job.has_picture = map.value("has_picture", false);
     job.whole = map.value("whole", false);
     job.waits_for = map.value("waits_for", std::string());
     job.warning = map.value("warning", std::string());

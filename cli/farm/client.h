@@ -32,7 +32,7 @@ msg::Submit submit_message(Submission submission);
 struct JobStatus {
   JobId id = 0;
   std::string name;
-  std::string user;  ///< owner of the key that submitted it; empty without keys
+  std::string user;  ///< owner of the job's key; without keys, the client's user
   std::string state;
   std::uint64_t priority = 0;
   double progress = 0;  ///< 0 to 1
@@ -43,12 +43,11 @@ struct JobStatus {
   std::uint64_t queue_place = 0;  ///< 1: begins next; 0: not in the queue
   double starts_in = -1;          ///< estimated seconds until it begins; -1: unknown
   std::string warning;            ///< it will take very long; empty: it will not
-  std::string flag;               ///< errors in results that were found and repaired
+  std::string flag;  ///< corrected faults of results or the picture file, or missing checks
   std::uint64_t width = 0;
   std::uint64_t height = 0;
   std::uint64_t samples_per_pixel = 0;  ///< the limit; 0: none
   double samples_taken = 0;             ///< mean of the samples per pixel
-  bool has_picture = false;             ///< a complete or an incomplete picture can be fetched
   bool whole = false;                   ///< every pixel has a sample
   std::string sampler;
   std::uint64_t frames = 0;  ///< number of frames of a series; 0: the job is not a series
@@ -66,11 +65,12 @@ struct JobStatus {
 /// Parses a job map. Throws RunError for any other map.
 JobStatus job_status(const nlohmann::json& map);
 
-/// A client of PROTOCOL.md, over any link. It sends one request at a time and repeats it until the
-/// coordinator answers.
+/// A client of PROTOCOL.md, over any link. A request is sent repeatedly until its answer comes.
+/// Only start_submit() does not wait for the answer.
 ///
 /// If the coordinator answers `error`, a request throws InputError or RunError with the
-/// coordinator's text. If it has never answered, a request throws RunError. Not thread-safe.
+/// coordinator's text. If the coordinator has not answered any request within Options::timeout, a
+/// request throws RunError. Not thread-safe.
 class Client {
  public:
   struct Options {
@@ -150,7 +150,8 @@ class Client {
     std::shared_ptr<const Scene> scene;
     std::string drawing;  ///< JobHead::drawing
   };
-  /// Fetches the scene of a job of this user whose pictures are denoised or have labels.
+  /// Fetches the scene of a job that is not done, is denoised or has a drawing. Throws InputError
+  /// for other jobs, and for jobs of other users unless this user is an administrator.
   JobScene scene(JobId job);
 
   /// The journal of a job; see coordinator/jobs/journal.h.

@@ -106,7 +106,7 @@ std::optional<DirectRender> render_directly(
   return Rendering(tracer, scene, settings, threads, stop).run(after_pass);
 }
 
-StopWatch::StopWatch(std::function<bool()> asked)
+StopPoller::StopPoller(std::function<bool()> asked)
     : thread_([this, asked = std::move(asked)](const std::stop_token& end) {
         while (!end.stop_requested()) {
           if (asked()) {

@@ -18,7 +18,7 @@
 /// each.
 namespace parray::farm {
 
-/// A complete picture.
+/// A picture, with the facts about its render.
 struct DirectRender {
   DirectRender(const RenderSettings& settings, double largest);
 
@@ -27,6 +27,7 @@ struct DirectRender {
 
   Framebuffer framebuffer;
   double largest_radiance;
+  // `passes` and `stopped_by` are set when the picture is complete.
   std::vector<std::uint64_t> passes;  ///< samples of each pass; empty unless settings.in_passes()
   StopReason stopped_by = StopReason::samples;
   double seconds = 0;           ///< wall-clock time of tracing and deciding on passes
@@ -44,9 +45,9 @@ std::optional<DirectRender> render_directly(
     const std::atomic<bool>& stop, const std::function<void(const DirectRender&)>& after_pass = {});
 
 /// Sets stop() when `asked` returns true. Its thread calls `asked` 50 times a second.
-class StopWatch {
+class StopPoller {
  public:
-  explicit StopWatch(std::function<bool()> asked);
+  explicit StopPoller(std::function<bool()> asked);
 
   [[nodiscard]] const std::atomic<bool>& stop() const { return stop_; }
 

@@ -192,7 +192,7 @@ class Compare(unittest.TestCase):
         self.assertEqual([one["identical"] for one in facts["images"]], [False, False, True])
         text = self.text(*arguments)
         self.assertIn("a.png: has the image_sha256 of", text)
-        self.assertEqual(text.count("come from the same render"), 1)
+        self.assertEqual(text.count("come from the same traced picture"), 1)
         self.assertIsNone(self.compared(self.reference, self.reference)["reference"]["image_sha256"])
 
     def test_the_verification_picture_is_white_minus_all_differences(self):

@@ -75,7 +75,7 @@ class FilledPictures(unittest.TestCase):
         self.assertEqual(run("verify", png).returncode, 0)
         refused = run("verify", png, SCENE)
         self.assertEqual(refused.returncode, 2)
-        self.assertIn("a PNG file does not contain the numbers", refused.stderr)
+        self.assertIn("a file of 8 bits does not contain the numbers", refused.stderr)
 
     def test_however_short_the_limit_there_is_a_picture_that_says_what_it_is(self):
         report, picture = self.render("a.exr", "--width", "1000", "--height", "800",

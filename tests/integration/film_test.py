@@ -147,7 +147,7 @@ class Here(FilmCase):
         options = ["--frames", "1:2", "--spp", "1"]
         result = self.film("a.mp4", *options, expected=1)
         self.assertRegex(result.stderr, r"\Aparray: frame 2: [^\n]*p-2.xyz:3[^\n]*\n"
-                                        r"parray: no \S+a.mp4: frames are missing: run the same command again to render them\n\Z")
+                                        r"parray: no \S+a.mp4: frames are missing: remove the causes above, and run the same command again\n\Z")
         self.assertEqual(len(self.pictures("a.mp4")), 1)
 
     def test_an_interrupted_film_says_how_to_go_on(self):
@@ -240,7 +240,8 @@ class Encoding(FilmCase):
     def test_odd_sizes_are_padded_and_a_line_says_so(self):
         self.with_ffmpeg(FAKE_FFMPEG)
         result = self.film("a.mp4", "--spp", "1", "--frames", "0:1", "--width", "51")
-        self.assertEqual(result.stderr, "parray: films have an even width and height: a black line was added\n")
+        self.assertEqual(result.stderr, "parray: .mp4 and .webm films have an even width and height: "
+                         "black pixels were added at the edge\n")
         self.assertIn("pad=ceil(iw/2)*2:ceil(ih/2)*2", (self.programs / "arguments").read_text())
 
     def test_a_failure_of_ffmpeg_is_told_by_its_last_line(self):
@@ -323,7 +324,7 @@ class Refusals(FilmCase):
                 self.assertIn(mentions, result.stderr)
         result = run("film", still, "-o", self.path("a.mp4"), *SIZE)
         self.assertEqual(result.returncode, 2)
-        self.assertIn("it has one frame", result.stderr)
+        self.assertIn("it shows one frame", result.stderr)
         self.assertEqual(sorted(self.directory.iterdir()), before)
         self.path("a.frames").write_text("in the way")
         result = run("film", self.run_file, "-o", self.path("a.mp4"), *SIZE)
@@ -332,7 +333,7 @@ class Refusals(FilmCase):
 
     def test_a_transparent_film_is_refused_with_a_remedy(self):
         result = self.film("a.mp4", "--transparent", "on", expected=2)
-        self.assertIn("add --transparent off, or --background COLOR", result.stderr)
+        self.assertIn("use --transparent off or, for a file of particles, --background COLOR instead", result.stderr)
         self.film("a.mp4", "--background", "#ff0000", "--spp", "1", "--frames", "0:0")
         self.assertEqual(read_rgb(self.pictures("a.mp4")[0])[2][:3], b"\xff\x00\x00")
 

@@ -68,7 +68,7 @@ class Refusals(ViewsTest):
 
     def test_options_for_8_bit_pictures_are_refused_for_exr_files(self):
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--outline", "on",
-                     mentions="--outline: postprocessing needs an 8-bit picture")
+                     mentions="--outline: an EXR file stores the traced values, without postprocessing")
         self.refused("render", self.atoms, "-o", self.path("a.exr"), "--views", "front,top",
                      mentions="write a .png, .tif, .jpg or .jp2, or an EXR file of each")
 

@@ -162,8 +162,10 @@ Replayed replay_job(const std::vector<JournalEntry>& journal, const ReplayOption
   Replayed result;
   double work = 0;
   for (const auto& [number, pass] : job.passes) {
-    if (pass.pass.cells == 0 || workers.empty()) {
-      throw RunError("the journal has no lease to replay: wait for the first result of the job");
+    if (workers.empty()) break;
+    if (pass.pass.cells == 0) {
+      throw RunError("the journal is damaged: it has results of pass " + std::to_string(number) +
+                     ", which never began");
     }
     PassReplay replay(pass, workers, options.policy);
     work += replay.work();
@@ -171,7 +173,7 @@ Replayed replay_job(const std::vector<JournalEntry>& journal, const ReplayOption
     result.leases += replay.leases();
   }
   if (result.seconds <= 0) {
-    throw RunError("the journal has no lease to replay: wait for the first result of the job");
+    throw RunError("the journal has no result to replay: wait for the first result of the job");
   }
   result.efficiency = work / (result.seconds * power_of(workers));
   return result;

@@ -8,9 +8,9 @@
 
 namespace parray::audit {
 
-/// Replays a job with other workers or another policy. Uses the recorded costs of its cells and the
-/// coordinator's own lease table and chunk sizer, in virtual time. Messages cost nothing: a worker
-/// usually has its next lease already.
+/// How to replay a job. The replay uses the recorded costs of its cells and the coordinator's own
+/// lease table and chunk sizer, in virtual time. Messages cost nothing: a worker usually has its
+/// next lease already.
 struct ReplayOptions {
   SchedulePolicy policy = SchedulePolicy::weighted;
   /// Number of copies of each recorded worker.

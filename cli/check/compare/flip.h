@@ -19,8 +19,8 @@ namespace parray::compare {
 
 using FlipMap = std::vector<float>;
 
-/// Pictures as a screen shows them, clamped to [0, 1]. (FLIP's first step undoes the sRGB curve;
-/// linear RGB is what it arrives at.)
+/// Compares the pictures as a screen shows them, clamped to [0, 1]. FLIP's first step, undoing the
+/// sRGB curve, is left out, because the input is linear RGB.
 FlipMap flip(const Image& reference, const Image& image);
 
 struct HdrFlip {
@@ -30,9 +30,9 @@ struct HdrFlip {
   int exposures = 0;  ///< evenly spaced from start to stop, 2 or more
 };
 
-/// Returns the largest flip() over several exposures. The first exposure brings the reference's
-/// brightest pixel to 0.85 of the tone mapper's (ACES) white, the last one its median pixel.
-/// Negative values count as 0.
+/// Returns each pixel's largest flip() over several exposures. The first exposure brings the
+/// reference's brightest pixel to 0.85 of the tone mapper's (ACES) white, the last one its median
+/// pixel. Negative values count as 0.
 HdrFlip hdr_flip(const Image& reference, const Image& image);
 
 /// Returns the mean of the values that are not NaN, or NaN if there are none.

@@ -30,7 +30,7 @@ struct ErrorMetrics {
   double smape = 0;
   /// Mean of |F - R|.
   double mean_absolute = 0;
-  /// Mean of F - R. More samples do not reduce it.
+  /// Mean of F - R.
   double bias = 0;
   /// 99.9th percentile of |F - R| (nearest rank).
   double absolute_999 = 0;

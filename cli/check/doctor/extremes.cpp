@@ -108,10 +108,11 @@ CheckResult check_furnaces(const TracerMaker& make) {
     return passed("white furnace exactly 1, closed ball exactly 0 after " +
                   with_unit(static_cast<double>(bounces), "bounces"));
   }
-  return failed((dark.empty() ? "" : "white furnace not exactly 1 in " + dark) +
-                    (dark.empty() || leaky.empty() ? "" : "; ") +
-                    (leaky.empty() ? "" : "closed ball not exactly 0 in " + leaky),
-                wrong_bits);
+  return failed(
+      (dark.empty() ? "" : "white furnace not exactly 1 in " + dark) +
+          (dark.empty() || leaky.empty() ? "" : "; ") +
+          (leaky.empty() ? "" : "closed ball not exactly 0, or paths end early, in " + leaky),
+      wrong_bits);
 }
 
 CheckResult check_self_hits(const TracerMaker& make) {
@@ -122,8 +123,11 @@ CheckResult check_self_hits(const TracerMaker& make) {
     paths += sums.counts.samples;
     return sums.counts.rays != 2 * sums.counts.samples || !all_are(sums, one / 2, settings);
   });
-  return wrong.empty() ? passed("none in " + counted(paths, "path"))
-                       : failed("paths hit the surface that they leave in " + wrong, wrong_bits);
+  return wrong.empty()
+             ? passed("none in " + counted(paths, "path"))
+             : failed("paths hit the surface that they leave, or samples are not exactly 1/2, in " +
+                          wrong,
+                      wrong_bits);
 }
 
 CheckResult check_scaling(const TracerMaker& make) {

@@ -12,10 +12,11 @@
 namespace parray::doctor {
 
 /// Traces white_balls() and closed_ball() in every precision, with linear search and the BVH. Every
-/// sample of white_balls() must be exactly 1, and every sample of closed_ball() exactly 0.
+/// sample of white_balls() must be exactly 1. Every sample of closed_ball() must be exactly 0, and
+/// every path must have the greatest length.
 CheckResult check_furnaces(const TracerMaker& make);
 
-/// Traces grey_ball(). Every path must have two segments.
+/// Traces grey_ball(). Every path must have two segments, and every sample must be exactly 1/2.
 CheckResult check_self_hits(const TracerMaker& make);
 
 /// Traces a scene scaled by 2^-40, 1 and 2^40. The sums must be those of the scalar definition

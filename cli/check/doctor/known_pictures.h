@@ -18,7 +18,7 @@ RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint64_t sa
 /// Returns an empty scene under a sky of radiance 1, with a pinhole camera.
 Scene under_white_sky();
 
-/// Returns white, mirror and glass balls that touch, and a bubble in the glass. Every sample is 1.
+/// Returns a white and a mirror ball that touch, and a glass ball with a bubble. Every sample is 1.
 Scene white_balls();
 
 /// Returns a white ball of `radius` around the camera, which is `off_centre` radii from its centre.
@@ -29,7 +29,8 @@ Scene closed_ball(double radius, double off_centre);
 /// two segments: no path meets the surface that it leaves.
 Scene grey_ball(double radius);
 
-/// Returns the scene with all lengths multiplied by 2^k. Its picture has the same bits.
+/// Returns a scene without capsules with all lengths multiplied by 2^k. Its picture has the same
+/// bits.
 Scene scaled(Scene scene, int k);
 
 /// Returns the number of pixels that differ from `samples` samples of the radiance `fixed` in all

@@ -118,7 +118,7 @@ CheckResult check_state(const std::filesystem::path& directory) {
              : failed(
                    "committed data is missing after closing and opening",
                    "TMPDIR is on a disk that loses committed data: if --state is on the same disk, "
-                   "move it to a local one, because SQLite needs its locks and syncs to work");
+                   "move the state to a local disk, because SQLite needs working locks and syncs");
 }
 
 }  // namespace parray::doctor

@@ -77,7 +77,7 @@ CheckResult check_memory() {
 }
 
 CheckResult check_temporary_directory(Scratch& scratch) {
-  const std::string remedy = "set TMPDIR to a directory that you may write to";
+  const std::string remedy = "set TMPDIR to a writable directory with free space";
   try {
     scratch.make();
   } catch (const std::exception& error) {

@@ -18,8 +18,8 @@ CheckResult check_temporary_directory(Scratch& scratch);
 /// Checks whether `directory` is writable.
 CheckResult check_current_directory(const std::filesystem::path& directory);
 
-/// Returns the shared memory of one rank per processor for a picture of 1200 x 800 pixels: the
-/// window, and Open MPI's own buffers.
+/// Returns the bytes of shared memory that one rank per processor needs for a picture of 1200 x 800
+/// pixels: the window, and Open MPI's own buffers.
 std::uint64_t window_bytes();
 /// Checks whether `needed` bytes fit into `available` bytes of shared memory.
 CheckResult check_shared_memory(std::uint64_t available, std::uint64_t needed);

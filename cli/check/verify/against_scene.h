@@ -18,7 +18,7 @@ namespace parray::verify {
 struct ErrorCheck {
   double stated = 0;
   double traced = 0;
-  /// Standard error of `traced` from the random choice of pixels; 0: all pixels were traced.
+  /// Standard error of `traced` from the random choice of pixels; 0 if all pixels were traced.
   double uncertainty = 0;
   /// If all pixels were traced: their error or its interval differs from the stated one. Otherwise:
   /// the traced pixels have a far larger error than the stated one.

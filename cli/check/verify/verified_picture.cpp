@@ -24,8 +24,8 @@ namespace {
 void take_raw(VerifiedPicture& picture) {
   if (!picture.file.high_dynamic_range) {
     throw InputError(picture.name +
-                     ": a denoised PNG picture does not contain the picture before denoising: "
-                     "verify the EXR picture");
+                     ": a denoised picture of 8 bits does not contain the picture before "
+                     "denoising: verify the EXR picture");
   }
   if (!picture.transparent() &&
       image_sha256(picture.file.image) != picture.recipe.denoised_sha256) {
@@ -149,7 +149,7 @@ std::vector<std::uint32_t> sample_counts(const VerifiedPicture& picture) {
     throw InputError(picture.name + ": its pixels have different numbers of samples, and " +
                      (picture.file.high_dynamic_range
                           ? "channel samples with the numbers is missing"
-                          : "a PNG file does not contain the numbers") +
+                          : "a file of 8 bits does not contain the numbers") +
                      ": use parray render --like " + picture.name + " to render all of it again");
   }
   const std::uint32_t most = *std::max_element(counts->begin(), counts->end());

@@ -68,7 +68,7 @@ std::optional<Probed> probe_part(const PathTracer& tracer, const Scene& scene,
   const RenderSettings settings = part_settings(whole, part);
   const double longest = whole.time_limit > 0 ? whole.time_limit / 20 : 1;
   const double end = effort_now().wall + longest;
-  const StopWatch late([end] { return effort_now().wall > end; });
+  const StopPoller late([end] { return effort_now().wall > end; });
   const auto traced = render_directly(part, scene, settings, threads, late.stop());
   if (!traced) return {};
   const Effort began = effort_now();
