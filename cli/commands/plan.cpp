@@ -297,11 +297,12 @@ int make_and_print(PlanCommand command) {
 std::vector<std::string> given_options(const Command& command, bool farm) {
   std::vector<std::string> words;
   for (const GivenOption& option : command.given_options()) {
-    const bool of_rendering = option.group == settings_group || option.group == work_group;
+    const bool of_rendering = option.group == settings_group || option.group == work_group ||
+                              option.group == particles_group;
     const bool of_workers = farm && option.name == "--threads";  // each worker has its own
     if (of_rendering && !of_workers && option.name != "--sampler") {
       words.push_back(option.name);
-      words.push_back(option.value);
+      if (!option.value.empty()) words.push_back(option.value);
     }
   }
   return words;

@@ -83,6 +83,12 @@ RenderSettings also_settings(const std::string& options, const SceneFile& file,
   RenderSettings settings;
   try {
     line.parse(options);
+    for (const GivenOption& given : line.given_options()) {
+      const bool other_picture = given.group == particles_group || given.name == "--width" ||
+                                 given.name == "--height" || given.name == "--like";
+      if (!other_picture) continue;
+      throw InputError("all variants trace the same picture: leave out " + given.name);
+    }
     settings =
         resolve_settings(requirements_of(file.scene, usable_cpus()), render.over(file.settings))
             .settings;

@@ -28,6 +28,9 @@ void check(const WorkersCommand& command) {
     throw UsageError("workers " + command.action + " needs the name of a worker" +
                      (reads ? "" : ", or of a host with --host"));
   }
+  if (command.action.empty() && command.host) {
+    throw UsageError("--host needs an action and the name of a host: workers drain NODE --host");
+  }
   if (reads && command.host) {
     throw UsageError("workers " + command.action + " shows one worker: leave out --host");
   }

@@ -193,15 +193,18 @@ Option Command::option(const std::string& names, std::vector<std::string>& targe
 
 Option Command::option(const std::string& names, std::function<void(const std::string&)> set,
                        const std::string& description) {
-  const auto checked = [names, set = std::move(set)](const std::string& text) {
+  const auto values = std::make_shared<std::vector<std::string>>();
+  const auto checked = [names, values, set = std::move(set)](const std::string& text) {
+    values->push_back(text);
     try {
       set(text);
     } catch (const InputError& error) {
       throw CLI::ValidationError(names, error.what());
     }
   };
-  return added(app_->add_option_function<std::string>(names, checked)->take_last(), names, "TEXT",
-               description);
+  CLI::Option* option = app_->add_option_function<std::string>(names, checked)->take_last();
+  (*called_with_)[option] = values;
+  return added(option, names, "TEXT", description);
 }
 
 template <typename Number>
@@ -249,10 +252,21 @@ void Command::on_chosen(std::function<void()> chosen) { app_->callback(std::move
 
 std::vector<GivenOption> Command::given_options() const {
   std::vector<GivenOption> given;
+  const auto add = [&](const CLI::Option* option, const std::string& value) {
+    const bool is_flag = option->get_items_expected_max() == 0;
+    given.push_back({option->get_name(), option->get_group(), is_flag ? "" : value});
+  };
   for (const CLI::Option* option : std::as_const(*app_).get_options()) {
-    if (option->count() > 0) {
-      given.push_back({option->get_name(), option->get_group(), option->results().back()});
-    }
+    const bool once = option->count() > 0 && !option->get_trigger_on_parse();
+    if (once) add(option, option->results().back());
+  }
+  std::map<const CLI::Option*, std::size_t> occurrences;
+  for (const CLI::Option* option : app_->parse_order()) {
+    if (!option->get_trigger_on_parse()) continue;
+    // CLI11 forgets the earlier values of these options.
+    const auto values = called_with_->find(option);
+    const std::size_t occurrence = occurrences[option]++;
+    add(option, values == called_with_->end() ? "" : values->second->at(occurrence));
   }
   return given;
 }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -69,7 +70,7 @@ class Option {
 struct GivenOption {
   std::string name;
   std::string group;
-  std::string value;  ///< the last value
+  std::string value;  ///< empty for a flag
 };
 
 /// A command with its options, such as `parray render`.
@@ -106,6 +107,8 @@ class Command {
 
   /// Calls `chosen` when the command line names this command.
   void on_chosen(std::function<void()> chosen);
+  /// Returns the given options. First come those without in_order(), once each, with the last
+  /// value. Then come the others in their order, as often as they are given.
   [[nodiscard]] std::vector<GivenOption> given_options() const;
 
  protected:
@@ -117,6 +120,12 @@ class Command {
 
   CLI::App* app_;
   CommandText* text_;
+
+ private:
+  using Values = std::shared_ptr<std::vector<std::string>>;
+  /// The values with which the functions of options were called.
+  std::shared_ptr<std::map<const CLI::Option*, Values>> called_with_ =
+      std::make_shared<std::map<const CLI::Option*, Values>>();
 };
 
 /// A whole command line.

@@ -107,6 +107,15 @@ class Plan(unittest.TestCase):
             self.assertEqual(words.count(option), 1)
         self.assertEqual({choice["sampler"] for choice in plan["choices"]}, {"sobol"})
 
+    def test_options_of_particles_are_in_the_command_in_their_order(self):
+        helix = SCENE.parent / "particles/helix.pdb"
+        given = ["--style", "flat", "--show", "element C", "--color-by", "x", "--show", "element O", "--color-by", "y"]
+        plan = self.plan("--error", 0.3, *given, scene=helix)
+        words = plan["recommended"]["command"]
+        first = words.index("--style")
+        self.assertEqual(words[first:first + len(given)], given)
+        self.carry_out(plan["recommended"])
+
     def test_the_recommended_command_keeps_the_goal_with_the_required_probability(self):
         for goal in (["--error", 0.01], ["--time", 20]):
             for confidence in (0.5, 0.95, 0.99):
