@@ -136,7 +136,7 @@ void declare_limits(CommandLine& line, Arguments& a) {
       .show_default()
       .group(limits_group);
   line.number("--max-pixels", limits.pixels, 1, limits::max_pixels,
-              "Maximum pixels of a picture; more than the default are not possible")
+              "Maximum pixels of a picture; it can only be lowered")
       .show_default()
       .group(limits_group);
   line.number("--max-user-pixels", limits.user_pixels, 1, std::size_t{1} << 40,

@@ -36,7 +36,7 @@ class Guard {
   [[nodiscard]] bool known_host(const std::string& host) const;
 
   const std::filesystem::path keys_;
-  const std::vector<std::string> hosts_;
+  std::vector<std::string> hosts_;  ///< in lower case
   std::mutex mutex_;  // guards tokens_
   std::unique_ptr<TokenList> tokens_;
 };

@@ -54,8 +54,8 @@ const ParticleFormat& format_of(PackedFile& file) {
 Particles read(PackedFile& file, const ParticleFormat& format, const ParticleRequest& request) {
   const std::uint64_t frame = request.frame_number();
   if (frame > 0 && !format.frames) {
-    FilePlace{file.name()}.fail("the file has no frame " + std::to_string(frame) + ": the format " +
-                                std::string(format.name) + " has one frame, number 0");
+    FilePlace{file.name()}.fail("the file has no frame " + std::to_string(frame) +
+                                ": it has one frame, number 0");
   }
   const bool goes_on =
       request.continues() && format.frames && request.cursor->leads_to(file, request);

@@ -110,7 +110,7 @@ TEST_CASE("further columns are numbers on request, named by their place") {
   CHECK(names_of(last) == "c7");
   CHECK(last.numbers[0].values == std::vector<double>{7, 6});
   CHECK(names_of(read_particles(seven, all)) == "c4 c5 c6 c7");
-  CHECK(note_on(files.read("b.txt", "1 2 3 4 5 6 7 8 9 10 11\n")) ==
+  CHECK(note_on(files.read("b.txt", "1 2 3 4 5 6 7 8 9 10 11\n1 2 3 4 5 6 7 8 9 10 11\n")) ==
         read_as("x, y, z, c4, c5, c6, c7 to c11"));
 }
 
@@ -125,7 +125,8 @@ TEST_CASE("a scan with a count has an intensity before its colours") {
 
 TEST_CASE("a note tells of decimal commas, and a table that also has points is refused") {
   const ParticleFiles files;
-  CHECK(note_on(files.read("a.csv", "1,5;2;3\n")) == read_as("x, y, z, with decimal commas"));
+  CHECK(note_on(files.read("a.csv", "1,5;2;3\n4,5;2;3\n")) ==
+        read_as("x, y, z, with decimal commas"));
   CHECK(files.message("a.csv", "1,5;2;3\n4;5;6\n7;8.5;9\n") ==
         "a.csv:3: the table mixes decimal commas (line 1) and decimal points (line 3): write "
         "points in all numbers");

@@ -93,7 +93,7 @@ TEST_CASE("a missing frame is refused with the number of frames") {
   CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 4), "after 1 frame"));
   CHECK(says(message("a.pdb", pdb_model(1, "  7.000") + "END\n", 1), "has no frame 1"));
   CHECK(says(message("a.csv", "x,y,z,radius\n1,2,3,1\n", 1),
-             "the file has no frame 1: a CSV file has one"));
+             "the file has no frame 1: it has one frame, number 0"));
   CHECK(says(message("a.xyz", "5\nfirst\nC 1 0 0\n", 1), "within a frame"));
 }
 

@@ -142,7 +142,6 @@ TEST_CASE("a scene file with as many representations as options allow can be rea
   Representation show{.select = "all"};
   show.look.style = ParticleStyle::sticks;
   show.look.material = {ParticleMaterial::Rule::named, "gold"};
-  show.look.radius = {ParticleRadius::Rule::fixed, 1};
   show.look.radius_by = {"mass", 1, 2};
   show.look.stick_radius = 0.5;
   show.look.coloring = {"vx", ColorMap::magma, color_range_from("0:1"), NumberScale::log};
