@@ -17,6 +17,12 @@ void LeaseDesk::check_losses(Time now, const WorkerRecord& worker) {
       continue;
     }
     JobFailures& failures = job.work->failures;
+    const bool survived = std::ranges::any_of(failures.all(), [&](const Failure& failure) {
+      return failure.by_loss && !failure.excused && failure.worker == worker.key;
+    });
+    if (survived) {  // another process of its machine joined first, so it was believed dead
+      backoff_.forgive(worker.machine, worker.hello.name);
+    }
     for (const Failure& death :
          failures.note_joined(worker.machine, worker.key, worker.hello.name)) {
       if (failures.any_success()) {

@@ -334,6 +334,25 @@ TEST_CASE(
   CHECK(service.sha256(job) == reference_sha256(small_scene(), many_leases()));
 }
 
+TEST_CASE("a process that was believed dead gets leases when it returns") {
+  Service service;
+  Hand ann(service, "ann");
+  Hand one(service, "one", "10.0.0.7");
+  Hand two(service, "two", "10.0.0.7");
+  const JobId job = service.submit(small_scene(), many_leases());
+  work(service, {{&ann, honest}, {&one, idle}, {&two, idle}}, job, 1);
+  work(service, {{&ann, idle}}, job, 12, milliseconds(500));  // the others are silent
+  REQUIRE(service.worker("one").is_null());
+  REQUIRE(service.state(job) == "running");
+  Hand three(service, "three", "10.0.0.7");
+  REQUIRE(service.worker("three").at("state") == "backoff");
+  one.come_back();
+  two.come_back();
+  for (const char* name : {"one", "two", "three"}) {
+    CHECK(service.worker(name).at("state") == "ready");
+  }
+}
+
 TEST_CASE("a failed job remains failed after a restart, and keeps its rows for a requeue") {
   CrashStore store(0, 1);
   Service service(service_options(), &store);
