@@ -174,9 +174,9 @@ class Here(FilmCase):
 
     def test_a_time_limit_is_that_of_each_frame(self):
         self.film("a.mp4", "--time-limit", "0.2", "--frames", "0:3")
-        for frame in self.report("a.mp4")["frame_list"]:
-            self.assertEqual(frame["stopped_by"], "time")
-            self.assertNotEqual(frame["error"]["rmse"], None)
+        ends = [frame["stopped_by"] for frame in self.report("a.mp4")["frame_list"]]
+        self.assertEqual(set(ends), {"time"})  # the first frame leaves time for the others
+        self.assertGreater(len(ends), 2)
 
     def test_arrows_cells_labels_and_the_depth_cue_are_those_of_all_frames_though_atoms_appear(self):
         head = "ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS pp pp pp\n0 8\n0 8\n0 8\n" \
