@@ -116,7 +116,7 @@ std::string PostprocessOptions::first_given() const {
 void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
                         const SceneFile& file, const std::shared_ptr<const Scene>& scene,
                         const RenderSettings& settings) {
-  if (!outputs.has_png()) {
+  if (!outputs.shows_postprocessing()) {
     const std::string given = options.first_given();
     if (given.empty()) return;
     throw InputError(given +
