@@ -114,10 +114,10 @@ class Workers(WebCase):
     def test_its_log_is_read_on_demand(self):
         with Web() as farm:
             farm.start_worker("one")
-            lines = wait_for(
-                lambda: any("info: serving" in line
-                            for line in (found := farm.get("/workers/one/log").json().get("lines", []))) and found,
-                "its log with the line that it writes after it is connected")
+            def log_once_connected():
+                found = farm.get("/workers/one/log").json().get("lines", [])
+                return found if any("info: serving" in line for line in found) else None
+            lines = wait_for(log_once_connected, "its log with the line that it writes after it is connected")
             self.assertTrue(any("worker 'one', 1 threads" in line for line in lines), lines)
             self.assertEqual(farm.client("workers", "log", "one").stdout.splitlines()[0], lines[0])
 
