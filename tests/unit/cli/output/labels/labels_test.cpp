@@ -1,9 +1,7 @@
-// What is drawn on a picture after it was traced: letters, numbers, places, lines, lengths.
+// What is drawn on a picture after it was traced: places, lengths, lines, colours.
 #include "cli/output/labels/labels.h"
 
 #include <doctest/doctest.h>
-#include <ft2build.h>
-#include FT_FREETYPE_H
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +12,6 @@
 #include <vector>
 
 #include "cli/output/labels/block.h"
-#include "cli/output/labels/round_numbers.h"
 #include "common/base/error.h"
 #include "common/scene/settings.h"
 #include "tests/support/message_of.h"
@@ -34,12 +31,6 @@ std::size_t changed(const Image& image, float background) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < image.rgb.size(); i += 3) count += image.rgb[i] != background;
   return count;
-}
-
-double drawn_area(const Font& font, const std::string& text, const Point& at) {
-  Coverage coverage(Box{0, 0, 400, 60});
-  font.draw(coverage, at, text);
-  return coverage.area();
 }
 
 Camera camera_of(double vfov) {
@@ -90,152 +81,6 @@ std::pair<int, int> extent(const Image& image, std::uint32_t row, float value) {
 
 }  // namespace
 
-// ---- Letters -----------------------------------------------------------------------------------
-
-TEST_CASE("the width of a text follows from the font's advances at any size") {
-  FT_Library library = nullptr;
-  FT_Face face = nullptr;
-  REQUIRE(FT_Init_FreeType(&library) == 0);
-  REQUIRE(FT_New_Face(library, label_font().c_str(), 0, &face) == 0);
-  double units = 0;
-  for (const char letter : std::string("H 0123")) {  // pairs without kerning
-    REQUIRE(FT_Load_Char(face, static_cast<FT_ULong>(letter), FT_LOAD_NO_SCALE) == 0);
-    units += static_cast<double>(face->glyph->advance.x);
-  }
-  for (const double size : {7.3, 12.0, 33.333, 200.0}) {
-    const Font font(size);
-    CHECK(font.width("H 0123") ==
-          doctest::Approx(units * std::round(size * 64) / 64 / face->units_per_EM).epsilon(1e-3));
-  }
-  FT_Done_Face(face);
-  FT_Done_FreeType(library);
-  const Font font(30);
-  CHECK(font.width("AV") < font.width("A") + font.width("V") - 1);  // kerning
-}
-
-TEST_CASE(
-    "letters cover the same area wherever a text begins, and four times it at twice the size") {
-  const Font font(20);
-  const double area = drawn_area(font, "a\u00c5\u03b1", {10, 30});
-  CHECK(area > 100);
-  for (const Point at : {Point{10.25, 30}, {10.5, 30.5}, {200.75, 41.1}}) {
-    CHECK(drawn_area(font, "a\u00c5\u03b1", at) == doctest::Approx(area).epsilon(0.01));
-  }
-  const Font large(40);
-  CHECK(drawn_area(large, "a\u00c5\u03b1", {10, 45}) == doctest::Approx(4 * area).epsilon(0.02));
-  CHECK(drawn_area(font, "  ", {10, 30}) == 0);
-}
-
-TEST_CASE("a letter lies between its baseline and its cap height") {
-  const Font font(30);
-  Coverage coverage(Box{0, 0, 60, 60});
-  font.draw(coverage, {10, 40}, "H");
-  const auto row_is_empty = [&](int y) {
-    for (int x = 0; x < 60; ++x) {
-      if (coverage.at(x, y) > 0) return false;
-    }
-    return true;
-  };
-  const int top = static_cast<int>(std::floor(40 - font.cap_height()));
-  CHECK(row_is_empty(40));
-  CHECK_FALSE(row_is_empty(39));
-  CHECK_FALSE(row_is_empty(top));
-  CHECK(row_is_empty(top - 1));
-}
-
-TEST_CASE("a missing font is reported in one line with its package") {
-  CHECK(message_of<RunError>([] { Font(10, "/nowhere/DejaVuSans.ttf"); }) ==
-        "/nowhere/DejaVuSans.ttf: the font of labels, DejaVu Sans, is missing: install "
-        "fonts-dejavu-core");
-  CHECK(message_of<RunError>([] { Font(10, "/etc/passwd"); }) ==
-        "/etc/passwd: the font of labels cannot be read: install again what contains the file: "
-        "fonts-dejavu-core, or ParRay");
-}
-
-TEST_CASE("invalid texts are refused: not UTF-8, control characters, letters that the font lacks") {
-  const Font font(10);
-  font.check("Caf\u00e9 \u03b1 \u2212 10\u207b\u00b3", "--text");
-  const auto problem = [&](const std::string& text) {
-    return message_of<InputError>([&] { font.check(text, "--text"); });
-  };
-  CHECK(problem("a\u4e2d") ==
-        "--text: the font DejaVu Sans has no character U+4E2D: use another character");
-  CHECK(problem("a\tb") ==
-        "--text: the font DejaVu Sans has no character U+0009: use another character");
-  for (const std::string bad : {"\xff", "\xc3", "\xc0\x80", "\xed\xa0\x80", "\xf5\x80\x80\x80"}) {
-    CHECK(problem(bad) ==
-          "--text: the text is not UTF-8: use a terminal or a script with that encoding");
-  }
-  CHECK(font.width("\xff") == font.width("\ufffd"));  // of a name in a file
-}
-
-// ---- Numbers -----------------------------------------------------------------------------------
-
-TEST_CASE("marks are few, round and ascending, and lie in their range") {
-  for (const auto& row : std::vector<std::pair<double, double>>{{0, 1},
-                                                                {-1, 1},
-                                                                {-0.37, 0.91},
-                                                                {3, 3.1},
-                                                                {1e-9, 3e-9},
-                                                                {-4e7, 1e8},
-                                                                {0, 7},
-                                                                {1e17, 1.0000001e17},
-                                                                {-1e308, 1e308},
-                                                                {0, 5e-324},
-                                                                {99.99, 100.02}}) {
-    const auto& [low, high] = row;  // which Clang 14 does not capture
-    CAPTURE(row.first);
-    CAPTURE(row.second);
-    const Ticks ticks = ticks_between(low, high, 6);
-    CHECK(!ticks.values.empty());
-    CHECK(ticks.values.size() <= 6);
-    CHECK(std::ranges::is_sorted(ticks.values));
-    CHECK(ticks.values.front() >= low);
-    CHECK(ticks.values.back() <= high);
-    CHECK(ticks.texts.size() == ticks.values.size());
-    for (std::size_t i = 0; i < ticks.values.size(); ++i) CHECK(ticks.texts[i].size() < 32);
-  }
-  const Ticks ticks = ticks_between(-0.25, 0.6, 6);
-  CHECK(ticks.texts == std::vector<std::string>{"\u22120.2", "0.0", "0.2", "0.4", "0.6"});
-  CHECK(ticks.exponent == 0);
-}
-
-TEST_CASE("long numbers have a common power of ten") {
-  const Ticks large = ticks_between(0, 2.5e6, 6);
-  CHECK(large.exponent == 6);
-  CHECK(large.texts == std::vector<std::string>{"0.0", "0.5", "1.0", "1.5", "2.0", "2.5"});
-  CHECK(ticks_between(0, 4e-4, 6).exponent == -4);
-  CHECK(power_of_ten(-4) == "10\u207b\u2074");
-  CHECK(power_of_ten(12) == "10\u00b9\u00b2");
-}
-
-TEST_CASE("a logarithmic scale has marks at powers of ten, and at 2 and 5 if there is room") {
-  const Ticks wide = log_ticks_between(0.02, 3e7, 6);
-  REQUIRE(wide.values.size() >= 3);
-  for (const double value : wide.values) {
-    CHECK(std::log10(value) == doctest::Approx(std::round(std::log10(value))));
-  }
-  CHECK(wide.exponent == 0);
-  CHECK(wide.values.size() <= 6);
-  CHECK(log_ticks_between(1, 12, 6).texts == std::vector<std::string>{"1", "2", "5", "10"});
-  CHECK(log_ticks_between(0.1, 1, 4).texts == std::vector<std::string>{"0.1", "0.2", "0.5", "1"});
-  CHECK(log_ticks_between(2.1, 2.2, 6).texts == ticks_between(2.1, 2.2, 6).texts);
-  const Ticks extreme = log_ticks_between(1e-300, 1e300, 6);
-  CHECK(extreme.values.size() <= 6);
-  CHECK(extreme.texts.front().starts_with("10\u207b"));
-}
-
-TEST_CASE("round numbers are 1, 2 or 5 times a power of ten, above or below the value") {
-  for (const double value : {1e-300, 0.0031, 0.1, 0.99, 1.0, 3.0, 5.0, 7.2, 1e5, 6e300}) {
-    CHECK(round_below(value) <= value * (1 + 1e-5));
-    CHECK(round_below(value) > value / 2.6);
-    CHECK(round_above(value) >= value * (1 - 1e-5));
-    CHECK(round_above(value) < value * 2.6);
-  }
-  CHECK(round_below(0.1F) == doctest::Approx(0.1));
-  CHECK(round_above(2.0001) == 5);
-}
-
 // ---- Places ------------------------------------------------------------------------------------
 
 TEST_CASE("labels at the margin fit despite rounding of their widths") {
@@ -247,7 +92,7 @@ TEST_CASE("labels at the margin fit despite rounding of their widths") {
 
 TEST_CASE("labels in all corners are inside the picture and do not overlap") {
   const Font font(14);
-  const BlockStyle style{font, 1, 780, 580};
+  const BlockStyle style{font, 1, 580};
   std::vector<Block> blocks = {
       text_block(style, "--text", Corner::top_left, "A title\nof two lines"),
       text_block(style, "--time-stamp", Corner::top_left, "frame 3"),
@@ -273,7 +118,7 @@ TEST_CASE("labels in all corners are inside the picture and do not overlap") {
 
 TEST_CASE("a label draws only inside its box, except for its halo") {
   const Font font(20);
-  const BlockStyle style{font, 1.5, 380, 380};
+  const BlockStyle style{font, 1.5, 380};
   for (const Block& block :
        {text_block(style, "--text", Corner::top_left, "gjpq\u00c5H"), legend_block(style, velocity),
         legend_block(style, elements(40)), scale_bar_block(style, 2e-9, 100, "m"),
@@ -539,7 +384,7 @@ TEST_CASE("the names of a cell's edges are outside its outline") {
 
 TEST_CASE("the names of nearly parallel axes do not overlap") {
   const Font font(20);
-  const BlockStyle style{font, 1, 300, 300};
+  const BlockStyle style{font, 1, 300};
   Camera camera = camera_of(40);
   camera.look_from = {0.2, -10, 9.9};
   camera.up = {0, 0, 1};
