@@ -19,8 +19,8 @@ struct Recipe {
   std::string finished;       ///< postprocessing steps of the file; empty: none, as in EXR
   /// Hash of the floats of the denoised picture. Empty: not denoised.
   std::string denoised_sha256;
-  /// transparent_sha256() of the file's picture, denoised or not, without its background. Empty:
-  /// the picture has its background.
+  /// transparent_sha256() of the picture, denoised or not, before postprocessing. Empty: it has its
+  /// background. A file whose finishing begins with a background step has this hash, but no alpha.
   std::string transparent_sha256;
   std::string scene_sha256;
   std::uint64_t trace_version = 0;

@@ -12,7 +12,7 @@
 namespace parray::adaptive {
 
 /// Returns whether a pass of `samples` is small compared with the `traced` samples, below a third.
-/// An adaptive picture then keeps the present proportions of its pixels' counts.
+/// Without target_half_width, adaptive pictures then keep the proportions of counts.
 bool is_little(std::uint64_t samples, std::uint64_t traced);
 
 /// Weights of SampleShares that a placement computed when the picture had `samples`, for later
@@ -29,8 +29,8 @@ struct NoiseWeights {
 /// All pixels get the same number of samples unless settings.adaptive is set. With it, samples
 /// follow common/adaptive/allocation.h from pilot_samples on. With a target_half_width, samples are
 /// placed for equal half-widths. Otherwise they are placed for the least RMSE, if adaptive_pays()
-/// holds. A pass that adds little keeps the present proportions of the pixels' counts. In a large
-/// picture, some rows serve to predict how many samples are needed.
+/// holds. Without a target_half_width, a pass that adds little keeps the present proportions of
+/// counts. In a large picture, some rows serve to predict how many samples are needed.
 class Placement {
  public:
   /// Refers to `state`, which must have pixels, and to `found`. `found` holds the weights that

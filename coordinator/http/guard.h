@@ -37,7 +37,7 @@ class Guard {
 
   const std::filesystem::path keys_;
   std::vector<std::string> hosts_;  ///< in lower case
-  std::mutex mutex_;  // guards tokens_
+  std::mutex mutex_;                // guards tokens_
   std::unique_ptr<TokenList> tokens_;
 };
 

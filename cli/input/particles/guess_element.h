@@ -43,8 +43,9 @@ ParticleNote masses_note(std::uint64_t count);
 /// Returns the note that the elements of `count` particles are unknown.
 ParticleNote unknown_elements_note(std::uint64_t count);
 
-/// Sets the elements of particles without elements from the masses of their types, and adds a note.
-/// `masses` has an entry for each of particles.types.names. NaN: unknown.
+/// If `particles` has types but no column of elements, makes the column from the masses of types,
+/// and adds notes. Does nothing if no mass matches. `masses` has an entry for each of
+/// particles.types.names. NaN: unknown.
 void take_elements_of_masses(const std::vector<double>& masses, Particles& particles);
 
 }  // namespace parray::input

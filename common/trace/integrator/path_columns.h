@@ -40,7 +40,7 @@ struct Workspace : TraversalSpace<Real, Store> {
   const std::uint32_t* sample_number = nullptr;  ///< number of each sample; memory of the batch
 };
 
-/// Returns the list, in `inside`, of the spheres that contain the start of a path of pixel (x, y).
+/// Returns the list, in `inside`, of the shapes that contain the start of a path of pixel (x, y).
 template <typename Real, typename Store, int W>
 PARRAY_INLINE std::uint32_t inside_at(const KernelScene<Real, Store, W>& scene, std::uint32_t x,
                                       std::uint32_t y, const Vec3<Real>& origin,
