@@ -95,7 +95,9 @@ std::string contents_of(const SceneFile& scene) {
 
 int convert(const ConvertCommand& command) {
   if (fs::path(command.out).extension() != ".json") {
-    throw InputError(printable(command.out, 4096) + ": use a name that ends in .json");
+    throw InputError(printable(command.out, 4096) +
+                     ": the scene file to write needs a name that ends in .json: "
+                     "parray convert IN OUT.json");
   }
   check_outputs({.image = {}, .report = command.out}, command.in);
   const SceneFile scene = converted(command);

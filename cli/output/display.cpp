@@ -128,7 +128,7 @@ class Connection {
       if (sent > 0) {
         bytes.remove_prefix(static_cast<std::size_t>(sent));
       } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
-        if (!ready(silence)) fail("the viewer does not receive data");
+        if (!ready(silence)) fail("a program took the connection but no data for 10 s");
       } else if (errno != EINTR) {
         fail(text_of(errno));
       }
@@ -238,9 +238,9 @@ void Display::run(const std::stop_token& stop) {
       created = size;
       created_name = shown.name;
     } else if (!std::exchange(said, true) && !stop.stop_requested()) {
-      std::cerr << "parray: --display: no viewer answers at " + printable(place_.host, 200) + ":" +
-                       std::to_string(place_.port) + " (" + connection->reason() +
-                       "): start tev there, or correct the address; the render continues\n";
+      std::cerr << "parray: --display: no viewer takes pictures at " + printable(place_.host, 200) +
+                       ":" + std::to_string(place_.port) + " (" + connection->reason() +
+                       "): start tev there again, or correct the address; the render continues\n";
     }
     lock.lock();
     if (!sent) {

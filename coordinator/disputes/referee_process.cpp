@@ -40,7 +40,8 @@ class RefereeProcess::Child {
   /// Starts the process. Throws RunError.
   Child(const fs::path& program, std::uint64_t memory) {
     if (!executable(program)) {
-      throw RunError(program.string() + " does not exist: install ParRay again");
+      throw RunError("the coordinator's machine has no executable " + program.string() +
+                     ": install ParRay there again");
     }
     std::array<int, 2> ends{};
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {

@@ -41,11 +41,16 @@ ChunkDecoder::Step ChunkDecoder::take_data(std::string_view input) {
 }
 
 void ChunkDecoder::take_line(std::string_view line) {
+  if (phase_ == Phase::data_end && !line.empty()) {
+    refuse(
+        "a chunk does not end where its size says: send its number of bytes in hexadecimal, "
+        "without "
+        "the CR and LF after it");
+  }
   if (std::ranges::any_of(line, is_control)) refuse("a line has control characters");
   if (phase_ == Phase::size) {
     take_size(line);
   } else if (phase_ == Phase::data_end) {
-    if (!line.empty()) refuse("a chunk is longer than its size");
     phase_ = Phase::size;
   } else if (line.empty()) {
     phase_ = Phase::done;

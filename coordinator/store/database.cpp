@@ -26,9 +26,13 @@ bool is_full(int code) {
 
 Database::Database(const std::filesystem::path& file) : directory_(file.parent_path()) {
   if (sqlite3_open(file.c_str(), &db_) != SQLITE_OK) {
-    const std::string why = sqlite3_errmsg(db_);
+    const int error = sqlite3_system_errno(db_);
+    const std::string why =
+        error != 0 ? std::generic_category().message(error) : sqlite3_errmsg(db_);
     close();
-    throw InputError("--state " + directory_.string() + ": opening " + file.string() + ": " + why);
+    throw InputError("--state " + directory_.string() + ": " + file.filename().string() +
+                     " cannot be opened (" + why +
+                     "): start the program as the owner of the directory, or use another one");
   }
   sqlite3_extended_result_codes(db_, 1);
 }

@@ -157,7 +157,7 @@ class Display(unittest.TestCase):
         away = "127.0.0.1:%d" % nobody.getsockname()[1]
         nobody.close()
         size = ["--width", "1200", "--height", "800", "--spp", "3"]  # more than a socket holds
-        for address, said in ((away, "no viewer answers at " + away), (deaf.address, "")):
+        for address, said in ((away, "no viewer takes pictures at " + away), (deaf.address, "")):
             begin = time.monotonic()
             done = run("render", SCENE, *size, *self.outputs(), "--display", address)
             self.assertEqual(done.returncode, 0, done.stderr)

@@ -216,7 +216,7 @@ class BetweenHosts(unittest.TestCase):
             self.assertIn("To have a standby again, start the former primary with --standby", farm.standby.log.read_text())
             farm.coordinator.send_signal(signal.SIGCONT)
             self.assertEqual(farm.coordinator.wait(timeout=20), 1)
-            self.assertRegex(farm.coordinator_log(), "fenced: .*start this coordinator with --standby, and the other one")
+            self.assertRegex(farm.coordinator_log(), "fenced: .*replace --replicate-to by --standby, and restart the other coordinator")
 
     def test_without_its_standby_a_primary_acknowledges_nothing_and_a_new_one_gets_a_full_copy(self):
         with Twins() as farm:

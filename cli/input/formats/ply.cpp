@@ -139,7 +139,7 @@ bool PlyRows::read(const char* rows, std::size_t count, Particles& out, std::siz
 
 [[noreturn]] void fail_end(const ParticleInput& input, const PlyElement& element) {
   input.fail("the file ends within its elements '" + printable(element.name) +
-             "': check that the file is complete and that their count is right");
+             "': check that the file is complete, and the counts and properties in the header");
 }
 
 [[noreturn]] void fail_list(const ParticleInput& input, const PlyProperty& property) {
@@ -259,7 +259,8 @@ class BinaryReader {
         " \t\r\n";  // some programs end files with these characters
     while (const char* const byte = input_->next_bytes(1)) {
       if (padding.find(*byte) != std::string_view::npos) continue;
-      input_->fail("data follow the last element: check the counts in the header");
+      input_->fail(
+          "data follow the last element: check the counts, properties and types in the header");
     }
   }
 

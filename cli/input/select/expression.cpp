@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <initializer_list>
 #include <limits>
 #include <optional>
@@ -286,7 +287,6 @@ class SelectionParser {
     return out;
   }
   bool next_is_range() {
-    if (scanner_.at_end()) fail_here("a number is missing: write 5 or 10:20");
     return scanner_.next_is_digit() || scanner_.next_is("-") || scanner_.next_is(":");
   }
 
@@ -342,13 +342,22 @@ class SelectionParser {
   [[noreturn]] static void fail_as_condition(const Expression& property) {
     NearestWord nearest(property.word);
     for (const std::string_view word : class_words) nearest.offer(word);
-    for (const std::string_view word : other_words) nearest.offer(word);
+    for (const std::string_view word : other_words) {
+      if (word.size() > 3) nearest.offer(word);  // short words are near many names
+    }
     const std::string shown = printable(property.word);
-    SelectionScanner::fail_at_column(property.column,
-                                     "'" + shown + "' is not a condition: " +
-                                         (nearest.best().empty() || nearest.best() == property.word
-                                              ? "compare it with a number, as in " + shown + " > 0"
-                                              : "did you mean '" + nearest.best() + "'?"));
+    const bool is_word = std::ranges::all_of(
+        shown, [](unsigned char c) { return c == '_' || std::isalnum(c) != 0; });
+    const std::string written = is_word ? shown : '"' + shown + '"';
+    const bool is_whole = shown == "resid" || shown == "index";
+    SelectionScanner::fail_at_column(
+        property.column,
+        "'" + shown + "' is not a condition: " +
+            (is_whole ? "write " + shown + " 5 10:20, or " + shown + " > 5"
+             : nearest.best().empty() || nearest.best() == property.word
+                 ? "compare it with a number, as in " + written +
+                       " > 0, or write chain, resname, name or element before a name"
+                 : "did you mean '" + nearest.best() + "'?"));
   }
   [[noreturn]] void fail_without_condition(std::size_t start) {
     const bool end = start == scanner_.next() && scanner_.at_end();

@@ -86,7 +86,9 @@ Font::Font(double size, const std::filesystem::path& file)
   std::error_code error;
   if (!std::filesystem::exists(file, error)) {
     throw RunError(file.string() +
-                   ": the font of labels, DejaVu Sans, is missing: install fonts-dejavu-core");
+                   ": the font of labels, DejaVu Sans, is missing: install fonts-dejavu-core, or "
+                   "copy the font to " +
+                   base::module_file("DejaVuSans.ttf").string());
   }
   const auto em = static_cast<FT_F26Dot6>(std::lround(size * units));
   if (FT_Init_FreeType(&library_->library) != 0 ||

@@ -216,7 +216,8 @@ TEST_CASE("PLY: invalid headers are refused") {
 
 TEST_CASE("PLY: data that do not fit the header are refused") {
   const std::string list = "property list char int l\n";
-  const std::string too_short = "check that the file is complete and that their count is right";
+  const std::string too_short =
+      "check that the file is complete, and the counts and properties in the header";
   check_all({
       {"short text", "a.ply", ascii_ply("2") + "10.25 0 0.125\n",
        "a.ply:8: the file ends within its elements 'vertex': " + too_short},
@@ -240,7 +241,8 @@ TEST_CASE("PLY: data that do not fit the header are refused") {
       {"short packed data", "a.ply.gz", packed(binary_ply("2") + floats(0, 0, 0)),
        "a.ply.gz: byte 127: the file ends within its elements 'vertex': " + too_short},
       {"long data", "a.ply", binary_ply("1") + floats(0, 0, 0) + "x",
-       "a.ply: byte 127: data follow the last element: check the counts in the header"},
+       "a.ply: byte 127: data follow the last element: check the counts, properties and types in "
+       "the header"},
       {"a list beyond the end", "a.ply", binary_ply("1", list) + floats(0, 0, 0) + "\x7f",
        "a.ply: byte 153: the file ends within its elements 'vertex': " + too_short},
       {"a negative list", "a.ply", binary_ply("1", list) + floats(0, 0, 0) + "\xff",

@@ -125,6 +125,7 @@ TEST_CASE("a selection keeps the particles that it describes") {
       {"resid :2", {0, 1, 2, 3, 4}},
       {"resid 9:", {8, 9, 10, 11, 12}},
       {"resid > 8", {8, 9, 10, 11, 12}},
+      {"8 < resid", {8, 9, 10, 11, 12}},
       {"index 0 11:99", {0, 11, 12}},
       {"index % 6 == 0", {0, 6, 12}},
       {"water", {8, 9, 10, 11}},
@@ -204,8 +205,17 @@ TEST_CASE("an invalid selection is refused with its column and a remedy") {
       {"chain A and protien",
        "character 13: 'protien' is not a condition: did you mean 'protein'?"},
       {"charge",
-       "character 1: 'charge' is not a condition: compare it with a number, as in charge > 0"},
-      {"z", "character 1: 'z' is not a condition: compare it with a number, as in z > 0"},
+       "character 1: 'charge' is not a condition: compare it with a number, as in charge > 0, "
+       "or write chain, resname, name or element before a name"},
+      {"chain A or b",
+       "character 12: 'b' is not a condition: compare it with a number, as in b > 0, or write "
+       "chain, resname, name or element before a name"},
+      {"\"a b\"",
+       "character 1: 'a b' is not a condition: compare it with a number, as in \"a b\" > 0, or "
+       "write chain, resname, name or element before a name"},
+      {"z",
+       "character 1: 'z' is not a condition: compare it with a number, as in z > 0, or "
+       "write chain, resname, name or element before a name"},
       {"(z + 1)",
        "character 2: a condition is needed, but this is a number: compare it, as in z > 10"},
       {"chain A > 3",
@@ -228,7 +238,7 @@ TEST_CASE("an invalid selection is refused with its column and a remedy") {
       {"name \"CA", "character 6: the quote is not closed: add '\"'"},
       {"resid 5:2", "character 7: '5:2' is not a whole number or a range: write resid 5 10:20"},
       {"index 1.5", "character 7: '1.5' is not a whole number or a range: write index 5 10:20"},
-      {"resid", "character 6: a number is missing: write 5 or 10:20"},
+      {"resid", "character 1: 'resid' is not a condition: write resid 5 10:20, or resid > 5"},
       {"within of ion", "character 8: the distance must be above 0: write within 5 of chain A"},
       {"within 0 of ion", "character 8: the distance must be above 0: write within 5 of chain A"},
       {"within 5 ion", "character 10: 'of' is missing: write within 5 of chain A"},
