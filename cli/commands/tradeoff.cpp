@@ -84,8 +84,8 @@ RenderSettings also_settings(const std::string& options, const SceneFile& file,
   try {
     line.parse(options);
     for (const GivenOption& given : line.given_options()) {
-      const bool other_picture = given.group == particles_group || given.name == "--width" ||
-                                 given.name == "--height" || given.name == "--like";
+      const bool other_picture =
+          given.group == particles_group || given.name == "--width" || given.name == "--height";
       if (!other_picture) continue;
       throw InputError("all variants trace the same picture: leave out " + given.name);
     }

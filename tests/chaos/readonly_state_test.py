@@ -53,7 +53,7 @@ class ReadOnlyState(unittest.TestCase):
             self.assertEqual(farm.fetch(before)["samples"], 64 * 160 * 100)  # what is kept can still be read
             refused = farm.client("submit", SCENES / "glass.json", *SETTINGS)
             self.assertEqual((refused.returncode, refused.stderr.count("\n")), (1, 1))
-            self.assertIn("make it writable", refused.stderr)
+            self.assertIn("make the directory writable again", refused.stderr)
             self.make_writable()
             report = farm.finish(held)
             run("render", SCENES / "shells.json", *LONG, "-o", farm.directory / "r.png", "--report",

@@ -228,7 +228,7 @@ class Service(FarmCase):
         with tempfile.TemporaryDirectory() as state, Farm("--state", state):
             second = Farm("--state", state)
             try:
-                with self.assertRaisesRegex(AssertionError, "another coordinator uses"):
+                with self.assertRaisesRegex(AssertionError, "another process uses"):
                     second.start_coordinator()
             finally:
                 second.close()

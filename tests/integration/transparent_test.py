@@ -163,7 +163,7 @@ class Who(TransparentTest):
         self.refused("submit", self.scene, "--transparent", "on", "--frames", "1-2",
                      mentions="--transparent: not possible for a series of frames")
         self.refused("submit", self.scene, "--background", "white",
-                     mentions="--background: not possible for parray submit without a picture file: add --wait -o IMAGE, or "
+                     mentions="--background: not possible for parray submit without a picture file: add --wait -o IMAGE.png, or "
                               "leave it out")
         self.refused("submit", self.scene, "--background", "white", "--frames", "1-2",
                      mentions="--background: not possible for a series of frames: leave it out, or")

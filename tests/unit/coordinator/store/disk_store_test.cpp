@@ -294,7 +294,7 @@ TEST_CASE("only a digest becomes the name of a scene") {
 TEST_CASE("a second coordinator on the same state is refused") {
   const TemporaryDirectory directory;
   const DiskStore store(directory.path());
-  CHECK_THROWS_WITH_AS(DiskStore{directory.path()}, doctest::Contains("another coordinator"),
+  CHECK_THROWS_WITH_AS(DiskStore{directory.path()}, doctest::Contains("another process"),
                        InputError);
 }
 

@@ -308,10 +308,10 @@ TEST_CASE("the reader limits nesting, lengths and numbers of values") {
        "levels: remove levels"},
       {"a long string", with("\"gold\"", "\"" + mega + "\""),
        "s.json:9: /: a text or a run of blanks is longer than 1048576 bytes: check that this is a "
-       "scene"},
+       "JSON file"},
       {"a long blank", with("  \"version\"", std::string(mega.size(), ' ') + "\"version\""),
        "s.json:2: /: a text or a run of blanks is longer than 1048576 bytes: check that this is a "
-       "scene"},
+       "JSON file"},
   });
   std::string wide = "[0";
   for (int i = 0; i < 5000; ++i) wide += ",0";
