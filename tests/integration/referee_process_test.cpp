@@ -100,7 +100,7 @@ TEST_CASE("a referee that was told to forget answers the next question") {
 
 TEST_CASE("a referee that is missing, dies or traces other bits is reported") {
   Asked missing("/nonexistent/parray-referee");
-  CHECK(missing.ask(1, {0, 1}).failure.find("does not exist") != std::string::npos);
+  CHECK(missing.ask(1, {0, 1}).failure.find("has no executable") != std::string::npos);
   Asked dying("/bin/false");
   CHECK(dying.ask(1, {0, 1}).failure.find("ended with status 1") != std::string::npos);
   Asked strange({}, "another fingerprint");
