@@ -187,6 +187,7 @@ class Refusals(CliTest):
         for option in ("--on-end", "--preview", "--display"):
             self.refused("submit", self.scene, option, "true", mentions="--wait")
         self.refused("submit", self.scene, "--threads", "2", mentions="--threads")
+        self.refused("workers", "--host", mentions="--host needs an action")
         for command in ("show", "watch", "cancel"):
             self.refused(command, mentions="JOB")
             self.refused(command, "-1", mentions="JOB")

@@ -274,6 +274,8 @@ TEST_CASE("unfinished jobs and pixels of each user, and pixels of a picture, are
   const std::size_t pixels = std::size_t{many_leases().width} * many_leases().height;
   options.limits.pixels = 2 * pixels;
   options.limits.user_pixels = 3 * pixels;
+  options.limits.user_disk = 1;  // has no effect without a store
+  options.limits.disk = 1;
   Service service(options);
   const auto refused = [&](const RenderSettings& settings, const std::string& user) {
     msg::Submit submit = service.submission(small_scene(), settings);
