@@ -237,16 +237,31 @@ TEST_CASE("a check waits for the only other machine if that lost its lease in a 
   }
 }
 
+namespace {
+
+/// A job whose checks wait: `ann` traces, and `bob` takes no lease. There is no referee.
+struct TwoMachines {
+  explicit TwoMachines(int rounds) {
+    work(service, {{&ann, slow(false)}, {&bob, idle}}, job, rounds);
+  }
+  static CoordinatorOptions options() {
+    CoordinatorOptions options = always_with_referee();
+    options.referee = nullptr;
+    return options;
+  }
+  Service service{options()};
+  Hand ann{service, "ann"};
+  Hand bob{service, "bob"};
+  JobId job = service.submit(small_scene(), settings_with_long_leases());
+};
+
+}  // namespace
+
 TEST_CASE("a check waits only for a while for a machine that was lost, and not for one that left") {
   for (const bool lost : {true, false}) {
     CAPTURE(lost);
-    CoordinatorOptions options = always_with_referee();
-    options.referee = nullptr;
-    Service service(options);
-    Hand ann(service, "ann");
-    Hand bob(service, "bob");
-    const JobId job = service.submit(small_scene(), settings_with_long_leases());
-    work(service, {{&ann, slow(false)}, {&bob, idle}}, job, 20);
+    TwoMachines machines(20);
+    auto& [service, ann, bob, job] = machines;
     if (!lost) bob.say(msg::Bye{"in a test"});
     const Time began = service.now();
     work(service, {{&ann, slow(false)}}, job, 500, milliseconds(200));
@@ -259,13 +274,8 @@ TEST_CASE("a check waits only for a while for a machine that was lost, and not f
 TEST_CASE("checks that wait for a machine go to another one when it is drained, or are left out") {
   for (const bool another : {false, true}) {
     CAPTURE(another);
-    CoordinatorOptions options = always_with_referee();
-    options.referee = nullptr;
-    Service service(options);
-    Hand ann(service, "ann");
-    Hand bob(service, "bob");
-    const JobId job = service.submit(small_scene(), settings_with_long_leases());
-    work(service, {{&ann, slow(false)}, {&bob, idle}}, job, 60);
+    TwoMachines machines(60);
+    auto& [service, ann, bob, job] = machines;
     REQUIRE(service.tally().duplicate == 0);
     REQUIRE(service.state(job) == "running");
     std::unique_ptr<Hand> cid = another ? std::make_unique<Hand>(service, "cid") : nullptr;
@@ -283,13 +293,8 @@ TEST_CASE(
     "a machine that was lost and drained makes the waiting checks if it is readmitted in time") {
   for (const bool readmitted : {false, true}) {
     CAPTURE(readmitted);
-    CoordinatorOptions options = always_with_referee();
-    options.referee = nullptr;
-    Service service(options);
-    Hand ann(service, "ann");
-    Hand bob(service, "bob");
-    const JobId job = service.submit(small_scene(), settings_with_long_leases());
-    work(service, {{&ann, slow(false)}, {&bob, idle}}, job, 20);
+    TwoMachines machines(20);
+    auto& [service, ann, bob, job] = machines;
     work(service, {{&ann, slow(false)}}, job, 40, milliseconds(200));  // `bob` is silent
     REQUIRE(service.worker("bob").is_null());
     REQUIRE(service.state(job) == "running");
