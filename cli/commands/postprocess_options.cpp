@@ -152,11 +152,13 @@ void add_background(OutputPaths& outputs, const Vec3d& color) {
   outputs.finishing.insert(outputs.finishing.begin(), step);
 }
 
-void warn_of_missing_postprocessing(const Postprocessing& postprocessing, const std::string& name,
-                                    const std::string& remedy) {
-  if (postprocessing == Postprocessing{}) return;
-  std::cerr << "parray: " + name +
-                   ": the farm draws no outlines and no depth cue on the picture: " + remedy + "\n";
+void warn_of_missing_postprocessing(const Postprocessing& postprocessing, bool labels,
+                                    const std::string& name, const std::string& remedy) {
+  std::string missing = postprocessing == Postprocessing{} ? "" : "no outlines and no depth cue";
+  if (labels) missing += missing.empty() ? "no labels" : " and no labels";
+  if (missing.empty()) return;
+  std::cerr << "parray: " + name + ": the farm draws " + missing + " on the picture: " + remedy +
+                   "\n";
 }
 
 }  // namespace parray::commands

@@ -43,9 +43,9 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
 /// picture must be transparent. Throws InputError for an EXR picture.
 void add_background(OutputPaths& outputs, const Vec3d& color);
 
-/// If `postprocessing` asks for outlines or a depth cue, warns on stderr that the picture of the
-/// job `name` will have none. `remedy`: how to get them.
-void warn_of_missing_postprocessing(const Postprocessing& postprocessing, const std::string& name,
-                                    const std::string& remedy);
+/// If `postprocessing` asks for outlines or a depth cue, or `labels` is set, warns on stderr that
+/// the farm draws none of them on the job `name`. `remedy`: how to get them.
+void warn_of_missing_postprocessing(const Postprocessing& postprocessing, bool labels,
+                                    const std::string& name, const std::string& remedy);
 
 }  // namespace parray::commands

@@ -261,7 +261,7 @@ PreparedRender prepare(const RenderRequest& request) {
     check_image_size(outputs.preview, settings.width, settings.height);
   }
   if (!can_have(request.mode, Feature::postprocessing)) {
-    warn_of_missing_postprocessing(loaded.rest.postprocessing, submission.name,
+    warn_of_missing_postprocessing(loaded.rest.postprocessing, false, submission.name,
                                    "add --wait -o IMAGE.png to have them");
   }
   if (traces_here(request.mode)) check_isa(settings.isa);

@@ -12,6 +12,7 @@
 #include <span>
 #include <utility>
 
+#include "cli/commands/postprocess_options.h"
 #include "cli/commands/prepare.h"
 #include "cli/commands/rendering.h"
 #include "cli/input/formats/format_table.h"
@@ -406,11 +407,16 @@ int submit_series(Client& client, const SeriesRequest& request) {
   for (std::uint32_t i = 0; i < request.frames.count(); ++i) {
     jobs.frames.push_back(request.frames.number(i));
   }
+  bool warned = false;
   jobs.load = [&](std::uint32_t frame) {
-    Submission submission =
+    LoadedSubmission loaded =
         load_submission(RenderMode::series, with_frame_number(request.scene, frame), request.render,
-                        request.priority, change_of(request, path, frame))
-            .submission;
+                        request.priority, change_of(request, path, frame));
+    if (!std::exchange(warned, true)) {
+      warn_of_missing_postprocessing(loaded.rest.postprocessing, loaded.rest.labels.any(),
+                                     request.scene, "render the frames one by one to have them");
+    }
+    Submission submission = std::move(loaded.submission);
     check_image_size(request.outputs.image, submission.settings->width,
                      submission.settings->height);
     submission.max_failures = request.max_failures;

@@ -50,8 +50,6 @@ void refuse_preview(const ProgressOptions& following) {
 int submit_frames(const SubmitCommand& command) {
   if (!command.output.paths().none()) check_frame_outputs(command.output.paths());
   check_request(request_of(command));
-  warn_of_missing_postprocessing(postprocessing_of(command.render.auto_scene().viewing().style),
-                                 command.scene, "render the frames one by one to have them");
   FarmClient client(command.farm);
   return submit_series(
       *client,

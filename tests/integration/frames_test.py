@@ -199,6 +199,14 @@ class Troubles(FrameCase):
             self.assertEqual([frame for frame, _ in self.frame_list(farm, 1)],
                              [frame for frame in range(1, 101) if frame not in (40, 41)])
 
+    def test_one_line_says_which_drawings_of_the_scene_files_a_series_lacks(self):
+        for number in (1, 2):
+            write(self.directory / f"s-{number}.json", scene(finishing={"outline": True}, labels={"text": "a"}))
+        with Farm() as farm:
+            result = farm.client("submit", self.directory / "s-#.json", "--frames", "1-2")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual(result.stderr.count("draws no outlines and no depth cue and no labels on the picture"), 1, result.stderr)
+
     def test_what_is_no_series_is_refused_before_any_work(self):
         still = write(self.directory / "still.json", scene())
         write(self.directory / "a.xyz", "1\n\nC 0 0 0\n")
