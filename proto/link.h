@@ -43,8 +43,8 @@ class Envelope {
 struct Delivery {
   PeerId peer;
   Envelope content;
-  /// Who sent the message, if the receiver is a server: the coordinator, or a worker that shares
-  /// scenes. Otherwise a default Sender.
+  /// The sender of a message to a server, which is the coordinator or a worker that shares scenes.
+  /// A default Sender if the receiver is no server.
   Sender sender{};
 };
 

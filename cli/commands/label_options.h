@@ -48,8 +48,8 @@ class LabelOptions {
   /// if a title is given without a legend.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;
 
-  /// Returns the places of the labels in the picture of an automatic scene, whose scenery has no
-  /// places yet. Throws the errors of over() and Labels.
+  /// Returns where labels cover the picture of an automatic scene. The scene needs no places for
+  /// labels yet. Throws the errors of over() and Labels.
   [[nodiscard]] LabelPlaces places(const SceneFile& file) const;
 
  private:

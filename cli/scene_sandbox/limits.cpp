@@ -31,7 +31,7 @@ Enclosure enclosure_of(std::uint64_t file_bytes) {
 void confine(const ChildResources& resources, std::uint64_t file_bytes) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   prctl(PR_SET_DUMPABLE, 0);
-  limit(RLIMIT_CORE, 0, "0");
+  limit(RLIMIT_CORE, 0, "0 for core files");
   limit(RLIMIT_CPU, resources.seconds, "--http-scene-seconds");
 #ifndef PARRAY_SANITIZED  // the shadow memory of sanitizers needs a huge address space
   limit(RLIMIT_AS, resources.memory, "--http-scene-memory");

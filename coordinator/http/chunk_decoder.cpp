@@ -44,8 +44,7 @@ void ChunkDecoder::take_line(std::string_view line) {
   if (phase_ == Phase::data_end && !line.empty()) {
     refuse(
         "a chunk does not end where its size says: send its number of bytes in hexadecimal, "
-        "without "
-        "the CR and LF after it");
+        "without the CR and LF after it");
   }
   if (std::ranges::any_of(line, is_control)) refuse("a line has control characters");
   if (phase_ == Phase::size) {

@@ -147,7 +147,7 @@ class History:
         self.submits = []  # (job, process, report)
         self.steering = []  # clients that pause and resume
         self.kills = 0
-        self.unchecked = 0  # pictures that are wrong and say that nobody checked a part
+        self.unchecked = 0  # number of wrong pictures whose reports say that a part was not checked
         self.event_times = []
 
     def run(self):

@@ -1,4 +1,4 @@
-// What clients change outlives a coordinator that is killed at any moment after its answer.
+// A client requests a change and gets an answer. Then the change survives a killed coordinator.
 #include <doctest/doctest.h>
 
 #include <string>
