@@ -305,10 +305,6 @@ void declare_options(CommandLine& line, Arguments& a) {
       "machine");
 }
 
-Time from_seconds(double value) {
-  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(value));
-}
-
 double seconds_since_1970() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }

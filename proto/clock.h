@@ -18,6 +18,9 @@ inline constexpr Time never = Time::max();
 
 /// Returns seconds as a real number, for rates and reports.
 inline double to_seconds(Time t) { return std::chrono::duration<double>(t).count(); }
+inline Time from_seconds(double t) {
+  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(t));
+}
 
 /// The source of time for the loops. Tests replace it by their own clock.
 class Clock {

@@ -72,7 +72,9 @@ void MpiOptions::add_to(Command& command) {
       .type_name("DIR")
       .completes(Completes::directories)
       .group(safety_group);
-  number("--checkpoint", 1, 86400, checkpoint, "Save finished rows every N seconds (default: 10)")
+  command
+      .number("--checkpoint", checkpoint, 0.1, 86400.0,
+              "Save finished rows every N seconds (default: 10)")
       .group(safety_group);
   number("--patience", 1, 86400, patience,
          "Give up if no rank has made progress for N seconds (default: 60)")

@@ -31,8 +31,8 @@ struct MpiOptions {
   std::uint32_t tile = 0;
   std::uint32_t ledger_ranks = Ledgers::group_ranks;
   std::string state;
-  std::uint32_t patience = 60;    ///< seconds
-  std::uint32_t checkpoint = 10;  ///< seconds
+  std::uint32_t patience = 60;  ///< seconds
+  double checkpoint = 10;       ///< seconds
   bool row_seconds = false;
   ProgressOptions following;
 

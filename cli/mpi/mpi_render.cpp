@@ -354,7 +354,7 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
   MpiCoordinator coordinator(
       world, kept, team,
       {.patience = seconds(options.patience),
-       .checkpoint = seconds(options.checkpoint),
+       .checkpoint = from_seconds(options.checkpoint),
        .following = options.following,
        .threads = ranks.own.threads,
        .all_threads = ranks.own.all_threads,

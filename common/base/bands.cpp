@@ -1,6 +1,7 @@
 #include "common/base/bands.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <exception>
 #include <vector>
 
@@ -8,6 +9,13 @@ namespace parray::base {
 namespace {
 
 constexpr std::size_t least_items = 1U << 14;
+
+/// Lets threads without work sleep. By default they spin for milliseconds after each parallel
+/// region, which takes processors from other programs. The priority places this function before
+/// OpenMP's runtime, which is linked statically, reads the variable. A value of the user stays.
+[[gnu::constructor(101)]] void let_idle_threads_sleep() {
+  setenv("OMP_WAIT_POLICY", "passive", 0);  // NOLINT(concurrency-mt-unsafe): there are no threads
+}
 
 }  // namespace
 

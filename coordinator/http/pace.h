@@ -23,7 +23,7 @@ class Pace {
     if (earned >= to_seconds(patience_ - left_)) {
       left_ = patience_;
     } else {
-      left_ += std::chrono::duration_cast<Time>(std::chrono::duration<double>(earned));
+      left_ += from_seconds(earned);
     }
   }
   /// Restores the full allowance.

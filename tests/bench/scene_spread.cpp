@@ -84,7 +84,7 @@ class RatedNetwork {
 };
 
 Time virtual_time(double seconds_now) {
-  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(seconds_now));
+  return from_seconds(seconds_now);
 }
 
 double spread(const Arguments& a) {

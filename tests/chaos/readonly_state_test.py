@@ -14,7 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "integra
 from farm import SCENES, Farm, run, wait_for  # noqa: E402
 
 SETTINGS = ("--width", "160", "--height", "100", "--spp", "64")
-LONG = ("--width", "160", "--height", "100", "--spp", "1500")
+LONG = ("--width", "160", "--height", "100", "--spp", "700")
 
 
 def mount(*arguments):

@@ -144,7 +144,7 @@ TEST_CASE("regression: with its precision, every scene follows the same paths as
     CAPTURE(named.name);
     Named cut = named;
     cut.settings.max_depth = std::min(named.settings.max_depth, 60U);
-    const std::uint64_t count = trials(3000);
+    const std::uint64_t count = trials(1200);
     const PathSteps exactly = follow_all(cut, exact_scene(cut.scene, cut.settings), count);
     const Precision precision = named.settings.precision;
     within(100,
@@ -270,7 +270,7 @@ TEST_CASE("row 27: light in the crevice under a ball is exact; with a t_min it i
   RenderSettings settings = named.settings;
   settings.width = picture_width;
   settings.height = picture_height;
-  settings.samples_per_pixel = static_cast<std::uint32_t>(trials(1000));
+  settings.samples_per_pixel = static_cast<std::uint32_t>(trials(600));
   const auto mean_in = [&](Precision precision) {
     settings.precision = precision;
     const auto means = means_of(lane_sums(named.scene, settings), named.scene, settings);

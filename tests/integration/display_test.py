@@ -124,7 +124,7 @@ class Display(unittest.TestCase):
 
     def test_a_picture_grows_and_is_finally_the_result(self):
         viewer = self.viewer()
-        done = run("render", SCENE, *SIZE, "--spp", "1500", "--threads", "1", *self.outputs(), "--display", viewer.address)
+        done = run("render", SCENE, *SIZE, "--spp", "700", "--threads", "1", *self.outputs(), "--display", viewer.address)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.expect_picture(viewer, SCENE.name)
         self.assertGreater(viewer.updates, 1)
@@ -134,10 +134,10 @@ class Display(unittest.TestCase):
         with Farm() as farm:
             farm.start_worker("a")
             at = ["--coordinator", farm.address]
-            done = run("submit", SCENE, *SIZE, "--spp", "600", "--wait", *self.outputs(), "--display", viewer.address, *at)
+            done = run("submit", SCENE, *SIZE, "--spp", "200", "--wait", *self.outputs(), "--display", viewer.address, *at)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.expect_picture(viewer, SCENE.name)
-            job = run("submit", SCENE, *SIZE, "--spp", "1000", *at).stdout.strip()
+            job = run("submit", SCENE, *SIZE, "--spp", "400", *at).stdout.strip()
             done = run("watch", job, "--display", watcher.address, *at)
             self.assertEqual(done.returncode, 0, done.stderr)
             fetched = run("fetch", job, *self.outputs(), *at)
@@ -147,7 +147,7 @@ class Display(unittest.TestCase):
     @unittest.skipIf(mpi.why_not(), mpi.why_not())
     def test_the_same_is_true_for_ranks(self):
         viewer = self.viewer()
-        done = run_mpi(SCENE, *SIZE, "--spp", "600", *self.outputs(), "--display", viewer.address)
+        done = run_mpi(SCENE, *SIZE, "--spp", "200", *self.outputs(), "--display", viewer.address)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.expect_picture(viewer, SCENE.name)
 

@@ -4,6 +4,7 @@ its process id when the test is over."""
 import json
 import os
 import pathlib
+import resource
 import shutil
 import signal
 import subprocess
@@ -19,6 +20,12 @@ def run(*arguments, timeout=120, env=None):
     """A finished parray command."""
     return subprocess.run([BIN / "parray", *map(str, arguments)], capture_output=True, text=True,
                           timeout=timeout, env={**os.environ, **(env or {})})
+
+
+def child_processor_seconds():
+    """Used by the children that have ended, with theirs."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def wait_for(condition, what, timeout=60):

@@ -57,10 +57,9 @@ class IsaSymbols(unittest.TestCase):
             with self.subTest(program=program):
                 symbol, outside, inside = "", set(), 0
                 for line in output("objdump", "-dC", "--no-show-raw-insn", BIN / program).splitlines():
-                    header = SYMBOL.match(line)
-                    if header:
-                        symbol = header[1]
-                    elif NEW_INSTRUCTION.search(line):
+                    if line.endswith(">:"):
+                        symbol = SYMBOL.match(line)[1]
+                    elif ("%k" in line or "mm" in line) and NEW_INSTRUCTION.search(line):
                         if of_kernels(symbol):
                             inside += 1
                         else:

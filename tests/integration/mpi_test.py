@@ -6,14 +6,13 @@ import itertools
 import json
 import os
 import pathlib
-import resource
 import shutil
 import signal
 import tempfile
 import time
 import unittest
 
-from farm import SCENES, Farm, run, wait_for
+from farm import SCENES, Farm, child_processor_seconds, run, wait_for
 from mpi import MpiRun, committed_bytes, kept_bytes, kept_passes, why_not
 
 SCENE = SCENES / "one-weekend-484.json"
@@ -30,12 +29,12 @@ def size(width, height, spp):
 
 
 SIZE = size(100, 75, 40)
-LONG_CORE_SECONDS = 9  # three commits or more, on two cores, before it is done
+LONG_CORE_SECONDS = 4  # several commits, on two cores, before it is done
 # In passes, decided by what the passes before have found.
 TO_AN_ERROR = (*size(100, 75, 2000), "--target-error", 0.012)
 ADAPTIVE = (*size(100, 75, 120), "--adaptive", "on")
 NO_WINDOW = ("--mca", "osc", "^rdma,sm,pt2pt,ucx,monitoring,portals4")
-SAFE = ["--checkpoint", 1, "--threads", 1]
+SAFE = ["--checkpoint", 0.2, "--threads", 1]
 
 
 def render_report(*options):
@@ -48,12 +47,8 @@ def render_report(*options):
 
 def core_speed():
     """Samples a second of one core, whatever else there is for it to do."""
-    def used():
-        usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return usage.ru_utime + usage.ru_stime
-
-    before = used()
-    return render_report(*size(100, 75, 400), "--threads", 1)["samples"] / (used() - before)
+    before = child_processor_seconds()
+    return render_report(*size(100, 75, 400), "--threads", 1)["samples"] / (child_processor_seconds() - before)
 
 
 def wait_for_rows(state, run, more_than=200_000):
@@ -74,7 +69,7 @@ class MpiCase(unittest.TestCase):
 
     @classmethod
     def take_long(cls):
-        cls.long = size(200, 150, max(700, int(LONG_CORE_SECONDS * core_speed() / (200 * 150))))
+        cls.long = size(200, 150, max(300, int(LONG_CORE_SECONDS * core_speed() / (200 * 150))))
         cls.expected_long = render_report(*cls.long)
 
     @classmethod

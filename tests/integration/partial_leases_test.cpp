@@ -62,7 +62,7 @@ class TimedHand {
     result_.seconds = part.seconds;
     result_.count = part.cells.range.count();
     due_ = service_.now() +
-           std::chrono::duration_cast<Time>(std::chrono::duration<double>(part.seconds));
+           from_seconds(part.seconds);
     busy_ = true;
   }
 

@@ -9,7 +9,7 @@ from farm import BIN, SCENES, Farm, run, wait_for
 
 SCENE = SCENES / "one-weekend-20.json"
 QUICK = ["--width", "60", "--height", "40", "--spp", "4"]
-LONG = ["--width", "160", "--height", "100", "--spp", "2000"]
+LONG = ["--width", "160", "--height", "100", "--spp", "1000"]
 ENDLESS = ["--width", "160", "--height", "100", "--spp", "1000000"]
 
 

@@ -2,7 +2,6 @@
 """Views, styles and postprocessing on the command line."""
 
 import json
-import time
 import unittest
 
 import jsonschema
@@ -258,27 +257,26 @@ class Finishing(ViewsTest):
                 self.assertEqual(pixels[row:row + 120], expected[120 * y:120 * (y + 1)])
 
     def sheet_within(self, limit, *options):
-        """Report, seconds by the clock and stderr of a sheet of three views."""
+        """Report and stderr of a sheet of three views."""
         report = self.path("sheet.json")
-        begin = time.monotonic()
         result = run("render", self.atoms, "-o", self.path("sheet.png"), "--report", report, "-q",
                      "--views", "front,top,iso", "--time-limit", limit, *options)
         self.assertEqual(result.returncode, 0, result.stderr)
-        return json.loads(report.read_text()), time.monotonic() - begin, result.stderr
+        return json.loads(report.read_text()), result.stderr
 
     def test_a_time_limit_counts_all_views_and_each_gets_the_same_part_of_the_rest(self):
-        sheet, seconds, said = self.sheet_within("3", "--width", "40", "--height", "30")
+        sheet, said = self.sheet_within("3", "--width", "40", "--height", "30")
         self.assertEqual(said, "")
         self.assertEqual(len(sheet["views"]), 3)
-        self.assertLess(seconds, 10)  # of a busy machine; three limits would be 9 s of an idle one
         limits = [view["time_limit"] for view in sheet["views"]]
+        self.assertLessEqual(sum(limits), 3)
         self.assertLess(limits[0], 1)
         for view in sheet["views"]:
             self.assertEqual(view["stopped_by"], "time")
             self.assertGreater(view["samples_per_pixel"], 0)
 
     def test_time_that_a_view_leaves_goes_to_the_next(self):
-        sheet, _, _ = self.sheet_within("60", "--width", "40", "--height", "30", "--target-error", "0.1")
+        sheet, _ = self.sheet_within("60", "--width", "40", "--height", "30", "--target-error", "0.1")
         limits = [view["time_limit"] for view in sheet["views"]]
         self.assertLess(limits[0], 20)
         self.assertGreater(limits[1], limits[0])
@@ -286,15 +284,15 @@ class Finishing(ViewsTest):
         self.assertGreater(limits[2], 40)
 
     def test_views_are_denoised_all_or_none_under_a_time_limit(self):
-        sheet, _, said = self.sheet_within("60", "--width", "40", "--height", "30", "--denoise", "--target-error", "0.1")
+        sheet, said = self.sheet_within("60", "--width", "40", "--height", "30", "--denoise", "--target-error", "0.1")
         self.assertEqual(said, "")
         self.assertTrue(all("denoised" in view for view in sheet["views"]))
-        sheet, _, said = self.sheet_within("0.3", "--width", "1500", "--height", "1000", "--denoise")
+        sheet, said = self.sheet_within("0.3", "--width", "1500", "--height", "1000", "--denoise")
         self.assertFalse(any("denoised" in view for view in sheet["views"]))
         self.assertEqual(said.count("parray: --time-limit 0.3: denoising takes about"), 1)
 
     def test_a_sheet_that_cannot_fit_into_its_time_is_written_with_one_warning(self):
-        sheet, _, said = self.sheet_within("0.01", "--width", "400", "--height", "300")
+        sheet, said = self.sheet_within("0.01", "--width", "400", "--height", "300")
         self.assertEqual(len(sheet["views"]), 3)
         self.assertRegex(said, r"\Aparray: --time-limit 0\.01: loading and writing alone take about [^\n]*: as "
                                r"little as possible is traced\n\Z")

@@ -34,7 +34,7 @@ class SimTeam final : public Team {
     TracedCells cells = trace_cells(*tracer, part.cells, 1, traced, stop);
     cells.seconds = part.seconds;
     begun_ = network_.now();
-    due_ = begun_ + std::chrono::duration_cast<Time>(std::chrono::duration<double>(cells.seconds));
+    due_ = begun_ + from_seconds(cells.seconds);
     finished.cells = std::make_shared<const TracedCells>(std::move(cells));
     finished.grid = assignment.cells.grid;
     finished.isa = tracer->isa();

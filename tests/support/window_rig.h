@@ -306,7 +306,7 @@ class MadeTeam final : public Team {
       return never;
     }
     return began_ +
-           std::chrono::duration_cast<Time>(std::chrono::duration<double>(samples_ / speed_));
+           from_seconds(samples_ / speed_);
   }
   [[nodiscard]] std::uint64_t started() const { return started_; }
   [[nodiscard]] const std::optional<LeaseWork>& lease() const { return lease_; }

@@ -15,7 +15,7 @@
 namespace parray::simulation {
 
 inline Time to_time(double seconds) {
-  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(seconds));
+  return from_seconds(seconds);
 }
 
 /// A rank's own time: operations move it on.

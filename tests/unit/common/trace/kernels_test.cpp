@@ -165,7 +165,7 @@ std::vector<NamedScene> scenes() {
 RenderSettings settings_of(Precision precision) {
   RenderSettings settings;
   settings.width = 37;  // no multiple of any width of lanes
-  settings.height = 17;
+  settings.height = 7;
   settings.samples_per_pixel = 5;
   settings.max_depth = 12;
   settings.seed = 0x123456789ABCDEF;
