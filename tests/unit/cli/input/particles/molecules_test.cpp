@@ -152,7 +152,7 @@ TEST_CASE("particles without elements, molecules and residues cannot be made who
   Particles points = atoms_in(cube(10), {{9, 5, 5}}, {});
   CHECK(message_of<InputError>([&] { (void)make_whole(points); }) ==
         "the file has no elements, no molecule numbers and no residue numbers: add a topology, or "
-        "use wrap instead of whole");
+        "use \"wrap\" instead");
 }
 
 }  // namespace parray
