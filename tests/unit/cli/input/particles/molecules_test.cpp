@@ -90,7 +90,8 @@ TEST_CASE("no bond crosses a face that is not periodic") {
 
 TEST_CASE("lengths that cannot be in angstrom are refused") {
   const char* const refusal =
-      "atoms are too close for bonds: convert positions and cell to angstrom";
+      "atoms are too close for bonds if lengths are in angstrom: correct the unit of positions "
+      "and cell";
   CHECK(message_of<InputError>([] {
           (void)covalent_bonds(atoms_in(cube(0.1), {{0, 0, 0}}, {6}));
         }) == refusal);
