@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/output/picture/transparency.h"
+#include "common/adaptive/passes.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
@@ -132,6 +133,7 @@ RenderSettings settings_in(const RecipeReader& reader, bool equal_samples) {
     settings.target_half_width = reader.limit("target_half_width");  // influences where samples go
   }
   check_settings(settings);
+  if (!problem_with_first_passes(settings).empty()) reader.refuse("passes");
   return settings;
 }
 
