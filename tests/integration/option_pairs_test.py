@@ -113,6 +113,11 @@ class OptionPairs(unittest.TestCase):
             self.assertEqual(status, 0, said)
             self.assertIn("1 sample per pixel, error not known", said)
 
+    def test_the_line_about_a_picture_rounds_its_mean_number_of_samples(self):
+        status, said = self.render("--width", 8, "--height", 8, "--adaptive", "on", "--passes", "2048,60")
+        self.assertEqual(status, 0, said)
+        self.assertIn(", 32.9 samples per pixel, ", said)
+
     def test_every_pair_of_values_of_render_ends_with_a_picture_or_one_line(self):
         rows = covering_array()
         self.assertEqual(set().union(*map(pairs_of, rows)), all_pairs())

@@ -98,6 +98,11 @@ class Plan(unittest.TestCase):
         tiny = run("plan", SCENE, "--width", 16, "--height", 16, "--error", 0.1, "--probe-seconds", 3)
         self.assertTrue(tiny.stdout.endswith("rendering takes less time than this plan took\n"), tiny.stdout)
 
+    def test_the_picture_of_a_scene_from_the_standard_input_has_a_name(self):
+        done = subprocess.run([BIN / "parray", "plan", "-", *map(str, SMALL), "--error", "0.1", "--probe-seconds", "0.1"],
+                              input=SCENE.read_text(), capture_output=True, text=True, timeout=60)
+        self.assertIn("  parray render - -o picture.exr ", done.stdout, done.stderr)
+
     def test_options_of_the_picture_are_in_the_command(self):
         plan = self.plan("--error", 0.02, "--max-depth", 3, "--sampler", "sobol", "--threads", 1)
         words = plan["recommended"]["command"]
