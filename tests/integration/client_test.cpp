@@ -344,14 +344,16 @@ TEST_CASE("a picture that differs from the hash in its report is refused") {
     }
     link.arrived.push_back(std::move(frames));
   });
-  Client client(link, link, options());
+  std::vector<std::string> told;
+  Client client(link, link,
+                {.address = "here", .on_silence = [&](const auto& line) { told.push_back(line); }});
   CHECK(client.fetch(5).image.rgb == image.rgb);
   damaged = 1;
   CHECK(client.fetch(5).image.rgb == image.rgb);
   damaged = 1000;
-  const std::string message = message_of<RunError>([&] { client.fetch(5); });
-  CHECK_MESSAGE(message.find("checksum): check the network") != std::string::npos, message);
-  damaged = 0;
+  CHECK(client.fetch(5).image.rgb == image.rgb);
+  REQUIRE(told.size() == 1);
+  CHECK_MESSAGE(told[0].find("checksum): check the network") != std::string::npos, told[0]);
   report["image_sha256"] = std::string(64, '0');
   CHECK_THROWS_AS(client.fetch(5), RunError);
   report.clear();
