@@ -179,7 +179,7 @@ class OneHash(MpiCase):
         self.check_job(None)
 
     def test_an_interrupt_before_tracing_names_this_program(self):
-        scene = self.directory / "scene.json"
+        scene = self.state.parent / "scene.json"
         os.mkfifo(scene)
         with MpiRun(None, scene) as job:
             def is_read():
