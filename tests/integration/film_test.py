@@ -323,6 +323,7 @@ class Refusals(FilmCase):
                 ("a.mp4", ["--camera-path", path], "path.json:1: /cameras/0/vfov"),
                 ("a.mp4", ["--camera-path", self.path("no.json")], "no.json: cannot be read"),
                 ("a.mp4", ["--turntable", "x"], "--turntable: 'x' is not a number"),
+                ("a.mp4", ["--priority", "5"], "--farm"),
                 ("a.mp4", ["--fps", "0"], "--fps: '0' is not a number from 0.1 to 240")):
             result = run("film", self.run_file, "-o", self.path(name), *SIZE, *options)
             with self.subTest(options=options):
