@@ -93,6 +93,7 @@ class Refusals(ParticlesTest):
                 ("--slice", "z", "--slice: 'z' is not a slice: write z=10:20"),
                 ("--hide", "hydrogen,watr", "--hide: 'watr' is not a class of particles: did you mean 'water'?"),
                 ("--color-by", "charge", "--color-by: the file has no numeric column 'charge'"),
+                ("--color-by", '"radius"', "the file has no numeric column '\"radius\"'"),
                 ("--colormap", "virids", "did you mean 'viridis'?"),
                 ("--colormap", "viridis", "--colormap has no effect without --color-by: add it"),
                 ("--range", "5", "--range: '5' is not a range"),

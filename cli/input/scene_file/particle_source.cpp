@@ -66,8 +66,9 @@ std::optional<SourceProblem> problem_with(const ParticleSource& source) {
 std::string naming_options(std::string text) {
   particle_fields([&text](const Setting& setting, const auto& /*rule*/) {
     const std::string key = '"' + std::string(setting.key) + '"';
-    for (std::size_t at = 0; (at = text.find(key)) != std::string::npos;) {
-      text.replace(at, key.size(), option_of(setting));
+    for (std::size_t at = 0; (at = text.find(key, at)) != std::string::npos; ++at) {
+      const bool quoted_by_user = at > 0 && text[at - 1] != ' ';
+      if (!quoted_by_user) text.replace(at, key.size(), option_of(setting));
     }
   });
   return text;
