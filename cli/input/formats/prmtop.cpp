@@ -48,7 +48,8 @@ class Sections {
       if (line.starts_with("%FLAG")) {
         const std::string name(trimmed(line.substr(5)));
         const bool wanted = std::ranges::find(wanted_flags, name) != wanted_flags.end();
-        section = wanted ? &sections_.try_emplace(name, input.place()).first->second : nullptr;
+        section =
+            wanted ? &sections_.try_emplace(name, Section{input.place()}).first->second : nullptr;
         width_ = 0;
       } else if (section != nullptr && line.starts_with("%FORMAT")) {
         width_ = width_in(line);
