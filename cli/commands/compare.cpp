@@ -264,6 +264,7 @@ bool warn_of_excluded(const std::vector<Comparison>& comparisons) {
 int compare(const CompareCommand& command) {
   check_verification_path(command);
   const ImageFile reference = read_image(command.reference);
+  check_image_size(command.verification, reference.image.width, reference.image.height);
   DifferenceImage verification(reference.image);
   std::vector<Comparison> comparisons;
   for (const std::string& name : command.images) {

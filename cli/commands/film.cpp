@@ -388,15 +388,16 @@ void add_farm_to(Command& command, FilmCommand& options) {
       [&options](std::uint64_t value) { options.threads = static_cast<std::uint32_t>(value); },
       "Number of threads that trace on this machine (default: all available processors)")
       .group(work_group);
-  command
-      .flag("--farm", options.on_farm,
-            "Render the frames on the farm of --coordinator, as one series of jobs")
-      .group(farm_group);
+  Option farm =
+      command.flag("--farm", options.on_farm,
+                   "Render the frames on the farm of --coordinator, as one series of jobs");
+  farm.group(farm_group);
   add_whole_number(
       command, "--priority", 0, 100,
       [&options](std::uint64_t value) { options.priority = static_cast<std::uint32_t>(value); },
       "Among your jobs, those with a higher priority are rendered first (default: 50)")
-      .group(farm_group);
+      .group(farm_group)
+      .needs(farm);
   options.farm.add_to(command);
 }
 

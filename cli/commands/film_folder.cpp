@@ -99,6 +99,7 @@ json FilmFolder::frame_list(std::uint32_t count) const {
       }
       if (report.contains("denoised")) entry["denoised"] = report["denoised"];
       entry["seconds"] = report.at("seconds").value("render", json());
+      for (const char* key : {"width", "height"}) (void)report.at(key).get<std::uint32_t>();
       list.push_back(std::move(entry));
     } catch (const json::exception&) {
       throw RunError(printable(this->report(place).string(), 4096) +

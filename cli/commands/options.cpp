@@ -232,29 +232,6 @@ void RenderOptions::check_like() const {
   }
 }
 
-/// Checks the passes before the second sample of every pixel. Throws InputError if no render makes
-/// such passes, for example if they were invented.
-static void check_first_passes(const RenderSettings& settings) {
-  const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
-  std::uint64_t traced = 0;
-  for (const std::uint64_t samples : settings.passes) {
-    if (traced + samples >= 2 * pixels) return;
-    std::uint64_t whole = (traced + samples) % pixels == 0 ? samples : 0;
-    for (const Stage& stage : lattices_of_pass(settings.width, settings.height, traced, samples)) {
-      whole += whole == samples ? 0 : stage.lattice.pixels(settings.width, settings.height);
-    }
-    if (whole != samples) {
-      throw InputError("--passes: no picture of " + std::to_string(settings.width) + " x " +
-                       std::to_string(settings.height) + " pixels has a pass of " +
-                       std::to_string(samples) + " samples after " + std::to_string(traced) +
-                       ": copy the numbers from `passes` of a report. They count the samples of "
-                       "all pixels together (" +
-                       std::to_string(pixels) + ": one per pixel)");
-    }
-    traced += samples;
-  }
-}
-
 void RenderOptions::follow(const RenderSettings& settings, bool transparent) {
   followed_ = settings;
   view_.follow(transparent);
@@ -312,7 +289,12 @@ Boxed<RenderSettings> RenderOptions::over(const RenderSettings& of_scene) const 
                                                         : "--width, --height, --passes: ") +
                      error.what());
   }
-  check_first_passes(settings);
+  if (const std::string problem = problem_with_first_passes(settings); !problem.empty()) {
+    throw InputError("--passes: " + problem +
+                     ": copy the numbers from `passes` of a report. They count the samples of all "
+                     "pixels together (" +
+                     std::to_string(pixel_count(settings)) + ": one per pixel)");
+  }
   return settings;
 }
 

@@ -95,9 +95,7 @@ ParticleSource ParticleOptions::source() const {
     source.look = base_;
   }
   if (const auto problem = problem_with(source)) {
-    std::string option = problem->key;
-    std::ranges::replace(option, '_', '-');
-    throw InputError("--" + option + " " + problem->text);
+    throw InputError(naming_options('"' + problem->key + "\" " + problem->text));
   }
   return source;
 }

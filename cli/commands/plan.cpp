@@ -256,6 +256,7 @@ std::optional<Plan> make_plan(const PlanCommand& command) {
   plan.settings =
       resolve_settings(requirements_of(file.scene, usable_cpus()), file.settings).settings;
   check_isa(plan.settings.isa);
+  check_image_size(command.image, plan.settings.width, plan.settings.height);
   plan.load = effort_now() - began;
   plan.threads = static_cast<int>(command.threads.value_or(usable_cpus()));
   const DeferredInterrupts deferred;
@@ -298,7 +299,7 @@ std::vector<std::string> given_options(const Command& command, bool farm) {
   std::vector<std::string> words;
   for (const GivenOption& option : command.given_options()) {
     const bool of_rendering = option.group == settings_group || option.group == work_group ||
-                              option.group == particles_group;
+                              option.group == particles_group || option.name == "--transparent";
     const bool of_workers = farm && option.name == "--threads";  // each worker has its own
     if (of_rendering && !of_workers && option.name != "--sampler") {
       words.push_back(option.name);

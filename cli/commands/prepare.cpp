@@ -47,7 +47,7 @@ const std::array<Rules, 9>& rules() {
        {denoised_target, transparency, background, postprocessing}},
       {"one picture of several views (--views)",
        "leave it out, or render the views one by one with --view",
-       {preview, end_command, error_map, exr_file, like, view, standard_input}},
+       {preview, end_command, error_map, exr_file, traced_channels, like, view, standard_input}},
       {"a series of frames",
        "leave it out, or render the frames one by one",
        {denoising, denoised_target, transparency, background, labels, postprocessing, preview, like,
@@ -222,7 +222,7 @@ void check_request(const RenderRequest& request) {
     check(!option.empty(), feature, option);
   };
   Aovs traced = outputs.aovs;
-  std::erase_if(traced, is_statistic);
+  if (can_have(request.mode, Feature::exr_file)) std::erase_if(traced, is_statistic);
   check(can_hold_channels(outputs.image), Feature::exr_file, outputs.image.string());
   check(!traced.empty(), Feature::traced_channels, "--aov " + text_of(traced));
   check(!outputs.error_map.empty(), Feature::error_map, "--error-map");

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <string_view>
 
+#include "cli/input/particles/packed_file.h"
 #include "cli/output/error_text.h"
 #include "cli/output/progress.h"
 #include "cli/output/text.h"
@@ -80,10 +81,6 @@ std::string queue_cell(const JobStatus& job) {
 std::string error_cell(const JobStatus& job) {
   if (!job.ended()) return target_text(job);
   return job.error.known() ? formatted("%.3g", job.error.rmse) : "";
-}
-
-std::string mean_text(double samples) {
-  return formatted(samples < 1000 ? "%.3g" : "%.0f", samples);
 }
 
 std::string samples_cell(const JobStatus& job) {
@@ -203,6 +200,7 @@ std::string shell_line(const std::vector<std::string>& words) {
 }
 
 std::string default_picture(const std::string& scene) {
+  if (scene == standard_input_argument) return "picture.exr";
   return std::filesystem::path(scene).stem().string() + ".exr";
 }
 

@@ -46,8 +46,6 @@ std::string queue_cell(const JobStatus& job);
 /// returns target_text(): "error 0.021 of 0.01", or "" without a target.
 std::string error_cell(const JobStatus& job);
 
-/// Returns a mean number of samples with three digits or as a whole number: "6.52", "1316".
-std::string mean_text(double samples);
 /// Returns the limit of samples per pixel of a job, or, without a limit, those that it has. "":
 /// neither.
 std::string samples_cell(const JobStatus& job);

@@ -198,8 +198,8 @@ std::vector<View> views_from(const std::string& text, AutoSceneOptions& scene) {
 int render_views(const RenderRequest& request, const std::vector<View>& views) {
   const Time started = SteadyClock().now();
   const OutputPaths outputs = request.output.paths();
-  check_outputs(outputs, request.scene);
   check_request(request);
+  check_outputs(outputs, request.scene);
   check_scene(request.scene);
   const DeferredInterrupts deferred;
   Views rendered(request, views.size(), started);

@@ -1,6 +1,8 @@
+#include <array>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
+#include <string_view>
 #include <tuple>
 
 #include "cli/commands/commands.h"
@@ -16,6 +18,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "common/process/stop_signal.h"
 #include "common/scene/limits.h"
 #include "common/scene/requirements.h"
@@ -84,10 +87,11 @@ RenderSettings also_settings(const std::string& options, const SceneFile& file,
   try {
     line.parse(options);
     for (const GivenOption& given : line.given_options()) {
-      const bool other_picture =
-          given.group == particles_group || given.name == "--width" || given.name == "--height";
-      if (!other_picture) continue;
-      throw InputError("all variants trace the same picture: leave out " + given.name);
+      constexpr std::array<std::string_view, 6> of_all{
+          "--width", "--height", "--seed", "--schedule", "--row-order", "--transparent"};
+      if (given.group != particles_group && !place_in(of_all, given.name)) continue;
+      throw InputError("all variants trace the same picture in the same way: leave out " +
+                       given.name);
     }
     settings =
         resolve_settings(requirements_of(file.scene, usable_cpus()), render.over(file.settings))

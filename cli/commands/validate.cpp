@@ -22,6 +22,7 @@
 #include "common/scene/scene_bytes.h"
 #include "common/scene/settings.h"
 #include "common/trace/tracer.h"
+#include "proto/settings_json.h"
 
 namespace parray::commands {
 namespace {
@@ -270,40 +271,34 @@ json facts_of(const ValidateCommand& command) {
   const Requirements needs = requirements_of(file.scene, usable_cpus());
   const ResolvedSettings resolved = resolve_settings(needs, file.settings);
   const RenderSettings& settings = resolved.settings;
-  return {{"file", opened.name()},
-          {"format", format_of(opened, file)},
-          {"particle_files", particle_files_of(opened, file)},
-          {"width", settings.width},
-          {"height", settings.height},
-          {"samples_per_pixel", settings.samples_per_pixel},
-          {"target_error", settings.target_error},
-          {"max_depth", settings.max_depth},
-          {"seed", settings.seed},
-          {"sampler", name_of(settings.sampler)},
-          {"spheres", needs.spheres},
-          {"capsules", needs.capsules},
-          {"surroundings", file.scenery},
-          {"duplicates_removed", file.duplicates.count},
-          {"diffuse", needs.diffuse},
-          {"metal", needs.metal},
-          {"dielectric", needs.dielectric},
-          {"materials", file.scene.materials.size()},
-          {"features", needs.features()},
-          {"smallest_radius", needs.smallest_radius},
-          {"largest_radius", needs.largest_radius},
-          {"origin", {needs.origin.x, needs.origin.y, needs.origin.z}},
-          {"extent", needs.extent},
-          {"spread", needs.spread()},
-          {"nearest", needs.nearest},
-          {"view_height", needs.view_height},
-          {"computed_shift", needs.computed_shift()},
-          {"stored_shift", needs.stored_shift},
-          {"precision", name_of(settings.precision)},
-          {"precision_reason", resolved.precision_reason},
-          {"accelerator", name_of(settings.accelerator)},
-          {"accelerator_reason", resolved.accelerator_reason},
-          {"accelerator_bytes", make_path_tracer(file.scene, settings)->accelerator()->bytes()},
-          {"scene_sha256", scene_identity(file.scene)}};
+  json facts = settings_in_report(settings);
+  facts.update(
+      {{"file", opened.name()},
+       {"format", format_of(opened, file)},
+       {"particle_files", particle_files_of(opened, file)},
+       {"spheres", needs.spheres},
+       {"capsules", needs.capsules},
+       {"surroundings", file.scenery},
+       {"duplicates_removed", file.duplicates.count},
+       {"diffuse", needs.diffuse},
+       {"metal", needs.metal},
+       {"dielectric", needs.dielectric},
+       {"materials", file.scene.materials.size()},
+       {"features", needs.features()},
+       {"smallest_radius", needs.smallest_radius},
+       {"largest_radius", needs.largest_radius},
+       {"origin", {needs.origin.x, needs.origin.y, needs.origin.z}},
+       {"extent", needs.extent},
+       {"spread", needs.spread()},
+       {"nearest", needs.nearest},
+       {"view_height", needs.view_height},
+       {"computed_shift", needs.computed_shift()},
+       {"stored_shift", needs.stored_shift},
+       {"precision_reason", resolved.precision_reason},
+       {"accelerator_reason", resolved.accelerator_reason},
+       {"accelerator_bytes", make_path_tracer(file.scene, settings)->accelerator()->bytes()},
+       {"scene_sha256", scene_identity(file.scene)}});
+  return facts;
 }
 
 std::string list_of(const json& names) {

@@ -21,6 +21,10 @@ namespace {
 /// Longest time between two calls of the poll function.
 constexpr Time nap = milliseconds(50);
 
+// The remedies of unreadable messages, which follow the problem in parentheses.
+const std::string of_another_release = "): use parray and parray-coordinator of the same release";
+const std::string damaged_on_the_way = "): check the network and the memory of both machines";
+
 /// Returns a name for a job that has no number yet. It is random, so that no other job has it.
 std::string random_token() {
   constexpr std::string_view digits = "0123456789abcdef";
@@ -181,9 +185,9 @@ void Client::receive_outcomes() {
     try {
       note_outcome(delivery->content.open());
     } catch (const ProtocolError& error) {
-      unreadable_ = error.what();
+      unreadable_ = error.what() + of_another_release;
     } catch (const ChecksumError& error) {
-      unreadable_ = error.what();
+      unreadable_ = error.what() + damaged_on_the_way;
     }
   }
 }
@@ -395,9 +399,9 @@ bool Client::take_answer(Answer& answer) {
         return true;
       }
     } catch (const ProtocolError& error) {
-      unreadable_ = error.what();
+      unreadable_ = error.what() + of_another_release;
     } catch (const ChecksumError& error) {
-      unreadable_ = error.what();
+      unreadable_ = error.what() + damaged_on_the_way;
     }
   }
   return false;
@@ -405,8 +409,7 @@ bool Client::take_answer(Answer& answer) {
 
 std::string Client::silence_text() const {
   if (!unreadable_.empty()) {
-    return "cannot read the answers of the coordinator at " + options_.address + " (" +
-           unreadable_ + "): use parray and parray-coordinator of the same release";
+    return "cannot read the answers of the coordinator at " + options_.address + " (" + unreadable_;
   }
   return "no answer from the coordinator at " + options_.address +
          ": is parray-coordinator running there?" + (answered_ ? "" : options_.silence_hint);

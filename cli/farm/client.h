@@ -190,7 +190,7 @@ class Client {
   const Options options_;
   std::uint64_t request_ = 0;  ///< number of the latest request
   bool answered_ = false;      ///< the coordinator has answered some request
-  std::string unreadable_;     ///< why the latest message could not be decoded
+  std::string unreadable_;     ///< why the latest message could not be decoded, and the remedy
   struct SentSubmission {
     Submission submission;
     Envelope message;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/output/picture/transparency.h"
+#include "common/adaptive/passes.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
@@ -132,6 +133,7 @@ RenderSettings settings_in(const RecipeReader& reader, bool equal_samples) {
     settings.target_half_width = reader.limit("target_half_width");  // influences where samples go
   }
   check_settings(settings);
+  if (!problem_with_first_passes(settings).empty()) reader.refuse("passes");
   return settings;
 }
 
@@ -227,7 +229,10 @@ void check_recipe(const Recipe& recipe, const std::string& picture, const std::s
   if (recipe.scene_sha256 != scene_sha256) {
     throw InputError(scene + ": this is not the scene of " + picture +
                      ": the picture's scene has scene_sha256 " + start_of(recipe.scene_sha256) +
-                     "..., this one " + start_of(scene_sha256) + "...: name the picture's scene");
+                     "..., this one " + start_of(scene_sha256) +
+                     "...: name the picture's scene. A particle file needs the picture's options, "
+                     "too: add them, or name the scene file that parray convert writes with them "
+                     "and with --width and --height");
   }
 }
 

@@ -74,6 +74,8 @@ std::string bytes_text(std::uint64_t bytes) {
 
 std::string number_cell(double value) { return formatted("%.6g", value); }
 
+std::string mean_text(double mean) { return formatted(mean < 999.5 ? "%.3g" : "%.0f", mean); }
+
 std::string counted(std::uint64_t count, std::string_view noun) {
   return std::to_string(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
 }

@@ -36,6 +36,10 @@ std::string moment_text(double since_1970);
 /// Returns a size as "512 bytes", "23.4 KiB" or "1.20 GiB".
 std::string bytes_text(std::uint64_t bytes);
 
+/// Returns a mean number, such as of samples per pixel, with three digits or as a whole number:
+/// "6.52", "1316".
+std::string mean_text(double mean);
+
 /// Returns a number with at most six significant digits: "11111.1", "0.18", "1e+15".
 std::string number_cell(double value);
 

@@ -30,8 +30,8 @@ using nlohmann::json;
 /// share of traced pixels instead.
 std::string samples_text(const json& report) {
   const auto filled = report.value("filled_pixels", std::uint64_t{0});
-  std::string text =
-      counted(report.at("samples_per_pixel").get<std::uint64_t>(), "sample") + " per pixel";
+  const auto mean = report.at("samples_per_pixel").get<double>();
+  std::string text = mean_text(mean) + (mean == 1 ? " sample" : " samples") + " per pixel";
   if (filled > 0) {
     const double pixels = report.at("width").get<double>() * report.at("height").get<double>();
     const std::string side = std::to_string(report.at("fill_block").get<std::uint64_t>());

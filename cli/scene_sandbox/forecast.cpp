@@ -84,7 +84,7 @@ PictureForecast of_samples(const Probe& probe, const FarmModel& farm,
   forecast.thread_seconds = samples * pixels * law.uniform_sample.cpu + rest;
   const double seconds = farm.seconds(forecast.thread_seconds - rest, samples, 1) + rest;
   const double doubt = std::exp(normal_95 * std::hypot(probe.timing_doubt, 0.05));
-  forecast.seconds = widened({seconds, seconds, seconds}, doubt);
+  forecast.seconds = widened({seconds, seconds, seconds}, doubt_of_machines * doubt);
   forecast.samples = {samples, samples, samples};
   if (samples >= 2) {
     const double rmse = law.uniform.at(samples);
@@ -103,14 +103,14 @@ PictureForecast of_goal(const Probe& probe, const FarmModel& farm, const RenderS
     const Choice& choice = adaptive == all.end() ? all.front() : *adaptive;
     return PictureForecast{choice.seconds, choice.samples, choice.error, choice.cpu_seconds};
   };
-  std::vector<PictureForecast> ends;
-  if (settings.target_error > 0)
-    ends.push_back(best({.error = settings.target_error, .error_option = "--target-error"}));
-  if (settings.time_limit > 0 &&
-      (ends.empty() || ends.front().seconds.value > settings.time_limit)) {
-    ends = {best({.seconds = settings.time_limit, .seconds_option = "--time-limit"})};
-  }
-  return ends.front();
+  const PlanGoal limit{.seconds = settings.time_limit, .seconds_option = "--time-limit"};
+  if (settings.target_error <= 0) return best(limit);
+  PictureForecast forecast =
+      best({.error = settings.target_error, .error_option = "--target-error"});
+  if (limit.seconds > 0 && forecast.seconds.value > limit.seconds) return best(limit);
+  forecast.seconds = widened(forecast.seconds, doubt_of_machines);
+  if (limit.seconds > 0) forecast.seconds.high = std::min(forecast.seconds.high, limit.seconds);
+  return forecast;
 }
 
 bool can_forecast(const RenderSettings& settings) {
@@ -197,10 +197,7 @@ void write_forecast(const UploadRequest& request, std::size_t threads,
     const PictureForecast forecast = repeated(
         samples > 0 ? of_samples(probed, farm, settings, samples) : of_goal(probed, farm, settings),
         static_cast<double>(frames));
-    if (threads > 0) {
-      answer["seconds"] = json_of(
-          ends_by_time(settings) ? forecast.seconds : widened(forecast.seconds, doubt_of_machines));
-    }
+    if (threads > 0) answer["seconds"] = json_of(forecast.seconds);
     answer["samples_per_pixel"] = forecast.samples.value;
     answer["thread_seconds"] = forecast.thread_seconds;
     if (forecast.error.value > 0) {

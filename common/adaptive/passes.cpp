@@ -280,4 +280,23 @@ std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, s
   return stages;
 }
 
+std::string problem_with_first_passes(const RenderSettings& settings) {
+  const std::uint64_t pixels = pixel_count(settings);
+  std::uint64_t traced = 0;
+  for (const std::uint64_t samples : settings.passes) {
+    if (traced + samples >= 2 * pixels) break;
+    std::uint64_t whole = (traced + samples) % pixels == 0 ? samples : 0;
+    for (const Stage& stage : lattices_of_pass(settings.width, settings.height, traced, samples)) {
+      whole += whole == samples ? 0 : stage.lattice.pixels(settings.width, settings.height);
+    }
+    if (whole != samples) {
+      return "no picture of " + std::to_string(settings.width) + " x " +
+             std::to_string(settings.height) + " pixels has a pass of " + std::to_string(samples) +
+             " samples after " + std::to_string(traced);
+    }
+    traced += samples;
+  }
+  return {};
+}
+
 }  // namespace parray::adaptive

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -103,5 +104,9 @@ PassSize next_pass_size(const FramebufferView& state, const RenderSettings& sett
 /// then Placement::counts() gives the counts.
 std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, std::uint64_t traced,
                                     std::uint64_t samples);
+
+/// Returns why no render makes the passes of `settings` before the second sample of every pixel,
+/// for example because they were invented. Returns "" if one does.
+std::string problem_with_first_passes(const RenderSettings& settings);
 
 }  // namespace parray::adaptive

@@ -1,11 +1,13 @@
 #include "common/process/stop_signal.h"
 
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <csignal>
-#include <string_view>
+#include <cstring>
 
 namespace parray::process {
 namespace {
@@ -21,8 +23,11 @@ void note(int /*signal*/) { noted = true; }
 void stop(int /*signal*/) {
   noted = true;
   if (deferred) return;
-  constexpr std::string_view text = "parray: interrupted\n";
-  [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
+  auto text = std::to_array(": interrupted\n");
+  const std::array<iovec, 2> line{
+      {{program_invocation_short_name, std::strlen(program_invocation_short_name)},
+       {text.data(), text.size() - 1}}};
+  [[maybe_unused]] const auto written = writev(STDERR_FILENO, line.data(), line.size());
   _exit(interrupted_status);
 }
 

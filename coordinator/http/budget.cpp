@@ -13,13 +13,6 @@ Budget::Hold::~Hold() {
 Budget::Hold::Hold(Hold&& other) noexcept
     : budget_(std::exchange(other.budget_, nullptr)), bytes_(other.bytes_) {}
 
-std::optional<Budget::Hold> Budget::try_hold(std::uint64_t bytes) {
-  const std::scoped_lock lock(mutex_);
-  if (!has_room(bytes)) return std::nullopt;
-  held_ += bytes;
-  return Hold(*this, bytes);
-}
-
 Budget::Hold Budget::hold(std::uint64_t bytes, Time patience, const std::string& what) {
   std::unique_lock lock(mutex_);
   if (!changed_.wait_for(lock, patience, [&] { return has_room(bytes); })) {
@@ -28,11 +21,6 @@ Budget::Hold Budget::hold(std::uint64_t bytes, Time patience, const std::string&
   }
   held_ += bytes;
   return {*this, bytes};
-}
-
-std::uint64_t Budget::held() {
-  const std::scoped_lock lock(mutex_);
-  return held_;
 }
 
 bool Budget::has_room(std::uint64_t bytes) const { return held_ == 0 || held_ + bytes <= most_; }

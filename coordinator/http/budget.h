@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
-#include <optional>
 #include <string>
 
 #include "proto/clock.h"
@@ -20,7 +19,7 @@ class Budget {
   Budget(const Budget&) = delete;
   Budget& operator=(const Budget&) = delete;
 
-  /// Holds bytes of the budget during its lifetime. Made by try_hold() and hold().
+  /// Holds bytes of the budget during its lifetime. Made by hold().
   class Hold {
    public:
     ~Hold();
@@ -37,13 +36,9 @@ class Budget {
     std::uint64_t bytes_;
   };
 
-  /// Returns nothing if the budget has no room for `bytes` now.
-  std::optional<Hold> try_hold(std::uint64_t bytes);
   /// Waits up to `patience` for room. Throws Problem 503, with `what` in its message, if
   /// none becomes free.
   Hold hold(std::uint64_t bytes, Time patience, const std::string& what);
-  /// Returns the number of bytes that are held now.
-  [[nodiscard]] std::uint64_t held();
 
  private:
   [[nodiscard]] bool has_room(std::uint64_t bytes) const;

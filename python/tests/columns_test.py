@@ -53,7 +53,7 @@ class ColorsByArrays(Test):
         picture = parray.render(self.positions, self.radii, show=shows, select="x < 100", **SMALL)
         self.assertEqual([legend["title"] for legend in picture.report["legends"]], ["z"])
         self.refused(TypeError, "has no selection", parray.render, HELIX, show=[{"radius": 1}])
-        self.refused(parray.InputError, "radius-by excludes radius", parray.render, HELIX,
+        self.refused(parray.InputError, "--radius-by excludes --radius", parray.render, HELIX,
                      show=[{"select": "all", "radius": 1, "radius_by": "z"}])  # fmt: skip
 
     def test_an_unknown_number_has_a_colour_of_its_own(self):

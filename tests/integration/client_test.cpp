@@ -316,7 +316,7 @@ TEST_CASE("a pause drops messages and does not spin on them") {
 TEST_CASE("a picture that differs from the hash in its report is refused") {
   const Image image{2, 1, {0, 0.25F, 0.5F, 0.75F, 1, 2}};
   nlohmann::json report = {{"image_sha256", image_sha256(image)}};
-  bool damaged = false;
+  int damaged = 0;
   ScriptedLink link([&](Message& message) {
     if (const auto* show = std::get_if<msg::ShowJob>(&message)) {
       const nlohmann::json map = {{"id", 5},
@@ -339,15 +339,21 @@ TEST_CASE("a picture that differs from the hash in its report is refused") {
                              image.rgb.size() * sizeof(float));
     Frames frames = encode(msg::ImageData{fetch.request, report, 2, 1, false, false,
                                           PicturePayload(Bulk::of(pixels))});
-    if (std::exchange(damaged, false)) {  // on its way; the next is not
+    if (damaged-- > 0) {  // on its way
       frames[1] = Frame(std::string(pixels.size(), 'x'));
     }
     link.arrived.push_back(std::move(frames));
   });
-  Client client(link, link, options());
+  std::vector<std::string> told;
+  Client client(link, link,
+                {.address = "here", .on_silence = [&](const auto& line) { told.push_back(line); }});
   CHECK(client.fetch(5).image.rgb == image.rgb);
-  damaged = true;
+  damaged = 1;
   CHECK(client.fetch(5).image.rgb == image.rgb);
+  damaged = 1000;
+  CHECK(client.fetch(5).image.rgb == image.rgb);
+  REQUIRE(told.size() == 1);
+  CHECK_MESSAGE(told[0].find("checksum): check the network") != std::string::npos, told[0]);
   report["image_sha256"] = std::string(64, '0');
   CHECK_THROWS_AS(client.fetch(5), RunError);
   report.clear();

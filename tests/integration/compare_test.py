@@ -241,6 +241,11 @@ class Compare(unittest.TestCase):
             cut.write_bytes(data[:place] + bytes([data[place] ^ 4]) + data[place + 1:])
             self.refused(whole, cut, mentions=["cut.png: the PNG file is "])
 
+    def test_a_verification_picture_of_an_impossible_size_is_refused_before_the_comparison(self):
+        result = run("compare", self.reference, self.directory / "none.exr", "-o", self.path("v.jp2"))
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("v.jp2: JPEG 2000 needs a width and a height of at least 32 pixels", result.stderr)
+
     def test_an_output_is_checked_before_the_pictures_are_read(self):
         missing = self.path("none.exr")
         self.refused(missing, missing, "-o", self.path("v.gif"), mentions=["'.gif'"])

@@ -124,6 +124,13 @@ class Here(FilmCase):
         self.film("b.mp4", *options)
         self.assertEqual(self.hashes("a.mp4"), self.hashes("b.mp4"))
 
+    def test_a_damaged_report_of_a_frame_is_named_with_the_remedy(self):
+        self.film("a.mp4", "--spp", "4")
+        report = self.path("a.frames") / "frame-000000.json"
+        report.write_text(report.read_text().replace('"width"', '"wide"'))
+        said = self.film("a.mp4", "--spp", "4", expected=1).stderr
+        self.assertIn(f"parray: {report} is not the report of a frame: delete it", said)
+
     def test_other_settings_or_another_file_make_all_frames_again(self):
         self.film("a.mp4", "--spp", "2")
         again = self.film("a.mp4", "--spp", "2", "--fps", "30")
@@ -316,6 +323,7 @@ class Refusals(FilmCase):
                 ("a.mp4", ["--camera-path", path], "path.json:1: /cameras/0/vfov"),
                 ("a.mp4", ["--camera-path", self.path("no.json")], "no.json: cannot be read"),
                 ("a.mp4", ["--turntable", "x"], "--turntable: 'x' is not a number"),
+                ("a.mp4", ["--priority", "5"], "--farm"),
                 ("a.mp4", ["--fps", "0"], "--fps: '0' is not a number from 0.1 to 240")):
             result = run("film", self.run_file, "-o", self.path(name), *SIZE, *options)
             with self.subTest(options=options):

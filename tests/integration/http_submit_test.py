@@ -308,6 +308,9 @@ class Plans(SubmitCase):
             limited = self.plan(farm, scene, options(time_limit=20))
             self.assertLess(limited["seconds"]["expected"], 20.5)
             self.assertGreater(limited["samples_per_pixel"], 1)
+            both = self.plan(farm, scene, options(time_limit=20, target_error=0.0002))
+            self.check_interval(both["seconds"])
+            self.assertLessEqual(both["seconds"]["high"], 20)
             self.assertEqual(farm.get("/jobs").json()["jobs"], [])
 
     def test_a_series_is_forecast_as_a_whole_and_bad_input_is_refused(self):

@@ -173,6 +173,20 @@ class OneHash(MpiCase):
     def test_without_mpirun_it_renders_alone(self):
         self.check_job(None)
 
+    def test_an_interrupt_before_tracing_names_this_program(self):
+        scene = self.state.parent / "scene.json"
+        os.mkfifo(scene)
+        with MpiRun(None, scene) as job:
+            def is_read():
+                try:
+                    return os.open(scene, os.O_WRONLY | os.O_NONBLOCK)
+                except OSError:  # nobody reads it yet
+                    return None
+            os.write(wait_for(is_read, "a reader of the scene"), b"{")
+            job.process.send_signal(signal.SIGINT)
+            self.assertEqual(job.wait(), 130, job.text())
+            self.assertEqual(job.lines(), ["parray-mpi: interrupted"])
+
     def test_a_picture_of_ranks_can_be_fetched_from_a_farm_and_nothing_else_is_left_behind(self):
         with MpiRun(2, SCENE, *SIZE, "--state", self.state, picture="a.exr") as job:
             self.check(job.finish(), self.expected)

@@ -2,6 +2,7 @@
 """Every pair of values of the options of `render`, in few runs: each ends soon, with a picture or one line."""
 
 import itertools
+import json
 import os
 import pathlib
 import random
@@ -112,6 +113,14 @@ class OptionPairs(unittest.TestCase):
             status, said = self.render("--width", 8, "--height", 8, "--spp", 1, "--aov", aov)
             self.assertEqual(status, 0, said)
             self.assertIn("1 sample per pixel, error not known", said)
+
+    def test_the_line_about_a_picture_rounds_its_mean_number_of_samples(self):
+        with tempfile.NamedTemporaryFile() as report:
+            status, said = self.render("--width", 48, "--height", 36, "--target-half-width", 0.03, "--report", report.name)
+            self.assertEqual(status, 0, said)
+            mean = json.loads(pathlib.Path(report.name).read_text())["samples_per_pixel"]
+        self.assertNotEqual(mean, int(mean))
+        self.assertIn(f", {mean:.3g} samples per pixel, ", said)
 
     def test_every_pair_of_values_of_render_ends_with_a_picture_or_one_line(self):
         rows = covering_array()

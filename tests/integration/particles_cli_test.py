@@ -93,9 +93,12 @@ class Refusals(ParticlesTest):
                 ("--slice", "z", "--slice: 'z' is not a slice: write z=10:20"),
                 ("--hide", "hydrogen,watr", "--hide: 'watr' is not a class of particles: did you mean 'water'?"),
                 ("--color-by", "charge", "--color-by: the file has no numeric column 'charge'"),
+                ("--color-by", '"radius"', "the file has no numeric column '\"radius\"'"),
                 ("--colormap", "virids", "did you mean 'viridis'?"),
-                ("--colormap", "viridis", "--colormap has no effect without color_by"),
-                ("--range", "5", "--range: '5' is not a range")):
+                ("--colormap", "viridis", "--colormap has no effect without --color-by: add it"),
+                ("--range", "5", "--range: '5' is not a range"),
+                ("--material=by-type", "--color-by=type", "--color-by: --material is by-type, which also sets"),
+                ("--radius=1", "--radius-by=z", "--radius-by excludes --radius: leave out one of them")):
             with self.subTest(option=option, value=value):
                 self.refused(*arguments, option, value, mentions=mentions)
 
@@ -264,9 +267,9 @@ class Conversions(ParticlesTest):
     def test_sticks_arrows_and_cells_that_a_file_lacks_are_refused_in_one_line(self):
         for options, mentions in ((["--bonds", "file"], "--bonds: the file states no bonds"),
                                   (["--arrows", "velocity"], "--arrows: the file has no vectors 'velocity'"),
-                                  (["--arrow-scale", "2"], "--arrow-scale has no effect without arrows"),
+                                  (["--arrow-scale", "2"], "--arrow-scale has no effect without --arrows: add it"),
                                   (["--solid-cell"], "--solid-cell: the file has no box and no cell"),
-                                  (["--style", "spheres", "--stick-radius", "1"], "--stick-radius has no effect on style")):
+                                  (["--style", "spheres", "--stick-radius", "1"], "--stick-radius has no effect on --style spheres")):
             self.refused("convert", self.path("atoms.xyz"), self.path("no.json"), *options, mentions=mentions)
 
 

@@ -98,10 +98,15 @@ class Plan(unittest.TestCase):
         tiny = run("plan", SCENE, "--width", 16, "--height", 16, "--error", 0.1, "--probe-seconds", 3)
         self.assertTrue(tiny.stdout.endswith("rendering takes less time than this plan took\n"), tiny.stdout)
 
+    def test_the_picture_of_a_scene_from_the_standard_input_has_a_name(self):
+        done = subprocess.run([BIN / "parray", "plan", "-", *map(str, SMALL), "--error", "0.1", "--probe-seconds", "0.1"],
+                              input=SCENE.read_text(), capture_output=True, text=True, timeout=60)
+        self.assertIn("  parray render - -o picture.exr ", done.stdout, done.stderr)
+
     def test_options_of_the_picture_are_in_the_command(self):
-        plan = self.plan("--error", 0.02, "--max-depth", 3, "--sampler", "sobol", "--threads", 1)
+        plan = self.plan("--error", 0.02, "--max-depth", 3, "--sampler", "sobol", "--threads", 1, "--transparent", "on")
         words = plan["recommended"]["command"]
-        for option, value in (("--max-depth", "3"), ("--sampler", "sobol"), ("--threads", "1"),
+        for option, value in (("--max-depth", "3"), ("--transparent", "on"), ("--sampler", "sobol"), ("--threads", "1"),
                               ("--width", "96")):
             self.assertEqual(words[words.index(option) + 1], value)
             self.assertEqual(words.count(option), 1)
@@ -196,6 +201,7 @@ class Plan(unittest.TestCase):
 
     def test_a_file_that_cannot_be_written_is_refused_before_the_probe(self):
         self.refused([".bmp"], "--error", 0.1, "-o", "picture.bmp")
+        self.refused(["parray: a.jp2: JPEG 2000 needs"], "--error", 0.1, "-o", "a.jp2", "--width", 20)
 
 
 if __name__ == "__main__":

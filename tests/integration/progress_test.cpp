@@ -65,6 +65,9 @@ TEST_CASE("numbers have three digits, a prefix and a unit") {
 }
 
 TEST_CASE("times are printed in the two largest units") {
+  CHECK(mean_text(43.94) == "43.9");
+  CHECK(mean_text(999.6) == "1000");
+  CHECK(mean_text(1316.2) == "1316");
   CHECK(duration_text(0.25) == "0.25 s");
   CHECK(duration_text(9.96) == "10 s");
   CHECK(duration_text(59.6) == "1 min 00 s");

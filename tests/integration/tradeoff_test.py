@@ -278,7 +278,7 @@ class Runs(TradeoffCase):
         self.assertFalse(self.output.exists())
         self.refused(self.scene, "-o", self.output, "--also", "--spp 1 --denoise", mentions=["two samples"])
         self.refused(self.scene, "-o", self.output, "--also", "--target-error 0.1 --denoise", mentions=["use --spp"])
-        for options in ("--width 100", "--style flat"):
+        for options in ("--width 100", "--style flat", "--seed 5", "--schedule static", "--transparent on"):
             self.refused(self.scene, "-o", self.output, "--also", options, mentions=["the same picture", options.split()[0]])
         self.refused(self.scene, "-o", self.scene, mentions=["another directory"])
 

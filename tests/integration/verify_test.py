@@ -149,6 +149,15 @@ class Verdicts(VerifyTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.verified(self.path("a.exr"), atoms, "--all")
 
+    def test_a_picture_of_particles_with_options_is_verified_with_the_scene_that_convert_writes(self):
+        atoms, scene, size = self.path("atoms.xyz"), self.path("atoms.json"), ["--width", "40", "--height", "40"]
+        atoms.write_text("3\n\nO 0 0 0\nH 0 0.8 0.6\nH 0 0.8 -0.6\n")
+        for words in (["render", "-q", "-o", self.path("a.exr"), "--spp", "4", atoms], ["convert", atoms, scene]):
+            result = run(*words, "--style", "flat", *size)
+            self.assertEqual(result.returncode, 0, result.stderr)
+        self.refused_picture(self.path("a.exr"), atoms, mentions="or name the scene file that parray convert writes")
+        self.verified(self.path("a.exr"), scene, "--all")
+
 
 class Forgeries(VerifyTest):
     def setUp(self):

@@ -77,6 +77,8 @@ class Refusals(ViewsTest):
             self.refused("render", self.atoms, "-o", self.path("a.png"), "--views", "front,top", *option,
                          mentions=option[0] + ": not possible for one picture of several views (--views): leave it out, or")
         self.refused("render", "-", "-o", self.path("a.png"), "--views", "front,top", mentions="save it as a file")
+        self.refused("render", self.atoms, "-o", self.path("a.png"), "--views", "front,top", "--aov", "samples",
+                     mentions="--aov samples: not possible for one picture of several views (--views): leave it out, or")
 
     def test_views_and_styles_are_for_files_of_particles(self):
         self.scene.write_text(json.dumps(SCENE))

@@ -37,6 +37,13 @@ class WithoutModules(CliTest):
             self.assertIn(f'Pillow: picture.save("{name}")', said)
             self.assertFalse(self.path(name).exists())
 
+    def test_an_exr_picture_without_its_module_is_refused_before_tracing(self):
+        (self.modules / "exr_codec.so").unlink()
+        said = self.refusal("render", HELIX, *SMALL, "-o", self.path("a.exr"), "--preview", self.path("p.png"), status=1)
+        self.assertIn("loading the module that reads and writes EXR pictures: ", said)
+        self.assertIn(": install ParRay and OpenEXR again", said)
+        self.assertFalse(self.path("p.png").exists())
+
     def test_other_pictures_are_written_and_read(self):
         for name in ("a.png", "a.exr"):
             result = self.run_program("render", HELIX, *SMALL, "-o", self.path(name))

@@ -74,7 +74,7 @@ std::optional<ColoringProblem> problem_with(const ParticleColoring& coloring) {
                           : coloring.scale         ? "color_scale"
                                                    : nullptr;
   if (key == nullptr) return {};
-  if (coloring.empty()) return ColoringProblem{key, "has no effect without color_by: add color_by"};
+  if (coloring.empty()) return ColoringProblem{key, "has no effect without \"color_by\": add it"};
   if (is_category(coloring.by)) {
     return ColoringProblem{key, "works only with numbers, and '" + printable(coloring.by) +
                                     "' is not a number: leave it out"};

@@ -263,11 +263,18 @@ void CifSites::add_component(const CifRow& row) {
   component_.push_back(std::move(atom));
 }
 
+void CifSites::check_placed(std::size_t placed) const {
+  if (placed > 0 || unplaced_ == 0) return;
+  place_->fail(
+      "no atom has three coordinates: replace each ? and . of the coordinates by a number");
+}
+
 Particles CifSites::finish_cartesian(const Crystal& crystal) {
   if (models_.empty()) place_->fail("the file has no particles: check that this is the right file");
   const bool last = request_.frame && request_.frame->last;
   const std::uint64_t frame = last ? models_.size() - 1 : request_.frame_number();
   if (!atoms_) fail_without_frame(*place_, models_.size(), frame);
+  check_placed(atoms_->count());
   atoms_->note("unplaced", unplaced_, "atoms without coordinates left out");
   Particles particles = atoms_->finish();
   const Vec3d& edges = crystal.lengths;
@@ -301,6 +308,7 @@ Particles CifSites::finish_component() {
     atoms.add(atom);
     atoms.numbers({{from.charge}});
   }
+  check_placed(atoms.count());
   atoms.note("unplaced", unplaced_, "atoms without coordinates left out");
   return atoms.finish();
 }
@@ -311,6 +319,7 @@ Particles CifSites::finish(Crystal& crystal) {
     fail_without_frame(*place_, 1, request_.frame->number);
   }
   if (kind_ == Kind::component) return finish_component();
+  check_placed(sites_.size() + dummies_);
   crystal.sites = std::move(sites_);
   Particles particles = unit_cell(std::move(crystal), request_, *place_);
   auto& notes = particles.facts.notes;

@@ -132,6 +132,9 @@ class CifSites {
   Particles finish(Crystal& crystal);
 
  private:
+  /// Fails if no atom has a position.
+  void check_placed(std::size_t placed) const;
+
   enum class Kind : std::uint8_t {
     none,
     cartesian,   ///< models of macromolecules

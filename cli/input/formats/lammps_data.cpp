@@ -16,6 +16,7 @@
 #include "cli/input/particles/particle_input.h"
 #include "cli/input/particles/stated_bonds.h"
 #include "common/base/ascii.h"
+#include "common/base/printable.h"
 #include "common/base/text.h"
 
 namespace parray::input {
@@ -296,6 +297,7 @@ class DataFile {
     std::string_view style = std::string_view(hint).substr(0, hint.find(' '));
     std::vector<std::string> names = lammps_style_columns(style);
     if (names.empty()) {
+      if (!style.empty()) unknown_style_ = ", because '" + printable(style) + "' is unknown";
       style = guessed_style_ = lammps_style_of(words_, header_.types);
       names = lammps_style_columns(style);
     }
@@ -304,8 +306,8 @@ class DataFile {
       while (style == "hybrid" && names.size() < words_.size()) names.emplace_back();
       return names;
     }
-    input_.fail("the atom style is unclear from " + std::to_string(words_.size()) +
-                " columns: write its name, such as 'Atoms # full'");
+    input_.fail("the atom style is unclear from " + std::to_string(words_.size()) + " columns" +
+                unknown_style_ + ": write its name, such as 'Atoms # full'");
   }
 
   [[noreturn]] void fail_width(std::size_t width) const {
@@ -322,7 +324,8 @@ class DataFile {
       particles.facts.notes.push_back({"guessed_style", particles.count(),
                                        in_number(particles.count(), "atom", "atoms") +
                                            " read with atom style " + std::string(guessed_style_) +
-                                           ", guessed from the number of columns"});
+                                           ", guessed from the number of columns" +
+                                           unknown_style_});
     }
     std::vector<double> masses;
     for (std::string& name : particles.types.names) {
@@ -367,6 +370,7 @@ class DataFile {
   bool have_atoms_ = false;
   std::uint64_t ellipsoids_ = 0;
   std::string_view guessed_style_;
+  std::string unknown_style_;                  // ", because ..."
   std::map<std::string, double> masses_;       // by type
   std::map<std::string, std::string> labels_;  // by type
   std::vector<std::string> ids_;               // ids of the atoms

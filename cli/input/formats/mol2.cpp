@@ -166,6 +166,9 @@ class Mol2Frames final : public FramesOf<ParticleInput> {
           "complete");
     }
     if (words_.size() > 3 && words_[3] == "nc") return;
+    if (atoms.count() == 0) {
+      input_.fail("section BOND precedes the atoms: move section ATOM before it");
+    }
     atoms.bond(bond_field(words_[1], words_[2], atoms.count(), input_.place()));
   }
 

@@ -31,48 +31,56 @@ constexpr std::array<std::string_view, 10> wanted_flags{"POINTERS",
                                                         "BONDS_INC_HYDROGEN",
                                                         "BONDS_WITHOUT_HYDROGEN"};
 
+struct Section {
+  using Fields = std::vector<std::string>;
+
+  FilePlace place;  ///< its %FLAG
+  Fields fields{};
+};
+
 /// The sections of the file: %FLAG NAME, %FORMAT(20a4), then lines of fields of equal width.
 class Sections {
  public:
-  using Fields = std::vector<std::string>;
-
   explicit Sections(ParticleInput& input) : input_(input) {
-    Fields* section = nullptr;
+    Section* section = nullptr;
     while (input.next_line()) {
       const std::string_view line = input.line();
       if (line.starts_with("%FLAG")) {
         const std::string name(trimmed(line.substr(5)));
         const bool wanted = std::ranges::find(wanted_flags, name) != wanted_flags.end();
-        section = wanted ? &sections_[name] : nullptr;
+        section =
+            wanted ? &sections_.try_emplace(name, Section{input.place()}).first->second : nullptr;
+        width_ = 0;
       } else if (section != nullptr && line.starts_with("%FORMAT")) {
         width_ = width_in(line);
       } else if (section != nullptr && !line.starts_with('%')) {
-        split(line, *section);
+        split(line, section->fields);
       }
     }
   }
 
-  /// Returns the fields of a section. Returns none if the file lacks the section. Fails if the
-  /// number of fields is not `count`.
-  [[nodiscard]] const Fields& of(const std::string& name, std::uint64_t count) const {
-    static const Fields none;
+  /// Returns a section; one without fields if the file lacks it. Fails if the number of fields is
+  /// not `count`.
+  [[nodiscard]] const Section& of(const std::string& name, std::uint64_t count) const {
+    static const Section none{};
     const auto found = sections_.find(name);
     if (found == sections_.end()) return none;
-    if (found->second.size() == count) return found->second;
-    input_.fail("section " + name + " has " + std::to_string(found->second.size()) +
-                " fields instead of " + std::to_string(count) +
-                ": check that the file is complete");
+    const auto& [place, fields] = found->second;
+    if (fields.size() == count) return found->second;
+    place.fail("section " + name + " has " + std::to_string(fields.size()) +
+               in_number(fields.size(), " field", " fields") + " instead of " +
+               std::to_string(count) + ": check that the file is complete");
   }
 
   /// Returns the number at a place of the section POINTERS.
   [[nodiscard]] std::uint64_t pointer(std::size_t place) const {
     const auto found = sections_.find("POINTERS");
-    if (found == sections_.end() || found->second.size() <= place) {
+    if (found == sections_.end() || found->second.fields.size() <= place) {
       input_.fail(
           "the file has no complete section POINTERS: check that this is a PRMTOP file of AMBER 7 "
           "or later");
     }
-    return count_field(found->second[place], input_.place());
+    return count_field(found->second.fields[place], found->second.place);
   }
 
  private:
@@ -89,7 +97,7 @@ class Sections {
     return static_cast<std::size_t>(*width);
   }
 
-  void split(std::string_view line, Fields& fields) const {
+  void split(std::string_view line, Section::Fields& fields) const {
     if (width_ == 0) input_.fail("fields precede their %FORMAT: check that the file is complete");
     while (!line.empty()) {
       const std::string_view field = line.substr(0, width_);
@@ -100,17 +108,24 @@ class Sections {
   }
 
   ParticleInput& input_;
-  std::map<std::string, Fields, std::less<>> sections_;
+  std::map<std::string, Section, std::less<>> sections_;
   std::size_t width_ = 0;
 };
 
 /// The residues of atoms. The file gives the number (from 1) of the first atom of each residue.
 class Residues {
  public:
-  Residues(const Sections& sections, std::uint64_t count, const FilePlace& place)
-      : labels_(sections.of("RESIDUE_LABEL", count)) {
-    for (const std::string& first : sections.of("RESIDUE_POINTER", count)) {
-      firsts_.push_back(count_field(first, place));
+  Residues(const Sections& sections, std::uint64_t count, std::uint64_t atoms)
+      : labels_(sections.of("RESIDUE_LABEL", count).fields) {
+    const auto& [place, fields] = sections.of("RESIDUE_POINTER", count);
+    for (const std::string& field : fields) {
+      const std::uint64_t first = natural_in(field).value_or(0);
+      if (first > atoms || first <= (firsts_.empty() ? 0 : firsts_.back())) {
+        place.fail("RESIDUE_POINTER has '" + printable(field) +
+                   "': write the number of the first atom of each residue, ascending from 1 to " +
+                   std::to_string(atoms));
+      }
+      firsts_.push_back(first);
     }
     if (firsts_.size() != labels_.size()) firsts_.clear();
   }
@@ -124,17 +139,17 @@ class Residues {
   }
 
  private:
-  const std::vector<std::string>& labels_;
+  const Section::Fields& labels_;
   std::vector<std::uint64_t> firsts_;
   std::size_t next_ = 0;
 };
 
-double number_at(const std::vector<std::string>& fields, std::size_t i) {
+double number_at(const Section::Fields& fields, std::size_t i) {
   return i < fields.size() ? number_or_nan(fields[i]) : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// Parses atomic numbers. Negative numbers are virtual sites: 0.
-std::vector<std::uint8_t> elements_in(const std::vector<std::string>& numbers) {
+std::vector<std::uint8_t> elements_in(const Section::Fields& numbers) {
   std::vector<std::uint8_t> elements(numbers.size());
   std::ranges::transform(numbers, elements.begin(), [](const std::string& text) {
     const std::uint64_t number = natural_in(text).value_or(0);
@@ -144,10 +159,10 @@ std::vector<std::uint8_t> elements_in(const std::vector<std::string>& numbers) {
 }
 
 /// Adds the bonds of a section: three times the place of each atom, then a type.
-void add_bonds(const std::vector<std::string>& fields, std::uint64_t atoms, const FilePlace& place,
-               std::vector<StatedBond>& bonds) {
+void add_bonds(const Section& section, std::uint64_t atoms, std::vector<StatedBond>& bonds) {
+  const auto& [place, fields] = section;
   constexpr std::uint64_t step = 3;
-  const auto number = [&](const std::string& field) {
+  const auto number = [&place = place](const std::string& field) {
     const std::uint64_t offset = natural_in(field).value_or(1);
     if (offset % step == 0) return std::to_string(offset / step + 1);
     place.fail("a bond has the offset '" + printable(field) +
@@ -159,8 +174,7 @@ void add_bonds(const std::vector<std::string>& fields, std::uint64_t atoms, cons
 }
 
 /// Reads PRMTOP of AMBER: names, residues, charges, bonds, and elements by atomic number or mass.
-/// Format:
-/// "AMBER file formats", ambermd.org/FileFormats.php.
+/// Format: "AMBER file formats", ambermd.org/FileFormats.php.
 Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
   // places in POINTERS
   constexpr std::size_t bonds_with_hydrogen = 2;
@@ -170,14 +184,14 @@ Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
   ParticleInput input(file);
   const Sections sections(input);
   const std::uint64_t count = sections.pointer(0);
-  const auto& names = sections.of("ATOM_NAME", count);
-  const auto& types = sections.of("AMBER_ATOM_TYPE", count);
-  const auto& charges = sections.of("CHARGE", count);
-  const auto& masses = sections.of("MASS", count);
+  const auto& names = sections.of("ATOM_NAME", count).fields;
+  const auto& types = sections.of("AMBER_ATOM_TYPE", count).fields;
+  const auto& charges = sections.of("CHARGE", count).fields;
+  const auto& masses = sections.of("MASS", count).fields;
   if (names.empty()) {
     input.fail("the file has no section ATOM_NAME: check that the file is complete");
   }
-  Residues residues(sections, sections.pointer(residues_place), input.place());
+  Residues residues(sections, sections.pointer(residues_place), count);
   NameTable atoms(input.place());
   for (std::size_t i = 0; i < names.size(); ++i) {
     NamedAtom atom;
@@ -188,11 +202,11 @@ Particles read_prmtop(PackedFile& file, const ParticleRequest& request) {
     residues.enter(i, atom);
     atoms.add(atom);
   }
-  Particles particles = atoms.finish(request, elements_in(sections.of("ATOMIC_NUMBER", count)));
+  Particles particles =
+      atoms.finish(request, elements_in(sections.of("ATOMIC_NUMBER", count).fields));
   for (const auto& [name, pointer] : {std::pair{"BONDS_INC_HYDROGEN", bonds_with_hydrogen},
                                       {"BONDS_WITHOUT_HYDROGEN", other_bonds}}) {
-    add_bonds(sections.of(name, 3 * sections.pointer(pointer)), count, input.place(),
-              particles.bonds);
+    add_bonds(sections.of(name, 3 * sections.pointer(pointer)), count, particles.bonds);
   }
   put_in_order(particles.bonds);
   particles.all_bonds = !particles.bonds.empty();

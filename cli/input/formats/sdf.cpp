@@ -51,8 +51,8 @@ TableRow table_row(std::string_view line, const FilePlace& place) {
   }
   std::vector<std::string_view> words;
   split_at_blanks(line, words);
-  if (words.size() < 4) {
-    place.fail("the line needs x, y, z and a symbol: check that the file is complete");
+  if (words.size() < 4 || is_number(words[3])) {  // a number: the line is a bond
+    place.fail("the line needs x, y, z and a symbol: check the number of atoms");
   }
   return {position_field(words, 0, place), words[3],
           words.size() > 5 ? charge_of_code(words[5]) : 0};

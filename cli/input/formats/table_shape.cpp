@@ -119,9 +119,13 @@ std::optional<std::size_t> numbered_header(const std::vector<Line>& rows, std::s
   return index == 0 && whole ? std::nullopt : std::optional(index);
 }
 
+std::string_view without_marks(std::string_view comment) {
+  return comment.substr(std::min(comment.find_first_not_of("#/% \t"), comment.size()));
+}
+
 /// Returns the names in a comment, without its marks: "# x y z", "//X Y Z", "# columns: x y z".
 Words words_of_comment(std::string_view comment, std::size_t columns) {
-  comment.remove_prefix(std::min(comment.find_first_not_of("#/% \t"), comment.size()));
+  comment = without_marks(comment);
   const std::size_t colon = comment.find(": ");
   Words words = words_of_header(comment);
   if (words.size() != columns && colon != std::string_view::npos) {
@@ -139,7 +143,10 @@ void find_names(const std::vector<Line>& comments, TableShape& shape) {
     TableNames names = table_names(words);
     if (!names.has_positions && sky_angles(names)[0].empty()) continue;
     if (i + 1 < comments.size()) {
-      take_units(words_of_comment(comments[i + 1].text, shape.columns), names);
+      const std::string_view units = comments[i + 1].text;
+      if (!take_units(words_of_comment(units, shape.columns), names)) {
+        take_units(words_of(without_marks(units)), names);  // "m m m [m/s]"
+      }
     }
     shape.names = TableShape::Names::comment;
     shape.comment = std::move(names);

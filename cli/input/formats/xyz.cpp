@@ -199,10 +199,10 @@ constexpr std::size_t least_row_bytes = 8;  // "C 0 0 0\n"
 
 void check_width(std::size_t found, const XyzLayout& layout, const FilePlace& place) {
   if (found == layout.columns || (found > layout.columns && !layout.exact)) return;
-  place.fail(std::to_string(found) + " columns, but " + std::to_string(layout.columns) +
-             " are needed: " +
-             (layout.exact ? "write the number that Properties requires"
-                           : "write a name and three coordinates"));
+  place.fail(
+      std::to_string(found) + " columns, but " + std::to_string(layout.columns) + " are needed: " +
+      (layout.exact ? "write the number that Properties requires"
+                    : "write a name and three coordinates, or correct the number of particles"));
 }
 
 /// Returns whether the names are 1, 2, 3 ... in any order, without a gap.

@@ -15,8 +15,10 @@ constexpr double bond_slack = 0.4;  // angstrom
 
 bool may_bond(std::uint8_t element) { return element != 0 && !is_ionic(element); }
 
-[[noreturn]] void fail_unit() {
-  throw InputError("atoms are too close for bonds: convert positions and cell to angstrom");
+[[noreturn]] void fail_unit(const Particles& particles) {
+  const std::string unit = angstrom_of(particles) == 1 ? "angstrom" : particles.facts.length_unit;
+  throw InputError("atoms are too close for bonds if lengths are in " + unit +
+                   ": correct the unit of positions and cell");
 }
 
 /// Fails if the nearest neighbours of most atoms are closer than atoms can be.
@@ -27,7 +29,7 @@ void check_unit(const Particles& particles) {
     if (may_bond(particles.elements[i])) positions.push_back(particles.positions[i]);
   }
   const double typical = typical_distance(positions);
-  if (typical > 0 && typical < least * angstrom_of(particles)) fail_unit();
+  if (typical > 0 && typical < least * angstrom_of(particles)) fail_unit(particles);
 }
 
 /// Returns the cell of the particles. Without one, returns a box around them, at least `least`
@@ -70,7 +72,7 @@ class BondFinder {
 
   std::vector<PeriodicBond> find() {
     for (std::size_t first = 0; first < atoms_.size(); first = end_of_bin(first)) {
-      if (end_of_bin(first) - first > most_in_bin) fail_unit();
+      if (end_of_bin(first) - first > most_in_bin) fail_unit(particles_);
       for (Bin step{0, 0, 0}; step[2] <= reach_[2]; advance(step)) visit(first, step);
     }
     return std::move(bonds_);
@@ -98,7 +100,7 @@ class BondFinder {
       const double width = height[i] / static_cast<double>(bins_[i]);
       const double reach = std::ceil(longest_ / width);
       constexpr double most_reach = 8;
-      if (!(reach <= most_reach)) fail_unit();
+      if (!(reach <= most_reach)) fail_unit(particles_);
       reach_[i] = static_cast<std::int64_t>(reach);
     }
   }

@@ -88,7 +88,7 @@ void apply(const CellOperations& operations, Particles& particles, int threads) 
   const char* const key = needs_cell(operations);
   if (key == nullptr) return;
   if (!particles.cell) {
-    throw SourceError(key, std::string("the file has no box and no cell: leave out ") + key);
+    throw SourceError(key, "the file has no box and no cell: leave it out");
   }
   Molecules molecules;
   if (operations.whole) molecules = joined_molecules(particles);

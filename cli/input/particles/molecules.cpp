@@ -159,7 +159,7 @@ Molecules make_whole(Particles& particles) {
   if (molecules.of.empty()) {
     throw InputError(
         "the file has no elements, no molecule numbers and no residue numbers: add a topology, or "
-        "use wrap instead of whole");
+        "use \"wrap\" instead");
   }
   follow_order(molecules.of, particles);
   return molecules;

@@ -60,7 +60,7 @@ void ParticleShapes::append_arrows() {
 
 void ParticleShapes::append_edges() {
   if (!selected_.cell) {
-    throw SourceError("solid_cell", "the file has no box and no cell: leave out solid_cell");
+    throw SourceError("solid_cell", "the file has no box and no cell: leave it out");
   }
   const auto known = std::ranges::find(scene_.materials, cell_material);
   const auto material = static_cast<std::uint32_t>(known - scene_.materials.begin());

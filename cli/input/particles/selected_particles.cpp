@@ -47,8 +47,8 @@ ParticleMaterial decided_material(const ParticleLook& look, const Particles& par
   const Choice rule = look.material.rule;
   if (rule != Choice::automatic && rule != Choice::named && rule != Choice::color_by) {
     throw SourceError("color_by",
-                      "material is " + text_of(look.material) +
-                          ", which also sets the colour: leave out material or color_by");
+                      "\"material\" is " + text_of(look.material) +
+                          ", which also sets the colour: leave out one of them");
   }
   return {ParticleMaterial::Rule::color_by, look.material.name};
 }
@@ -114,8 +114,8 @@ ParticleArrows arrows_to_draw(const ParticleSource& source, Particles& particles
     throw SourceError(
         "arrows",
         "the file has no vectors '" + printable(source.arrows) +
-            (numbers.size() < 3 ? "': leave out arrows"
-                                : "': leave out arrows, or name three of its numbers: " + names));
+            (numbers.size() < 3 ? "': leave it out"
+                                : "': leave it out, or name three of its numbers: " + names));
   }
 }
 
@@ -228,10 +228,9 @@ void fail_in_options(const SourceError& error, const ParticleSource& source,
   const bool named = error.key() == "material" || error.key() == "radius";  // names the file
   std::string text = error.what();
   if (!named && !(error.representation() && error.key() == "select")) {
-    std::string option = error.key();
-    std::ranges::replace(option, '_', '-');
-    text = "--" + option + ": " + text;
+    text = '"' + error.key() + "\": " + text;
   }
+  text = naming_options(text);
   if (error.representation()) {
     text = "--show '" + printable(source.shows[*error.representation()].select) + "': " + text;
   } else if (named) {

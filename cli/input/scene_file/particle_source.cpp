@@ -1,5 +1,6 @@
 #include "cli/input/scene_file/particle_source.h"
 
+#include "cli/input/scene_file/particle_fields.h"
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "common/base/suggest.h"
@@ -17,10 +18,10 @@ bool sets_colors(const ParticleMaterial& material) {
 
 std::optional<ColoringProblem> problem_with(const ParticleLook& look) {
   if (!look.radius_by.empty() && look.radius != ParticleRadius{}) {
-    return ColoringProblem{"radius_by", "excludes radius: leave out one of them"};
+    return ColoringProblem{"radius_by", "excludes \"radius\": leave out one of them"};
   }
   if (look.stick_radius && look.style == ParticleStyle::spheres) {
-    return ColoringProblem{"stick_radius", "has no effect on style spheres: leave it out"};
+    return ColoringProblem{"stick_radius", "has no effect on \"style\" spheres: leave it out"};
   }
   return input::problem_with(look.coloring);
 }
@@ -52,7 +53,7 @@ ParticleLook completed(ParticleLook look, const ParticleLook& base) {
 
 std::optional<SourceProblem> problem_with(const ParticleSource& source) {
   if (source.arrow_scale && source.arrows.empty()) {
-    return SourceProblem{{"arrow_scale", "has no effect without arrows: add arrows"}, {}};
+    return SourceProblem{{"arrow_scale", "has no effect without \"arrows\": add it"}, {}};
   }
   if (const auto problem = problem_with(source.look)) return SourceProblem{*problem, {}};
   for (std::size_t i = 0; i < source.shows.size(); ++i) {
@@ -60,6 +61,17 @@ std::optional<SourceProblem> problem_with(const ParticleSource& source) {
     if (const auto problem = problem_with(look)) return SourceProblem{*problem, i};
   }
   return {};
+}
+
+std::string naming_options(std::string text) {
+  particle_fields([&text](const Setting& setting, const auto& /*rule*/) {
+    const std::string key = '"' + std::string(setting.key) + '"';
+    for (std::size_t at = 0; (at = text.find(key, at)) != std::string::npos; ++at) {
+      const bool quoted_by_user = at > 0 && text[at - 1] != ' ';
+      if (!quoted_by_user) text.replace(at, key.size(), option_of(setting));
+    }
+  });
+  return text;
 }
 
 ParticleMaterial particle_material_from(std::string_view text) {

@@ -133,6 +133,9 @@ struct SourceProblem : ColoringProblem {
 };
 /// Returns the first contradiction between the members of `source`; nothing if there is none.
 std::optional<SourceProblem> problem_with(const ParticleSource& source);
+/// Returns a text about a source with options in place of members in quotes: "--color-by" for
+/// "\"color_by\"".
+std::string naming_options(std::string text);
 
 /// Parses one of particle_material_words. Any other text is the name of a material.
 ParticleMaterial particle_material_from(std::string_view text);

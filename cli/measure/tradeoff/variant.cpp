@@ -41,6 +41,18 @@ std::string denoise_option(const RenderSettings& settings) {
   return settings.replicates ? " --denoise" : "";
 }
 
+/// Returns the options of settings. `named` decides which of three members they name.
+std::string options_where(const RenderSettings& s, const auto& named) {
+  std::string text = sampler_options(s);
+  if (named(&RenderSettings::max_depth)) text += " --max-depth " + std::to_string(s.max_depth);
+  const auto add = [&](auto member, const char* option) {
+    if (named(member)) text += option + std::string(name_of(s.*member));
+  };
+  add(&RenderSettings::precision, " --precision ");
+  add(&RenderSettings::accelerator, " --accelerator ");
+  return text + isa_options(s) + denoise_option(s);
+}
+
 /// Returns the FNV-1a hash of a text. It is the same on every machine.
 std::uint64_t hash_of(const std::string& text) {
   std::uint64_t hash = 0xCBF29CE484222325;
@@ -182,24 +194,11 @@ double pixels_of(const RenderSettings& settings) {
 }
 
 std::string options_of(const RenderSettings& settings) {
-  return sampler_options(settings) + " --max-depth " + std::to_string(settings.max_depth) +
-         " --precision " + std::string(name_of(settings.precision)) + " --accelerator " +
-         std::string(name_of(settings.accelerator)) + isa_options(settings) +
-         denoise_option(settings);
+  return options_where(settings, [](auto /*member*/) { return true; });
 }
 
 std::string options_against(const RenderSettings& settings, const RenderSettings& base) {
-  std::string text = sampler_options(settings);
-  if (settings.max_depth != base.max_depth) {
-    text += " --max-depth " + std::to_string(settings.max_depth);
-  }
-  if (settings.precision != base.precision) {
-    text += " --precision " + std::string(name_of(settings.precision));
-  }
-  if (settings.accelerator != base.accelerator) {
-    text += " --accelerator " + std::string(name_of(settings.accelerator));
-  }
-  return text + isa_options(settings) + denoise_option(settings);
+  return options_where(settings, [&](auto member) { return settings.*member != base.*member; });
 }
 
 std::uint64_t seed_of(const RenderSettings& settings, std::uint64_t base, std::uint32_t run) {

@@ -182,6 +182,7 @@ void check_image_path(const fs::path& path) {
                                         : "unknown kind of image '" + extension + "'") +
                      ": use .exr (float, linear), or .png, .tif, .jpg or .jp2 (8 bit, sRGB)");
   }
+  if (format_of(path) == Format::exr) exr_codec();
   const bool other = format_of(path) != Format::exr && format_of(path) != Format::png;
   if (other && !has_image_codec()) {
     throw InputError(path.string() +

@@ -13,7 +13,8 @@ namespace parray::picture {
 
 /// Throws InputError unless write_image() can write to `path`: the extension is .exr, .png, .tif,
 /// .tiff, .jpg, .jpeg or .jp2, in either case, the place is writable (check_output_path()), and
-/// this ParRay has OpenImageIO or does not need it.
+/// this ParRay has OpenImageIO or does not need it. Throws RunError if the module that writes EXR
+/// files cannot be loaded.
 void check_image_path(const std::filesystem::path& path);
 
 /// Throws InputError if a file of this kind cannot contain a picture of this size.

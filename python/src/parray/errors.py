@@ -1,4 +1,4 @@
-"""Exceptions. Their texts are those of the command line."""
+"""Exceptions. The text is that of `parray` or of the farm, or, for what Python itself refuses, one in the same form."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ class ParRayError(Exception):
 
 
 class InputError(ParRayError, ValueError):
-    """The input is invalid. The text names the place and the remedy (status 2 of `parray`)."""
+    """The input is invalid (status 2 of `parray`). The text names the place and the remedy."""
 
 
 class RenderError(ParRayError, RuntimeError):
-    """The work failed (status 1): a job failed or was cancelled, or a farm does not answer."""
+    """The work failed: status 1 of `parray`, or another that is neither 2 nor 130; a job failed or was cancelled; a farm
+    refused the request, has no room for it, or does not answer."""
 
 
 class Interrupted(ParRayError):
-    """Another process interrupted the program (status 130)."""
+    """Another process interrupted the program (status 130). Ctrl-C raises KeyboardInterrupt instead."""
 
 
 class ProgramNotFound(ParRayError, FileNotFoundError):
-    """This machine has no program `parray`, or PARRAY_BIN does not name one."""
+    """There is no program `parray`: in the place that PARRAY_BIN names or, without it, in the package and in PATH."""
 
 
 class ParRayWarning(UserWarning):
-    """A warning of the program during a render, for example about duplicate spheres."""
+    """All lines that a successful render writes beside its result, for example about duplicate spheres."""

@@ -138,6 +138,11 @@ TEST_CASE("a recipe with an invalid value is refused with the name of the value"
     const std::string message = refusal(adaptive_entries, "passes", passes);
     CHECK_MESSAGE(message.starts_with("a.exr: the recipe is damaged: "), passes, message);
   }
+  json larger = adaptive_entries;
+  larger.update({{"width", 30U}, {"height", 20U}});
+  CHECK(refusal(larger, "passes", "600,600") == "no error");
+  const std::string invented = refusal(larger, "passes", "64");
+  CHECK_MESSAGE(invented.starts_with("a.exr: the recipe is damaged: parray:passes"), invented);
 }
 
 TEST_CASE("a different scene and a different tracer are refused") {

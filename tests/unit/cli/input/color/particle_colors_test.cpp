@@ -360,8 +360,8 @@ TEST_CASE("coloured particles get the type of a named material") {
         "6: /particles/0/material: color_by cannot colour glass: choose another "
         "material");
   CHECK(files.refusal(R"("color_by": "type", "material": "by-element")") ==
-        "6: /particles/0/color_by: material is by-element, which also sets the colour: leave out "
-        "material or color_by");
+        "6: /particles/0/color_by: \"material\" is by-element, which also sets the colour: leave "
+        "out one of them");
 }
 
 TEST_CASE("errors in a scene's selections and colours name their place") {
@@ -400,7 +400,7 @@ TEST_CASE("errors in a scene's selections and colours name their place") {
       {"\"color_by\": \"vx\", \"colormap\": \"virids\"",
        "6: /particles/0/colormap: unknown colour map 'virids': did you mean 'viridis'?"},
       {"\"colormap\": \"viridis\"",
-       "6: /particles/0/colormap: has no effect without color_by: add color_by"},
+       "6: /particles/0/colormap: has no effect without \"color_by\": add it"},
       {"\"color_by\": \"type\", \"range\": [0, 1]",
        "6: /particles/0/range: works only with numbers, and 'type' is not a number: leave it out"},
       {"\"color_by\": \"vx\", \"range\": [1, 0]",

@@ -20,6 +20,9 @@ using test::ParticleFiles;
 using test::Xs;
 using test::xs_of;
 
+const std::string no_coordinates =
+    "no atom has three coordinates: replace each ? and . of the coordinates by a number";
+
 /// mmCIF whose loop has these items and values.
 std::string cif(const std::string& items, const std::string& values) {
   std::string text = "data_1ABC\n_entry.id 1ABC\nloop_\n";
@@ -140,6 +143,8 @@ TEST_CASE(
   CHECK(test::note(particles, "alternatives") == 4);
   CHECK(test::note(particles, "partial_occupancy") == 4);
   CHECK(test::note(particles, "unplaced") == 1);
+  CHECK(files.message("a.cif", "data_a\n" + cell + sites("C1 C ? 0 0 1 .\n")) ==
+        "a.cif:16: " + no_coordinates);
   ParticleRequest all;
   all.alternatives = {AlternativeChoice::Rule::all};
   CHECK(read_particles(files.write("a.cif", text), all).count() == 10);
@@ -187,6 +192,10 @@ TEST_CASE(
       files, head + "ABC C1 C 0 1 1 1 5 5 5\nABC O1 O 0 2 2 2 ? ? ?\nABC H1 H 0 ? ? ? ? ? ?\n");
   CHECK(xs_of(model) == Xs{1, 2});
   CHECK(test::note(model, "unplaced") == 1);
+  CHECK(files.message("a.cif", head + "ABC C1 C 0 ? 1 1 ? 5 5\n") == "a.cif:13: " + no_coordinates);
+  CHECK(files.message("a.cif",
+                      "data_a\nloop_\n_atom_site.Cartn_x\n_atom_site.Cartn_y\n_atom_site.Cartn_z\n"
+                      ". . .\n") == "a.cif:6: " + no_coordinates);
 }
 
 TEST_CASE("mmCIF: models are frames; names, residues, numbers and the cell are read") {

@@ -115,7 +115,8 @@ TEST_CASE("CSV: a comment before the rows may have the names of the columns") {
        {"# x y z speed [m/s]\n1 2 3 4\n", "#x,y,z,speed [m/s]\n1,2,3,4\n",
         "# x, y, z, speed [m/s]\n1 2 3 4\n", "// X Y Z Speed [m/s]\n1\n1 2 3 4\n",
         "# made by hand in 2026\n# columns: x y z speed [m/s]\n# the end\n1 2 3 4\n",
-        "% x y z speed\n% m m m m/s\n1 2 3 4\n", "# x y z speed\n# [m] [m] [m] [m/s]\n1 2 3 4\n"}) {
+        "% x y z speed\n% m m m m/s\n1 2 3 4\n", "# x y z speed\n# [m] [m] [m] [m/s]\n1 2 3 4\n",
+        "# x y z speed\n# m m m [m/s]\n1 2 3 4\n"}) {
     for (const char* name : {"a.txt", "a.xyz", "a.csv"}) {
       CAPTURE(table);
       const Particles particles = read_particles(files.write(name, table), {.numbers = {"speed"}});

@@ -51,9 +51,9 @@ TEST_CASE("LAMMPS data: atoms in the file's order, elements by mass, velocities,
 
 TEST_CASE("LAMMPS data: without a hint, the columns give the style and a note says so") {
   const ParticleFiles files;
-  const auto with = [](const std::string& atoms) {
-    return "\n1 atoms\n2 atom types\n0 9 xlo xhi\n0 9\tylo yhi\n0 9 zlo zhi\n\nAtoms\n\n" + atoms +
-           "\n";
+  const auto with = [](const std::string& atoms, const std::string& hint = "") {
+    return "\n1 atoms\n2 atom types\n0 9 xlo xhi\n0 9\tylo yhi\n0 9 zlo zhi\n\nAtoms" + hint +
+           "\n\n" + atoms + "\n";
   };
   for (const char* row : {"1 2 4 5 6", "1 2 -0.5 4 5 6", "1 1 2 4 5 6", "1 1 2 -0.5 4 5 6",
                           "1 2 0.5 7.8 4 5 6", "1 2 4 5 6 0 0 -1", "1 1 2 0.5 4 5 6 0 0 0"}) {
@@ -65,6 +65,15 @@ TEST_CASE("LAMMPS data: without a hint, the columns give the style and a note sa
   }
   CHECK(files.message("a.data", with("1 2 3 4")).find("the atom style is unclear") !=
         std::string::npos);
+  CHECK(files.message("a.data", with("1 2 3 4", " # foo bar")) ==
+        "a.data:10: the atom style is unclear from 4 columns, because 'foo' is unknown: write its "
+        "name, such as 'Atoms # full'");
+  const auto notes = files.read("a.data", with("1 2 4 5 6", " # foo")).facts.notes;
+  CHECK(std::ranges::any_of(notes, [](const ParticleNote& note) {
+    return note.text ==
+           "atom read with atom style atomic, guessed from the number of columns, "
+           "because 'foo' is unknown";
+  }));
   CHECK(files.message("a.data", with("1 2 4 5 6\n2 2 4 5 6")).find("text follows the last atom") !=
         std::string::npos);
 }

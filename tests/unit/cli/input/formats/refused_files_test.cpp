@@ -301,7 +301,8 @@ TEST_CASE("XYZ: invalid frames are refused") {
       {"too many atoms", "a.xyz", "1\n\nC 0 0 0\nC 0 0 0\n",
        "a.xyz:4: text follows the last particle: check the number of particles in the frame"},
       {"too few columns", "a.xyz", "1\n\nC 0 0\n",
-       "a.xyz:3: 3 columns, but 4 are needed: write a name and three coordinates"},
+       "a.xyz:3: 3 columns, but 4 are needed: write a name and three coordinates, or correct the "
+       "number of particles"},
       {"no atoms", "a.xyz", "0\n\n",
        "a.xyz:2: the file has no particles: check that this is the right file"},
       {"other columns than announced", "a.xyz", "1\nProperties=species:S:1:pos:R:3\nC 0 0 0 0\n",

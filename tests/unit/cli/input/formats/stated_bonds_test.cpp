@@ -214,6 +214,8 @@ TEST_CASE("MOL2: bonds name atoms in the order of the file; 'nc' is no bond") {
   CHECK(files.message("a.mol2", mol2_head + "1 2\n") ==
         "a.mol2:7: the line needs number, two atoms and type of a bond: check that the file is "
         "complete");
+  CHECK(files.message("a.mol2", "@<TRIPOS>MOLECULE\na\n@<TRIPOS>BOND\n1 1 2 1\n@<TRIPOS>ATOM\n") ==
+        "a.mol2:4: section BOND precedes the atoms: move section ATOM before it");
 }
 
 TEST_CASE("SDF: V2000 has the bonds of its bond block") {
@@ -276,10 +278,31 @@ TEST_CASE("PRMTOP: bonds are three times the places of atoms") {
   const std::string odd = message_of_names(
       files, "a.prmtop", prmtop_with("       0       4       1       0       6       1\n"));
   CHECK(odd.ends_with(
-      "a bond has the offset '4', which is not a multiple of 3: check that the file is complete"));
+      "a.prmtop:27: a bond has the offset '4', which is not a multiple of 3: check that the file "
+      "is complete"));
   const std::string outside = message_of_names(
       files, "a.prmtop", prmtop_with("       0       9       1       0       6       1\n"));
   CHECK(outside.ends_with("a bond has the atom '4': use a number from 1 to 3"));
+}
+
+TEST_CASE("PRMTOP: an error names its section; residues begin at ascending atoms of the file") {
+  const ParticleFiles files;
+  const auto message = [&](const std::string& from, const std::string& to) {
+    std::string text = test::prmtop();
+    return message_of_names(files, "a.prmtop", text.replace(text.find(from), from.size(), to));
+  };
+  const std::string pointer = "POINTER\n%FORMAT(10I8)\n       ";
+  for (const std::string bad : {"0", "4", "x"}) {
+    CHECK(message(pointer + "1", pointer + bad) ==
+          "a.prmtop:21: RESIDUE_POINTER has '" + bad +
+              "': write the number of the first atom of each residue, ascending from 1 to 3");
+  }
+  CHECK(message("WAT \n", "WAT ION \n") ==
+        "a.prmtop:18: section RESIDUE_LABEL has 2 fields instead of 1: check that the file is "
+        "complete");
+  CHECK(message("       0       1\n", "       0       x\n").starts_with("a.prmtop:5: 'x'"));
+  CHECK(message("%FLAG MASS\n%FORMAT(5E16.8)\n", "%FLAG MASS\n")
+            .ends_with("fields precede their %FORMAT: check that the file is complete"));
 }
 
 TEST_CASE("Tinker: an atom names the atoms to which it bonds") {

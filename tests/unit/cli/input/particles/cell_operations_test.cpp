@@ -164,17 +164,17 @@ TEST_CASE("operations without a cell, and too many copies, name their option") {
   ParticleSource source;
   source.cell.wrap = true;
   CHECK(refusal(molecule, source) ==
-        "m.xyz: --wrap: the file has no box and no cell: leave out wrap");
+        "m.xyz: --wrap: the file has no box and no cell: leave it out");
   source.cell.whole = true;
   CHECK(refusal(molecule, source) ==
-        "m.xyz: --whole: the file has no box and no cell: leave out whole");
+        "m.xyz: --whole: the file has no box and no cell: leave it out");
   source.cell.replicate = replicas_from("2x1x1");
   CHECK(refusal(molecule, source) ==
-        "m.xyz: --replicate: the file has no box and no cell: leave out replicate");
+        "m.xyz: --replicate: the file has no box and no cell: leave it out");
   ParticleSource crystal;
   crystal.cell.crystal = true;
   CHECK(refusal(molecule, crystal) ==
-        "m.xyz: --crystal: the file has no box and no cell: leave out crystal");
+        "m.xyz: --crystal: the file has no box and no cell: leave it out");
   const auto copper = files.write("cu.xyz", copper_cell);
   ParticleSource many;
   many.cell.replicate = replicas_from("3000x3000x3000");
@@ -269,7 +269,7 @@ TEST_CASE("errors of cell operations in a scene name the line of the member") {
     return message.substr(message.find("scene.json:") + 11);
   };
   CHECK(error(R"("replicate": "2x2x2")") ==
-        "3: /particles/0/replicate: the file has no box and no cell: leave out replicate");
+        "3: /particles/0/replicate: the file has no box and no cell: leave it out");
   CHECK(error(R"("replicate": "2x2")").starts_with("3: /particles/0/replicate: '2x2' is not a"));
   CHECK(error(R"("center": "")").starts_with("3: /particles/0/center: the selection is empty"));
 }

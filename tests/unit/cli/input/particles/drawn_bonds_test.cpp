@@ -257,9 +257,14 @@ TEST_CASE("files in other units have the same bonds if they state the unit") {
   Particles caffeine = shipped("caffeine.xyz");
   for (Vec3d& position : caffeine.positions) position = 0.1 * position;
   CHECK(test::message_of<InputError>([&] { (void)count_of(caffeine); }) ==
-        "atoms are too close for bonds: convert positions and cell to angstrom");
+        "atoms are too close for bonds if lengths are in angstrom: correct the unit of positions "
+        "and cell");
   caffeine.facts.length_unit = "nm";
   CHECK(count_of(caffeine) == 25);
+  for (Vec3d& position : caffeine.positions) position = 0.1 * position;
+  CHECK(test::message_of<InputError>([&] {
+          (void)count_of(caffeine);
+        }).starts_with("atoms are too close for bonds if lengths are in nm: "));
 }
 
 TEST_CASE("particles without elements have only the bonds of the file, in any unit") {

@@ -90,7 +90,8 @@ TEST_CASE("no bond crosses a face that is not periodic") {
 
 TEST_CASE("lengths that cannot be in angstrom are refused") {
   const char* const refusal =
-      "atoms are too close for bonds: convert positions and cell to angstrom";
+      "atoms are too close for bonds if lengths are in angstrom: correct the unit of positions "
+      "and cell";
   CHECK(message_of<InputError>([] {
           (void)covalent_bonds(atoms_in(cube(0.1), {{0, 0, 0}}, {6}));
         }) == refusal);
@@ -152,7 +153,7 @@ TEST_CASE("particles without elements, molecules and residues cannot be made who
   Particles points = atoms_in(cube(10), {{9, 5, 5}}, {});
   CHECK(message_of<InputError>([&] { (void)make_whole(points); }) ==
         "the file has no elements, no molecule numbers and no residue numbers: add a topology, or "
-        "use wrap instead of whole");
+        "use \"wrap\" instead");
 }
 
 }  // namespace parray
