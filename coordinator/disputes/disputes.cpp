@@ -288,8 +288,7 @@ void DisputeDesk::note_checked_answer(Job& job, const CheckedAnswer& checked) {
     desk_.ask_again(farm_.now, checked.number, checked.fault);
     return;
   }
-  const std::string differs =
-      "it returned wrong bits: the referee's bits differ for the same samples";
+  const std::string differs = "its bits differ from the referee's for the same samples";
   checked.wrong.empty() && !checked.claimant_wrong ? desk_.continue_case(checked.number)
                                                    : desk_.close(checked.number);
   if (checked.claimant_wrong) {

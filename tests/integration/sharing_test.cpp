@@ -415,7 +415,7 @@ TEST_CASE("the quarantine of a faulty worker survives a restart, until it is rea
               msg::Hello{protocol_version, "faulty", "1", 1, 1, trace_version, "same"});
   service.turn();
   CHECK(service.worker("faulty").at("state") == "quarantined");
-  CHECK(contains(service.worker("faulty").at("reason"), "wrong bits"));
+  CHECK(contains(service.worker("faulty").at("reason"), "differ from the referee's"));
   service.ask<msg::Workers>(msg::SteerWorkers{1, msg::WorkerAction::readmit, false, "faulty"});
   CHECK(service.worker("faulty").at("state") == "ready");
 }
