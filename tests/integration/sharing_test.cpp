@@ -7,16 +7,13 @@
 #include <vector>
 
 #include "common/scene/settings.h"
+#include "tests/support/contains.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"
 
 namespace parray::test {
 namespace {
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 /// Settings of a picture with very many short leases.
 RenderSettings long_job() {
@@ -291,6 +288,25 @@ TEST_CASE("unfinished jobs and pixels of each user, and pixels of a picture, are
   CHECK(refused(many_leases(), "ann").empty());
   CHECK(contains(refused(many_leases(), "ann"), "--max-user-jobs"));
   CHECK(refused(many_leases(), "bob").empty());
+}
+
+TEST_CASE("submits of one user that arrive at once do not exceed the user's limits") {
+  for (const bool pixels : {false, true}) {
+    CAPTURE(pixels);
+    CoordinatorOptions options = service_options();
+    const RenderSettings settings = small_settings(small_scene());
+    options.limits.user_jobs = pixels ? 100 : 3;
+    options.limits.user_pixels = (pixels ? 3 : 100) * pixel_count(settings);
+    Service service(options);
+    for (int i = 0; i < 10; ++i) {
+      msg::Submit submit = service.submission(small_scene(), settings);
+      submit.user = i < 7 ? "ann" : "bob";
+      service.say("client", submit);
+    }
+    service.turn(Time(0));
+    CHECK(service.heard<msg::Submitted>("client").size() == 6);
+    CHECK(service.heard<msg::Error>("client").size() == 4);
+  }
 }
 
 TEST_CASE("users share the disk, and ended jobs make room on it, the oldest first") {
