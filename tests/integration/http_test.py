@@ -320,6 +320,13 @@ class Problems(WebCase):
             self.assert_problem(farm.post_form(("options", None, "{}")), 422, "there is no scene")
             self.assertEqual(farm.get("/jobs").json()["jobs"], [])
 
+    def test_the_media_type_of_a_form_may_have_capital_letters(self):
+        with Web() as farm:
+            for kind, boundary in (("Multipart/Form-Data", "boundary"), ("multipart/form-data", "Boundary")):
+                body, _ = form(("scene", None, json.dumps(SCENE)))
+                farm.submitted(farm.ask("POST", "/api/v1/jobs", body.replace(b"a-mark", b"A-Mark"),
+                                        {"Content-Type": f"{kind}; {boundary}=----A-Mark-of-parts"}))
+
     def test_hostile_requests_are_refused_and_harm_nobody(self):
         with Web("--http-body", "1", "--http-parts", "3") as farm:
             json_type = {"Content-Type": "application/json"}
@@ -332,6 +339,7 @@ class Problems(WebCase):
                 self.assert_problem(farm.ask("POST", "/api/v1/jobs", body, json_type), 422)
             self.assert_problem(farm.ask("POST", "/api/v1/jobs", "--x\r\n", {"Content-Type": "multipart/form-data; boundary=y"}), 400)
             self.assert_problem(farm.ask("POST", "/api/v1/jobs", "x", {"Content-Type": "multipart/form-data"}), 400)
+            self.assert_problem(farm.ask("POST", "/api/v1/jobs", "x", {"Content-Type": "multipart/ form-data; boundary=y"}), 400, "no blanks")
             bomb = gzip.compress(b" " * (300 << 20))
             answer = farm.ask("POST", "/api/v1/jobs", bomb, {**json_type, "Content-Encoding": "gzip"})
             self.assertIn(answer.status, (413, 415), answer.body)
