@@ -167,6 +167,13 @@ class Particles(SubmitCase):
             self.assertEqual(farm.get("/jobs").json()["jobs"], [])
             farm.submitted(farm.post_form(("f", "a.csv", cut)))
 
+    def test_the_media_type_of_a_form_may_have_capital_letters(self):
+        with Web() as farm:
+            for kind, boundary in (("Multipart/Form-Data", "boundary"), ("multipart/form-data", "Boundary")):
+                body, _ = form(("scene", None, json.dumps(SCENE)))
+                farm.submitted(farm.ask("POST", "/api/v1/jobs", body.replace(b"a-mark", b"A-Mark"),
+                                        {"Content-Type": f"{kind}; {boundary}=----A-Mark-of-parts"}))
+
     def test_two_scenes_in_a_form_are_refused(self):
         scene = ("scene", None, json.dumps(SCENE))
         with Web() as farm:

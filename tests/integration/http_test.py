@@ -320,13 +320,6 @@ class Problems(WebCase):
             self.assert_problem(farm.post_form(("options", None, "{}")), 422, "there is no scene")
             self.assertEqual(farm.get("/jobs").json()["jobs"], [])
 
-    def test_the_media_type_of_a_form_may_have_capital_letters(self):
-        with Web() as farm:
-            for kind, boundary in (("Multipart/Form-Data", "boundary"), ("multipart/form-data", "Boundary")):
-                body, _ = form(("scene", None, json.dumps(SCENE)))
-                farm.submitted(farm.ask("POST", "/api/v1/jobs", body.replace(b"a-mark", b"A-Mark"),
-                                        {"Content-Type": f"{kind}; {boundary}=----A-Mark-of-parts"}))
-
     def test_hostile_requests_are_refused_and_harm_nobody(self):
         with Web("--http-body", "1", "--http-parts", "3") as farm:
             json_type = {"Content-Type": "application/json"}
