@@ -15,7 +15,7 @@ import threading
 import unittest
 
 from farm import BIN, SOURCE, run, wait_for
-from web import SCENE, WATER, Answer, Listener, Web, WebCase, form
+from web import SCENE, WATER, Answer, Listener, Web, WebCase
 
 
 class Jobs(WebCase):
