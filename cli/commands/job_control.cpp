@@ -18,8 +18,6 @@
 namespace parray::commands {
 namespace {
 
-constexpr std::size_t most_jobs = 1000;
-
 struct SteeringCommand {
   std::vector<std::string> named;
   FarmOptions farm;
@@ -27,8 +25,8 @@ struct SteeringCommand {
 };
 
 std::vector<std::uint64_t> jobs_in(const std::vector<std::string>& named) {
-  if (named.size() > most_jobs) {
-    throw InputError("JOB: name at most " + std::to_string(most_jobs) + " jobs");
+  if (named.size() > msg::most_steered) {
+    throw InputError("JOB: name at most " + std::to_string(msg::most_steered) + " jobs");
   }
   std::vector<std::uint64_t> jobs;
   for (const std::string& text : named) {

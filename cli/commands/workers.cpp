@@ -46,8 +46,10 @@ nlohmann::json ask(const WorkersCommand& command) {
   nlohmann::json list = client->steer_workers(action, command.name, command.host);
   if (list.empty()) {
     std::cerr << "parray: no worker " << (command.host ? "of host " : "named ")
-              << printable(command.name)
-              << " is connected now; the action applies to workers that connect later\n";
+              << printable(command.name) << " is connected now; "
+              << (action == msg::WorkerAction::drain
+                      ? "the action applies to workers that connect later\n"
+                      : "if it was drained or in quarantine, that has ended\n");
   }
   return list;
 }

@@ -234,15 +234,7 @@ nlohmann::json Client::steer(JobId job, msg::JobAction action, std::uint32_t pri
 nlohmann::json Client::steer(const std::vector<JobId>& jobs, msg::JobAction action,
                              std::uint32_t priority) {
   find_coordinator();
-  auto results = nlohmann::json::array();
-  for (std::size_t begin = 0; begin < jobs.size(); begin += msg::most_steered) {
-    const auto first = jobs.begin() + static_cast<std::ptrdiff_t>(begin);
-    const auto count = std::min<std::size_t>(msg::most_steered, jobs.size() - begin);
-    const auto end = first + static_cast<std::ptrdiff_t>(count);
-    const auto answer = ask<msg::Steered>(msg::SteerJobs{0, {first, end}, action, priority});
-    results.insert(results.end(), answer.results.begin(), answer.results.end());
-  }
-  return results;
+  return ask<msg::Steered>(msg::SteerJobs{0, jobs, action, priority}).results;
 }
 
 msg::Jobs Client::list(msg::ListJobs wanted) { return ask<msg::Jobs>(std::move(wanted)); }

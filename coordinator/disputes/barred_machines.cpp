@@ -28,9 +28,7 @@ void DisputeDesk::drain(const std::string& name, bool host, const std::string& a
 /// Ends a quarantine for all workers of the machine.
 void DisputeDesk::readmit(const std::string& name, bool host) {
   drained_.erase({host, name});
-  if (!host) {
-    quarantines_.readmit(name);
-  }
+  quarantines_.readmit(name, host);
   for (auto& [peer, worker] : farm_.workers) {
     if ((host ? worker.hello.host : worker.hello.name) == name) {
       drained_.erase({false, worker.hello.name});
@@ -94,7 +92,8 @@ std::string DisputeDesk::worker_of(TracerKey machine) const {
 void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
   const Machines::Known known = farm_.machines.find(machine);
   const double at = farm_.options.wall_clock();
-  const bool fresh = quarantines_.add({machine, known.name, known.worker, reason, at, 0});
+  const bool fresh =
+      quarantines_.add({machine, known.name, known.worker, known.host, reason, at, 0});
   const std::string name = worker_of(machine);
   if (fresh) {
     farm_.log->error(
@@ -192,7 +191,7 @@ void DisputeDesk::note_retracted(Job& job, const Retracted& retracted) {
 }
 
 void DisputeDesk::note_joined(WorkerRecord& worker) {
-  farm_.machines.note(worker.machine, worker.hello.name);
+  farm_.machines.note(worker.machine, worker.hello);
   apply_bars(worker);
 }
 
@@ -211,7 +210,7 @@ nlohmann::json DisputeDesk::quarantined_elsewhere() {
     }
     list.push_back(
         {{"name", quarantine.worker},
-         {"host", ""},
+         {"host", quarantine.host},
          {"threads", 0},
          {"leases", 0},
          {"accepted", 0},

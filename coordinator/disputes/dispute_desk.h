@@ -57,8 +57,9 @@ class DisputeDesk {
   /// Bars the workers with the name `name`, or, if `host`, all workers of the host `name`. They
   /// finish the leases that they hold. `asker`: for the log. Call keep_worker_notes() afterwards.
   void drain(const std::string& name, bool host, const std::string& asker);
-  /// Ends drains and quarantines: if `host`, of the connected workers of the host `name`; otherwise
-  /// of the workers, key or address `name`. Call keep_worker_notes() afterwards.
+  /// Ends drains and quarantines, also of machines without a connected worker: if `host`, of the
+  /// host `name`; otherwise of the workers, key or address `name`. Call keep_worker_notes()
+  /// afterwards.
   void readmit(const std::string& name, bool host);
   /// Returns machines in quarantine without a connected worker, as worker maps of PROTOCOL.md.
   [[nodiscard]] nlohmann::json quarantined_elsewhere();

@@ -7,6 +7,7 @@
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/disputes/merged.h"
 #include "coordinator/jobs/job_book.h"
+#include "coordinator/loop/backoff.h"
 #include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
@@ -69,15 +70,21 @@ void DisputeDesk::keep_wanted(const Job& job, const CellRange& range) {
 }
 
 /// Returns until when checks wait for a machine not in `not_by` that may return: one that has just
-/// been lost, or, after a restart of the coordinator, any.
+/// been lost, one whose backoff ends soon, or, after a restart of the coordinator, any.
 Time DisputeDesk::latest_return(const Job& job, const std::set<TracerKey>& not_by) const {
   const Time patience = 3 * farm_.options.lease_timeout;
   const Time lost = farm_.machines.last_lost([&](TracerKey machine) {
     return !not_by.contains(machine) && quarantines_.find(machine) == nullptr;
   });
+  Time back = lost == Time::min() ? lost : lost + patience;
+  for (const auto& [peer, worker] : farm_.workers) {
+    if (worker.state() == "backoff" && !not_by.contains(worker.machine_key) &&
+        worker.held_back_until <= farm_.now + Backoff::first) {
+      back = std::max(back, worker.held_back_until + farm_.options.heartbeat);
+    }
+  }
   const bool recovered = job.submitted == never;
-  return std::max(lost == Time::min() ? lost : lost + patience,
-                  recovered ? farm_.began + patience : Time::min());
+  return recovered ? std::max(back, farm_.began + patience) : back;
 }
 
 /// Gives a check to a machine drawn at random, or lets it wait for one. The referee traces only
@@ -288,8 +295,7 @@ void DisputeDesk::note_checked_answer(Job& job, const CheckedAnswer& checked) {
     desk_.ask_again(farm_.now, checked.number, checked.fault);
     return;
   }
-  const std::string differs =
-      "it returned wrong bits: the referee's bits differ for the same samples";
+  const std::string differs = "its bits differ from the referee's for the same samples";
   checked.wrong.empty() && !checked.claimant_wrong ? desk_.continue_case(checked.number)
                                                    : desk_.close(checked.number);
   if (checked.claimant_wrong) {

@@ -6,6 +6,7 @@
 
 #include "coordinator/loop/machine_id.h"
 #include "proto/clock.h"
+#include "proto/messages.h"
 
 namespace parray::coordinator {
 
@@ -15,14 +16,16 @@ class Machines {
   struct Known {
     std::string name;          ///< text_of() the machine, for people
     std::string worker;        ///< name of the worker that joined last
+    std::string host;          ///< of that worker
     std::uint64_t leases = 0;  ///< number of leases accepted from it
     Time lost = Time::min();   ///< when a worker there was last lost without a goodbye
   };
   /// Notes that a worker has joined from a machine.
-  void note(const MachineId& machine, const std::string& worker) {
+  void note(const MachineId& machine, const msg::Hello& hello) {
     Known& known = known_[machine_key(machine)];
     known.name = text_of(machine);
-    known.worker = worker;
+    known.worker = hello.name;
+    known.host = hello.host;
     constexpr std::size_t most = 100000;  // a machine that is removed only counts as new again
     if (known_.size() > most) {
       known_.erase(known_.begin());

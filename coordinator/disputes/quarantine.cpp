@@ -19,13 +19,14 @@ const Quarantine* QuarantineLedger::find(std::uint64_t machine) const {
   return found == machines_.end() ? nullptr : &found->second;
 }
 
-std::vector<std::uint64_t> QuarantineLedger::readmit(std::string_view name) {
+std::vector<std::uint64_t> QuarantineLedger::readmit(std::string_view name, bool host) {
   std::vector<std::uint64_t> readmitted;
   std::erase_if(machines_, [&](const auto& entry) {
     const Quarantine& quarantine = entry.second;
-    const bool named = quarantine.name == name || quarantine.worker == name ||
-                       quarantine.name == "key " + std::string(name) ||
-                       quarantine.name == "address " + std::string(name);
+    const bool named = host ? quarantine.host == name
+                            : quarantine.name == name || quarantine.worker == name ||
+                                  quarantine.name == "key " + std::string(name) ||
+                                  quarantine.name == "address " + std::string(name);
     if (named) {
       readmitted.push_back(entry.first);
     }
@@ -52,6 +53,7 @@ json QuarantineLedger::to_json() const {
     list.push_back({{"machine", machine},
                     {"name", quarantine.name},
                     {"worker", quarantine.worker},
+                    {"host", quarantine.host},
                     {"reason", quarantine.reason},
                     {"since", quarantine.since},
                     {"until", quarantine.until}});
@@ -66,6 +68,7 @@ QuarantineLedger QuarantineLedger::from_json(const json& list) {
     quarantine.machine = entry.at("machine").get<std::uint64_t>();
     quarantine.name = entry.at("name").get<std::string>();
     quarantine.worker = entry.at("worker").get<std::string>();
+    quarantine.host = entry.value("host", "");  // notes of earlier releases lack it
     quarantine.reason = entry.at("reason").get<std::string>();
     quarantine.since = entry.at("since").get<double>();
     quarantine.until = entry.at("until").get<double>();

@@ -17,6 +17,7 @@ struct Quarantine {
   std::uint64_t machine = 0;  ///< machine_key()
   std::string name;           ///< text_of() the machine; empty: it has not joined since the restart
   std::string worker;         ///< name of its worker at that time; empty: unknown
+  std::string host;           ///< of that worker; empty: unknown
   std::string reason;
   double since = 0;  ///< seconds since 1970
   double until = 0;  ///< seconds since 1970; 0: until it is readmitted
@@ -34,9 +35,10 @@ class QuarantineLedger {
   bool add(Quarantine quarantine);
   /// Finds a machine. Null: it is not in quarantine.
   [[nodiscard]] const Quarantine* find(std::uint64_t machine) const;
-  /// Ends the quarantines that `name` describes: a worker key's name, an address, text_of() the
-  /// machine, or the name of its worker. Returns the machines.
-  std::vector<std::uint64_t> readmit(std::string_view name);
+  /// Ends the quarantines that `name` describes: if `host`, the host of its worker; otherwise a
+  /// worker key's name, an address, text_of() the machine, or the name of its worker. Returns the
+  /// machines.
+  std::vector<std::uint64_t> readmit(std::string_view name, bool host);
   /// Ends the quarantine of one machine. False: there was none.
   bool readmit(std::uint64_t machine) { return machines_.erase(machine) > 0; }
   /// Ends the quarantines whose time is over. Returns the machines.

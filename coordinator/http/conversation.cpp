@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "common/base/printable.h"
+#include "common/base/text.h"
 #include "coordinator/http/chunk_decoder.h"
 #include "coordinator/http/connection.h"
 #include "coordinator/http/request_head.h"
@@ -224,6 +225,17 @@ void permit_only_gzip(httplib::Request& request) {
   if (gzip) request.headers.emplace(name, "gzip");
 }
 
+/// Writes the names in a form's Content-Type in lower case. The library accepts no others.
+void lower_form_type(httplib::Request& request) {
+  const auto found = request.headers.find("Content-Type");
+  if (found == request.headers.end()) return;
+  constexpr std::string_view last = "boundary=";
+  std::string& type = found->second;
+  const std::string lower = lower_case(type);
+  const std::size_t end = std::min(lower.find(last), lower.size()) + last.size();
+  type.replace(0, end, lower, 0, end);
+}
+
 /// The library's server without sockets.
 class Engine final : public httplib::Server {
  public:
@@ -286,6 +298,7 @@ class Engine final : public httplib::Server {
     // here.
     const_cast<httplib::Request&>(from).ranges.clear();
     permit_only_gzip(const_cast<httplib::Request&>(from));
+    lower_form_type(const_cast<httplib::Request&>(from));
     const bool had_body = head_->has_body();
     bool whole = !had_body;
     if (had_body && (from.method == "GET" || from.method == "HEAD")) {
@@ -333,7 +346,7 @@ class Engine final : public httplib::Server {
         throw Problem(400, "the form has no boundary: name it in Content-Type");
       }
       if (form && !from.is_multipart_form_data()) {
-        throw Problem(400, "write multipart/form-data in lower case in Content-Type");
+        throw Problem(400, "write no blanks in multipart/form-data in Content-Type");
       }
       sink.expect(head_->length.value_or(0));
       read_body(*reader, sink, form, whole);

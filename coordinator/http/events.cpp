@@ -241,9 +241,13 @@ void Events::poll_jobs() {
   for (auto& [id, announced] : jobs_) announced.seen = false;
   const json newest_jobs = loop_.ask<msg::Jobs>({}, msg::ListJobs{0, 0, newest}).jobs;
   for (const json& job : newest_jobs) update_job(job);
-  for (const json& job :
-       loop_.ask<msg::Jobs>({}, msg::ListJobs{0, 0, msg::most_listed, unfinished}).jobs) {
-    update_job(job);
+  JobId before = 0;
+  for (std::size_t found = msg::most_listed; found == msg::most_listed;) {
+    const json page =
+        loop_.ask<msg::Jobs>({}, msg::ListJobs{0, before, msg::most_listed, unfinished}).jobs;
+    for (const json& job : page) update_job(job);
+    found = page.size();
+    if (found > 0) before = page.front().at("id");
   }
   remove_unlisted(newest_jobs.empty() ? 0 : newest_jobs.front().at("id").get<JobId>());
 }

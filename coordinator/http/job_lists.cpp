@@ -72,7 +72,6 @@ struct Named {
 
 Named named_in(const Request& request, bool with_priority) {
   constexpr std::size_t most_bytes = std::size_t{1} << 15;
-  constexpr std::size_t most_ids = 1000;
   constexpr std::uint64_t largest_id = (std::uint64_t{1} << 53) - 1;
   const std::string form =
       with_priority ? R"({"ids": [3, 4], "priority": 70})" : R"({"ids": [3, 4]})";
@@ -91,8 +90,11 @@ Named named_in(const Request& request, bool with_priority) {
     if (!id || *id < 1 || *id > largest_id) {
       throw Problem(422, "ids: use only numbers of jobs, such as 3", 2);
     }
-    if (named.ids.size() == most_ids) {
-      throw Problem(422, "ids: use at most " + std::to_string(most_ids) + " numbers of jobs", 2);
+    if (named.ids.size() == msg::most_steered) {
+      throw Problem(422,
+                    "ids: use at most " + std::to_string(msg::most_steered) +
+                        " numbers of jobs: send several requests for more",
+                    2);
     }
     named.ids.push_back(*id);
   }
@@ -162,21 +164,14 @@ Reply Api::list_jobs(const Request& request) {
 }
 
 Reply Api::steer_many(const Request& request, msg::JobAction action) {
-  const Named named = named_in(request, action == msg::JobAction::prioritise);
+  Named named = named_in(request, action == msg::JobAction::prioritise);
+  msg::SteerJobs asked{0, std::move(named.ids), action, named.priority};
   json results = json::array();
-  for (std::size_t begin = 0; begin < named.ids.size(); begin += msg::most_steered) {
-    const std::size_t end = std::min<std::size_t>(begin + msg::most_steered, named.ids.size());
-    msg::SteerJobs asked;
-    asked.jobs.assign(named.ids.begin() + static_cast<std::ptrdiff_t>(begin),
-                      named.ids.begin() + static_cast<std::ptrdiff_t>(end));
-    asked.action = action;
-    asked.priority = named.priority;
-    for (json& result : loop_.ask<msg::Steered>(request.sender, std::move(asked)).results) {
-      if (action == msg::JobAction::forget && result.contains("job")) {
-        events_.forgotten(result.at("id"));
-      }
-      results.push_back(http_result(std::move(result)));
+  for (json& result : loop_.ask<msg::Steered>(request.sender, std::move(asked)).results) {
+    if (action == msg::JobAction::forget && result.contains("job")) {
+      events_.forgotten(result.at("id"));
     }
+    results.push_back(http_result(std::move(result)));
   }
   return json_reply(list_json({{"results", std::move(results)}}));
 }

@@ -53,6 +53,12 @@ std::string token_of(const std::string& key, const std::string& series, const Up
   return key.empty() ? random_name() : "http-" + key + digest;
 }
 
+/// Names a series for people. `series`: 0 if the loop has not told its number yet.
+std::string series_text(JobId series, JobId first_frame) {
+  return series != 0 ? "series " + std::to_string(series)
+                     : "the series of job " + std::to_string(first_frame);
+}
+
 std::string place_text(std::uint64_t done, std::uint64_t all) {
   return std::to_string(done) + " of " + std::to_string(all) + " frames";
 }
@@ -76,6 +82,7 @@ Reply Api::submit(const Request& request) {
   // Refuses a bad key before the body is read.
   const std::string series = series_token_of(idempotency_key(request));
   JobId id = 0;
+  JobId first = 0;
   std::uint64_t frames = 0;
   std::uint64_t submitted = 0;
   std::string webhook;
@@ -88,6 +95,7 @@ Reply Api::submit(const Request& request) {
       }
       const JobId job = submit_job(request, upload, series);
       if (submitted++ > 0) return;
+      first = job;
       id = frames == 0 ? job
                        : loop_.ask<msg::Job>(request.sender, msg::ShowJob{0, job})
                              .job.at("series")
@@ -96,7 +104,7 @@ Reply Api::submit(const Request& request) {
   } catch (const Problem& problem) {
     if (submitted == 0) throw;
     throw Problem(problem.status(),
-                  std::string(problem.what()) + ": series " + std::to_string(id) + " has " +
+                  std::string(problem.what()) + ": " + series_text(id, first) + " has " +
                       place_text(submitted, frames) + ": cancel it" +
                       (idempotency_key(request).empty()
                            ? ""

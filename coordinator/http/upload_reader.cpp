@@ -160,6 +160,10 @@ std::string word_of(const std::string& name, const json& value) {
   return "";
 }
 
+[[noreturn]] void fail_storing() {
+  throw Problem(503, "storing the upload failed: the server's disk may be full", 1);
+}
+
 constexpr std::size_t most_option_bytes = std::size_t{1} << 16;
 constexpr const char* plain_scene = "scene.json";
 
@@ -204,12 +208,12 @@ class Parts final : public BodySink {
     }
     if (names_.empty()) open(plain_scene, "scene");
     out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    if (!out_) throw Problem(503, "storing the upload failed: the server's disk may be full");
+    if (!out_) fail_storing();
   }
 
   /// Returns the file name of the scene. Throws Problem 422 if the scene is missing or ambiguous.
   std::string scene() {
-    out_.close();
+    close();
     if (!scene_.empty()) return scene_;
     if (names_.size() == 1) return names_.front();
     throw Problem(422, names_.empty()
@@ -225,6 +229,11 @@ class Parts final : public BodySink {
   [[noreturn]] void refuse_length() const {
     throw Problem(413, "the request body is larger than " + std::to_string(limits_.body_bytes) +
                            " bytes, the limit of this server (--http-body)");
+  }
+  /// Writes the rest of the current file, which the stream may still hold.
+  void close() {
+    if (out_.is_open()) out_.close();
+    if (!out_) fail_storing();
   }
   void add_to_digest(std::string_view bytes) { digest_.add(std::as_bytes(std::span(bytes))); }
 
@@ -247,6 +256,7 @@ class Parts final : public BodySink {
     if (std::ranges::find(names_, file_name) != names_.end()) {
       throw Problem(422, "two parts have the file name '" + file_name + "': rename one of them");
     }
+    close();
     names_.push_back(file_name);
     out_ = std::ofstream(directory_ / file_name, std::ios::binary);
   }
@@ -447,6 +457,9 @@ Upload UploadReader::read_job(const fs::path& made, std::size_t number) const {
 
 void UploadReader::fail(const ChildEnd& end, const std::vector<std::string>& words) const {
   const ChildLimits& limits = limits_.child;
+  std::error_code ignored;
+  constexpr std::uintmax_t too_little = 1 << 16;  // for its message
+  if (end.message.empty() && fs::space(directory_, ignored).available < too_little) fail_storing();
   if (end.timed_out) {
     throw Problem(422,
                   "reading the scene took more than " + std::to_string(limits.seconds) +

@@ -1,5 +1,7 @@
 #include "coordinator/http/webhooks.h"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -28,18 +30,23 @@ std::optional<WebhookUrl> webhook_url(const std::string& text) {
   const bool clean = std::ranges::all_of(text, [](char c) { return c > ' ' && c < 127; });
   const std::string rest = text.substr(url.secure ? secure.size() : plain.size());
   const std::size_t slash = std::min(rest.find_first_of("/?#"), rest.size());
-  const std::string authority = rest.substr(0, slash);
+  url.authority = rest.substr(0, slash);
   url.path = rest.substr(slash, rest.find('#') - slash);
   if (!url.path.starts_with('/')) url.path.insert(0, "/");
-  const std::size_t colon = authority.find(':');
-  url.host = authority.substr(0, colon);
+  const bool numeric = url.authority.starts_with('[');  // an IPv6 address
+  const std::size_t end = numeric ? url.authority.find(']') : url.authority.find(':');
+  const bool found = end != std::string::npos;
+  url.host = numeric ? url.authority.substr(1, end - 1) : url.authority.substr(0, end);
   url.port = url.secure ? 443 : 80;
-  if (colon != std::string::npos) {
-    const auto port = parsed_between(std::string_view(authority).substr(colon + 1), 1, 65535);
-    if (!port) return {};
-    url.port = *port;
+  const std::string port = found ? url.authority.substr(end + numeric) : "";
+  if (!port.empty()) {
+    const auto number = parsed_between(std::string_view(port).substr(1), 1, 65535);
+    if (!number || port.front() != ':') return {};
+    url.port = *number;
   }
-  const bool named = !url.host.empty() && url.host.find('@') == std::string::npos;
+  in6_addr address{};
+  const bool named = numeric ? found && inet_pton(AF_INET6, url.host.c_str(), &address) == 1
+                             : !url.host.empty() && url.host.find('@') == std::string::npos;
   return clean && named ? std::optional(std::move(url)) : std::nullopt;
 }
 
@@ -48,13 +55,19 @@ Webhooks::Webhooks(LoopClient& loop, std::vector<std::string> hosts, std::filesy
     : loop_(loop), hosts_(std::move(hosts)), file_(std::move(file)), post_(std::move(post)) {
   std::ifstream in(file_);
   JobId job = 0;
-  for (std::string url; in >> job >> url;) hooks_[job].url = url;
+  for (std::string url; in >> job >> url;) {
+    if (permits(webhook_url(url))) hooks_[job].url = url;
+  }
   thread_ = std::thread([this] { run(); });
 }
 
 Webhooks::~Webhooks() {
   stop();
   thread_.join();
+}
+
+bool Webhooks::permits(const std::optional<WebhookUrl>& url) const {
+  return url && std::ranges::find(hosts_, url->host) != hosts_.end();
 }
 
 void Webhooks::check(const std::string& url) const {
@@ -67,7 +80,7 @@ void Webhooks::check(const std::string& url) const {
             "1000 ASCII characters",
         2);
   }
-  if (std::ranges::find(hosts_, address->host) == hosts_.end()) {
+  if (!permits(address)) {
     throw Problem(422,
                   "options: /webhook: the host '" + printable(address->host) +
                       "' is not permitted: start the coordinator with --webhook-host " +

@@ -18,12 +18,13 @@ namespace parray::http {
 /// The parts of a webhook's URL.
 struct WebhookUrl {
   bool secure = false;
-  std::string host;
+  std::string authority;  ///< "HOST[:PORT]" as in the URL
+  std::string host;       ///< a name, or an address without brackets
   int port = 80;
   std::string path;  ///< with the query
 };
-/// Parses "http://HOST[:PORT][/PATH]", or https, of at most 1000 bytes. Returns nothing if `text`
-/// has another form.
+/// Parses "http://HOST[:PORT][/PATH]", or https, of at most 1000 bytes. An IPv6 address stands in
+/// brackets. Returns nothing if `text` has another form.
 std::optional<WebhookUrl> webhook_url(const std::string& text);
 
 /// Sends one POST with the JSON text `body`. Follows no redirect. Returns whether an answer with a
@@ -54,6 +55,7 @@ class Webhooks {
   void stop();
 
  private:
+  [[nodiscard]] bool permits(const std::optional<WebhookUrl>& url) const;
   struct Hook {
     std::string url;
     unsigned tries = 0;

@@ -136,7 +136,13 @@ class JobBook {
   Farm& farm_;
   DisputeDesk& disputes_;
   WorkerDesk& worker_desk_;
-  std::map<std::string, JobId> submitting_;  ///< tokens and listed numbers of jobs in submit
+  /// A submitted job that the job thread checks.
+  struct Submitting {
+    JobId listed = 0;  ///< JobRecord::listed_as()
+    std::string user;
+    std::uint64_t pixels = 0;
+  };
+  std::map<std::string, Submitting> submitting_;  ///< by token
   /// Numbers of series, by user and token.
   std::map<std::pair<std::string, std::string>, JobId> series_;
   JobId next_job_ = 1;

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>
 
+#include "common/base/printable.h"
 #include "coordinator/jobs/job_times.h"
 
 namespace parray::coordinator {
@@ -151,6 +153,16 @@ JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now) {
   }
   cut_page(rows, request, list);
   return list;
+}
+
+nlohmann::json short_map(nlohmann::json map, std::size_t count) {
+  constexpr std::size_t of_all = 100'000;  // bytes of one text in all maps
+  for (const char* key : {"reason", "waits_for", "flag", "warning"}) {
+    if (map.contains(key) && map[key].get_ref<const std::string&>().size() > of_all / count) {
+      map[key] = printable(map[key].get<std::string>(), of_all / count);
+    }
+  }
+  return map;
 }
 
 }  // namespace parray::coordinator

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <vector>
 
 #include "coordinator/jobs/job_index.h"
@@ -17,5 +18,9 @@ struct JobList {
 /// Selects and sorts jobs as `request` says. `now`: of the loop. Takes linear time in the number of
 /// jobs, plus the time to sort the jobs up to the end of the page.
 JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now);
+
+/// Shortens the texts of a job map, so that a message has room for `count` of them, at most
+/// msg::most_listed.
+nlohmann::json short_map(nlohmann::json map, std::size_t count);
 
 }  // namespace parray::coordinator

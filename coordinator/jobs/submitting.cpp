@@ -99,7 +99,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
       record.series_id = next_job_++;
     }
     record.id = next_job_;
-    submitting_[token] = record.listed_as();
+    submitting_[token] = {record.listed_as(), user, pixel_count(record.settings)};
     make_room_for_job();
   } catch (const NoRoom& error) {
     submitting_.erase(token);
@@ -255,11 +255,19 @@ void JobBook::check_limits(const JobRecord& record) const {
                     pixels_of(record), limits.pixels));
   }
   const JobIndex::Open others = farm_.index.open_of(record.user, record.listed_as());
-  const std::size_t jobs = others.jobs;
+  std::map<JobId, std::uint64_t> arriving;  // jobs that the index does not contain yet
+  for (const auto& [token, job] : submitting_) {
+    if (job.user == record.user && job.listed != record.listed_as() &&
+        farm_.index.open_pixels(job.user, job.listed) == 0) {
+      arriving[job.listed] = std::max(arriving[job.listed], job.pixels);
+    }
+  }
+  const std::size_t jobs = others.jobs + arriving.size();
   // A series counts with its largest frame.
-  const std::uint64_t pixels =
+  std::uint64_t pixels =
       others.pixels +
       std::max(pixels_of(record), farm_.index.open_pixels(record.user, record.listed_as()));
+  for (const auto& [listed, of_job] : arriving) pixels += of_job;
   const auto used = disk_of_.find(record.user);
   const std::uint64_t disk = record.scene_bytes + (used == disk_of_.end() ? 0 : used->second);
   if (jobs >= limits.user_jobs) {
@@ -296,8 +304,8 @@ void JobBook::make_room_for_job() {
     return;
   }
   std::size_t all = listed.size();
-  for (const auto& [token, id] : submitting_) {
-    all += listed.contains(id) ? 0 : 1;
+  for (const auto& [token, job] : submitting_) {
+    all += listed.contains(job.listed) ? 0 : 1;
   }
   if (all <= farm_.options.limits.jobs) {
     return;

@@ -37,6 +37,8 @@ bool work_known(const Job& job) {
   return job.samples_known() || job.record.settings->time_limit > 0;
 }
 
+double gibibytes(std::uint64_t bytes) { return static_cast<double>(bytes) * 0x1p-30; }
+
 /// Returns what all workers lack. Empty: at least one may trace.
 std::string lacking_worker(const WorkerRegistry& workers) {
   if (workers.usable() > 0) {
@@ -93,7 +95,16 @@ JobBook::Wait JobBook::general_wait(const Job& job) {
   if (!worker.empty()) {
     return {worker, 0, 0, {}};
   }
-  if (job.phase == JobPhase::waiting && means().memory + memory_of(job) > farm_.options.memory) {
+  const std::uint64_t needed = job.phase == JobPhase::waiting ? memory_of(job) : 0;
+  if (needed > farm_.options.memory) {
+    return {
+        fmt::format("a coordinator with more memory: it needs {:.2f} GiB, and --memory is {:.2f}",
+                    gibibytes(needed), gibibytes(farm_.options.memory)),
+        0,
+        0,
+        {}};
+  }
+  if (needed > 0 && means().memory + needed > farm_.options.memory) {
     const auto largest = std::ranges::max_element(
         farm_.at_work, {}, [this](JobId id) { return memory_of(farm_.jobs.at(id)); });
     if (largest == farm_.at_work.end()) {

@@ -102,7 +102,11 @@ bool LeaseDesk::grant_one(Time now, WorkerRecord& worker, bool& room) {
     }
     Job& job = farm_.jobs.at(id);
     if (room && job.phase == JobPhase::waiting && job.record.state != JobState::paused) {
-      room = job_book_.make_room(job_book_.memory_of(job));
+      const std::uint64_t needed = job_book_.memory_of(job);
+      if (needed > farm_.options.memory) {
+        return Answer::nothing;  // an earlier coordinator had more: other jobs need not wait
+      }
+      room = job_book_.make_room(needed);
       if (room) {
         job_book_.prepare(job);
       }

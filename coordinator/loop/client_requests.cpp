@@ -22,7 +22,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ListJobs& m) {
   const JobList found = list_of(farm_.index, m, now);
   auto list = json::array();
   for (const JobIndex::Frames* frames : found.page) {
-    list.push_back(job_book_.summary_of(now, series_of(*frames)));
+    list.push_back(short_map(job_book_.summary_of(now, series_of(*frames)), found.page.size()));
   }
   farm_.send(peer, msg::Jobs{m.request, std::move(list), found.total});
 }

@@ -7,6 +7,7 @@
 #include "common/base/error.h"
 #include "common/base/printable.h"
 #include "coordinator/jobs/job_book.h"
+#include "coordinator/jobs/job_list.h"
 #include "coordinator/loop/client_requests.h"
 #include "coordinator/loop/farm.h"
 #include "coordinator/loop/worker_desk.h"
@@ -26,17 +27,6 @@ class Refused : public InputError {
  private:
   msg::Refusal why_;
 };
-
-/// Shortens a job map, so that an answer about msg::most_steered jobs fits into a message.
-json short_map(json map) {
-  constexpr std::size_t longest = 200;
-  for (const char* key : {"reason", "waits_for", "flag", "warning"}) {
-    if (map.contains(key)) {
-      map[key] = printable(map[key].get<std::string>(), longest);
-    }
-  }
-  return map;
-}
 
 /// Returns a text that differs for different requests.
 template <typename M>
@@ -187,7 +177,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJobs& m) {
   json results = json::array();
   for (const JobId id : m.jobs) {
     try {
-      json job = short_map(steer(now, {m.request, id, m.action, m.priority}));
+      json job = short_map(steer(now, {m.request, id, m.action, m.priority}), m.jobs.size());
       results.push_back({{"id", id}, {"job", std::move(job)}});
     } catch (const Refused& refused) {
       constexpr std::size_t longest = 400;

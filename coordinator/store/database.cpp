@@ -30,8 +30,8 @@ Database::Database(const std::filesystem::path& file) : directory_(file.parent_p
     const std::string why =
         error != 0 ? std::generic_category().message(error) : sqlite3_errmsg(db_);
     close();
-    throw InputError("--state " + directory_.string() + ": " + file.filename().string() +
-                     " cannot be opened (" + why +
+    throw InputError(directory_.string() + ": " + file.filename().string() + " cannot be opened (" +
+                     why +
                      "): start the program as the owner of the directory, or use another one");
   }
   sqlite3_extended_result_codes(db_, 1);
@@ -64,7 +64,7 @@ bool Database::moved() const {
 
 void Database::fail() const {
   const int code = sqlite3_extended_errcode(db_);
-  const std::string place = "--state " + directory_.string() + ": ";
+  const std::string place = directory_.string() + ": ";
   const std::string why = sqlite3_errmsg(db_);
   if ((code & 0xff) == SQLITE_BUSY) {
     throw StateInUse(place +

@@ -37,7 +37,7 @@ void DiskStore::commit() {
 /// Throws StorageFull if the database was moved, because SQLite reports no error then.
 void DiskStore::check_database_is_in_place() const {
   if (database_->moved()) {
-    throw StorageFull("--state " + files_.directory().string() +
+    throw StorageFull(files_.directory().string() +
                       ": the file parray.sqlite was moved or removed: put it back, or stop this "
                       "coordinator and use --repair");
   }

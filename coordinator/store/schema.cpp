@@ -57,7 +57,7 @@ static std::string damage_text(const std::filesystem::path& directory,
   const std::string place = directory.string();
   const std::string more =
       damage.size() > 1 ? " (and " + std::to_string(damage.size() - 1) + " more)" : "";
-  return "--state " + place + " is damaged: " + damage.front() + more +
+  return place + ": the state is damaged: " + damage.front() + more +
          ": parray-coordinator --check " + place + " lists the damage, --repair " + place +
          " repairs it";
 }

@@ -145,7 +145,7 @@ void StateFiles::fail(const fs::path& file, int error) const {
   };
   const std::string why =
       error == 0 ? "nothing was written" : std::generic_category().message(error);
-  const std::string place = "--state " + directory_.string() + ": ";
+  const std::string place = directory_.string() + ": ";
   if (is_one_of(of_full_disks)) {
     throw StorageFull(place + "the disk accepts no more data (" + why +
                       "): make room there, or check the disk");

@@ -194,13 +194,13 @@ class Requests(HttpTest):
         self.assertEqual(self.farm.jobs(limit=0), [])
 
     def test_many_jobs_are_steered_with_few_requests_and_refusals_are_told_at_the_end(self):
-        good = [{"id": id, "job": JOB} for id in range(1000)]
+        good = [{"id": id, "job": JOB} for id in range(500)]
         bad = [{"id": id, "problem": {"status": 403, "detail": f"job {id} is ann's"}} for id in range(5)]
         self.answers["POST /api/v1/jobs/cancel"] = [(200, {"results": good}), (200, {"results": bad})]
-        self.refused(parray.RenderError, "refused for 5 of 1200 jobs: job 0: job 0 is ann's; ", self.farm.cancel,
-                     [self.farm.job(1), *range(2, 1201)])
+        self.refused(parray.RenderError, "refused for 5 of 700 jobs: job 0: job 0 is ann's; ", self.farm.cancel,
+                     [self.farm.job(1), *range(2, 701)])
         bodies = [json.loads(body)["ids"] for _, _, body in self.server.asked]
-        self.assertEqual(bodies, [list(range(1, 1001)), list(range(1001, 1201))])
+        self.assertEqual(bodies, [list(range(1, 501)), list(range(501, 701))])
         self.answers["POST /api/v1/jobs/priority"] = [(200, {"results": []})]
         self.farm.set_priority([3], 90)
         self.assertEqual(json.loads(self.server.asked[-1][2]), {"ids": [3], "priority": 90})

@@ -34,7 +34,7 @@ def page_of_jobs(farm, options):
 def change_jobs(farm, word, body):
     """The answer of POST /jobs/pause and the others."""
     wanted = json.loads(body)
-    assert len(wanted["ids"]) <= 1000
+    assert len(wanted["ids"]) <= 500
     results = []
     for number in wanted["ids"]:
         refusal = farm.refusal_of(number, word)

@@ -267,7 +267,7 @@ class ManyJobs(BrowserTest):
             expect(page.get_by_role("button", name=f"Cancel {own}")).to_be_enabled()
             expect(page.get_by_role("button", name="Delete")).to_be_disabled()
 
-    def test_all_jobs_of_a_query_are_changed_in_requests_of_1000(self):
+    def test_all_jobs_of_a_query_are_changed_in_requests_of_500(self):
         with FakeFarm(jobs=2500, changes=0) as farm:
             for job in farm.jobs.values():
                 job.update(state="done", name="kept" if job["id"] % 5 == 0 else "old")
@@ -280,7 +280,26 @@ class ManyJobs(BrowserTest):
             page.get_by_role("dialog").get_by_role("button", name=re.compile("Delete 2")).click()
             expect(page.locator(".empty")).to_contain_text("No job matches")
             self.assertEqual(len(farm.jobs), 500)
-            self.assertEqual(sum(method == "POST" for method, _ in farm.asked), 2)
+            self.assertEqual(sum(method == "POST" for method, _ in farm.asked), 4)
+
+    def test_if_a_later_request_fails_the_page_says_which_jobs_were_changed(self):
+        with FakeFarm(jobs=700, changes=0) as farm:
+            for job in farm.jobs.values():
+                job.update(state="done")
+            page = self.open(farm.url)
+            expect(page.locator(".count")).to_have_text("700 jobs")
+            page.get_by_label("Choose all shown jobs").check()
+            page.get_by_role("button", name="Choose all 700").click()
+            def fail_later(route):
+                if any(method == "POST" for method, _ in farm.asked):
+                    farm.refusal = (503, "the coordinator does not answer")
+                route.continue_()
+            page.route("**/jobs/forget", fail_later)
+            page.get_by_role("button", name="Delete").click()
+            page.get_by_role("dialog").get_by_role("button", name="Delete 700 jobs").click()
+            expect(page.get_by_role("alert")).to_contain_text("the coordinator does not answer. 500 jobs deleted.")
+            expect(page.locator(".count")).to_have_text("200 jobs")
+            expect(page.locator(".bulk")).to_contain_text("200 chosen")
 
 
 if __name__ == "__main__":

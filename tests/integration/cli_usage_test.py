@@ -1,25 +1,13 @@
 #!/usr/bin/env python3
 """parray on the command line: what it refuses, what it prints, which files it leaves."""
 
-import hashlib
 import itertools
 import json
-import os
 import pathlib
-import pty
-import re
-import resource
-import signal
-import subprocess
 import tempfile
-import time
 import unittest
 
-from farm import BIN, SCENES, Farm, run, wait_for
-from png import read_text
-
-# A shell that may mount file systems of its own.
-ALONE = "unshare", "--user", "--map-root-user", "--mount", "sh", "-c"
+from farm import SCENES, Farm, run, wait_for
 
 SCENE = {
     "version": 1,
@@ -39,48 +27,6 @@ SCENE = {
                 {"center": [-0.5, 0.2, 1.2], "radius": 0.2, "material": "glass"}],
 }
 LONG = ["--width", "1000", "--height", "1000", "--spp", "100000"]
-RENDER_OPTIONS = ["--width", "--height", "--spp", "--max-depth", "--seed", "--precision",
-                  "--accelerator", "--isa", "--schedule", "--row-order", "--sampler", "--adaptive",
-                  "--target-error", "--target-half-width", "--time-limit", "--passes",
-                  "--transparent"]
-LABEL_OPTIONS = ["--legend", "--legend-title", "--scale-bar", "--unit", "--time-stamp", "--cell", "--text", "--font-size",
-                 "--width-mm", "--dpi", "--labels"]
-FINISHING_OPTIONS = ["--outline", "--depth-cue"]
-PARTICLE_OPTIONS = ["--frame", "--topology", "--alternatives", "--crystal", "--replicate", "--wrap", "--whole", "--center",
-                    "--material", "--radius", "--select", "--slice", "--hide",
-                    "--color-by", "--colormap", "--range", "--color-scale", "--radius-by", "--show",
-                    "--stick-radius", "--bonds", "--arrows", "--arrow-scale", "--solid-cell",
-                    "--view", "--style", "--projection",
-                    "--up", "--azimuth", "--elevation", "--zoom"]
-COORDINATOR = ["--coordinator", "PARRAY_COORDINATOR", "--keys", "PARRAY_KEYS"]
-OPTIONS = {
-    "render": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + [
-                                "--background", "--quality", "--views", "--like", "--output", "--aov", "--denoise", "--error-map", "--report", "--threads", "--quiet", "--progress",
-                                "--preview", "--display", "--on-end"],
-    "submit": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + COORDINATOR + ["--background", "--quality", "--like", "--wait", "--output", "--aov", "--denoise", "--error-map", "--report",
-                                              "--name", "--priority", "--max-failures", "--quiet", "--progress",
-                                              "--frames", "--camera-path",
-                                              "--preview", "--display", "--on-end"],
-    "film": RENDER_OPTIONS + PARTICLE_OPTIONS + FINISHING_OPTIONS + LABEL_OPTIONS + COORDINATOR + [
-        "--background", "--quality", "--output", "--fps", "--report", "--denoise", "--frames", "--turntable",
-        "--camera-path", "--count", "--moving-noise", "--threads", "--farm", "--priority", "--quiet"],
-    "jobs": COORDINATOR + ["--user", "--name", "--sort", "--order", "--limit", "--json"],
-    "show": COORDINATOR + ["--json"],
-    "watch": COORDINATOR + ["--quiet", "--progress", "--preview", "--display", "--on-end"],
-    "cancel": COORDINATOR + ["--json"],
-    "requeue": COORDINATOR + ["--json"],
-    "forget": COORDINATOR + ["--json"],
-    "priority": COORDINATOR + ["--json"],
-    "audit": COORDINATOR + ["--json"],
-    "replay": COORDINATOR + ["--json"],
-    "fetch": COORDINATOR + ["--output", "--report", "--aov", "--error-map", "--partial", "--raw"],
-    "workers": COORDINATOR + ["--host", "--json"],
-    "validate": RENDER_OPTIONS + PARTICLE_OPTIONS + ["--background", "--json"],
-    "convert": PARTICLE_OPTIONS + ["--width", "--height", "--expand"],
-    "compare": ["--output", "--json"],
-    "verify": ["--pixels", "--all", "--seed", "--threads", "--json"],
-    "doctor": ["--json", "--extremes"],
-}
 REPORT_FIELDS = """image_sha256 width height samples_per_pixel max_depth seed precision accelerator
     isa sampler adaptive passes error stopped_by schedule spheres accelerator_bytes threads workers
     samples least_samples most_samples trace_version target_error target_half_width time_limit rays
@@ -350,192 +296,6 @@ class Pictures(CliTest):
         report = json.loads(report.read_text())
         self.assertEqual((report["spheres"], report["duplicates_removed"]), (6, 2))
         self.assertEqual(report["image_sha256"], clean["image_sha256"])
-
-
-class Failures(CliTest):
-    def start(self, *arguments, **options):
-        process = subprocess.Popen([BIN / "parray", *map(str, arguments)], stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True, **options)
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
-        return process
-
-    def wait_for_handler(self, process):
-        """Until the process catches SIGINT: a slow build is still loading its libraries before."""
-        def caught():
-            status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
-            mask = int(next(line for line in status.splitlines()
-                            if line.startswith("SigCgt")).split()[1], 16)
-            return mask >> (signal.SIGINT - 1) & 1
-        wait_for(lambda: process.poll() is not None or caught(), "the signal handler")
-
-    def test_an_interrupted_render_stops_at_once_and_leaves_nothing(self):
-        self.path("a.exr").write_text("an older picture")
-        for number in (signal.SIGINT, signal.SIGTERM):
-            for pause in (0.3, 1.0):
-                process = self.start("render", self.scene, "-o", self.path("a.exr"), "--report",
-                                     self.path("r.json"), *LONG)
-                self.wait_for_handler(process)
-                time.sleep(pause)  # into the loading, into the rendering
-                self.assertIsNone(process.poll())
-                process.send_signal(number)
-                process.send_signal(number)  # people press it twice
-                _, stderr = process.communicate(timeout=20)  # the picture would take far longer
-                self.assertEqual(process.returncode, 130)
-                self.assertEqual(stderr, "parray: interrupted\n")
-                self.assertEqual(self.files(), self.before | {"a.exr"})
-        self.assertEqual(self.path("a.exr").read_text(), "an older picture")
-
-    def test_paths_of_a_million_segments_do_not_delay_an_interrupt(self):
-        """A closed mirror ball around the camera: hardly a path ever ends by itself."""
-        scene = {**SCENE, "materials": {"mirror": {"type": "metal", "albedo": [1, 1, 1], "fuzz": 0}},
-                 "spheres": [{"center": [0, 0, 0], "radius": 50, "material": "mirror"}]}
-        self.scene.write_text(json.dumps(scene))
-        process = self.start("render", self.scene, "-o", self.path("a.exr"), "--max-depth",
-                             "1048576", *LONG)
-        self.wait_for_handler(process)
-        time.sleep(1)  # into the rendering
-        self.assertIsNone(process.poll())
-        process.send_signal(signal.SIGINT)
-        _, stderr = process.communicate(timeout=20)
-        self.assertEqual((process.returncode, stderr), (130, "parray: interrupted\n"))
-        self.assertEqual(self.files(), self.before)
-
-    def test_an_interrupt_while_the_picture_is_written_leaves_nothing(self):
-        process = self.start("render", self.scene, "-o", self.path("a.png"), "--width", "3000",
-                             "--height", "3000", "--spp", "1", "-q")
-        wait_for(lambda: process.poll() is not None or self.writing() > 1000, "the writing")
-        self.assertIsNone(process.poll())
-        process.send_signal(signal.SIGINT)
-        process.communicate(timeout=60)
-        self.assertEqual(process.returncode, 130)
-        self.assertEqual(self.files(), self.before)
-
-    def writing(self):
-        """Bytes in the unfinished picture; the probe before the rendering has none."""
-        for name in self.files() - self.before:
-            try:
-                return self.path(name).stat().st_size
-            except FileNotFoundError:
-                pass
-        return 0
-
-    @unittest.skipIf(os.environ.get("PARRAY_SANITIZED"), "its OpenMP has a file that becomes too large")
-    def test_a_full_disk_is_a_failure_that_leaves_what_was_there(self):
-        small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
-        for name in ("a.exr", "a.png"):
-            self.path(name).write_text("an older picture")
-            process = self.start("render", self.scene, "-o", self.path(name), "-q",
-                                 preexec_fn=small)
-            _, stderr = process.communicate(timeout=60)
-            self.assertEqual(process.returncode, 1)
-            self.assertEqual(stderr, f"parray: writing {self.path(name)}: File too large\n")
-            self.assertEqual(self.path(name).read_text(), "an older picture")
-        self.assertEqual(self.files(), self.before | {"a.exr", "a.png"})
-
-    @unittest.skipUnless(subprocess.run([*ALONE, "mount -t tmpfs tmpfs /mnt"], capture_output=True).returncode == 0,
-                         "no mounts of one's own here")
-    def test_a_picture_is_written_elsewhere_if_its_disk_is_full(self):
-        full, spare = self.path("full"), self.path("spare")
-        full.mkdir()
-        spare.mkdir()
-        render = (f"mount -t tmpfs -o size=8k tmpfs {full} && TMPDIR={spare} '{BIN}/parray' render {self.scene} -q "
-                  f"--width 200 --height 150 -o {full}/a.png; echo $?; ls {full}")
-        failed = subprocess.run([*ALONE, render], capture_output=True, text=True, timeout=60)
-        self.assertEqual(failed.stdout, "1\n", failed.stderr)
-        self.assertEqual(failed.stderr, f"parray: writing {full}/a.png: No space left on device: "
-                         f"the picture was saved to {spare}/a.png\n")
-        self.assertEqual(run("render", self.scene, "-q", "--width", "200", "--height", "150", "-o",
-                             self.path("b.png")).returncode, 0)
-        self.assertEqual(read_text(spare / "a.png")["parray:image_sha256"],
-                         read_text(self.path("b.png"))["parray:image_sha256"])
-
-    def test_a_closed_output_is_a_failure_and_no_crash(self):
-        with open("/dev/full", "w", encoding="utf-8") as full:
-            result = subprocess.run([BIN / "parray", "validate", self.scene], stdout=full,
-                                    stderr=subprocess.PIPE, text=True, check=False)
-        self.assertEqual(result.returncode, 1)
-        self.assertEqual(result.stderr, "parray: writing to standard output failed\n")
-
-
-class Talk(CliTest):
-    def test_every_command_lists_every_option(self):
-        for command, options in OPTIONS.items():
-            text = run("help", command, "--all").stdout
-            for option in options:
-                self.assertIn(option, text, command)
-            known = {*options, "--help", "--wait"}
-            self.assertLessEqual(set(re.findall(r"--[a-z][a-z-]+", text)), known, command)
-
-    def test_commands_list_the_channels_that_they_can_write(self):
-        for command, lacks in (("render", set()), ("submit", set()), ("fetch", {"depth", "normal", "albedo", "sphere", "cost"})):
-            described = re.search(r"(?ms)^  --aov .*?^  --error-map", run("help", command, "--all").stdout)[0]
-            named = {"depth", "normal", "albedo", "sphere", "cost", "samples", "half-width"}
-            self.assertEqual({name for name in named if f"{name}:" in described or f"{name}," in described}, named - lacks)
-
-    def test_parray_alone_prints_the_help(self):
-        result = run()
-        self.assertEqual(result.returncode, 0)
-        self.assertEqual(result.stdout, run("--help").stdout)
-        for command in OPTIONS:
-            self.assertRegex(result.stdout, rf"\n  {command} +\w")
-        self.assertRegex(run("--version").stdout, r"\Aparray \d+\.\d+\.\d+\n\Z")
-
-    def test_validate_says_what_the_scene_requires(self):
-        result = run("validate", self.scene, "--json")
-        self.assertEqual((result.returncode, result.stderr), (0, ""))
-        facts = json.loads(result.stdout)
-        self.assertEqual((facts["spheres"], facts["diffuse"], facts["metal"], facts["dielectric"]),
-                         (6, 2, 2, 2))
-        self.assertEqual((facts["smallest_radius"], facts["largest_radius"], facts["extent"]),
-                         (0.2, 100, 100))
-        self.assertEqual(facts["features"],
-                         ["diffuse", "metal", "fuzz", "dielectric", "lens", "many-radii"])
-        self.assertIn(facts["precision"], ("f32", "f64"))
-        self.assertIn(facts["accelerator"], ("linear", "bvh"))
-        self.assertGreater(facts["accelerator_bytes"], 0)
-        text = run("validate", self.scene).stdout
-        for part in (facts["precision_reason"], facts["accelerator_reason"], facts["scene_sha256"]):
-            self.assertIn(part, text)
-
-    def test_every_scene_that_ships_is_valid(self):
-        for scene in sorted(SCENES.glob("*.json")):
-            result = run("validate", scene)
-            self.assertEqual((result.returncode, result.stderr), (0, ""))
-
-    def test_a_terminal_gets_a_bar_and_a_log_gets_lines(self):
-        arguments = [BIN / "parray", "render", self.scene, "-o", self.path("a.png")]
-        for term, bar in (("xterm", True), ("dumb", False)):
-            main, terminal = pty.openpty()
-            result = subprocess.run(arguments, stderr=terminal, stdout=subprocess.PIPE, check=False,
-                                    env={**os.environ, "TERM": term})
-            os.close(terminal)
-            text = os.read(main, 100000).decode()
-            os.close(main)
-            self.assertEqual(result.returncode, 0)
-            self.assertEqual("\r[" in text, bar)
-            self.assertIn("100.0 %", text)
-            self.assertNotIn("\x1b", text)
-        result = run(*arguments[1:])
-        self.assertEqual(result.stderr, "scene.json: 100.0 %  done\n")
-        self.assertEqual(run(*arguments[1:], "--quiet").stderr, "")
-
-    def test_programs_get_json_lines(self):
-        result = run("render", self.scene, "-o", self.path("a.png"), "--progress", "json")
-        lines = [json.loads(line) for line in result.stderr.splitlines()]
-        self.assertEqual(set(lines[-1]), {"state", "progress", "samples_per_second", "seconds_left",
-                                          "waits_for", "error"})
-        self.assertEqual((lines[-1]["state"], lines[-1]["progress"], lines[-1]["seconds_left"]), ("done", 1, 0))
-        self.assertGreater(lines[-1]["error"]["rmse"], 0)
-        self.assertEqual(run("render", self.scene, "-o", self.path("a.png"), "--progress", "pie").returncode, 2)
-
-    def test_the_same_picture_is_the_same_file(self):
-        arguments = ["render", self.scene, "-q", "-o"]
-        run(*arguments, self.path("a.png"))
-        run(*arguments, self.path("b.png"), "--threads", "1")
-        digests = {hashlib.sha256(self.path(name).read_bytes()).hexdigest()
-                   for name in ("a.png", "b.png")}
-        self.assertEqual(len(digests), 1)
 
 
 class Waiting(CliTest):

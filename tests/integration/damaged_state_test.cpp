@@ -12,6 +12,7 @@
 #include "coordinator/replica/replica.h"
 #include "coordinator/replica/replicated_store.h"
 #include "coordinator/store/disk_store.h"
+#include "tests/support/contains.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"
 #include "tests/support/temporary_directory.h"
@@ -58,10 +59,6 @@ class NearStandby final : public ReplicaConnection {
   std::uint64_t number_ = 0;
   std::string address_ = "standby";
 };
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 /// Two finished jobs with their state on a disk and at a standby.
 struct DoneJobs {

@@ -6,16 +6,13 @@
 #include <vector>
 
 #include "common/scene/settings.h"
+#include "tests/support/contains.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"
 
 namespace parray::test {
 namespace {
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 /// Fails at one job, and traces others.
 Manner failing_at(JobId job) {
@@ -43,6 +40,28 @@ TEST_CASE("a job that three workers cannot trace fails with the reason, and othe
   work(service, {{&ann, honest}, {&bob, honest}, {&cid, honest}}, good);
   CHECK(service.sha256(good) == reference_sha256(small_scene(), many_leases()));
   CHECK(service.worker("ann").at("state") == "ready");
+}
+
+TEST_CASE("a list of a thousand jobs with the longest reasons fits into a message") {
+  CoordinatorOptions options = service_options();
+  options.max_failures = 1;
+  Service service(options);
+  Hand ann(service, "ann");
+  const std::string reason(2000, '\x01');
+  std::vector<JobId> ids;
+  for (int i = 0; i < 1000; ++i) {
+    ids.push_back(service.submit(small_scene(), many_leases()));
+    work(service,
+         {{&ann,
+           [&](Hand& hand, const msg::Grant& grant) {
+             hand.say(msg::Failed{grant.job, grant.epoch, reason});
+           }}},
+         ids.back());
+    REQUIRE(service.state(ids.back()) == "failed");
+  }
+  CHECK(service.ask<msg::Jobs>(msg::ListJobs{1}).jobs.size() == 1000);
+  CHECK(service.ask<msg::Jobs>(msg::ListJobs{1, 0, 1}).jobs.at(0).at("reason") ==
+        service.job(ids.back()).at("reason"));
 }
 
 TEST_CASE("with fewer workers, a job fails when each has failed twice at the same cells") {

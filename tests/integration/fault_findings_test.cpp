@@ -5,15 +5,12 @@
 #include <string>
 
 #include "common/scene/settings.h"
+#include "tests/support/contains.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"
 
 namespace parray::test {
-
-static bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 TEST_CASE("results of a faulty worker are undone in a job that was not running at the finding") {
   enum class Case { waits, cancelled, readmitted };

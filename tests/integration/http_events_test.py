@@ -3,6 +3,7 @@
 import http.server
 import json
 import pathlib
+import socket
 import tempfile
 import threading
 import unittest
@@ -58,21 +59,29 @@ class Events(WebCase):
                 listener.close()
 
 
+class Hook(http.server.BaseHTTPRequestHandler):
+    """Notes the webhooks that it gets in its server's `told`. The first fails."""
+
+    def do_POST(self):
+        self.server.told.append((self.headers["Host"], json.loads(self.rfile.read(int(self.headers["Content-Length"])))))
+        self.send_response(500 if len(self.server.told) == 1 else 204)
+        self.end_headers()
+
+    def log_message(self, *_):
+        pass
+
+
+class HookServer(http.server.ThreadingHTTPServer):
+    def __init__(self, address):
+        self.told = []
+        self.address_family = socket.AF_INET6 if ":" in address else socket.AF_INET
+        super().__init__((address, 0), Hook)
+        threading.Thread(target=self.serve_forever, daemon=True).start()
+
+
 class Webhook(WebCase):
     def test_the_notice_of_a_jobs_end_is_repeated_after_failures_and_a_restart(self):
-        told = []
-
-        class Hook(http.server.BaseHTTPRequestHandler):
-            def do_POST(self):
-                told.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
-                self.send_response(500 if len(told) == 1 else 204)
-                self.end_headers()
-
-            def log_message(self, *_):
-                pass
-
-        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Hook)
-        threading.Thread(target=server.serve_forever, daemon=True).start()
+        server = HookServer("127.0.0.1")
         url = f"http://127.0.0.1:{server.server_port}/hook"
         with tempfile.TemporaryDirectory() as state, Web("--state", state, "--webhook-host", "127.0.0.1") as farm:
             scene = ("scene", None, json.dumps(SCENE))
@@ -83,10 +92,25 @@ class Webhook(WebCase):
             farm.coordinator.wait()
             farm.start_coordinator()
             farm.start_worker("one")
-            wait_for(lambda: len(told) == 2, "both tries")
-            self.assertEqual(told[1]["event"], "job-ended")
-            self.assertEqual((told[1]["job"]["id"], told[1]["job"]["state"]), (job, "done"))
+            wait_for(lambda: len(server.told) == 2, "both tries")
+            host, told = server.told[1]
+            self.assertEqual((host, told["event"]), (f"127.0.0.1:{server.server_port}", "job-ended"))
+            self.assertEqual((told["job"]["id"], told["job"]["state"]), (job, "done"))
             wait_for(lambda: (pathlib.Path(state) / "http" / "webhooks").read_text() == "", "the note's end")
+        server.shutdown()
+
+    def test_a_webhook_may_address_a_permitted_ipv6_address(self):
+        try:
+            server = HookServer("::1")
+        except OSError:
+            self.skipTest("this machine has no IPv6")
+        authority = f"[::1]:{server.server_port}"
+        with Web("--webhook-host", "::1") as farm:
+            self.assert_problem(farm.post_with(webhook="http://[::2]/x"), 422, "--webhook-host ::2")
+            job = farm.submitted(farm.post_with(webhook=f"http://{authority}/hook"))
+            farm.ask("POST", f"/api/v1/jobs/{job}/cancel")
+            wait_for(lambda: server.told, "the notice")
+            self.assertEqual((server.told[0][0], server.told[0][1]["job"]["id"]), (authority, job))
         server.shutdown()
 
 

@@ -3,6 +3,7 @@
 forecasts, with real processes."""
 
 import json
+import resource
 import struct
 import tempfile
 import unittest
@@ -155,6 +156,24 @@ class Particles(SubmitCase):
                 self.assertNotIn("parray submit", detail)
             self.assertEqual(farm.get("/jobs").json()["jobs"], [])
 
+    def test_an_upload_that_the_disk_cannot_store_is_refused(self):
+        with Web() as farm:
+            whole = resource.prlimit(farm.coordinator.pid, resource.RLIMIT_FSIZE)
+            resource.prlimit(farm.coordinator.pid, resource.RLIMIT_FSIZE, (100, whole[1]))  # each file has only this room
+            cut = "x,y,z\n" + "1,2,3\n" * 50
+            for parts in ((("scene", None, json.dumps(SCENE)),), (("f", "a.csv", cut),), (("g", "b.csv", cut), ("scene", "a.csv", "1,2,3"))):
+                self.assert_problem(farm.post_form(*parts), 503, "the server's disk may be full")
+            resource.prlimit(farm.coordinator.pid, resource.RLIMIT_FSIZE, whole)
+            self.assertEqual(farm.get("/jobs").json()["jobs"], [])
+            farm.submitted(farm.post_form(("f", "a.csv", cut)))
+
+    def test_the_media_type_of_a_form_may_have_capital_letters(self):
+        with Web() as farm:
+            for kind, boundary in (("Multipart/Form-Data", "boundary"), ("multipart/form-data", "Boundary")):
+                body, _ = form(("scene", None, json.dumps(SCENE)))
+                farm.submitted(farm.ask("POST", "/api/v1/jobs", body.replace(b"a-mark", b"A-Mark"),
+                                        {"Content-Type": f"{kind}; {boundary}=----A-Mark-of-parts"}))
+
     def test_two_scenes_in_a_form_are_refused(self):
         scene = ("scene", None, json.dumps(SCENE))
         with Web() as farm:
@@ -256,7 +275,9 @@ class Frames(SubmitCase):
             answer = farm.post_form(("f", "run.xyz", broken), options(**SMALL, frames="0:2"))
             detail = self.assert_problem(answer, 422, "has 2 of 3 frames")
             self.assertIn("frame 2: run.xyz:", detail)
-            self.assertEqual(farm.get("/jobs").json()["jobs"][0]["frames"], 3)
+            series = farm.get("/jobs").json()["jobs"][0]
+            self.assertEqual(series["frames"], 3)
+            self.assertIn(f"series {series['id']} has 2 of 3", detail)
             for frames, problem in (("0:9", "has 2 of 10 frames"), ("1-3", "is not a range of frames"), ("9:0", "is not"),
                                     ("0:99999", "more than the limit"), ("5", "frame 5: ")):
                 self.assert_problem(farm.post_form(("f", "run.xyz", trajectory(2)), options(**SMALL, frames=frames)), 422,

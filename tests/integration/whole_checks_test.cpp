@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/scene/settings.h"
+#include "tests/support/contains.h"
 #include "tests/support/crash_store.h"
 #include "tests/support/rooms.h"
 #include "tests/support/service.h"
@@ -49,10 +50,6 @@ RenderSettings settings_with_long_leases() {
 
 void steer(Service& service, msg::WorkerAction action, const Hand& hand) {
   service.ask<msg::Workers>(msg::SteerWorkers{1, action, false, hand.name()});
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 }  // namespace
@@ -269,6 +266,32 @@ TEST_CASE("a check waits only for a while for a machine that was lost, and not f
     CHECK(contains(service.job(job).at("flag"), "not checked completely"));
     CHECK((service.now() - began > seconds(20)) == lost);
   }
+}
+
+TEST_CASE("a check waits for a machine that gets leases again within a minute") {
+  Service service(TwoMachines::options());
+  Hand ann(service, "ann");
+  Hand bob(service, "bob");
+  const JobId job = service.submit(small_scene(), settings_with_long_leases());
+  work(service, {{&bob, failing}}, job, 1);
+  work(service, {{&ann, slow(false)}, {&bob, failing}}, job, 2);
+  REQUIRE(service.worker("bob").at("state") == "backoff");
+  work(service, {{&ann, slow(false)}, {&bob, slow(false)}}, job, 300, milliseconds(500));
+  REQUIRE(service.state(job) == "done");
+  CHECK(service.fetch(job).report.at("checked_share") == 1);
+  CHECK(service.job(job).at("flag") == "");
+}
+
+TEST_CASE("a check waits for no machine that gets no leases for longer") {
+  Service service(TwoMachines::options());
+  Hand ann(service, "ann");
+  Hand bob(service, "bob");
+  const JobId job = service.submit(small_scene(), settings_with_long_leases());
+  work(service, {{&bob, failing}}, job, 1);
+  work(service, {{&ann, slow(false)}, {&bob, failing}}, job, 1000, milliseconds(500));
+  REQUIRE(service.state(job) == "done");
+  CHECK(service.worker("bob").at("backoff_seconds") > 60);
+  CHECK(contains(service.job(job).at("flag"), "not checked completely"));
 }
 
 TEST_CASE("checks that wait for a machine go to another one when it is drained, or are left out") {

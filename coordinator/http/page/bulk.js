@@ -1,4 +1,4 @@
-// Actions for many jobs at once: the bar below the list, one question, one request for up to 1000 jobs, and a summary
+// Actions for many jobs at once: the bar below the list, one question, one request for up to 500 jobs, and a summary
 // of what the server refused.
 
 import {change} from './api.js';
@@ -6,7 +6,7 @@ import {ask, button, el, notify, setText} from './dom.js';
 import {counted, whole} from './format.js';
 import {mayControl, permits} from './job_rules.js';
 
-const mostIds = 1000;  // of one request
+const mostIds = 500;  // of one request
 const words = {  // [label, the server's word, text for jobs that have been changed, text of the question]
   pause: ['Pause', 'pause', 'paused'], resume: ['Resume', 'resume', 'resumed'],
   priority: ['Priority', 'priority', 'changed', 'Among the jobs of one user, those of higher priority begin first.'],
@@ -15,14 +15,17 @@ const words = {  // [label, the server's word, text for jobs that have been chan
   delete: ['Delete', 'forget', 'deleted', 'The server deletes the jobs and their pictures. This cannot be undone.']};
 const risky = ['cancel', 'delete'];
 
-/** Sends the requests. Returns the results of all jobs. `priority`: only for the word "priority". Throws Problem. */
+/** Sends the requests until one fails. Returns the results of the jobs. `priority`: only for the word "priority". */
 async function send(word, ids, priority) {
-  const all = [];
-  for (let begin = 0; begin < ids.length; begin += mostIds) {
-    const {results} = await change('POST', 'jobs/' + words[word][1], {ids: ids.slice(begin, begin + mostIds), priority});
-    all.push(...results);
+  const results = [];
+  try {
+    for (let begin = 0; begin < ids.length; begin += mostIds) {
+      results.push(...(await change('POST', 'jobs/' + words[word][1], {ids: ids.slice(begin, begin + mostIds), priority})).results);
+    }
+  } catch (problem) {
+    return {results, failure: problem.message};
   }
-  return all;
+  return {results};
 }
 
 /** Returns the texts of refusals: [text, ids], the most frequent first. The number of a job in a text is left out. */
@@ -98,21 +101,18 @@ export class BulkBar {
     const answer = await this.#question(word, ids.length);
     if (!answer) return;
     this.#setBusy(true);
-    try {
-      const results = await send(word, ids, answer.priority);
-      for (const {id, job, problem} of results) {
-        if (problem) continue;
-        if (word === 'delete') this.#farm.removeJob(id);
-        else if (job) this.#farm.updateJob(job);
-      }
-      const refused = results.filter(({problem}) => problem);
-      const number = results.length - refused.length;
-      const done = number ? `${counted(number, 'job')} ${words[word][2]}${word === 'priority' ? ` to priority ${answer.priority}` : ''}.` : `No job ${words[word][2]}.`;
-      if (refused.length) await showRefusals(done, refused);
-      else notify(done);
-    } catch (problem) {
-      notify(problem.message, 'error');
+    const {results, failure} = await send(word, ids, answer.priority);
+    for (const {id, job, problem} of results) {
+      if (problem) continue;
+      if (word === 'delete') this.#farm.removeJob(id);
+      else if (job) this.#farm.updateJob(job);
     }
+    const refused = results.filter(({problem}) => problem);
+    const number = results.length - refused.length;
+    const done = number ? `${counted(number, 'job')} ${words[word][2]}${word === 'priority' ? ` to priority ${answer.priority}` : ''}.` : `No job ${words[word][2]}.`;
+    if (failure) notify(`${failure}. ${done}`, 'error');
+    if (refused.length) await showRefusals(done, refused);
+    else if (!failure) notify(done);
     this.#setBusy(false);
   }
 

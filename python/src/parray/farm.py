@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-_MOST_LISTED = 1000  # jobs in one answer, and in one request
+_MOST_LISTED = 1000  # jobs in one answer
+_MOST_CHANGED = 500  # jobs in one request
 
 
 class Farm:
@@ -185,8 +186,8 @@ class Farm:
     def _steer(self, action: str, jobs: Iterable[Union[Job, int]], **more: int) -> None:
         ids = [job.id if isinstance(job, Job) else job for job in jobs]
         refused = []
-        for begin in range(0, len(ids), _MOST_LISTED):
-            body = {"ids": ids[begin : begin + _MOST_LISTED], **more}
+        for begin in range(0, len(ids), _MOST_CHANGED):
+            body = {"ids": ids[begin : begin + _MOST_CHANGED], **more}
             for result in self._http.json("POST", f"/api/v1/jobs/{action}", body)["results"]:
                 if "problem" in result:
                     refused.append(f"job {result['id']}: {result['problem']['detail']}")

@@ -19,6 +19,7 @@
 #include "tests/support/dice.h"
 #include "tests/support/rooms.h"
 #include "tests/support/sample_scenes.h"
+#include "tests/support/small_traces.h"
 #include "tests/support/window_rig.h"
 #include "worker/cell_tracer.h"
 
@@ -26,82 +27,16 @@ namespace parray {
 namespace {
 
 using test::Dice;
+using test::endless;
+using test::eventually;
+using test::plain_records;
+using test::shared_scene;
+using test::sized;
 using test::small_scene;
-
-std::shared_ptr<const Scene> shared_scene() {
-  static const auto scene = std::make_shared<const Scene>(small_scene());
-  return scene;
-}
-
-RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint32_t spp) {
-  RenderSettings settings = test::small_settings(*shared_scene());
-  settings.width = width;
-  settings.height = height;
-  settings.samples_per_pixel = spp;
-  return settings;
-}
-
-/// Hours of work, in cells of a fifth of a millisecond.
-RenderSettings endless() { return sized(64, 64, 1U << 17); }
-
-CellBatch whole(const RenderSettings& settings, std::uint32_t tile = 0) {
-  const auto plan = test::whole_plan(settings, tile);
-  return plan->batch({0, plan->cells()});
-}
-
-/// Traces cells without a team and checks the number of samples.
-TracedCells traced(const PathTracer& tracer, const CellBatch& batch, int threads) {
-  std::atomic<std::uint64_t> count = 0;
-  TracedCells cells = trace_cells(tracer, batch, threads, count, false);
-  CHECK(count == batch.sample_count());
-  return cells;
-}
-
-std::vector<std::byte> without_times(const TracedCells& cells) {
-  std::vector<std::byte> records = cells.records;
-  const std::size_t size = records.size() / cells.range.count();
-  for (std::size_t at = 0; at < records.size(); at += size) {
-    std::memset(records.data() + at + offsetof(CellHeader, nanoseconds), 0, sizeof(std::uint64_t));
-  }
-  return records;
-}
-
-/// Returns the records that a tracer makes without a team, sample by sample.
-std::vector<std::byte> plain_records(const RenderSettings& settings, const CellBatch& batch) {
-  const FloatMode ieee;
-  const auto tracer = make_path_tracer(*shared_scene(), settings);
-  std::vector<std::byte> records;
-  for (std::uint64_t index = batch.range.begin; index < batch.range.end; ++index) {
-    const Cell cell = batch.grid->cell(index);
-    const auto ranges = batch.ranges_of(index);
-    std::vector<PixelSums> sums(batch.grid->shape().cell_pixels);
-    TraceCounts counts;
-    for (std::uint32_t i = 0; i < cell.pixels(); ++i) {
-      for (std::uint32_t s = ranges[i].begin; s < ranges[i].end; ++s) {
-        const std::uint32_t x = cell.x_begin + i;
-        tracer->trace({cell.y, x, x + 1}, {s, s + 1}, {&sums[i], 1}, counts);
-      }
-    }
-    const CellHeader header{counts.rays, counts.nonfinite, counts.lost, 0};
-    const auto* const head = reinterpret_cast<const std::byte*>(&header);
-    const auto pixels = std::as_bytes(std::span(sums));
-    records.insert(records.end(), head, head + sizeof header);
-    records.insert(records.end(), pixels.begin(), pixels.end());
-  }
-  return records;
-}
-
-/// Waits until `condition` is true. Returns false after a minute.
-template <typename Condition>
-bool eventually(Condition condition) {
-  for (int i = 0; i < 60'000; ++i) {
-    if (condition()) {
-      return true;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return false;
-}
+using test::ThrowingTracer;
+using test::traced;
+using test::whole;
+using test::without_times;
 
 LeaseWork assignment(std::uint64_t epoch, const RenderSettings& settings) {
   return {7, 3, epoch, whole(settings), settings, "the small scene", shared_scene()};
@@ -118,30 +53,6 @@ LeaseResult finished_by(ThreadTeam& team, LeaseWork lease) {
   return std::move(*finished);
 }
 
-/// A tracer that throws at one pixel, in the thread that traces it.
-class ThrowingTracer final : public PathTracer {
- public:
-  explicit ThrowingTracer(std::function<void()> fail)
-      : PathTracer(make_path_tracer(*shared_scene(), sized(6, 5, 4))->accelerator()),
-        fail_(std::move(fail)) {}
-  void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
-                 TraceCounts& counts) const override {
-    if (run.y == 5 && run.x_begin <= 3 && 3 < run.x_end) {
-      fail_();
-    }
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      counts.samples += samples[i].count();
-    }
-  }
-  void first_hits(const PixelRun& /*run*/, const SampleRange& /*samples*/,
-                  std::span<FirstHit> /*hits*/) const override {}
-  void add_sky_samples(const PixelRun& /*run*/, const RunSamples& /*samples*/,
-                       std::span<SkySamples> /*sky*/) const override {}
-
- private:
-  std::function<void()> fail_;
-};
-
 /// Puts the thread into a floating-point mode that a careless library might leave.
 class OtherMode {
  public:
@@ -153,60 +64,6 @@ class OtherMode {
 };
 
 }  // namespace
-
-TEST_CASE("cells have the bits of single samples, whatever the threads, tiles and ranges") {
-  Dice dice(1);
-  for (const auto& settings :
-       {sized(20, 13, 6), sized(3, 2, 5000), sized(500, 4, 9), sized(1, 1, 20'000)}) {
-    const auto tracer = make_path_tracer(*shared_scene(), settings);
-    for (const std::uint32_t tile : {0U, 4U}) {
-      const auto plan = test::whole_plan(settings, tile);
-      const std::uint64_t begin = dice.below(plan->cells());
-      const CellRange part{begin, begin + 1 + dice.below(plan->cells() - begin)};
-      for (const CellRange& range : {CellRange{0, plan->cells()}, part}) {
-        const CellBatch batch = plan->batch(range);
-        const auto expected = plain_records(settings, batch);
-        for (const int threads : {1, 2, 3, 8}) {
-          CAPTURE(threads);
-          CAPTURE(tile);
-          const TracedCells cells = traced(*tracer, batch, threads);
-          CHECK(cells.range == range);
-          CHECK(without_times(cells) == expected);
-          CHECK(cells.samples == batch.sample_count());
-          CHECK(fault_of(cells, batch, settings.max_depth).empty());
-        }
-      }
-    }
-  }
-}
-
-TEST_CASE("pixels with their own sample ranges get exactly these samples") {
-  Dice dice(2);
-  for (const auto& settings : {sized(33, 21, 50), sized(200, 3, 5), sized(2, 2, 4000)}) {
-    const auto tracer = make_path_tracer(*shared_scene(), settings);
-    const std::vector<std::uint32_t> before(std::size_t{settings.width} * settings.height, 6);
-    const auto ranges = test::ragged_ranges(dice, before, settings.samples_per_pixel);
-    const WorkPlan plan(settings, {{{6, 6 + settings.samples_per_pixel}}, ranges});
-    const CellBatch batch = plan.batch({0, plan.cells()});
-    for (const int threads : {1, 2}) {
-      CHECK(without_times(traced(*tracer, batch, threads)) == plain_records(settings, batch));
-    }
-  }
-}
-
-TEST_CASE("records contain the time that their cells took") {
-  const RenderSettings settings = sized(20, 20, 100);
-  const CellBatch batch = whole(settings);
-  const TracedCells cells = traced(*make_path_tracer(*shared_scene(), settings), batch, 1);
-  double nanoseconds = 0;
-  const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
-  for (std::size_t at = 0; at < cells.records.size(); at += size) {
-    const CellHeader header = header_of(std::span(cells.records).subspan(at));
-    CHECK(header.nanoseconds > 0);
-    nanoseconds += static_cast<double>(header.nanoseconds);
-  }
-  CHECK(nanoseconds <= 1e9 * cells.seconds);
-}
 
 TEST_CASE("the floating-point mode of the calling thread does not change a sample's bits") {
   const RenderSettings settings = sized(20, 13, 6);
@@ -222,64 +79,6 @@ TEST_CASE("the floating-point mode of the calling thread does not change a sampl
   SUBCASE("of whoever makes a team, which builds too") {
     ThreadTeam team(2);
     CHECK(without_times(*finished_by(team, assignment(1, settings)).cells) == expected);
-  }
-}
-
-TEST_CASE("a long lease returns its first cells, with the same bits") {
-  const RenderSettings settings = sized(64, 64, 1024);
-  const auto tracer = make_path_tracer(*shared_scene(), settings);
-  const CellBatch batch = whole(settings);
-  for (const int threads : {1, 2, 3}) {
-    std::atomic<std::uint64_t> count = 0;
-    const TracedCells part = trace_cells(*tracer, batch, threads, count, false, 1e-3);
-    REQUIRE(part.range.begin == batch.range.begin);
-    REQUIRE(part.range.count() > 0);
-    REQUIRE(part.range.end < batch.range.end);
-    const CellBatch first{batch.grid, part.range, {}};
-    CHECK(part.samples == first.sample_count());
-    CHECK(part.samples <= count);
-    CHECK(without_times(part) == without_times(traced(*tracer, first, threads)));
-    CHECK(fault_of(part, first, settings.max_depth).empty());
-  }
-}
-
-TEST_CASE("a lease without time traces one piece") {
-  const RenderSettings settings = sized(64, 64, 4);
-  const auto tracer = make_path_tracer(*shared_scene(), settings);
-  const CellBatch batch = whole(settings);
-  std::atomic<std::uint64_t> count = 0;
-  const TracedCells part = trace_cells(*tracer, batch, 1, count, false, 1e-12);
-  CHECK(part.range.count() == batch.grid->shape().piece_cells);
-}
-
-TEST_CASE("a stop ends tracing early") {
-  const auto tracer = make_path_tracer(*shared_scene(), endless());
-  const auto plan = test::whole_plan(endless());
-  const CellBatch batch = plan->batch({0, 10'000});
-  std::atomic<std::uint64_t> count = 0;
-  std::atomic<bool> stop = true;
-  CHECK(trace_cells(*tracer, batch, 2, count, stop).samples == 0);
-  CHECK(count == 0);
-  stop = false;
-  std::thread stopper([&] {
-    eventually([&] { return count > 0; });
-    stop = true;
-  });
-  const TracedCells cells = trace_cells(*tracer, batch, 2, count, stop);
-  stopper.join();
-  CHECK(cells.samples == count);
-  CHECK(count > 0);
-  CHECK(count < batch.sample_count());
-}
-
-TEST_CASE("an exception of a thread stops the others and reaches the caller unchanged") {
-  const CellBatch batch = whole(endless());
-  const ThrowingTracer tracer([] { throw std::runtime_error("a broken sphere"); });
-  for (const int threads : {1, 2, 4}) {
-    std::atomic<std::uint64_t> count = 0;
-    CHECK_THROWS_WITH_AS(trace_cells(tracer, batch, threads, count, false), "a broken sphere",
-                         std::runtime_error);
-    CHECK(count < batch.sample_count());
   }
 }
 

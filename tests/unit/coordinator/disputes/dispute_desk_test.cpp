@@ -37,6 +37,9 @@ TEST_CASE("a machine in quarantine gets no leases, and is listed after its worke
   const auto listed = rig.disputes.quarantined_elsewhere();
   REQUIRE(listed.size() == 1);
   CHECK(listed[0].at("name") == "faulty");
+  CHECK(listed[0].at("host") == "host of faulty");
+  rig.disputes.readmit("host of faulty", true);
+  CHECK(rig.disputes.quarantined_elsewhere().empty());
 }
 
 }  // namespace

@@ -136,9 +136,9 @@ TEST_CASE("after its accumulated time the referee gets a tenth of a core on aver
 TEST_CASE("a quarantine of an address ends after a day, a quarantine of a key does not") {
   QuarantineLedger ledger;
   const std::uint64_t key = machine_key({MachineId::Kind::key, "node-1"});
-  CHECK(ledger.add({address("10.0.0.3"), "address 10.0.0.3", "ann", "wrong", 1000, 0}));
-  CHECK(ledger.add({key, "key node-1", "bob", "wrong", 1000, 0}));
-  CHECK_FALSE(ledger.add({key, "key node-1", "bob", "again", 5000, 0}));
+  CHECK(ledger.add({address("10.0.0.3"), "address 10.0.0.3", "ann", "attic", "wrong", 1000, 0}));
+  CHECK(ledger.add({key, "key node-1", "bob", "attic", "wrong", 1000, 0}));
+  CHECK_FALSE(ledger.add({key, "key node-1", "bob", "attic", "again", 5000, 0}));
   CHECK(ledger.find(address("10.0.0.3"))->until == 1000 + 24 * 3600);
   CHECK(ledger.find(key)->until == 0);
   CHECK(ledger.expire(1000 + 24 * 3600 - 1).empty());
@@ -151,17 +151,26 @@ TEST_CASE("a quarantine of an address ends after a day, a quarantine of a key do
 TEST_CASE("readmit() accepts a machine's name, address or key, or its worker's name") {
   for (const std::string name : {"10.0.0.3", "address 10.0.0.3", "ann"}) {
     QuarantineLedger ledger;
-    ledger.add({address("10.0.0.3"), "address 10.0.0.3", "ann", "wrong", 1000, 0});
-    CHECK(ledger.readmit("10.0.0.4").empty());
-    CHECK(ledger.readmit(name) == std::vector<std::uint64_t>{address("10.0.0.3")});
+    ledger.add({address("10.0.0.3"), "address 10.0.0.3", "ann", "attic", "wrong", 1000, 0});
+    CHECK(ledger.readmit("10.0.0.4", false).empty());
+    CHECK(ledger.readmit(name, false) == std::vector<std::uint64_t>{address("10.0.0.3")});
     CHECK(ledger.all().empty());
   }
 }
 
+TEST_CASE("readmit() of a host ends the quarantines of all its machines, and of no other") {
+  QuarantineLedger ledger;
+  ledger.add({address("10.0.0.3"), "address 10.0.0.3", "ann", "attic", "wrong", 1000, 0});
+  ledger.add({address("10.0.0.4"), "address 10.0.0.4", "bob", "attic", "wrong", 1000, 0});
+  ledger.add({address("10.0.0.5"), "address 10.0.0.5", "attic", "cellar", "wrong", 1000, 0});
+  CHECK(ledger.readmit("attic", true).size() == 2);
+  CHECK(ledger.find(address("10.0.0.5")) != nullptr);
+}
+
 TEST_CASE("quarantines are unchanged after writing and reading") {
   QuarantineLedger ledger;
-  ledger.add({address("10.0.0.3"), "address 10.0.0.3", "ann", "wrong", 1000, 0});
-  ledger.add({machine_key({MachineId::Kind::key, "n"}), "key n", "bob", "wrong", 2000, 0});
+  ledger.add({address("10.0.0.3"), "address 10.0.0.3", "ann", "attic", "wrong", 1000, 0});
+  ledger.add({machine_key({MachineId::Kind::key, "n"}), "key n", "bob", "attic", "wrong", 2000, 0});
   const auto again = QuarantineLedger::from_json(ledger.to_json());
   CHECK(again.to_json() == ledger.to_json());
   CHECK(again.find(address("10.0.0.3"))->until == ledger.find(address("10.0.0.3"))->until);

@@ -283,21 +283,48 @@ TEST_CASE("the URL of a webhook has a scheme, a host, a port and a path") {
   CHECK(url->host == "hooks.example");
   CHECK(url->port == 8443);
   CHECK(url->path == "/a/b?c=d");
+  CHECK(url->authority == "hooks.example:8443");
   CHECK(webhook_url("http://h")->path == "/");
   CHECK(webhook_url("http://h?x")->path == "/?x");
-  for (const char* bad :
-       {"", "h/p", "ftp://h/", "http://", "http:///p", "http://u@h/", "http://h:0/",
-        "http://h:99999/", "http://h:/", "http://h:8x/", "http://h/ p", "http://h/\np"}) {
+  for (const char* bad : {"",
+                          "h/p",
+                          "ftp://h/",
+                          "http://",
+                          "http:///p",
+                          "http://u@h/",
+                          "http://h:0/",
+                          "http://h:99999/",
+                          "http://h:/",
+                          "http://h:8x/",
+                          "http://h/ p",
+                          "http://h/\np",
+                          "http://[::1/",
+                          "http://[]/",
+                          "http://[::1]8000/",
+                          "http://[::1]:/",
+                          "http://[h]/",
+                          "http://[127.0.0.1]/",
+                          "http://[fe80::1%eth0]/",
+                          "http://::1/"}) {
     CHECK_MESSAGE(!webhook_url(bad), bad);
   }
+}
+
+TEST_CASE("the host of a webhook's URL may be an IPv6 address in brackets") {
+  const auto url = webhook_url("http://[2001:db8::a1]:8000/x");
+  REQUIRE(url);
+  CHECK(url->authority == "[2001:db8::a1]:8000");
+  CHECK(url->host == "2001:db8::a1");
+  CHECK(url->port == 8000);
+  CHECK(url->path == "/x");
+  CHECK(webhook_url("https://[::1]")->port == 443);
 }
 
 /// A coordinator's loop that runs in its own thread.
 class RunningLoop {
  public:
-  RunningLoop()
-      : coordinator_(test::service_options(), nullptr, std::make_shared<spdlog::logger>("silent")),
-        thread_([this] {
+  explicit RunningLoop(const CoordinatorOptions& options = test::service_options())
+      : coordinator_(options, nullptr, std::make_shared<spdlog::logger>("silent")), thread_([this] {
           const SteadyClock clock;
           run_actor(coordinator_, hub_.coordinator(), clock, [this](Time) { return stop_.load(); });
         }) {}
@@ -341,15 +368,37 @@ std::string next_events(BodyStream& stream) {
   return {};
 }
 
-TEST_CASE("an event stream that follows another one does not wait for the next regular poll") {
-  RunningLoop loop;
-  LoopClient client(loop.hub());
+/// Submits a small scene, and returns the job's number.
+JobId submit_to(LoopClient& client, const std::string& token) {
   msg::Submit submit;
-  submit.token = "a";
+  submit.token = token;
   submit.name = "scene";
   submit.settings = test::small_settings(test::small_scene());
   submit.scene = ScenePayload(std::make_shared<const Scene>(test::small_scene()));
-  const auto job = client.ask<msg::Submitted>({}, std::move(submit)).job;
+  return client.ask<msg::Submitted>({}, std::move(submit)).job;
+}
+
+TEST_CASE("an event stream begins with all unfinished jobs, however many there are") {
+  CoordinatorOptions options = test::service_options();
+  options.limits.jobs = options.limits.user_jobs = 2000;
+  RunningLoop loop(options);
+  LoopClient client(loop.hub());
+  for (int i = 0; i < 1001; ++i) submit_to(client, std::to_string(i));
+  Events events(client, 10, std::chrono::hours(1));
+  const auto stream = events.listen({});
+  std::string text;
+  while (text.find("\"id\":1001,") == std::string::npos) {
+    const std::string more = next_events(*stream);
+    REQUIRE(!more.empty());
+    text += more;
+  }
+  CHECK(text.find("\"id\":1,") != std::string::npos);
+}
+
+TEST_CASE("an event stream that follows another one does not wait for the next regular poll") {
+  RunningLoop loop;
+  LoopClient client(loop.hub());
+  const JobId job = submit_to(client, "a");
   Events events(client, 10, std::chrono::hours(1));
   const auto first = events.listen({});
   CHECK(next_events(*first).find("event: job") == 0);
@@ -394,6 +443,19 @@ TEST_CASE("a merged link reads both links by turns, and sends each its own answe
   CHECK_FALSE(worker->receive());
   CHECK(joined.send(outer, Message(msg::HeartbeatAck{})));
   CHECK(worker->receive());
+}
+
+TEST_CASE("a pending webhook is dropped if the next process does not permit its host") {
+  const test::TemporaryDirectory directory;
+  const auto file = directory.path() / "webhooks";
+  std::ofstream(file) << "7 http://h/x\n8 http://g/x\n";
+  RunningLoop loop;
+  LoopClient client(loop.hub());
+  client.stop();  // so that no webhook is sent
+  Webhooks(client, {"g"}, file).add(9, "http://g/y");
+  std::ifstream in(file);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  CHECK(text == "8 http://g/x\n9 http://g/y\n");
 }
 
 TEST_CASE("webhooks permit listed hosts only, and pending ones outlive the process") {

@@ -13,6 +13,7 @@
 #include "coordinator/store/row_log.h"
 #include "coordinator/store/schema.h"
 #include "coordinator/store/state_tools.h"
+#include "tests/support/acknowledged.h"
 #include "tests/support/damage.h"
 #include "tests/support/message_of.h"
 #include "tests/support/rooms.h"
@@ -25,139 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 using Strings = std::vector<std::string>;
 
-const char* const scene_text = "the scene of all jobs";
-
-std::string real_digest() { return sha256_hex(as_byte_span(scene_text)); }
-
-JobRecord job_with(JobId id, JobState state) {
-  JobRecord job = stored_job(id, state);
-  job.name = "name of " + std::to_string(id);
-  job.scene = real_digest();
-  return job;
-}
-
-/// The acknowledged content of jobs.
-struct Acknowledged {
-  std::map<JobId, std::string> pictures;           ///< of done jobs
-  std::map<JobId, std::vector<std::string>> rows;  ///< of unfinished jobs
-};
-
-void submit(Store& store, Acknowledged& acknowledged, JobId id) {
-  store.put_scene(real_digest(), scene_text);
-  store.put_job(job_with(id, JobState::queued));
-  store.append_rows(id, "first row of " + std::to_string(id));
-  store.commit();
-  acknowledged.rows[id] = {"first row of " + std::to_string(id)};
-}
-
-void trace(Store& store, Acknowledged& acknowledged, JobId id) {
-  const std::string row = "row " + std::string(id * 50, 'r');
-  store.append_rows(id, row);
-  store.commit();
-  acknowledged.rows[id].push_back(row);
-}
-
-void finish(Store& store, Acknowledged& acknowledged, JobId id) {
-  const std::string picture = "picture of " + std::to_string(id) + std::string(id * 100, 'p');
-  put_picture(store, id, picture);
-  store.put_job(job_with(id, JobState::done));
-  store.drop_work(id);
-  store.commit();
-  acknowledged.rows.erase(id);
-  acknowledged.pictures[id] = picture;
-}
-
-/// Puts job 1, which is done and keeps its scene for labels.
-void put_labelled_job(Store& store, bool denoise) {
-  JobRecord job = job_with(1, JobState::done);
-  job.denoise = denoise;
-  job.drawing = "{}";
-  store.put_scene(real_digest(), scene_text);
-  put_picture(store, 1, "picture");
-  store.put_job(job);
-  store.drop_work(1);
-  store.commit();
-}
-
-/// Makes five jobs: 1, 2 and 3 are done, 5 is deleted, and 6 is committed with a note. Calls
-/// `between` in the middle.
-template <typename Between>
-Acknowledged live(Store& store, const Between& between) {
-  Acknowledged acknowledged;
-  for (JobId id = 1; id <= 3; ++id) {
-    submit(store, acknowledged, id);
-  }
-  finish(store, acknowledged, 1);
-  between();
-  for (JobId id = 4; id <= 6; ++id) {
-    submit(store, acknowledged, id);
-    trace(store, acknowledged, id - 1);
-  }
-  finish(store, acknowledged, 2);
-  finish(store, acknowledged, 3);
-  store.drop_job(5);
-  store.put_note("workers", "some");
-  store.commit();
-  acknowledged.rows.erase(5);
-  trace(store, acknowledged, 6);
-  return acknowledged;
-}
-
-/// A state after `kill -9`, with all files open.
-Acknowledged make_killed_state(const fs::path& directory, const fs::path& workshop) {
-  DiskStore store(workshop);
-  const Acknowledged acknowledged = live(store, [] {});
-  copy_state(workshop, directory);
-  return acknowledged;
-}
-
-bool names(const Strings& lines, JobId id) {
-  const std::string number = std::to_string(id);
-  return std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
-    return line.find("job " + number) != std::string::npos ||
-           line.find("jobs/" + number + "/") != std::string::npos;
-  });
-}
-
-/// Checks that every acknowledged job is correct, or that `lines` name the job or the scene.
-void check_all(const fs::path& directory, const Acknowledged& acknowledged, Strings lines) {
-  DiskStore store(directory);
-  lines.insert(lines.end(), store.reports().begin(), store.reports().end());
-  CAPTURE(doctest::toString(lines.size()));
-  std::map<JobId, JobState> states;
-  for (const JobRecord& job : store.jobs()) {
-    states[job.id] = job.state;
-  }
-  const auto right = [&](const auto& what, const auto& expected) {
-    try {
-      return what() == expected;
-    } catch (const RunError& error) {
-      lines.emplace_back(error.what());
-      return false;
-    }
-  };
-  for (const auto& [id, picture] : acknowledged.pictures) {
-    const bool there = states.contains(id) && states.at(id) == JobState::done &&
-                       right([&, id = id] { return store.picture(id).value_or(""); }, picture);
-    CHECK_MESSAGE((there || names(lines, id)), "job " << id << " has lost its picture silently");
-  }
-  for (const auto& [id, rows] : acknowledged.rows) {
-    const bool there = states.contains(id) && states.at(id) == JobState::queued &&
-                       right([&, id = id] { return rows_of(store, id); }, rows);
-    CHECK_MESSAGE((there || names(lines, id)), "job " << id << " has lost rows silently");
-  }
-  CHECK_FALSE(states.contains(5));
-}
-
-void check_whole(const fs::path& directory, const Acknowledged& acknowledged) {
-  check_all(directory, acknowledged, {});
-  DiskStore store(directory);
-  CHECK(store.reports() == Strings{});
-  CHECK(store.jobs().size() == acknowledged.pictures.size() + acknowledged.rows.size());
-  CHECK(store.scene(real_digest()) == scene_text);
-  CHECK(store.note("workers") == "some");
-}
-
 /// Checks that opening fails and names --repair, and that --repair restores everything.
 void check_mended(const fs::path& directory, const Acknowledged& acknowledged) {
   const auto files = [&] {  // ignores an empty write-ahead log
@@ -167,6 +35,7 @@ void check_mended(const fs::path& directory, const Acknowledged& acknowledged) {
   };
   const auto before = files();
   const std::string message = message_of<StateDamaged>([&] { const DiskStore store(directory); });
+  CHECK_MESSAGE(message.starts_with(directory.string() + ": the state is damaged: "), message);
   CHECK_MESSAGE(message.find("--repair " + directory.string()) != std::string::npos, message);
   CHECK_FALSE(find_damage(directory).empty());
   CHECK(files() == before);
@@ -281,27 +150,6 @@ TEST_CASE("a finished job that loses its scene stays done, without denoising and
   CHECK(store.picture(1) == "picture");
 }
 
-TEST_CASE("--check refuses a served state and changes nothing") {
-  const TemporaryDirectory directory;
-  {
-    DiskStore store(directory.path());
-    live(store, [] {});
-    CHECK_THROWS_AS(repair_state(directory.path(), 0), StateInUse);
-  }
-  std::map<std::string, std::string> before;
-  for (const auto& [name, size] : files_below(directory.path())) {
-    before[name] = file_bytes(directory.path() / name);
-  }
-  CHECK(find_damage(directory.path()) == Strings{});
-  CHECK(repair_state(directory.path(), 0) == Strings{});
-  CHECK(files_below(directory.path()).size() == before.size());
-  for (const auto& [name, bytes] : before) {
-    CHECK(file_bytes(directory.path() / name) == bytes);
-  }
-  CHECK_THROWS_AS(find_damage(directory.path() / "jobs"), InputError);
-  CHECK_THROWS_AS(find_damage(directory.path() / "nowhere"), InputError);
-}
-
 TEST_CASE(
     "damaged results, pictures and scenes are reported, and repair keeps the undamaged parts") {
   const TemporaryDirectory directory(in_memory());
@@ -404,26 +252,6 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a repair without the last commits names every job whose log may have lost its end") {
-  const TemporaryDirectory directory(in_memory());
-  const fs::path damaged = directory.path() / "damaged";
-  const Acknowledged acknowledged = make_killed_state(damaged, directory.path() / "workshop");
-  fs::resize_file(damaged / "parray.sqlite-wal", 0);
-  const fs::path log = damaged / "jobs/6/rows";
-  const std::string bytes = file_bytes(log);
-  const std::size_t last = bytes.find("row " + std::string(300, 'r'));
-  REQUIRE(last != std::string::npos);
-  std::size_t size = last;
-  do {  // the first entry ends somewhere before
-    REQUIRE(size > 1);
-    fs::resize_file(log, --size);
-  } while (store::sound_bytes(log) != size);
-  const Strings lines = repair_state(damaged, 1e9);
-  CHECK(names(lines, 4));
-  CHECK(names(lines, 6));
-  check_all(damaged, acknowledged, lines);
-}
-
 TEST_CASE("a database whose digest of a scene is damaged is refused, and repair restores it") {
   const TemporaryDirectory directory(in_memory());
   const fs::path damaged = directory.path() / "damaged";
@@ -446,70 +274,6 @@ TEST_CASE("a done job that keeps its scene for labels keeps it through a repair"
   CHECK_FALSE(repair_state(damaged, 1e9).empty());
   DiskStore store(damaged);
   CHECK(store.scene(real_digest()) == scene_text);
-}
-
-TEST_CASE("a state whose copies were replaced by directories serves without a repair") {
-  const TemporaryDirectory directory(in_memory());
-  const fs::path damaged = directory.path() / "damaged";
-  const Acknowledged acknowledged = make_killed_state(damaged, directory.path() / "workshop");
-  for (const char* name : {"jobs/2/job.json", "jobs/3/picture", "jobs/6/rows", "notes.json"}) {
-    fs::remove(damaged / name);
-    fs::create_directories(damaged / name / "inside");
-  }
-  Strings reports;
-  {
-    const DiskStore store(damaged);
-    reports = store.reports();
-  }
-  CHECK(std::ranges::count(reports,
-                           "jobs/2/job.json is a directory, not a file: moved to lost/0") == 1);
-  CHECK(fs::is_regular_file(damaged / "jobs/2/job.json"));
-  check_all(damaged, acknowledged, reports);
-}
-
-TEST_CASE("a backup of a busy state has every job that was acknowledged before") {
-  const TemporaryDirectory directory(in_memory());
-  const fs::path state = directory.path() / "state";
-  std::mutex mutex;
-  Acknowledged acknowledged;
-  std::atomic<bool> stop = false;
-  DiskStore store(state);
-  submit(store, acknowledged, 1);
-  std::jthread farm([&] {
-    std::mt19937_64 random(7);
-    for (JobId id = 2; !stop && id < 400; ++id) {
-      Acknowledged fresh;
-      submit(store, fresh, id);
-      trace(store, fresh, id);
-      if (id % 2 == 0) {
-        finish(store, fresh, id);
-      }
-      const std::scoped_lock lock(mutex);
-      acknowledged.rows.merge(fresh.rows);
-      acknowledged.pictures.merge(fresh.pictures);
-    }
-  });
-  for (int i = 0; i < 5; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    Acknowledged before;
-    {
-      const std::scoped_lock lock(mutex);
-      before = acknowledged;
-    }
-    const fs::path copy = directory.path() / ("copy" + std::to_string(i));
-    CHECK(back_up_state(state, copy, 1e9) == Strings{});
-    CHECK(find_damage(copy) == Strings{});
-    DiskStore restored(copy);
-    CHECK(restored.reports() == Strings{});
-    for (const auto& [id, picture] : before.pictures) {
-      CHECK(restored.picture(id) == picture);
-    }
-    for (const auto& [id, rows] : before.rows) {
-      CHECK(rows_of(restored, id) == rows);
-    }
-  }
-  stop = true;
-  CHECK_THROWS_AS(back_up_state(state, directory.path() / "copy0", 1e9), InputError);
 }
 
 }  // namespace parray::test
