@@ -98,7 +98,7 @@ JobBook::Wait JobBook::general_wait(const Job& job) {
   const std::uint64_t needed = job.phase == JobPhase::waiting ? memory_of(job) : 0;
   if (needed > farm_.options.memory) {
     return {
-        fmt::format("a coordinator with more memory: it needs {:.2f} GiB, and --memory is {:.2f}",
+        fmt::format("a coordinator with more memory: it needs {:.3f} GiB, and --memory is {:.3f}",
                     gibibytes(needed), gibibytes(farm_.options.memory)),
         0,
         0,

@@ -120,7 +120,7 @@ TEST_CASE("a coordinator with less memory renders what fits, and a larger job sa
   CHECK(service.state(small) == "done");
   CHECK(service.state(large) == "queued");
   const std::string waits_for = service.job(large).at("waits_for");
-  CHECK_MESSAGE(contains(waits_for, "and --memory is 0.50"), waits_for);
+  CHECK_MESSAGE(contains(waits_for, "and --memory is 0.500"), waits_for);
 }
 
 TEST_CASE("without a store, finished pictures make room for jobs: the oldest go") {
