@@ -439,13 +439,9 @@ void serve_jobs(Arguments& a, StateOwner& state, const std::shared_ptr<spdlog::l
     descriptors.look(now);
     return interrupt_noted() || state.fenced();
   });
-  if (state.fenced()) {
-    return;
-  }
+  if (state.fenced()) return;
   coordinator.leave("coordinator stopped");
-  for (Delivery& bye : coordinator.take_outbox()) {
-    link.send(bye.peer, std::move(bye.content));
-  }
+  for (Delivery& bye : coordinator.take_outbox()) link.send(bye.peer, std::move(bye.content));
   log->info("stopped");
 }
 
@@ -479,15 +475,9 @@ int main(int argc, char** argv) {
   return run_main(program, argc, argv, [&](CommandLine& line) {
     declare_options(line, arguments);
     return [&] {
-      if (!arguments.check.empty()) {
-        return check_command(arguments.check);
-      }
-      if (!arguments.repair.empty()) {
-        return repair_command(arguments.repair, seconds_since_1970());
-      }
-      if (!arguments.backup.empty()) {
-        return backup_command(arguments.backup, seconds_since_1970());
-      }
+      if (!arguments.check.empty()) return check_command(arguments.check);
+      if (!arguments.repair.empty()) return repair_command(arguments.repair, seconds_since_1970());
+      if (!arguments.backup.empty()) return backup_command(arguments.backup, seconds_since_1970());
       note_signals();
       return serve(arguments);
     };

@@ -57,9 +57,7 @@ inline void run_actor(Actor& actor, Link& link, const Clock& clock,
   for (;;) {
     const Time deadline = take_turn(actor, link, clock.now());
     const Time now = clock.now();
-    if (stop(now)) {
-      return;
-    }
+    if (stop(now)) return;
     link.wait(std::clamp(deadline - now, Time(0), nap));
   }
 }

@@ -35,9 +35,7 @@ void AddressList::heard() {
 }
 
 bool AddressList::move_on(Time now) {
-  if (addresses_.size() == 1 || now < give_up_at_) {
-    return false;
-  }
+  if (addresses_.size() == 1 || now < give_up_at_) return false;
   give_up_at_ = never;
   ++silent_;
   current_ = (current_ + 1) % addresses_.size();

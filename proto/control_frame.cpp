@@ -55,9 +55,7 @@ class ShallowDocument : public nlohmann::json_sax<json> {
     return true;
   }
   bool open(json empty) {
-    if (depth_ == max_nesting) {
-      return false;
-    }
+    if (depth_ == max_nesting) return false;
     json& opened = place();
     opened = std::move(empty);
     open_[depth_++] = &opened;
@@ -80,13 +78,9 @@ class ShallowDocument : public nlohmann::json_sax<json> {
 
 std::uint64_t unsigned_in(const json& value, const std::string& key, std::uint64_t lowest,
                           std::uint64_t highest) {
-  if (!value.is_number_unsigned()) {
-    malformed(key, "is not an unsigned integer");
-  }
+  if (!value.is_number_unsigned()) malformed(key, "is not an unsigned integer");
   const auto number = value.get<std::uint64_t>();
-  if (number < lowest || number > highest) {
-    malformed(key, "is out of its range");
-  }
+  if (number < lowest || number > highest) malformed(key, "is out of its range");
   return number;
 }
 
@@ -106,9 +100,7 @@ void ControlWriter::lines(const char* key, std::vector<std::string>& value, std:
                           std::size_t longest) {
   auto list = json::array();
   const std::size_t first = value.size() - std::min(value.size(), most);
-  for (std::size_t i = first; i < value.size(); ++i) {
-    list.push_back(printable(value[i], longest));
-  }
+  for (std::size_t i = first; i < value.size(); ++i) list.push_back(printable(value[i], longest));
   map_[key] = std::move(list);
 }
 
@@ -132,9 +124,7 @@ void ControlWriter::batch(const char* key, CellBatch& value) {
 void ControlWriter::epochs(const char* key,
                            std::vector<std::pair<std::uint64_t, std::uint64_t>>& value) {
   auto list = json::array();
-  for (const auto& [job, epoch] : value) {
-    list.push_back(std::array{job, epoch});
-  }
+  for (const auto& [job, epoch] : value) list.push_back(std::array{job, epoch});
   map_[key] = std::move(list);
 }
 
@@ -149,34 +139,26 @@ std::string ControlWriter::frame() const {
 }
 
 ControlReader::ControlReader(std::string_view frame) {
-  if (frame.size() > max_control_bytes) {
-    throw ProtocolError("control frame is larger than 1 MiB");
-  }
+  if (frame.size() > max_control_bytes) throw ProtocolError("control frame is larger than 1 MiB");
   ShallowDocument document;
   if (!json::sax_parse(frame, &document, json::input_format_t::msgpack)) {
     throw ProtocolError("control frame is not MessagePack, or is nested too deep");
   }
   map_ = document.take();
-  if (!map_.is_object()) {
-    throw ProtocolError("control frame is not a map");
-  }
+  if (!map_.is_object()) throw ProtocolError("control frame is not a map");
   text("type", type_, max_name);
   protocol_ = static_cast<std::uint32_t>(integer("v", 0, 0xFFFFFFFF));
 }
 
 std::optional<std::uint64_t> ControlReader::request() const {
   const auto found = map_.find("request");
-  if (found == map_.end() || !found->is_number_unsigned()) {
-    return {};
-  }
+  if (found == map_.end() || !found->is_number_unsigned()) return {};
   return found->get<std::uint64_t>();
 }
 
 const json& ControlReader::at(const char* key) const {
   const auto found = map_.find(key);
-  if (found == map_.end()) {
-    malformed(key, "is missing");
-  }
+  if (found == map_.end()) malformed(key, "is missing");
   return *found;
 }
 
@@ -187,38 +169,26 @@ std::uint64_t ControlReader::integer(const char* key, std::uint64_t lowest,
 
 void ControlReader::real(const char* key, double& value) const {
   const json& found = at(key);
-  if (!found.is_number()) {
-    malformed(key, "is not a number");
-  }
+  if (!found.is_number()) malformed(key, "is not a number");
   value = found.get<double>();
-  if (!std::isfinite(value)) {
-    malformed(key, "is not finite");
-  }
+  if (!std::isfinite(value)) malformed(key, "is not finite");
 }
 
 void ControlReader::real_if_there(const char* key, double& value, double highest) const {
-  if (!map_.contains(key)) {
-    return;
-  }
+  if (!map_.contains(key)) return;
   real(key, value);
-  if (value < 0 || value > highest) {
-    malformed(key, "is out of its range");
-  }
+  if (value < 0 || value > highest) malformed(key, "is out of its range");
 }
 
 void ControlReader::duration(const char* key, double& value) const {
   constexpr double ten_years = 3.2e8;
   real(key, value);
-  if (value < 0 || value > ten_years) {
-    malformed(key, "is out of its range");
-  }
+  if (value < 0 || value > ten_years) malformed(key, "is out of its range");
 }
 
 void ControlReader::flag(const char* key, bool& value) const {
   const json& found = at(key);
-  if (!found.is_boolean()) {
-    malformed(key, "is not a boolean");
-  }
+  if (!found.is_boolean()) malformed(key, "is not a boolean");
   value = found.get<bool>();
 }
 
@@ -226,9 +196,7 @@ void ControlReader::flag(const char* key, bool& value) const {
 /// because it is written as JSON later.
 static std::string text_in(const json& found, const char* key, std::size_t longest,
                            std::size_t shortest) {
-  if (!found.is_string()) {
-    malformed(key, "is not a string");
-  }
+  if (!found.is_string()) malformed(key, "is not a string");
   auto value = found.get<std::string>();
   if (value.size() < shortest || value.size() > longest || printable(value, longest) != value) {
     malformed(key, "is empty, too long or not printable");
@@ -244,20 +212,14 @@ void ControlReader::text(const char* key, std::string& value, std::size_t longes
 void ControlReader::lines(const char* key, std::vector<std::string>& value, std::size_t most,
                           std::size_t longest) const {
   const json& list = at(key);
-  if (!list.is_array() || list.size() > most) {
-    malformed(key, "is not a list, or too long");
-  }
+  if (!list.is_array() || list.size() > most) malformed(key, "is not a list, or too long");
   value.clear();
-  for (const json& line : list) {
-    value.push_back(text_in(line, key, longest, 0));
-  }
+  for (const json& line : list) value.push_back(text_in(line, key, longest, 0));
 }
 
 void ControlReader::digest(const char* key, std::string& value) const {
   text(key, value, 64);
-  if (!is_sha256_hex(value)) {
-    malformed(key, "is not a SHA-256 digest");
-  }
+  if (!is_sha256_hex(value)) malformed(key, "is not a SHA-256 digest");
 }
 
 void ControlReader::batch(const char* key, CellBatch& value) const {
@@ -301,9 +263,7 @@ void ControlReader::batch(const char* key, CellBatch& value) const {
   }
   value.range = {unsigned_in(range[0], key, 0, UINT64_MAX),
                  unsigned_in(range[1], key, 0, value.grid->cells())};
-  if (value.range.begin >= value.range.end) {
-    malformed(key, "is empty");
-  }
+  if (value.range.begin >= value.range.end) malformed(key, "is empty");
 }
 
 void ControlReader::epochs(const char* key,
@@ -314,9 +274,7 @@ void ControlReader::epochs(const char* key,
   }
   value.clear();
   for (const json& pair : list) {
-    if (!pair.is_array() || pair.size() != 2) {
-      malformed(key, "does not hold pairs");
-    }
+    if (!pair.is_array() || pair.size() != 2) malformed(key, "does not hold pairs");
     value.emplace_back(unsigned_in(pair[0], key, 0, UINT64_MAX),
                        unsigned_in(pair[1], key, 0, UINT64_MAX));
   }
@@ -329,9 +287,7 @@ void ControlReader::numbers(const char* key, std::vector<std::uint64_t>& value,
     malformed(key, ("is not a list of 1 to " + std::to_string(most)).c_str());
   }
   value.clear();
-  for (const json& number : list) {
-    value.push_back(unsigned_in(number, key, 0, UINT64_MAX));
-  }
+  for (const json& number : list) value.push_back(unsigned_in(number, key, 0, UINT64_MAX));
 }
 
 void ControlReader::settings(const char* key, Boxed<RenderSettings>& value) const {
@@ -348,17 +304,13 @@ static void check_utf8(const char* key, const json& value) {
 }
 
 void ControlReader::object(const char* key, nlohmann::json& value) const {
-  if (!at(key).is_object()) {
-    malformed(key, "is not a map");
-  }
+  if (!at(key).is_object()) malformed(key, "is not a map");
   check_utf8(key, at(key));
   value = at(key);
 }
 
 void ControlReader::list(const char* key, nlohmann::json& value) const {
-  if (!at(key).is_array()) {
-    malformed(key, "is not a list");
-  }
+  if (!at(key).is_array()) malformed(key, "is not a list");
   check_utf8(key, at(key));
   value = at(key);
 }
@@ -368,9 +320,7 @@ std::size_t ControlReader::index_of(const char* key,
   std::string name;
   text(key, name, max_name);
   const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) {
-    malformed(key, "is an unknown word");
-  }
+  if (found == names.end()) malformed(key, "is an unknown word");
   return static_cast<std::size_t>(found - names.begin());
 }
 

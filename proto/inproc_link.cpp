@@ -10,9 +10,7 @@ class InprocHub::Mailbox {
   bool put(Delivery delivery) {
     {
       const std::scoped_lock lock(mutex_);
-      if (queue_.size() >= most_waiting) {
-        return false;
-      }
+      if (queue_.size() >= most_waiting) return false;
       queue_.push_back(std::move(delivery));
     }
     changed_.notify_one();
@@ -21,9 +19,7 @@ class InprocHub::Mailbox {
 
   std::optional<Delivery> get() {
     const std::scoped_lock lock(mutex_);
-    if (queue_.empty()) {
-      return {};
-    }
+    if (queue_.empty()) return {};
     Delivery delivery = std::move(queue_.front());
     queue_.pop_front();
     return delivery;
@@ -62,9 +58,7 @@ class InprocHub::CoordinatorEnd final : public Link {
     {
       const std::scoped_lock lock(hub_.mutex_);
       const auto found = hub_.peers_.find(to);
-      if (found == hub_.peers_.end()) {
-        return false;
-      }
+      if (found == hub_.peers_.end()) return false;
       mailbox = found->second;
     }
     return mailbox->put({{}, std::move(content)});

@@ -47,8 +47,7 @@ struct JobHead {
 };
 
 /// Describes the head for messages (ControlWriter, ControlReader) and for records.
-template <typename F>
-void head_fields(F& f, JobHead& head) {
+void head_fields(auto& f, JobHead& head) {
   f.text("name", head.name, max_name, 1);
   f.number("priority", head.priority, 0U, 100U);
   f.settings("settings", head.settings);

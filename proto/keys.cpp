@@ -93,9 +93,7 @@ std::map<std::string, std::string> read_secret_file(const fs::path& file) {
     std::istringstream words(line);
     std::string name;
     std::string value;
-    if (!line.starts_with("# ") && words >> name >> value) {
-      values[name] = value;
-    }
+    if (!line.starts_with("# ") && words >> name >> value) values[name] = value;
   }
   return values;
 }
@@ -128,9 +126,7 @@ struct Member {
 
 /// Reads the rest of a line: nothing or a share.
 bool read_share(std::istringstream& words, double& share) {
-  if (words >> std::ws; words.eof()) {
-    return true;
-  }
+  if (words >> std::ws; words.eof()) return true;
   return words >> share && share >= least_share && share <= largest_share &&
          (words >> std::ws).eof();
 }
@@ -143,9 +139,7 @@ std::vector<Member> read_members(const fs::path& file) {
   std::size_t number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++number;
-    if (line.empty() || line.starts_with("# ")) {
-      continue;
-    }
+    if (line.empty() || line.starts_with("# ")) continue;
     std::istringstream words(line);
     std::string role;
     Member member{};
@@ -170,9 +164,7 @@ void write_members(const fs::path& file, const std::vector<Member>& members, boo
   text << "# ParRay: who may connect. worker|client|admin NAME PUBLIC-KEY [SHARE]\n";
   for (const Member& member : members) {
     text << name_of(member.role) << " " << member.name << " " << member.key;
-    if (member.share != 1) {
-      text << " " << member.share;
-    }
+    if (member.share != 1) text << " " << member.share;
     text << "\n";
   }
   write_key_file(file, text.str(), 0644, fresh);
@@ -190,16 +182,11 @@ Member make_member(const fs::path& directory, const std::string& coordinator, Ro
 
 std::string_view name_of(Role role) {
   switch (role) {
-    case Role::worker:
-      return "worker";
-    case Role::client:
-      return "client";
-    case Role::admin:
-      return "admin";
-    case Role::any:
-      return "any";
-    case Role::none:
-      break;
+    case Role::worker: return "worker";
+    case Role::client: return "client";
+    case Role::admin: return "admin";
+    case Role::any: return "any";
+    case Role::none: break;
   }
   return "none";
 }

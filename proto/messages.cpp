@@ -17,8 +17,7 @@ namespace {
 // Each message's fields are described once for both directions: `f` is a ControlWriter or a
 // ControlReader. PROTOCOL.md is the reference for keys and ranges.
 
-template <typename F>
-void fields(F& f, msg::Hello& m) {
+void fields(auto& f, msg::Hello& m) {
   f.version(m.version);
   f.text("name", m.name, max_name, 1);
   f.text("instance", m.instance, max_name, 1);
@@ -33,28 +32,20 @@ void fields(F& f, msg::Hello& m) {
   f.number_if_there("processors", m.processors, 0U, msg::most_processors);
   f.number_if_there("memory_bytes", m.memory_bytes, std::uint64_t{0}, msg::most_memory_bytes);
 }
-template <typename F>
-void fields(F& f, msg::Welcome& m) {
+void fields(auto& f, msg::Welcome& m) {
   f.number("heartbeat_ms", m.heartbeat_ms, 1U, 60000U);
   f.number("silence_ms", m.silence_ms, 1U, 600000U);
 }
-template <typename F>
-void fields(F& f, msg::Refuse& m) {
-  f.text("reason", m.reason, max_line);
-}
-template <typename F>
-void fields(F& f, msg::Heartbeat& m) {
+void fields(auto& f, msg::Refuse& m) { f.text("reason", m.reason, max_line); }
+void fields(auto& f, msg::Heartbeat& m) {
   f.number("traced", m.traced);
   f.flag("preparing", m.preparing);
   f.epochs("epochs", m.epochs);
   f.real_if_there("load", m.load, 1e6);
 }
-template <typename F>
-void fields(F& /*f*/, msg::HeartbeatAck& /*m*/) {}
-template <typename F>
-void fields(F& /*f*/, msg::Identify& /*m*/) {}
-template <typename F>
-void fields(F& f, msg::Grant& m) {
+void fields(auto& /*f*/, msg::HeartbeatAck& /*m*/) {}
+void fields(auto& /*f*/, msg::Identify& /*m*/) {}
+void fields(auto& f, msg::Grant& m) {
   f.number("job", m.job);
   f.number("pass", m.pass);
   f.number("epoch", m.epoch);
@@ -63,41 +54,32 @@ void fields(F& f, msg::Grant& m) {
   f.settings("settings", m.settings);
   f.duration("longest", m.longest);
 }
-template <typename F>
-void fields(F& f, msg::NeedScene& m) {
+void fields(auto& f, msg::NeedScene& m) {
   f.digest("scene", m.scene);
   f.number("failed", m.failed, 0U, msg::every_source);
 }
-template <typename F>
-void fields(F& f, msg::SceneSource& m) {
+void fields(auto& f, msg::SceneSource& m) {
   f.digest("scene", m.scene);
   f.number("bytes", m.cut.bytes, std::uint64_t{1}, max_scene_bytes);
   f.number("chunk_bytes", m.cut.chunk_bytes, least_chunk_bytes, most_chunk_bytes);
   f.text("address", m.address, max_name);
   f.text("key", m.key, max_name);
 }
-template <typename F>
-void fields(F& f, msg::NeedChunk& m) {
+void fields(auto& f, msg::NeedChunk& m) {
   f.digest("scene", m.scene);
   f.number("chunk", m.chunk);
 }
-template <typename F>
-void fields(F& f, msg::Chunk& m) {
+void fields(auto& f, msg::Chunk& m) {
   f.digest("scene", m.scene);
   f.number("chunk", m.chunk);
   f.flag("packed", m.packed);
 }
-template <typename F>
-void fields(F& f, msg::ChunkLater& m) {
+void fields(auto& f, msg::ChunkLater& m) {
   f.digest("scene", m.scene);
   f.number("chunk", m.chunk);
 }
-template <typename F>
-void fields(F& f, msg::NoScene& m) {
-  f.digest("scene", m.scene);
-}
-template <typename F>
-void fields(F& f, msg::Result& m) {
+void fields(auto& f, msg::NoScene& m) { f.digest("scene", m.scene); }
+void fields(auto& f, msg::Result& m) {
   f.number("job", m.job);
   f.number("epoch", m.epoch);
   f.duration("seconds", m.seconds);
@@ -106,41 +88,32 @@ void fields(F& f, msg::Result& m) {
   f.text("isa", m.isa, max_name);
   f.number("count", m.count);
 }
-template <typename F>
-void fields(F& f, msg::Failed& m) {
+void fields(auto& f, msg::Failed& m) {
   f.number("job", m.job);
   f.number("epoch", m.epoch);
   f.text("reason", m.reason, max_line);
 }
-template <typename F>
-void fields(F& f, msg::ResultVerdict& m) {
+void fields(auto& f, msg::ResultVerdict& m) {
   f.number("job", m.job);
   f.number("epoch", m.epoch);
   f.word("verdict", m.verdict, verdict_names);
 }
-template <typename F>
-void fields(F& f, msg::Revoke& m) {
+void fields(auto& f, msg::Revoke& m) {
   f.number("job", m.job);
   f.number("epoch", m.epoch);
 }
-template <typename F>
-void fields(F& f, msg::Bye& m) {
-  f.text("reason", m.reason, max_line);
-}
-template <typename F>
-void fields(F& f, msg::Submit& m) {
+void fields(auto& f, msg::Bye& m) { f.text("reason", m.reason, max_line); }
+void fields(auto& f, msg::Submit& m) {
   f.number("request", m.request);
   f.text("token", m.token, 64, 1);
   f.text("user", m.user, 64);
   head_fields(f, m);
 }
-template <typename F>
-void fields(F& f, msg::Submitted& m) {
+void fields(auto& f, msg::Submitted& m) {
   f.number("request", m.request);
   f.number("job", m.job);
 }
-template <typename F>
-void fields(F& f, msg::ListJobs& m) {
+void fields(auto& f, msg::ListJobs& m) {
   f.number("request", m.request);
   f.number_if_there("before", m.before);
   f.number_if_there("limit", m.limit, 1U, msg::most_listed);
@@ -151,52 +124,44 @@ void fields(F& f, msg::ListJobs& m) {
   f.word_if_there("order", m.order, job_order_names);
   f.number_if_there("offset", m.offset);
 }
-template <typename F>
-void fields(F& f, msg::Jobs& m) {
+void fields(auto& f, msg::Jobs& m) {
   f.number("request", m.request);
   f.list("jobs", m.jobs);
   f.number_if_there("total", m.total);
 }
-template <typename F>
-void fields(F& f, msg::ShowJob& m) {
+void fields(auto& f, msg::ShowJob& m) {
   f.number("request", m.request);
   f.number("job", m.job);
   f.number("from_frame", m.from_frame, 0U, limits::max_frame);
 }
-template <typename F>
-void fields(F& f, msg::Job& m) {
+void fields(auto& f, msg::Job& m) {
   f.number("request", m.request);
   f.object("job", m.job);
 }
-template <typename F>
-void fields(F& f, msg::SteerJob& m) {
+void fields(auto& f, msg::SteerJob& m) {
   f.number("request", m.request);
   f.number("job", m.job);
   f.word("action", m.action, job_action_names);
   f.number("priority", m.priority, 0U, 100U);
 }
-template <typename F>
-void fields(F& f, msg::SteerJobs& m) {
+void fields(auto& f, msg::SteerJobs& m) {
   f.number("request", m.request);
   f.numbers("jobs", m.jobs, msg::most_steered);
   f.word("action", m.action, job_action_names);
   f.number("priority", m.priority, 0U, 100U);
 }
-template <typename F>
-void fields(F& f, msg::Steered& m) {
+void fields(auto& f, msg::Steered& m) {
   f.number("request", m.request);
   f.list("results", m.results);
 }
-template <typename F>
-void fields(F& f, msg::Fetch& m) {
+void fields(auto& f, msg::Fetch& m) {
   f.number("request", m.request);
   f.number("job", m.job);
   f.flag("partial", m.partial);
   f.flag("statistics", m.statistics);
   f.flag("replicates", m.replicates);
 }
-template <typename F>
-void fields(F& f, msg::ImageData& m) {
+void fields(auto& f, msg::ImageData& m) {
   f.number("request", m.request);
   f.object("report", m.report);
   f.number("width", m.width, 1U, limits::max_image_side);
@@ -204,79 +169,65 @@ void fields(F& f, msg::ImageData& m) {
   f.flag("statistics", m.statistics);
   f.flag("replicates", m.replicates);
 }
-template <typename F>
-void fields(F& f, msg::FetchJournal& m) {
+void fields(auto& f, msg::FetchJournal& m) {
   f.number("request", m.request);
   f.number("job", m.job);
 }
-template <typename F>
-void fields(F& f, msg::JournalData& m) {
+void fields(auto& f, msg::JournalData& m) {
   f.number("request", m.request);
   f.object("job", m.job);
   f.object("report", m.report);
 }
-template <typename F>
-void fields(F& f, msg::FetchScene& m) {
+void fields(auto& f, msg::FetchScene& m) {
   f.number("request", m.request);
   f.number("job", m.job);
 }
-template <typename F>
-void fields(F& f, msg::SceneData& m) {
+void fields(auto& f, msg::SceneData& m) {
   f.number("request", m.request);
   f.settings("settings", m.settings);
   f.text_if_there("drawing", m.drawing, max_drawing);
 }
-template <typename F>
-void fields(F& f, msg::ListWorkers& m) {
+void fields(auto& f, msg::ListWorkers& m) {
   f.number("request", m.request);
   f.number_if_there("offset", m.offset);
   f.number_if_there("limit", m.limit, 1U, msg::most_listed);
 }
-template <typename F>
-void fields(F& f, msg::SteerWorkers& m) {
+void fields(auto& f, msg::SteerWorkers& m) {
   f.number("request", m.request);
   f.word("action", m.action, worker_action_names);
   f.flag("host", m.host);
   f.text("name", m.name, max_name, 1);
 }
-template <typename F>
-void fields(F& f, msg::Workers& m) {
+void fields(auto& f, msg::Workers& m) {
   f.number("request", m.request);
   f.list("workers", m.workers);
   f.number("total", m.total);
 }
-template <typename F>
-void fields(F& f, msg::ShowFarm& m) {
+void fields(auto& f, msg::ShowFarm& m) {
   f.number("request", m.request);
   f.flag_if_there("history", m.history);
 }
-template <typename F>
-void fields(F& f, msg::Farm& m) {
+void fields(auto& f, msg::Farm& m) {
   f.number("request", m.request);
   f.object("farm", m.farm);
 }
-template <typename F>
-void fields(F& f, msg::ShowWorker& m) {
+void fields(auto& f, msg::ShowWorker& m) {
   f.number("request", m.request);
   f.text("name", m.name, max_name, 1);
 }
-template <typename F>
-void fields(F& f, msg::Worker& m) {
+void fields(auto& f, msg::Worker& m) {
   f.number("request", m.request);
   f.object("worker", m.worker);
 }
-template <typename F>
-void fields(F& f, msg::ShowLog& m) {
+void fields(auto& f, msg::ShowLog& m) {
   f.number("request", m.request);
   f.text("name", m.name, max_name, 1);
 }
-template <typename F>
-void fields(F& f, msg::Log& m) {
+void fields(auto& f, msg::Log& m) {
   f.number("request", m.request);
   f.lines("lines", m.lines, msg::most_log_lines, msg::most_log_line);
 }
-template <typename F>
-void fields(F& f, msg::Error& m) {
+void fields(auto& f, msg::Error& m) {
   f.number("request", m.request);
   f.number("status", m.status, 1U, 2U);
   f.text("message", m.message, max_line);
@@ -317,9 +268,7 @@ Bulk bulk_of(const msg::ImageData& m) { return m.picture.bytes(detail_of(m)); }
 void set_bulk(msg::Grant& m, const Bulk& bulk) {
   static_assert(sizeof(SampleRange) == 8, "ranges are copied from the wire as they lie");
   const std::string_view data = bulk.verified();
-  if (data.empty()) {
-    return;
-  }
+  if (data.empty()) return;
   CellBatch& batch = m.cells;
   const std::uint64_t pixels = batch.range.count() * batch.grid->shape().cell_pixels;
   if (data.size() / sizeof(SampleRange) != pixels || data.size() % sizeof(SampleRange) != 0) {
@@ -352,8 +301,7 @@ void set_bulk(msg::ImageData& m, Bulk bulk) {
 }
 
 /// Checks the relations between fields of a message.
-template <typename M>
-void check(const M& /*m*/) {}
+void check(const auto& /*m*/) {}
 void check(const msg::Grant& m) {
   const GridShape& shape = m.cells.grid->shape();
   // In passes, samples_per_pixel bounds only the mean over all pixels.
@@ -426,9 +374,7 @@ Frames encode(const Message& message) {
 }
 
 Message decode(const Frames& frames) {
-  if (frames.empty()) {
-    throw ProtocolError("message has no frames");
-  }
+  if (frames.empty()) throw ProtocolError("message has no frames");
   ControlReader reader(frames[0].view());
   if (reader.protocol() != protocol_version) {
     if (reader.type() == "hello") {  // its other keys may differ; this one is enough to refuse it
@@ -454,16 +400,12 @@ Message decode(const Frames& frames) {
 Envelope Link::seal(Message message) const { return encode(message); }
 
 Message Envelope::open() const {
-  if (const auto* frames = std::get_if<Frames>(&content_)) {
-    return decode(*frames);
-  }
+  if (const auto* frames = std::get_if<Frames>(&content_)) return decode(*frames);
   return std::get<Message>(content_);
 }
 
 Frames Envelope::frames() const {
-  if (const auto* message = std::get_if<Message>(&content_)) {
-    return encode(*message);
-  }
+  if (const auto* message = std::get_if<Message>(&content_)) return encode(*message);
   return std::get<Frames>(content_);
 }
 

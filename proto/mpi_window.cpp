@@ -18,8 +18,7 @@ constexpr std::size_t most_bytes = std::size_t{1} << 30;
 enum Tag : int { request_tag = 1, bytes_tag, reply_tag };
 
 /// Calls `part(offset, count)` for every part of a transfer.
-template <typename Part>
-void in_parts(std::size_t bytes, Part part) {
+void in_parts(std::size_t bytes, auto part) {
   for (std::size_t done = 0; done < bytes; done += most_bytes) {
     part(done, static_cast<int>(std::min(bytes - done, most_bytes)));
   }
@@ -30,9 +29,7 @@ constexpr MPI_Aint displacement(std::size_t bytes) { return static_cast<MPI_Aint
 }  // namespace
 
 void check_mpi(int code, const char* what) {
-  if (code == MPI_SUCCESS) {
-    return;
-  }
+  if (code == MPI_SUCCESS) return;
   std::array<char, MPI_MAX_ERROR_STRING> text{};
   int length = 0;
   MPI_Error_string(code, text.data(), &length);
@@ -111,20 +108,14 @@ bool MpiWindow::works() {
   const std::array value = {own};
   first.put(own * sizeof own, std::as_bytes(std::span(value)));
   Window& next = targets_[own % all];
-  if (own < all) {
-    next.store(0, own);
-  }
+  if (own < all) next.store(0, own);
   MPI_Barrier(comm_);
   progress();
   good = first.load(0) == all * (all + 1) / 2 && first.load(own % all + 1) == own % all + 1 && good;
-  if (own < all) {
-    good = next.fetch_add(0, 0 - own) == own && next.load(0) == 0 && good;
-  }
+  if (own < all) good = next.fetch_add(0, 0 - own) == own && next.load(0) == 0 && good;
   MPI_Barrier(comm_);
   first.store(own, 0);
-  if (rank_ == 0) {
-    first.store(0, 0);
-  }
+  if (rank_ == 0) first.store(0, 0);
   int everywhere = good ? 1 : 0;
   MPI_Allreduce(MPI_IN_PLACE, &everywhere, 1, MPI_INT, MPI_MIN, comm_);
   return everywhere != 0;

@@ -40,9 +40,7 @@ bool own_of(int socket, Address& address) {
 constexpr std::uint32_t loopback_net = 127;
 
 bool is_loopback(const Address& address) {
-  if (address.family() == AF_INET) {
-    return ntohl(address.v4().sin_addr.s_addr) >> 24 == loopback_net;
-  }
+  if (address.family() == AF_INET) return ntohl(address.v4().sin_addr.s_addr) >> 24 == loopback_net;
   const in6_addr& v6 = address.v6().sin6_addr;
   return address.family() == AF_INET6 &&
          (IN6_IS_ADDR_LOOPBACK(&v6) ||
@@ -70,9 +68,7 @@ bool other_family(Address& address) {
     v6.sin6_addr.s6_addr[10] = v6.sin6_addr.s6_addr[11] = 0xFF;
     std::memcpy(&v6.sin6_addr.s6_addr[12], &address.v4().sin_addr, sizeof(in_addr));
   } else {
-    if (!IN6_IS_ADDR_V4MAPPED(&address.v6().sin6_addr)) {
-      return false;
-    }
+    if (!IN6_IS_ADDR_V4MAPPED(&address.v6().sin6_addr)) return false;
     auto& v4 = *reinterpret_cast<sockaddr_in*>(&other.bytes);
     v4.sin_family = AF_INET;
     v4.sin_port = address.v6().sin6_port;
@@ -86,9 +82,7 @@ bool other_family(Address& address) {
 /// its owner.
 bool find_owner(const Address& from, const Address& to, std::uint32_t& user) {
   const int netlink = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_SOCK_DIAG);
-  if (netlink < 0) {
-    return false;
-  }
+  if (netlink < 0) return false;
   struct {
     nlmsghdr head{};
     inet_diag_req_v2 question{};
@@ -112,13 +106,9 @@ bool find_owner(const Address& from, const Address& to, std::uint32_t& user) {
   close(netlink);
   nlmsghdr head{};
   inet_diag_msg found{};
-  if (size < static_cast<ssize_t>(NLMSG_HDRLEN + sizeof found)) {
-    return false;
-  }
+  if (size < static_cast<ssize_t>(NLMSG_HDRLEN + sizeof found)) return false;
   std::memcpy(&head, answer.data(), sizeof head);
-  if (head.nlmsg_type != SOCK_DIAG_BY_FAMILY) {
-    return false;
-  }
+  if (head.nlmsg_type != SOCK_DIAG_BY_FAMILY) return false;
   std::memcpy(&found, answer.data() + NLMSG_HDRLEN, sizeof found);
   user = found.idiag_uid;
   return true;
@@ -131,9 +121,7 @@ bool is_of_this_user(int socket, Address peer) {
     return getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &who, &size) == 0 && who.uid == geteuid();
   }
   Address own;
-  if (!is_loopback(peer) || !own_of(socket, own)) {
-    return false;
-  }
+  if (!is_loopback(peer) || !own_of(socket, own)) return false;
   std::uint32_t user = 0;
   const bool found = find_owner(peer, own, user) ||
                      (other_family(peer) && other_family(own) && find_owner(peer, own, user));
@@ -144,16 +132,12 @@ bool is_of_this_user(int socket, Address peer) {
 
 bool OwnPeers::has(int socket) {
   Address peer;
-  if (socket < 0 || !peer_of(socket, peer)) {
-    return false;
-  }
+  if (socket < 0 || !peer_of(socket, peer)) return false;
   // All peers of a socket file look alike, and asking is cheap.
   const bool named = peer.family() != AF_UNIX;
   const std::string name(reinterpret_cast<const char*>(&peer.bytes), peer.size);
   const auto known = known_.find(socket);
-  if (named && known != known_.end() && known->second.peer == name) {
-    return known->second.ours;
-  }
+  if (named && known != known_.end() && known->second.peer == name) return known->second.ours;
   const bool ours = is_of_this_user(socket, peer);
   known_[socket] = {name, ours};
   return ours;

@@ -24,24 +24,18 @@ Bulk Bulk::of(Frame bytes) {
 }
 
 std::shared_ptr<const Scene> ScenePayload::scene() const {
-  if (const auto* scene = std::get_if<0>(&content_)) {
-    return *scene;
-  }
+  if (const auto* scene = std::get_if<0>(&content_)) return *scene;
   return std::make_shared<const Scene>(scene_from_bytes(std::get<Bulk>(content_).verified()));
 }
 
 Bulk ScenePayload::bytes() const {
-  if (const auto* scene = std::get_if<0>(&content_)) {
-    return Bulk::of(scene_to_bytes(**scene));
-  }
+  if (const auto* scene = std::get_if<0>(&content_)) return Bulk::of(scene_to_bytes(**scene));
   (void)std::get<Bulk>(content_).verified();
   return std::get<Bulk>(content_);
 }
 
 std::string ScenePayload::identity() const {
-  if (const auto* scene = std::get_if<0>(&content_)) {
-    return scene_identity(**scene);
-  }
+  if (const auto* scene = std::get_if<0>(&content_)) return scene_identity(**scene);
   return scene_identity(std::get<Bulk>(content_).verified());
 }
 
@@ -65,33 +59,25 @@ std::shared_ptr<const TracedCells> CellsPayload::open(const CellBatch& batch,
 }
 
 Bulk CellsPayload::packed(const CellGrid& grid) const {
-  if (const auto* cells = std::get_if<0>(&content_)) {
-    return Bulk::of(pack_cells(**cells, grid));
-  }
+  if (const auto* cells = std::get_if<0>(&content_)) return Bulk::of(pack_cells(**cells, grid));
   (void)std::get<Bulk>(content_).verified();
   return std::get<Bulk>(content_);
 }
 
 std::uint64_t CellsPayload::size() const {
-  if (const auto* cells = std::get_if<0>(&content_)) {
-    return *cells ? (*cells)->records.size() : 0;
-  }
+  if (const auto* cells = std::get_if<0>(&content_)) return *cells ? (*cells)->records.size() : 0;
   return std::get<Bulk>(content_).data.size();
 }
 
 std::shared_ptr<const PictureParts> PicturePayload::picture(std::uint32_t width,
                                                             std::uint32_t height) const {
-  if (const auto* picture = std::get_if<0>(&content_)) {
-    return *picture;
-  }
+  if (const auto* picture = std::get_if<0>(&content_)) return *picture;
   return std::make_shared<const PictureParts>(
       picture_from_bytes(width, height, std::get<Bulk>(content_).verified()));
 }
 
 void PicturePayload::verify() const {
-  if (const auto* bulk = std::get_if<Bulk>(&content_)) {
-    (void)bulk->verified();
-  }
+  if (const auto* bulk = std::get_if<Bulk>(&content_)) (void)bulk->verified();
 }
 
 Bulk PicturePayload::bytes(PictureDetail detail) const {

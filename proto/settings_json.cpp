@@ -15,8 +15,7 @@ namespace {
 using nlohmann::json;
 
 /// Returns the settings for which `wanted(setting, value)` is true, with the names of words.
-template <typename Wanted>
-json map_of(const RenderSettings& settings, const Wanted& wanted) {
+json map_of(const RenderSettings& settings, const auto& wanted) {
   json map;
   settings_fields(
       [&](const Setting& setting, const auto& /*rule*/, const auto& value) {
@@ -73,9 +72,7 @@ std::uint64_t natural_in(const json& map, const char* key, std::uint64_t most) {
     throw ProtocolError(std::string("'") + key + "' is missing or not an unsigned integer");
   }
   const auto value = found->get<std::uint64_t>();
-  if (value > most) {
-    throw ProtocolError(std::string("'") + key + "' is out of its range");
-  }
+  if (value > most) throw ProtocolError(std::string("'") + key + "' is out of its range");
   return value;
 }
 
@@ -102,9 +99,7 @@ json settings_in_report(const RenderSettings& settings) {
 }
 
 Boxed<RenderSettings> settings_from_json(const json& map) {
-  if (!map.is_object()) {
-    throw ProtocolError("settings are not a map");
-  }
+  if (!map.is_object()) throw ProtocolError("settings are not a map");
   RenderSettings settings;
   bool automatic = false;
   try {
@@ -118,9 +113,7 @@ Boxed<RenderSettings> settings_from_json(const json& map) {
   } catch (const InputError& error) {
     throw ProtocolError(error.what());
   }
-  if (automatic) {
-    throw ProtocolError("settings: a value other than 'isa' is still 'auto'");
-  }
+  if (automatic) throw ProtocolError("settings: a value other than 'isa' is still 'auto'");
   return settings;
 }
 

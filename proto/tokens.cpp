@@ -44,9 +44,7 @@ void write_tokens(const fs::path& directory, const Tokens& tokens) {
   const fs::path fresh = file.string() + ".new";
   std::ofstream out(fresh);
   out << "# ParRay: tokens for HTTP. NAME SHA-256\n";
-  for (const auto& [name, digest] : tokens) {
-    out << name << " " << digest << "\n";
-  }
+  for (const auto& [name, digest] : tokens) out << name << " " << digest << "\n";
   out.close();
   std::error_code error;
   // Independent of the umask.
@@ -70,9 +68,7 @@ std::string random_text() {
       "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-_";
   std::random_device device;
   std::string text = "parray_";
-  for (int i = 0; i < 43; ++i) {
-    text += letters[device() % letters.size()];
-  }
+  for (int i = 0; i < 43; ++i) text += letters[device() % letters.size()];
   return text;
 }
 

@@ -56,16 +56,10 @@ std::uint64_t perform(const WindowRequest& request, std::span<std::byte> memory,
   LocalWindow window(memory);
   if (fits) {
     switch (operation) {
-      case Operation::fetch_add:
-        return window.fetch_add(place, value);
-      case Operation::load:
-        return window.load(place);
-      case Operation::store:
-        window.store(place, value);
-        return 0;
-      case Operation::put:
-        receive(memory.subspan(place, value));
-        return 0;
+      case Operation::fetch_add: return window.fetch_add(place, value);
+      case Operation::load: return window.load(place);
+      case Operation::store: window.store(place, value); return 0;
+      case Operation::put: receive(memory.subspan(place, value)); return 0;
     }
   }
   throw RunError("a rank sent a request that reaches outside the window");

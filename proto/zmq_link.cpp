@@ -95,17 +95,13 @@ class ZmqLink final : public Link {
   bool send(const PeerId& to, Envelope content) override { return socket_.send(to, content); }
 
   std::optional<Delivery> receive() override {
-    if (authenticator_) {
-      authenticator_->serve();
-    }
+    if (authenticator_) authenticator_->serve();
     return socket_.receive();
   }
 
   void wait(Time timeout) override {
     std::vector<zmq::pollitem_t> items{{socket_.raw().handle(), 0, ZMQ_POLLIN, 0}};
-    if (authenticator_) {
-      items.push_back({authenticator_->handle(), 0, ZMQ_POLLIN, 0});
-    }
+    if (authenticator_) items.push_back({authenticator_->handle(), 0, ZMQ_POLLIN, 0});
     wake_up_.poll(std::move(items), timeout);
   }
 
@@ -124,9 +120,7 @@ bool is_loopback(const std::string& endpoint) {
   constexpr std::array<std::string_view, 3> prefixes = {
       "tcp://[::1]:", "tcp://localhost:", "ipc://"};
   for (const std::string_view prefix : prefixes) {
-    if (endpoint.starts_with(prefix)) {
-      return true;
-    }
+    if (endpoint.starts_with(prefix)) return true;
   }
   constexpr std::string_view net = "tcp://127.";
   const std::size_t colon = endpoint.rfind(':');  // the host must be digits: 127.example is a name
@@ -139,9 +133,7 @@ class ZmqServer::Impl {
   Impl(const std::string& endpoint, std::size_t max_message_bytes,
        const std::filesystem::path& keys, Admits admits)
       : link_(zmq::socket_type::router, max_message_bytes, seconds(1)) {
-    if (!keys.empty()) {
-      link_.admit_only(keys, admits);
-    }
+    if (!keys.empty()) link_.admit_only(keys, admits);
     try {
       link_.socket().raw().bind(endpoint);
     } catch (const zmq::error_t& error) {
@@ -169,9 +161,7 @@ const std::string& ZmqServer::endpoint() const { return impl_->endpoint(); }
 std::unique_ptr<Link> zmq_connect(const std::string& addresses, std::size_t max_message_bytes,
                                   Time linger, const std::optional<MemberKey>& key) {
   auto link = std::make_unique<ZmqLink>(zmq::socket_type::dealer, max_message_bytes, linger);
-  if (key) {
-    link->socket().speak_as(key->own, key->coordinator);
-  }
+  if (key) link->socket().speak_as(key->own, key->coordinator);
   link->socket().connect(AddressList(addresses));
   return link;
 }

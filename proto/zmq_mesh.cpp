@@ -27,9 +27,7 @@ class ZmqMesh::Impl {
   explicit Impl(const ZmqMeshOptions& options)
       : coordinator_(context_, zmq::socket_type::dealer, options.max_message_bytes,
                      options.linger) {
-    if (options.key) {
-      coordinator_.speak_as(options.key->own, options.key->coordinator);
-    }
+    if (options.key) coordinator_.speak_as(options.key->own, options.key->coordinator);
     AddressList addresses(options.coordinator);
     const bool here = std::all_of(addresses.all().begin(), addresses.all().end(), is_loopback);
     coordinator_.connect(std::move(addresses));
@@ -42,12 +40,8 @@ class ZmqMesh::Impl {
   [[nodiscard]] const std::string& key() const { return own_.open; }
 
   bool send(const PeerId& to, const Envelope& content) {
-    if (to.empty()) {
-      return coordinator_.send({}, content);
-    }
-    if (to.front() == asker) {
-      return asked_ && asked_->send(to.substr(1), content);
-    }
+    if (to.empty()) return coordinator_.send({}, content);
+    if (to.front() == asker) return asked_ && asked_->send(to.substr(1), content);
     return connect(to) && source_->socket.send({}, content);
   }
 
@@ -55,21 +49,15 @@ class ZmqMesh::Impl {
   std::optional<Delivery> receive() {
     for (int i = 0; i < 3; ++i) {
       turn_ = (turn_ + 1) % 3;
-      if (auto delivery = receive_from(turn_)) {
-        return delivery;
-      }
+      if (auto delivery = receive_from(turn_)) return delivery;
     }
     return {};
   }
 
   void wait(Time timeout) {
     std::vector<zmq::pollitem_t> items{{coordinator_.raw().handle(), 0, ZMQ_POLLIN, 0}};
-    if (asked_) {
-      items.push_back({asked_->raw().handle(), 0, ZMQ_POLLIN, 0});
-    }
-    if (source_) {
-      items.push_back({source_->socket.raw().handle(), 0, ZMQ_POLLIN, 0});
-    }
+    if (asked_) items.push_back({asked_->raw().handle(), 0, ZMQ_POLLIN, 0});
+    if (source_) items.push_back({source_->socket.raw().handle(), 0, ZMQ_POLLIN, 0});
     wake_up_.poll(std::move(items), timeout);
   }
 
@@ -96,14 +84,10 @@ class ZmqMesh::Impl {
 
   /// Connects to `to`; see peer_at(). Returns false if `to` is not such an id.
   bool connect(const PeerId& to) {
-    if (source_ && source_->id == to) {
-      return true;
-    }
+    if (source_ && source_->id == to) return true;
     source_.reset();
     const std::size_t space = to.find(' ');
-    if (space == std::string::npos || own_.open.empty()) {
-      return false;
-    }
+    if (space == std::string::npos || own_.open.empty()) return false;
     ZmqSocket socket(context_, zmq::socket_type::dealer, most_answered_bytes, Time(0));
     try {
       socket.speak_as(own_, to.substr(space + 1));
@@ -116,14 +100,10 @@ class ZmqMesh::Impl {
   }
 
   std::optional<Delivery> receive_from(int which) {
-    if (which == 0) {
-      return coordinator_.receive();
-    }
+    if (which == 0) return coordinator_.receive();
     auto delivery = which == 1 ? (asked_ ? asked_->receive() : std::nullopt)
                                : (source_ ? source_->socket.receive() : std::nullopt);
-    if (delivery) {
-      delivery->peer = which == 1 ? asker + delivery->peer : source_->id;
-    }
+    if (delivery) delivery->peer = which == 1 ? asker + delivery->peer : source_->id;
     return delivery;
   }
 

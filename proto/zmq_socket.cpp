@@ -21,9 +21,7 @@ constexpr std::size_t most_parts = 16;
 /// The socket holds the frame until it is sent; copying a small frame is cheaper.
 zmq::message_t part_of(const Frame& frame) {
   constexpr std::size_t small = 4096;
-  if (frame.size() <= small) {
-    return {frame.view().data(), frame.size()};
-  }
+  if (frame.size() <= small) return {frame.view().data(), frame.size()};
   auto held = std::make_unique<std::shared_ptr<const void>>(frame.owner());
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): ZeroMQ does not write to what it sends
   return {const_cast<char*>(frame.view().data()), frame.size(),
@@ -42,9 +40,7 @@ Frame frame_of(zmq::message_t part) {
 std::string random_id() {
   std::random_device device;
   std::string id = "p";  // ids that begin with a zero byte are ZeroMQ's own
-  for (int i = 0; i < 16; ++i) {
-    id += static_cast<char>('a' + device() % 26);
-  }
+  for (int i = 0; i < 16; ++i) id += static_cast<char>('a' + device() % 26);
   return id;
 }
 
@@ -106,9 +102,7 @@ void ZmqSocket::speak_as(const KeyPair& own, const std::string& server) {
 void ZmqSocket::connect(AddressList addresses) {
   for (const std::string& address : addresses.all()) {
     connect_to(address);  // so that a bad address is reported now
-    if (address != addresses.current()) {
-      socket_.disconnect(address);
-    }
+    if (address != addresses.current()) socket_.disconnect(address);
   }
   addresses_ = std::move(addresses);
 }
@@ -123,9 +117,7 @@ void ZmqSocket::connect_to(const std::string& address) {
 }
 
 void ZmqSocket::leave_silent_address() {
-  if (!addresses_) {
-    return;
-  }
+  if (!addresses_) return;
   const std::string left = addresses_->current();
   if (addresses_->move_on(clock_.now())) {
     socket_.disconnect(left);
@@ -135,23 +127,17 @@ void ZmqSocket::leave_silent_address() {
 
 bool ZmqSocket::send(const PeerId& to, const Envelope& content) {
   std::vector<zmq::message_t> parts;
-  if (router_) {
-    parts.emplace_back(to.data(), to.size());
-  }
+  if (router_) parts.emplace_back(to.data(), to.size());
   std::size_t bytes = 0;
   for (const Frame& frame : content.frames()) {
     parts.push_back(part_of(frame));
     bytes += frame.size();
   }
-  if (addresses_) {
-    addresses_->sent(clock_.now(), bytes);
-  }
+  if (addresses_) addresses_->sent(clock_.now(), bytes);
   try {
     return zmq::send_multipart(socket_, parts, zmq::send_flags::dontwait).has_value();
   } catch (const zmq::error_t& error) {
-    if (error.num() == EHOSTUNREACH || error.num() == EINTR) {
-      return false;
-    }
+    if (error.num() == EHOSTUNREACH || error.num() == EINTR) return false;
     throw RunError(std::string("sending a message: ") + error.what());
   }
 }
@@ -183,13 +169,9 @@ std::optional<Delivery> ZmqSocket::receive() {
       frames.push_back(frame_of(std::move(part)));
     }
   }
-  if (more || dropping_) {
-    frames.clear();
-  }
+  if (more || dropping_) frames.clear();
   dropping_ = more;
-  if (addresses_) {
-    addresses_->heard();
-  }
+  if (addresses_) addresses_->heard();
   delivery.content = std::move(frames);
   return delivery;
 }
@@ -199,9 +181,7 @@ bool ZmqSocket::receive_part(zmq::message_t& part) {
   try {
     return socket_.recv(part, zmq::recv_flags::dontwait).has_value();
   } catch (const zmq::error_t& error) {
-    if (error.num() == EINTR) {
-      return false;
-    }
+    if (error.num() == EINTR) return false;
     throw RunError(std::string("receiving a message: ") + error.what());
   }
 }
@@ -215,9 +195,7 @@ WakeUp::WakeUp() : fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
 WakeUp::~WakeUp() { close(fd_); }
 
 void WakeUp::raise() const noexcept {
-  if (raised_.exchange(true)) {
-    return;
-  }
+  if (raised_.exchange(true)) return;
   const std::uint64_t one = 1;
   // If the counter is full, it is already raised.
   [[maybe_unused]] const auto written = write(fd_, &one, sizeof one);

@@ -39,16 +39,12 @@ class CellTracer {
     std::vector<PixelSums> sums(ranges.size());
     TraceCounts counts;
     tracer_.trace_run(run, RunSamples(ranges), sums, counts);
-    for (std::size_t i = 1; cell.step > 1 && i < cell.pixels(); ++i) {
-      sums[i] = sums[i * cell.step];
-    }
+    for (std::size_t i = 1; cell.step > 1 && i < cell.pixels(); ++i) sums[i] = sums[i * cell.step];
     sums.resize(cell.pixels());
     if (counts.nonfinite > 0) {
       const auto found = locate_nonfinite(tracer_, run, ranges);
       const std::scoped_lock lock(mutex_);
-      for (const ExcludedSamples& some : found) {
-        excluded_.emplace_back(index, some);
-      }
+      for (const ExcludedSamples& some : found) excluded_.emplace_back(index, some);
     }
     const Time now = clock_.now();
     const CellHeader header{counts.rays, counts.nonfinite, counts.lost,
@@ -65,13 +61,9 @@ class CellTracer {
   /// Returns the result of the cells before `end`. `samples` is the number of all traced samples.
   TracedCells take(std::uint64_t end, std::uint64_t samples, Time began) {
     result_.samples = samples;
-    if (end < batch_.range.end) {
-      cut(end);
-    }
+    if (end < batch_.range.end) cut(end);
     for (const auto& [index, some] : excluded_) {
-      if (index < end) {
-        result_.excluded.push_back(some);
-      }
+      if (index < end) result_.excluded.push_back(some);
     }
     // Threads find excluded samples in any order. Sorting makes the bytes of equal leases equal.
     std::sort(result_.excluded.begin(), result_.excluded.end());
@@ -124,24 +116,18 @@ TracedCells trace_cells(const PathTracer& tracer, const CellBatch& batch, int th
       }
       const std::uint64_t last = std::min({first + piece, batch.range.end, end});
       for (std::uint64_t index = first; index < last; ++index) {
-        if (stop.load(std::memory_order_relaxed) || failed.load(std::memory_order_relaxed)) {
-          break;
-        }
+        if (stop.load(std::memory_order_relaxed) || failed.load(std::memory_order_relaxed)) break;
         try {
           const std::uint64_t count = cells.trace(index, since);
           samples += count;
           traced.fetch_add(count, std::memory_order_relaxed);
         } catch (...) {  // no exception may leave an OpenMP region
-          if (!failed.exchange(true)) {
-            failure = std::current_exception();
-          }
+          if (!failed.exchange(true)) failure = std::current_exception();
         }
       }
     }
   }
-  if (failure) {
-    std::rethrow_exception(failure);
-  }
+  if (failure) std::rethrow_exception(failure);
   return cells.take(end, samples, began);
 }
 

@@ -36,9 +36,7 @@ void LeaseRunner::stop() {
 }
 
 void LeaseRunner::drop_unwanted() {
-  if (next_ && !source_.wants(next_->lease.key())) {
-    next_.reset();
-  }
+  if (next_ && !source_.wants(next_->lease.key())) next_.reset();
   if (tracing_ && !source_.wants(*tracing_)) {
     team_.abandon();
     tracing_.reset();
@@ -55,9 +53,7 @@ void LeaseRunner::keep_at_work(Time now, bool copies) {
 
 void LeaseRunner::hand_in() {
   auto finished = team_.take();
-  if (!finished || !tracing_) {
-    return;
-  }
+  if (!finished || !tracing_) return;
   tracing_.reset();
   note(*finished);
   // The team continues while the result travels. Copies of other workers' leases are not worth a
@@ -70,9 +66,7 @@ void LeaseRunner::hand_in() {
 }
 
 void LeaseRunner::note(const LeaseResult& finished) {
-  if (!finished.cells) {
-    return;
-  }
+  if (!finished.cells) return;
   const TracedCells& cells = *finished.cells;
   if (cells.seconds > 0 && cells.samples > 0) {
     const double speed = static_cast<double>(cells.samples) / cells.seconds;
@@ -86,9 +80,7 @@ void LeaseRunner::note(const LeaseResult& finished) {
 }
 
 void LeaseRunner::start_next(Time now) {
-  if (!next_ || !team_.idle()) {
-    return;
-  }
+  if (!next_ || !team_.idle()) return;
   LeaseSource::Taken taken = std::move(*next_);
   next_.reset();
   tracing_ = taken.lease.key();
@@ -112,9 +104,7 @@ void LeaseRunner::take(Time now, bool idle) {
   // While the team works, there is no hurry: hand_in() asks again.
   take_at_ = wait_ > Time(0) ? now + wait_ : never;
   over_ = taken.answer == LeaseSource::Answer::over;
-  if (taken.answer != LeaseSource::Answer::lease) {
-    return;
-  }
+  if (taken.answer != LeaseSource::Answer::lease) return;
   if (taken.fresh) {
     ++tally_.leases;
     tally_.taking += clock_.now() - now;

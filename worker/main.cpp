@@ -117,12 +117,8 @@ class ConnectionLog {
  private:
   bool idle_for_too_long() {
     const Time now = clock_.now();
-    if (!worker_.idle()) {
-      last_work_ = now;
-    }
-    if (idle_exit_ == 0 || to_seconds(now - last_work_) < idle_exit_) {
-      return false;
-    }
+    if (!worker_.idle()) last_work_ = now;
+    if (idle_exit_ == 0 || to_seconds(now - last_work_) < idle_exit_) return false;
     log_.info("no work for {} s: stopping because of --idle-exit", idle_exit_);
     return true;
   }
@@ -154,9 +150,7 @@ class ConnectionLog {
 int work(const Arguments& a) {
   const auto log = make_log("worker", a.log);
   std::optional<MemberKey> key;
-  if (!a.keys.empty()) {
-    key = read_member_key(a.keys, "worker");
-  }
+  if (!a.keys.empty()) key = read_member_key(a.keys, "worker");
   ZmqMesh link({a.coordinator, default_max_message_bytes, seconds(1), key, a.sharing == "on"});
   const auto wake = [&link] { link.wake(); };
   ThreadTeam team(a.threads, wake);
@@ -186,9 +180,7 @@ int work(const Arguments& a) {
                    " refuses this worker: " + worker.refused());
   }
   worker.leave("worker stopped");
-  for (Delivery& bye : worker.take_outbox()) {
-    link.send(bye.peer, std::move(bye.content));
-  }
+  for (Delivery& bye : worker.take_outbox()) link.send(bye.peer, std::move(bye.content));
   const SceneExchange::Tally& scenes = worker.scene_bytes();
   log->info("stopped; bytes of scenes: {} from the coordinator, {} from workers, {} handed on",
             scenes.from_coordinator, scenes.from_workers, scenes.handed_on);

@@ -13,9 +13,7 @@ static LeaseKey key_of(const msg::Grant& grant) { return {grant.job, grant.epoch
 void MessageSource::receive(Time now, const PeerId& from, const Envelope& content) {
   try {
     Message message = content.open();
-    if (from.empty()) {
-      last_heard_ = now;
-    }
+    if (from.empty()) last_heard_ = now;
     if (!exchange_.receive(now, from, message) && from.empty()) {
       std::visit([&](auto& m) { on(now, m); }, message);
     }
@@ -25,9 +23,7 @@ void MessageSource::receive(Time now, const PeerId& from, const Envelope& conten
 }
 
 LeaseSource::Taken MessageSource::take(Time /*now*/, double /*samples_per_second*/, bool /*idle*/) {
-  if (waiting_.empty()) {
-    return {};
-  }
+  if (waiting_.empty()) return {};
   const auto scene = std::find_if(scenes_.begin(), scenes_.end(), [&](const KnownScene& known) {
     return known.id == waiting_.front().scene;
   });
@@ -45,9 +41,7 @@ LeaseSource::Taken MessageSource::take(Time /*now*/, double /*samples_per_second
 
 void MessageSource::complete(Time now, LeaseResult finished) {
   const LeaseKey lease = finished.key();
-  if (tracing_ == lease) {
-    tracing_.reset();
-  }
+  if (tracing_ == lease) tracing_.reset();
   Message message = msg::Failed{finished.job, finished.epoch, finished.failure};
   if (finished.cells) {
     message = msg::Result{finished.job,
@@ -67,22 +61,14 @@ void MessageSource::keep_until_acknowledged(Time now, const LeaseKey& lease, Mes
   // The message is encoded once, even if it is sent several times. Within one process it is never
   // encoded.
   Envelope envelope = options_.in_process ? Envelope(std::move(message)) : encode(message);
-  if (connected_) {
-    outbox_.push_back({{}, envelope});
-  }
+  if (connected_) outbox_.push_back({{}, envelope});
   unacknowledged_[lease] = {std::move(envelope), now + silence_};
 }
 
 Time MessageSource::tick(Time now, const TeamState& team) {
-  if (!refusal_.empty()) {
-    return never;
-  }
-  if (connected_ && last_heard_ + silence_ <= now) {
-    reconnect(now);
-  }
-  if (next_heartbeat_ <= now) {
-    send_heartbeat(now, team);
-  }
+  if (!refusal_.empty()) return never;
+  if (connected_ && last_heard_ + silence_ <= now) reconnect(now);
+  if (next_heartbeat_ <= now) send_heartbeat(now, team);
   const Time due = std::min(next_heartbeat_, fetch_scenes(now));
   return connected_ ? std::min(due, repeat_unacknowledged(now)) : due;
 }
@@ -102,9 +88,7 @@ Time MessageSource::fetch_scenes(Time now) {
       due = now;  // a lease waits for it
     }
   }
-  while (scenes_.size() > scenes_kept) {
-    scenes_.pop_front();
-  }
+  while (scenes_.size() > scenes_kept) scenes_.pop_front();
   return due;
 }
 
@@ -136,9 +120,7 @@ Time MessageSource::repeat_unacknowledged(Time now) {
 }
 
 std::vector<Delivery> MessageSource::take_outbox() {
-  for (Delivery& delivery : exchange_.take_outbox()) {
-    outbox_.push_back(std::move(delivery));
-  }
+  for (Delivery& delivery : exchange_.take_outbox()) outbox_.push_back(std::move(delivery));
   return std::exchange(outbox_, {});
 }
 
@@ -227,12 +209,8 @@ void MessageSource::send_heartbeat(Time now, const TeamState& team) {
   heartbeat.traced = team.traced;
   heartbeat.load = options_.load ? options_.load() : -1;
   heartbeat.preparing = team.preparing || (!tracing_ && !waiting_.empty());
-  if (tracing_) {
-    heartbeat.epochs.push_back(*tracing_);
-  }
-  for (const msg::Grant& grant : waiting_) {
-    heartbeat.epochs.push_back(key_of(grant));
-  }
+  if (tracing_) heartbeat.epochs.push_back(*tracing_);
+  for (const msg::Grant& grant : waiting_) heartbeat.epochs.push_back(key_of(grant));
   send(std::move(heartbeat));
 }
 

@@ -30,19 +30,13 @@ constexpr Time longest_unused = seconds(60);
 }  // namespace
 
 void SceneExchange::want(const std::string& scene) {
-  if (fetch_ && (fetch_->scene == scene || fetch_->opening)) {
-    return;
-  }
+  if (fetch_ && (fetch_->scene == scene || fetch_->opening)) return;
   fetch_.reset();
-  if (!scene.empty()) {
-    fetch_.emplace(Fetch{scene, 0, never, {}});
-  }
+  if (!scene.empty()) fetch_.emplace(Fetch{scene, 0, never, {}});
 }
 
 std::optional<OpenedScene> SceneExchange::take_opened() {
-  if (opened_.empty()) {
-    return {};
-  }
+  if (opened_.empty()) return {};
   OpenedScene opened = std::move(opened_.front());
   opened_.pop_front();
   return opened;
@@ -88,9 +82,7 @@ void SceneExchange::drop_unused(Time now) {
 // NOLINTNEXTLINE(readability-convert-member-functions-to-static): the lambda calls members
 bool SceneExchange::receive(Time now, const PeerId& from, Message& message) {
   const auto take = [&](auto* m) {
-    if (m != nullptr) {
-      on(now, from, *m);
-    }
+    if (m != nullptr) on(now, from, *m);
     return m != nullptr;
   };
   return take(std::get_if<msg::SceneSource>(&message)) || take(std::get_if<msg::Chunk>(&message)) ||
@@ -118,9 +110,7 @@ void SceneExchange::on(Time now, const PeerId& from, msg::SceneSource& m) {
 
 void SceneExchange::on(Time now, const PeerId& from, msg::Chunk& m) {
   Holding* const holding = is_source(from, m.scene) ? holding_of(m.scene) : nullptr;
-  if (holding == nullptr || m.chunk >= holding->content.cut.count()) {
-    return;
-  }
+  if (holding == nullptr || m.chunk >= holding->content.cut.count()) return;
   fetch_->heard = now;
   const std::size_t size = holding->content.cut.size(m.chunk);
   const std::size_t came = m.content.data.size();
@@ -130,9 +120,7 @@ void SceneExchange::on(Time now, const PeerId& from, msg::Chunk& m) {
     return;  // treated as lost
   }
   ScenePiece& piece = holding->content.pieces[m.chunk];
-  if (piece.arrived() || came == 0 || (m.packed ? came >= size : came != size)) {
-    return;
-  }
+  if (piece.arrived() || came == 0 || (m.packed ? came >= size : came != size)) return;
   piece = {m.packed, std::move(m.content)};
   ++holding->received;
   holding->used = now;
@@ -151,15 +139,11 @@ void SceneExchange::on(Time now, const PeerId& from, msg::Chunk& m) {
 }
 
 void SceneExchange::on(Time now, const PeerId& from, msg::ChunkLater& m) {
-  if (is_source(from, m.scene)) {
-    fetch_->heard = now;
-  }
+  if (is_source(from, m.scene)) fetch_->heard = now;
 }
 
 void SceneExchange::on(Time now, const PeerId& from, msg::NoScene& m) {
-  if (!is_source(from, m.scene)) {
-    return;
-  }
+  if (!is_source(from, m.scene)) return;
   if (!from.empty()) {
     give_source_up(now);
     return;
@@ -179,15 +163,11 @@ void SceneExchange::on(Time now, const PeerId& from, msg::NeedChunk& m) {
     send(from, msg::NoScene{m.scene});
     return;
   }
-  if (holding != nullptr && m.chunk >= holding->content.pieces.size()) {
-    return;
-  }
+  if (holding != nullptr && m.chunk >= holding->content.pieces.size()) return;
   const bool known = std::any_of(waiting_.begin(), waiting_.end(), [&](const Waiting& w) {
     return w.peer == from && w.chunk == m.chunk && w.scene == m.scene;
   });
-  if (!known) {
-    waiting_.push_back({from, m.scene, m.chunk});
-  }
+  if (!known) waiting_.push_back({from, m.scene, m.chunk});
   send(from, msg::ChunkLater{m.scene, m.chunk});
 }
 
@@ -202,13 +182,9 @@ Time SceneExchange::tick(Time now) {
   note_opened(now);
   drop_unused(now);
   answer_waiting_workers();
-  if (!fetch_) {
-    return holdings_.empty() ? never : now + longest_unused;
-  }
+  if (!fetch_) return holdings_.empty() ? never : now + longest_unused;
   open_if_complete(now);
-  if (!fetch_ || fetch_->opening) {
-    return now + ask_again;
-  }
+  if (!fetch_ || fetch_->opening) return now + ask_again;
   check_source(now);
   if (!fetch_->source) {
     fetch_->began = std::min(fetch_->began, now);
@@ -226,18 +202,14 @@ Time SceneExchange::tick(Time now) {
 void SceneExchange::answer_waiting_workers() {
   std::erase_if(waiting_, [&](const Waiting& w) {
     const bool comes = fetch_ && fetch_->scene == w.scene;
-    if (!comes) {
-      send(w.peer, msg::NoScene{w.scene});
-    }
+    if (!comes) send(w.peer, msg::NoScene{w.scene});
     return !comes;
   });
 }
 
 /// Gives up a silent or stalled source. The coordinator is never given up; it is asked again.
 void SceneExchange::check_source(Time now) {
-  if (!fetch_->source || fetch_->source->empty()) {
-    return;
-  }
+  if (!fetch_->source || fetch_->source->empty()) return;
   if (fetch_->heard + patience <= now || fetch_->progressed + longest_stall <= now) {
     give_source_up(now);
   }
@@ -286,9 +258,7 @@ void SceneExchange::pull(Time now) {
 
 void SceneExchange::open_if_complete(Time now) {
   Holding* const holding = fetch_ ? holding_of(fetch_->scene) : nullptr;
-  if (holding == nullptr || !holding->complete() || fetch_->opening || !opener_.idle()) {
-    return;
-  }
+  if (holding == nullptr || !holding->complete() || fetch_->opening || !opener_.idle()) return;
   holding->used = now;
   ++tally_.scenes;
   tally_.took = now - std::min(fetch_->began, now);
@@ -300,13 +270,9 @@ void SceneExchange::open_if_complete(Time now) {
 /// passed it on. The coordinator is then the only source left.
 void SceneExchange::note_opened(Time now) {
   auto opened = opener_.take();
-  if (!opened) {
-    return;
-  }
+  if (!opened) return;
   const bool wrong = !opened->scene && opened->failure.empty();
-  if (!opened->scene) {
-    drop(opened->id);
-  }
+  if (!opened->scene) drop(opened->id);
   if (wrong) {
     fetch_ = Fetch{opened->id, msg::every_source, now, {}, now};
     return;

@@ -82,14 +82,10 @@ class TaskThread {
     std::unique_lock lock(mutex_);
     for (;;) {
       changed_.wait(lock, [this] { return quit_ || busy_; });
-      if (quit_) {
-        return;
-      }
+      if (quit_) return;
       if (next_) {
         Result finished = work_unlocked(lock);
-        if (!abandoned_ && !quit_) {
-          finished_ = std::move(finished);
-        }
+        if (!abandoned_ && !quit_) finished_ = std::move(finished);
       }
       busy_ = false;
       abandoned_ = false;

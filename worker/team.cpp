@@ -25,9 +25,7 @@ ThreadTeam::ThreadTeam(int threads, std::function<void()> on_finished,
               std::move(on_finished)) {}
 
 std::shared_ptr<const PathTracer> ThreadTeam::tracer_for(const LeaseWork& assignment) {
-  if (tracers_) {
-    return tracers_(assignment, threads_);
-  }
+  if (tracers_) return tracers_(assignment, threads_);
   auto accelerator = accelerators_->find(assignment.scene_id, assignment.settings);
   if (!accelerator) {
     const SteadyClock clock;
@@ -43,9 +41,7 @@ void ThreadTeam::prepare(const LeaseWork& assignment) {
   if (tracer_ && scene_ == assignment.scene_id && same_tracer(settings_, assignment.settings)) {
     return;
   }
-  if (!assignment.scene) {
-    throw std::logic_error("a lease without its scene");
-  }
+  if (!assignment.scene) throw std::logic_error("a lease without its scene");
   preparing_ = true;
   tracer_.reset();  // dropped before the next one is built: two may not fit into memory
   tracer_ = tracer_for(assignment);

@@ -28,9 +28,7 @@ constexpr Time heartbeat_interval = milliseconds(250);
 
 LeaseSource::Taken WindowSource::take(Time /*now*/, double samples_per_second, bool idle) {
   const Part part = take_part(samples_per_second, idle);
-  if (part.answer != Answer::lease) {
-    return {part.answer};
-  }
+  if (part.answer != Answer::lease) return {part.answer};
   return {part.answer,
           {0, pass_.number, ++parts_taken_, pass_.plan->batch(part.cells), job_.settings,
            job_.scene_id, job_.scene},
@@ -39,9 +37,7 @@ LeaseSource::Taken WindowSource::take(Time /*now*/, double samples_per_second, b
 }
 
 void WindowSource::complete(Time /*now*/, LeaseResult finished) {
-  if (!finished.cells) {
-    throw RunError("tracing: " + finished.failure);
-  }
+  if (!finished.cells) throw RunError("tracing: " + finished.failure);
   job_.scene.reset();  // the team holds what it needs
   put(finished.cells->range, finished.cells->records);
 }
@@ -87,18 +83,14 @@ WindowSource::WindowSource(RankJob& job, const RankPass& pass, const WindowLayou
 }
 
 WindowSource::Part WindowSource::take_part(double samples_per_second, bool idle) {
-  if (stopped_) {
-    return {Answer::over, {}};
-  }
+  if (stopped_) return {Answer::over, {}};
   const bool fresh = parts_.empty();
   if (fresh && !exhausted_) {
     const auto places = options_.policy == SchedulePolicy::weighted
                             ? take_weighted(samples_per_second)
                             : take_step();
     exhausted_ = !places;
-    if (places) {
-      cut(*places, samples_per_second);
-    }
+    if (places) cut(*places, samples_per_second);
   }
   if (!parts_.empty()) {
     const CellRange part = parts_.front();
@@ -127,9 +119,7 @@ void WindowSource::cut(const CellRange& places, double samples_per_second) {
 
 std::optional<CellRange> WindowSource::take_step() {
   const std::uint64_t step = window_.fetch_add(Word::step, 1);
-  if (step + 1 >= starts_.size()) {
-    return {};
-  }
+  if (step + 1 >= starts_.size()) return {};
   return CellRange{starts_[step], starts_[step + 1]};
 }
 
@@ -146,9 +136,7 @@ std::optional<CellRange> WindowSource::take_weighted(double samples_per_second) 
 /// Returns the ledger to try after `empty` empty ones. Ranks of a group try different ledgers.
 std::uint32_t WindowSource::ledger_after(std::uint32_t empty) const {
   const std::uint32_t count = ledgers_.ledgers.count();
-  if (empty == 0) {
-    return home_;
-  }
+  if (empty == 0) return home_;
   return (home_ + 1 + (options_.rank + empty) % (count - 1)) % count;
 }
 
@@ -158,9 +146,7 @@ std::optional<CellRange> WindowSource::take_from(std::uint32_t ledger, double sa
   Window& window = *ledgers_.windows[ledger];
   const CellRange part = ledgers_.ledgers.part(ledger, missing_.count());
   const std::uint64_t position = window.load(Word::position);
-  if (position >= part.count()) {
-    return {};
-  }
+  if (position >= part.count()) return {};
   const SpeedSum sum = speed_of(ledger, samples_per_second);
   const std::uint32_t groups = ledgers_.ledgers.count();
   const FarmSpeed group{1e3 * static_cast<double>(sum.kilosamples), sum.threads,
@@ -169,9 +155,7 @@ std::optional<CellRange> WindowSource::take_from(std::uint32_t ledger, double sa
   const std::uint64_t cells =
       sizer_.cells({options_.threads, samples_per_second}, group, part.count() - position, 0);
   const std::uint64_t taken = window.fetch_add(Word::position, cells);
-  if (taken >= part.count()) {
-    return {};
-  }
+  if (taken >= part.count()) return {};
   return CellRange{part.begin + taken, part.begin + std::min(taken + cells, part.count())};
 }
 
@@ -181,9 +165,7 @@ SpeedSum WindowSource::speed_of(std::uint32_t ledger, double samples_per_second)
   if (samples_per_second <= 0 && published_.threads == 0) {
     return {};  // as long as this rank has no speed, few others have one
   }
-  if (ledger != home_) {
-    return SpeedSum::from_word(window.load(Word::speed));
-  }
+  if (ledger != home_) return SpeedSum::from_word(window.load(Word::speed));
   SpeedSum own;
   if (samples_per_second > 0) {
     own = {options_.threads, static_cast<std::uint64_t>(std::ceil(samples_per_second / 1e3))};
@@ -195,12 +177,8 @@ SpeedSum WindowSource::speed_of(std::uint32_t ledger, double samples_per_second)
 }
 
 WindowSource::Part WindowSource::take_copy() {
-  if (!ticket_) {
-    ticket_ = window_.fetch_add(Word::copy_requests, 1);
-  }
-  if (window_.load(Word::finished) != 0) {
-    return {Answer::over, {}};
-  }
+  if (!ticket_) ticket_ = window_.fetch_add(Word::copy_requests, 1);
+  if (window_.load(Word::finished) != 0) return {Answer::over, {}};
   if (*ticket_ >= layout_.most_copies() || window_.load(Word::copies) <= *ticket_) {
     return {Answer::wait, {}};
   }

@@ -64,9 +64,7 @@ json audit_to_json(const Audit& audit, const std::string& sha256) {
 }
 
 void print_audit(const Audit& audit, const std::string& sha256, std::uint64_t job) {
-  for (const std::string& problem : audit.problems) {
-    std::cout << problem << "\n";
-  }
+  for (const std::string& problem : audit.problems) std::cout << problem << "\n";
   std::cout << "job " << job << ": " << audit.merged << " of " << counted(audit.cells, "cell")
             << " of " << (audit.passes == 1 ? "1 pass" : std::to_string(audit.passes) + " passes")
             << " merged, " << (audit.problems.empty() ? "each once" : "with problems") << ", in "
@@ -78,9 +76,7 @@ void print_audit(const Audit& audit, const std::string& sha256, std::uint64_t jo
                     duration_text(worker.seconds)});
   }
   std::cout << table_text({"WORKER", "THREADS", "LEASES", "CELLS", "TRACING"}, rows);
-  if (!sha256.empty()) {
-    std::cout << "the stored picture has this image_sha256: " << sha256 << "\n";
-  }
+  if (!sha256.empty()) std::cout << "the stored picture has this image_sha256: " << sha256 << "\n";
 }
 
 int audit(const JournalCommand& command) {

@@ -344,8 +344,7 @@ void add_frames_to(Command& command, FilmCommand& options) {
       .group(film_group)
       .forbid_empty();
   add_whole_number(
-      command, "--count", 1, limits::max_frames,
-      [&options](std::uint64_t value) { options.course.count = static_cast<std::uint32_t>(value); },
+      command, "--count", 1, limits::max_frames, options.course.count,
       "Number of frames, if the scene has only one (default: 100, or those of the camera path)")
       .group(film_group);
   command
@@ -382,20 +381,16 @@ void add_output_to(Command& command, FilmCommand& options) {
 }
 
 void add_farm_to(Command& command, FilmCommand& options) {
-  constexpr std::uint32_t most_threads = 4096;  // the protocol's
   add_whole_number(
-      command, "--threads", 1, most_threads,
-      [&options](std::uint64_t value) { options.threads = static_cast<std::uint32_t>(value); },
+      command, "--threads", 1, most_threads, options.threads,
       "Number of threads that trace on this machine (default: all available processors)")
       .group(work_group);
   Option farm =
       command.flag("--farm", options.on_farm,
                    "Render the frames on the farm of --coordinator, as one series of jobs");
   farm.group(farm_group);
-  add_whole_number(
-      command, "--priority", 0, 100,
-      [&options](std::uint64_t value) { options.priority = static_cast<std::uint32_t>(value); },
-      "Among your jobs, those with a higher priority are rendered first (default: 50)")
+  add_whole_number(command, "--priority", 0, 100, options.priority,
+                   "Among your jobs, those with a higher priority are rendered first (default: 50)")
       .group(farm_group)
       .needs(farm);
   options.farm.add_to(command);

@@ -28,9 +28,7 @@ std::string plain_path(const fs::path& path) {
 
 /// Returns the filters and settings of a format. `padding`: a filter that makes sizes even.
 std::vector<std::string> format_arguments(const std::string& kind, const std::string& padding) {
-  if (kind == ".gif") {
-    return {"-filter_complex", "split[a][b];[a]palettegen[p];[b][p]paletteuse"};
-  }
+  if (kind == ".gif") return {"-filter_complex", "split[a][b];[a]palettegen[p];[b][p]paletteuse"};
   std::vector<std::string> arguments{"-vf",
                                      padding + "scale=out_color_matrix=bt709:out_range=tv",
                                      "-pix_fmt",

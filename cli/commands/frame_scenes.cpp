@@ -77,8 +77,7 @@ void postpone_arrows(ParticleSource& source) {
 }
 
 /// Returns the result of `work`. Adds the number of the frame to its errors.
-template <typename Work>
-auto of_frame(std::uint32_t frame, const Work& work) {
+auto of_frame(std::uint32_t frame, const auto& work) {
   try {
     return work();
   } catch (const InputError& error) {

@@ -97,10 +97,8 @@ void add_filters(Command& command, JobsCommand& options) {
           },
           "asc: the newest job or the largest value last (default); desc: first")
       .words({directions.begin(), directions.end()});
-  add_whole_number(
-      command, "--limit", 1, msg::most_listed,
-      [&options](std::uint64_t jobs) { options.wanted.limit = static_cast<std::uint32_t>(jobs); },
-      "List at most this number of jobs, the newest or those with the largest values");
+  add_whole_number(command, "--limit", 1, msg::most_listed, options.wanted.limit,
+                   "List at most this number of jobs, the newest or those with the largest values");
 }
 
 }  // namespace

@@ -47,9 +47,7 @@ int keygen(const KeygenCommand& command) {
     std::cout << make_token(directory, command.token_of) << "\n";
     return 0;
   }
-  if (command.name.empty()) {
-    return make_farm(directory);
-  }
+  if (command.name.empty()) return make_farm(directory);
   const Role role = command.role == "worker"  ? Role::worker
                     : command.role == "admin" ? Role::admin
                                               : Role::client;

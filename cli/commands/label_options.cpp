@@ -173,9 +173,7 @@ void add_labels(OutputPaths& outputs, const LabelOptions& options, const SceneFi
   if (!labels.any()) return;
   if (outputs.shows_postprocessing()) {
     options.fitting(file, labels, [&](const LabelSettings& fit) {
-      if (fit.any()) {
-        outputs.finishing.push_back(label_step(fit, content_of(fit, file, settings)));
-      }
+      if (fit.any()) outputs.finishing.push_back(label_step(fit, content_of(fit, file, settings)));
     });
   } else if (!options.first_given().empty()) {
     throw InputError(options.first_given() +

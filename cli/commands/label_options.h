@@ -33,8 +33,7 @@ class LabelOptions {
   [[nodiscard]] std::string first_given() const;
   /// Returns draw(labels). If that throws InputError and the cell is only a default of `file`,
   /// returns draw() of the labels without the cell.
-  template <typename Draw>
-  auto fitting(const SceneFile& file, LabelSettings labels, const Draw& draw) const {
+  auto fitting(const SceneFile& file, LabelSettings labels, const auto& draw) const {
     try {
       return draw(labels);
     } catch (const InputError&) {

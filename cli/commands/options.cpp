@@ -148,9 +148,8 @@ Option add_real_number(Command& command, const std::string& name, NumberRange ra
 }
 
 void add_job(Command& command, std::uint64_t& job) {
-  add_whole_number(
-      command, "JOB", 0, std::numeric_limits<std::uint64_t>::max(),
-      [&job](std::uint64_t value) { job = value; }, "Number of the job, as submit prints it")
+  add_whole_number(command, "JOB", 0, std::numeric_limits<std::uint64_t>::max(), job,
+                   "Number of the job, as submit prints it")
       .required()
       .type_name("JOB")
       .completes(Completes::jobs)

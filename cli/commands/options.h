@@ -31,6 +31,23 @@ Option add_whole_number(Command& command, const std::string& names, std::uint64_
                         std::uint64_t most, std::function<void(std::uint64_t)> set,
                         const std::string& description);
 
+/// Does the same for a number that is stored in `target`: an integer, or an optional one.
+template <typename Target>
+Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
+                        std::uint64_t most, Target& target, const std::string& description) {
+  const auto set = [&target](std::uint64_t value) {
+    if constexpr (std::is_integral_v<Target>)
+      target = static_cast<Target>(value);
+    else
+      target = static_cast<typename Target::value_type>(value);
+  };
+  return add_whole_number(command, names, least, most, std::function<void(std::uint64_t)>(set),
+                          description);
+}
+
+/// The largest number of threads of a worker or rank; the protocol has the same limit.
+inline constexpr std::uint32_t most_threads = 4096;
+
 /// Declares the argument for the scene: a scene file or a file of particles.
 void add_scene(Command& command, std::string& scene, const char* name = "SCENE");
 

@@ -351,16 +351,12 @@ void add_plan(CommandLine& line, Action& chosen) {
       .forbid_empty();
   add_json(command, options->as_json);
   options->render.add_without_samples_to(command);
-  constexpr std::uint32_t most_threads = 4096;  // the protocol's
-  add_whole_number(
-      command, "--threads", 1, most_threads,
-      [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
-      "Number of threads that trace (default: all available processors)")
+  add_whole_number(command, "--threads", 1, most_threads, options->threads,
+                   "Number of threads that trace (default: all available processors)")
       .group(work_group);
   constexpr std::uint32_t most_workers = 10000;
   add_whole_number(
-      command, "--workers", 1, most_workers,
-      [options](std::uint64_t value) { options->workers = static_cast<std::uint32_t>(value); },
+      command, "--workers", 1, most_workers, options->workers,
       "Plan for a farm of N workers that are as fast as this machine. The coordinator runs here");
   command
       .option(

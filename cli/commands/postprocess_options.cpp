@@ -24,10 +24,8 @@ double pixels_of(const LineWidth& width, std::uint32_t height, double dpi) {
   constexpr double lines_in_height = 450;
   constexpr double points_an_inch = 72;
   switch (width.unit) {
-    case LineWidth::Unit::automatic:
-      return std::max(1.0, height / lines_in_height);
-    case LineWidth::Unit::pixels:
-      return width.value;
+    case LineWidth::Unit::automatic: return std::max(1.0, height / lines_in_height);
+    case LineWidth::Unit::pixels: return width.value;
     case LineWidth::Unit::points:
       if (dpi == 0) {
         throw InputError("outline of " + number_text(width.value) +
@@ -35,8 +33,7 @@ double pixels_of(const LineWidth& width, std::uint32_t height, double dpi) {
                          "the width in pixels");
       }
       return width.value / points_an_inch * dpi;
-    case LineWidth::Unit::none:
-      break;
+    case LineWidth::Unit::none: break;
   }
   return 0;
 }

@@ -79,10 +79,8 @@ std::string remedy_of(RenderMode mode, Feature feature) {
     case Feature::background:
       return mode == RenderMode::submit ? "add --wait -o IMAGE.png, or leave it out"
                                         : "leave it out, or render the frames one by one";
-    case Feature::standard_input:
-      return "standard input can be read only once: save it as a file";
-    default:
-      break;
+    case Feature::standard_input: return "standard input can be read only once: save it as a file";
+    default: break;
   }
   return rules_of(mode).remedy;
 }

@@ -278,11 +278,8 @@ void add_render(CommandLine& line, Action& chosen) {
   options->render.add_to(command);
   options->render.add_quality_to(command);
   options->render.add_like_to(command);
-  constexpr std::uint32_t most_threads = 4096;  // the protocol's
-  add_whole_number(
-      command, "--threads", 1, most_threads,
-      [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
-      "Number of threads that trace (default: all available processors)")
+  add_whole_number(command, "--threads", 1, most_threads, options->threads,
+                   "Number of threads that trace (default: all available processors)")
       .group(work_group);
   command
       .option(

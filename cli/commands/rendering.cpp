@@ -50,9 +50,7 @@ Time polling_interval(Time waited) {
 
 void run_end_command(const std::string& command, JobId job, const std::string& state,
                      const std::string& reason, const std::string& image) {
-  if (command.empty()) {
-    return;
-  }
+  if (command.empty()) return;
   // Only this thread uses the environment: threads that trace do not read it.
   // NOLINTBEGIN(concurrency-mt-unsafe)
   setenv("PARRAY_JOB", std::to_string(job).c_str(), 1);
@@ -61,9 +59,7 @@ void run_end_command(const std::string& command, JobId job, const std::string& s
   setenv("PARRAY_IMAGE", image.c_str(), 1);
   const int status = std::system(command.c_str());  // NOLINT(cert-env33-c): the user's own command
   // NOLINTEND(concurrency-mt-unsafe)
-  if (status != 0) {
-    std::cerr << "parray: --on-end " << printable(command, 200) << " has failed\n";
-  }
+  if (status != 0) std::cerr << "parray: --on-end " << printable(command, 200) << " has failed\n";
 }
 
 /// For a job whose progress is not shown: prints once what the job waits for, after ten seconds.

@@ -117,8 +117,7 @@ class FrameRun {
     return pending_.size() + client_.submitting() + refused_.size();
   }
 
-  template <typename Condition>
-  void wait_while(const Condition& condition) {
+  void wait_while(const auto& condition) {
     while (condition()) {
       settle(0);
       update();

@@ -13,9 +13,7 @@ namespace {
 
 void print_time_spent(const std::string& journal) {
   const TimeSpent spent = time_spent(read_journal(journal));
-  if (spent.threads == 0) {
-    return;
-  }
+  if (spent.threads == 0) return;
   const auto share = [](double part) { return formatted("%.0f %%", 100 * part); };
   std::cout << duration_text(spent.seconds) << " with " << counted(spent.threads, "thread")
             << " of " << counted(spent.workers, "worker") << ": " << share(spent.tracing)

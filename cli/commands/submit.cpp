@@ -135,14 +135,11 @@ void add_submit(CommandLine& line, Action& chosen) {
       .type_name("TEXT")
       .group(farm_group)
       .forbid_empty();
-  add_whole_number(
-      command, "--priority", 0, 100,
-      [options](std::uint64_t value) { options->priority = static_cast<std::uint32_t>(value); },
-      "Among your jobs, those with a higher priority are rendered first (default: 50)")
+  add_whole_number(command, "--priority", 0, 100, options->priority,
+                   "Among your jobs, those with a higher priority are rendered first (default: 50)")
       .group(farm_group);
   add_whole_number(
-      command, "--max-failures", 1, 1000,
-      [options](std::uint64_t value) { options->max_failures = static_cast<std::uint32_t>(value); },
+      command, "--max-failures", 1, 1000, options->max_failures,
       "The job fails if N machines have failed at the same part of it, or all machines have "
       "failed twice (default: the coordinator's)")
       .group(farm_group);

@@ -223,10 +223,7 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
                   "Approximate seconds for all measurements (default: 120)");
   const auto number = [&](const char* name, std::uint32_t most, std::uint32_t& target,
                           const char* description) {
-    add_whole_number(
-        command, name, 1, most,
-        [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); },
-        description);
+    add_whole_number(command, name, 1, most, target, description);
   };
   number(
       "--width", limits::max_image_side, options->width,

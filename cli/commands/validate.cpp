@@ -63,9 +63,7 @@ void add_names(const ParticleSummary& summary, json& report) {
     report["type_count"] = summary.types.size();
   }
   if (summary.residues > 0) report["residues"] = summary.residues;
-  if (!summary.residue_names.empty()) {
-    report["residue_names"] = counts_json(summary.residue_names);
-  }
+  if (!summary.residue_names.empty()) report["residue_names"] = counts_json(summary.residue_names);
   if (!summary.chains.empty()) {
     report["chains"] = counts_json(summary.chains);
     report["chain_count"] = summary.chains.size();
@@ -207,9 +205,7 @@ Lines particle_lines(const json& report) {
   for (const auto& [name, range] : report["properties"].items()) {
     lines.emplace_back(printable(name), range_text(range));
   }
-  for (const json& note : report["notes"]) {
-    lines.emplace_back("note", note_line(note));
-  }
+  for (const json& note : report["notes"]) lines.emplace_back("note", note_line(note));
   return lines;
 }
 
@@ -303,9 +299,7 @@ json facts_of(const ValidateCommand& command) {
 
 std::string list_of(const json& names) {
   std::string text;
-  for (const json& name : names) {
-    text += (text.empty() ? "" : ", ") + name.get<std::string>();
-  }
+  for (const json& name : names) text += (text.empty() ? "" : ", ") + name.get<std::string>();
   return text.empty() ? "none" : text;
 }
 

@@ -182,9 +182,7 @@ std::string right_text(const VerifiedPicture& picture, const Verdict& verdict) {
   for (const auto& [name, wrong] : findings.channels) channels.push_back(name);
   if (!channels.empty()) text += "; these channels are right, too: " + joined(channels, ", ");
   if (findings.error) text += "; " + error_check_text(*findings.error, all);
-  if (!picture.recipe.denoised_sha256.empty()) {
-    text += "; checked: the picture before denoising";
-  }
+  if (!picture.recipe.denoised_sha256.empty()) text += "; checked: the picture before denoising";
   return not_checked(picture, verdict).empty() ? text : text + left;
 }
 
@@ -254,20 +252,14 @@ void add_verify(CommandLine& line, Action& chosen) {
       .completes(Completes::files)
       .forbid_empty();
   add_whole_number(
-      command, "--pixels", 1, limits::max_pixels,
-      [options](std::uint64_t value) { options->pixels = value; },
+      command, "--pixels", 1, limits::max_pixels, options->pixels,
       "Trace N pixels again, chosen at random (default: 299. If 1 % of all pixels are wrong, they "
       "find one with a probability of 95 %)");
   command.flag("--all", options->all, "Trace every pixel again");
-  add_whole_number(
-      command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(),
-      [options](std::uint64_t value) { options->seed = value; },
-      "Seed of the choice of pixels (default: random)");
-  constexpr std::uint32_t most_threads = 4096;  // the protocol's
-  add_whole_number(
-      command, "--threads", 1, most_threads,
-      [options](std::uint64_t value) { options->threads = static_cast<std::uint32_t>(value); },
-      "Number of threads that trace (default: all available processors)");
+  add_whole_number(command, "--seed", 0, std::numeric_limits<std::uint64_t>::max(), options->seed,
+                   "Seed of the choice of pixels (default: random)");
+  add_whole_number(command, "--threads", 1, most_threads, options->threads,
+                   "Number of threads that trace (default: all available processors)");
   add_json(command, options->as_json);
   command.example("parray verify glass.exr", "compares the pixels with the hash in the file");
   command.example("parray verify glass.exr scenes/glass.json", "also traces 299 pixels again");

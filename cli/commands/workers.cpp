@@ -38,9 +38,7 @@ void check(const WorkersCommand& command) {
 
 nlohmann::json ask(const WorkersCommand& command) {
   FarmClient client(command.farm);
-  if (command.action.empty()) {
-    return client->workers();
-  }
+  if (command.action.empty()) return client->workers();
   const msg::WorkerAction action =
       command.action == "drain" ? msg::WorkerAction::drain : msg::WorkerAction::readmit;
   nlohmann::json list = client->steer_workers(action, command.name, command.host);
@@ -57,14 +55,10 @@ nlohmann::json ask(const WorkersCommand& command) {
 /// Returns why a worker gets no leases. For a quarantine, also the machine and the end.
 std::string reason_of(const nlohmann::json& worker) {
   std::string reason = worker.at("reason").get<std::string>();
-  if (worker.at("state") != "quarantined") {
-    return reason;
-  }
+  if (worker.at("state") != "quarantined") return reason;
   reason += "; " + worker.value("machine", std::string("its machine"));
   const auto ends = static_cast<std::time_t>(worker.value("quarantine_ends", 0.0));
-  if (ends == 0) {
-    return reason + ", until readmitted";
-  }
+  if (ends == 0) return reason + ", until readmitted";
   std::tm local{};
   std::array<char, 32> text{};
   localtime_r(&ends, &local);
@@ -147,20 +141,14 @@ int show_log(const WorkersCommand& command) {
     print_json({{"lines", lines}});
     return 0;
   }
-  for (const std::string& line : lines) {
-    std::cout << printable(line, msg::most_log_line) << "\n";
-  }
+  for (const std::string& line : lines) std::cout << printable(line, msg::most_log_line) << "\n";
   return 0;
 }
 
 int workers(const WorkersCommand& command) {
   check(command);
-  if (command.action == "show") {
-    return show_worker(command);
-  }
-  if (command.action == "log") {
-    return show_log(command);
-  }
+  if (command.action == "show") return show_worker(command);
+  if (command.action == "log") return show_log(command);
   const nlohmann::json list = ask(command);
   if (command.as_json) {
     print_json(list);

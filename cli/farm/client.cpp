@@ -30,9 +30,7 @@ std::string random_token() {
   constexpr std::string_view digits = "0123456789abcdef";
   std::random_device device;
   std::string token;
-  for (int i = 0; i < 32; ++i) {
-    token += digits[device() % digits.size()];
-  }
+  for (int i = 0; i < 32; ++i) token += digits[device() % digits.size()];
   return token;
 }
 
@@ -125,9 +123,7 @@ static msg::Submit submit_request(Submission submission) {
 
 /// Notices a missing coordinator before a request that may be answered late.
 void Client::find_coordinator() {
-  if (!answered_) {
-    ask<msg::Workers>(msg::ListWorkers{0, 0, 1});
-  }
+  if (!answered_) ask<msg::Workers>(msg::ListWorkers{0, 0, 1});
 }
 
 JobId Client::submit(Submission submission) {
@@ -138,9 +134,7 @@ JobId Client::submit(Submission submission) {
 }
 
 void Client::start_submit(Submission submission) {
-  if (in_flight_.empty()) {
-    submit_silence_ = {clock_.now()};
-  }
+  if (in_flight_.empty()) submit_silence_ = {clock_.now()};
   SentSubmission sent;
   sent.submission = submission;
   msg::Submit request = submit_request(std::move(submission));
@@ -162,9 +156,7 @@ std::optional<Client::Outcome> Client::take_outcome(Time most) {
     receive_outcomes();
     note_silence(submit_silence_, options_.timeout + 10 * transfer_time(bytes_in_flight_));
   }
-  if (outcomes_.empty()) {
-    return {};
-  }
+  if (outcomes_.empty()) return {};
   Outcome outcome = std::move(outcomes_.front());
   outcomes_.pop_front();
   return outcome;
@@ -196,13 +188,9 @@ void Client::receive_outcomes() {
 bool Client::note_outcome(const Message& message) {
   const auto* const submitted = std::get_if<msg::Submitted>(&message);
   const auto* const error = std::get_if<msg::Error>(&message);
-  if (submitted == nullptr && error == nullptr) {
-    return false;
-  }
+  if (submitted == nullptr && error == nullptr) return false;
   const auto sent = in_flight_.find(submitted != nullptr ? submitted->request : error->request);
-  if (sent == in_flight_.end()) {
-    return false;
-  }
+  if (sent == in_flight_.end()) return false;
   Outcome outcome{std::move(sent->second.submission), 0, nullptr};
   if (submitted != nullptr) {
     outcome.job = submitted->job;
@@ -326,9 +314,7 @@ void Client::note_silence(Silence& silence, Time timeout) {
   silence.waited += std::min(now - silence.last, 20 * nap);
   silence.last = now;
   if (silence.waited >= timeout && !std::exchange(silence.reported, true)) {
-    if (!answered_) {
-      throw RunError(silence_text());
-    }
+    if (!answered_) throw RunError(silence_text());
     options_.on_silence(silence_text());
   }
 }
@@ -377,9 +363,7 @@ bool Client::take_answer(Answer& answer) {
   while (auto delivery = link_.receive()) {
     try {
       Message message = delivery->content.open();
-      if (note_outcome(message)) {
-        continue;
-      }
+      if (note_outcome(message)) continue;
       if (const auto* error = std::get_if<msg::Error>(&message);
           error != nullptr && error->request == request_) {
         throw_answered(*error);

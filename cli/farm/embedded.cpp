@@ -52,8 +52,7 @@ CoordinatorOptions patient_options(const std::string& fingerprint) {
 /// A thread. The owner can wait for its end with a time limit.
 class WatchedThread {
  public:
-  template <typename Work>
-  explicit WatchedThread(Work work) {
+  explicit WatchedThread(auto work) {
     std::packaged_task<void()> task(std::move(work));
     ended_ = task.get_future();
     try {
@@ -131,9 +130,7 @@ class EmbeddedFarm::Impl {
     CoordinatorOptions options = patient_options(fingerprint_);
     options.job_thread.wake = [this] { hub_.coordinator().wake(); };
     options.job_thread.threads = static_cast<int>(threads_);
-    if (judge_of_) {
-      options.judge_of = [this](const JobRecord& job) { return judge_of_(job.scene); };
-    }
+    if (judge_of_) options.judge_of = [this](const JobRecord& job) { return judge_of_(job.scene); };
     Coordinator coordinator(std::move(options), nullptr, make_logger());
     run_actor(coordinator, hub_.coordinator(), SteadyClock(),
               [this](Time) { return stop_.load(); });

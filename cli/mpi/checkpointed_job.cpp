@@ -95,9 +95,7 @@ std::shared_ptr<const Scene> CheckpointedJob::copy_scene() const {
 std::string CheckpointedJob::amount_text() const {
   const RenderSettings& s = run_->record().settings;
   const RunState state = run_->state();
-  if (!s.in_passes()) {
-    return formatted("%.1f", 100 * share_done(s, state, 0)) + " %";
-  }
+  if (!s.in_passes()) return formatted("%.1f", 100 * share_done(s, state, 0)) + " %";
   return formatted("%.1f", static_cast<double>(state.samples) / s.width / s.height) +
          " samples per pixel";
 }
@@ -111,9 +109,7 @@ void CheckpointedJob::keep_picture(const Picture& picture) {
 }
 
 void CheckpointedJob::forget() {
-  if (named_ || !store_) {
-    return;
-  }
+  if (named_ || !store_) return;
   store_->drop_job(run_->record().id);
   store_->commit();
   run_.reset();

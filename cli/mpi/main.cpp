@@ -17,9 +17,7 @@ constexpr const char* about = "Render a scene with all the ranks of one mpirun";
 int main(int argc, char** argv) {
   using namespace parray::mpi;
   const bool speaks = rank_in_environment() == 0;
-  if (speaks) {
-    stop_at_signals();
-  }
+  if (speaks) stop_at_signals();
   MpiOptions options;
   const Program program = {"parray-mpi", about, "parray-mpi " PARRAY_VERSION, speaks,
                            "mpirun -n P "};

@@ -108,9 +108,7 @@ bool MpiCoordinator::end_pass() {
   const bool goes_on = run_.begin_pass(times(began));
   finished_ = clock_.now();
   deciding_seconds_ += to_seconds(finished_ - began);
-  if (!goes_on) {
-    progress_.show(finished_, status(finished_, true));
-  }
+  if (!goes_on) progress_.show(finished_, status(finished_, true));
   pass_->collector.finish();
   pass_->runner.stop();
   return goes_on;
@@ -149,9 +147,7 @@ void MpiCoordinator::take_turn(Time now) {
     eager_until_ = now + eager_time;
   }
   collector.collect(now, most_cells_a_turn);
-  if (judge_.self_doubt()) {
-    give_up_judging();
-  }
+  if (judge_.self_doubt()) give_up_judging();
   collector.issue_copies(now);
   if (now >= next_look_) {
     next_look_ = now + look_interval;
@@ -164,12 +160,8 @@ void MpiCoordinator::check_ranks(Time now) {
   progress_.show(now, so_far);
   preview_.follow(clock_, so_far, [this] { return shown_image(run_.picture()).image; });
   pass_->collector.listen(now);
-  if (now - pass_->collector.last_sign_of_life() >= options_.patience) {
-    give_up(now);
-  }
-  if (now >= next_checkpoint_ || run_.buffer_full()) {
-    save_some(now);
-  }
+  if (now - pass_->collector.last_sign_of_life() >= options_.patience) give_up(now);
+  if (now >= next_checkpoint_ || run_.buffer_full()) save_some(now);
 }
 
 /// Saves a few results in each call, because other ranks may need rank 0 meanwhile. With a slow
@@ -262,9 +254,7 @@ void MpiCoordinator::barrier() {
     stop_if_interrupted();
     stay_alive();
   });
-  if (!met) {
-    give_up(clock_.now());
-  }
+  if (!met) give_up(clock_.now());
 }
 
 bool MpiCoordinator::last_barrier(Time patience) {

@@ -27,18 +27,14 @@ std::optional<MpiJob> broadcast_job(const MpiWorld& world, const MpiJob* job,
                  .dump();
   }
   header = world.broadcast(std::move(header));
-  if (header.empty()) {
-    return {};
-  }
+  if (header.empty()) return {};
   const json map = json::parse(header);
   MpiJob received;
   received.settings = settings_from_json(map.at("settings"));
   received.mode = static_cast<MpiMode>(map.at("mode").get<int>());
   received.tile = map.at("tile");
   received.fingerprint = map.at("fingerprint");
-  if (!received.alone()) {
-    received.scene_bytes = world.broadcast(scene_bytes);
-  }
+  if (!received.alone()) received.scene_bytes = world.broadcast(scene_bytes);
   return received;
 }
 
@@ -77,9 +73,7 @@ std::optional<RankPass> broadcast_pass(const MpiWorld& world, const MpiJob& job,
     append(bytes, pass->missing.ranges());
   }
   bytes = world.broadcast(std::move(bytes));
-  if (bytes.empty() || pass != nullptr) {
-    return {};
-  }
+  if (bytes.empty() || pass != nullptr) return {};
   std::string_view rest = bytes;
   RankPass received;
   received.number = take_list<std::uint32_t>(rest).front();
@@ -112,9 +106,7 @@ std::vector<RankFacts> gather_facts(const MpiWorld& world, std::uint32_t threads
   }
   std::vector<RankFacts> facts;
   facts.reserve(all.size());
-  for (const Packed& rank : all) {
-    facts.push_back({rank.host.data(), rank.threads});
-  }
+  for (const Packed& rank : all) facts.push_back({rank.host.data(), rank.threads});
   return facts;
 }
 

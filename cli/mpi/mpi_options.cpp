@@ -18,9 +18,7 @@ std::string_view name_of(MpiMode mode) { return mode_names[static_cast<std::size
 
 MpiMode mpi_mode_from(std::string_view name) {
   for (std::size_t i = 0; i < mode_names.size(); ++i) {
-    if (mode_names[i] == name) {
-      return static_cast<MpiMode>(i);
-    }
+    if (mode_names[i] == name) return static_cast<MpiMode>(i);
   }
   throw InputError("'" + printable(std::string(name)) +
                    "' is none of window, messages, static, openmp, sequential");
@@ -31,17 +29,8 @@ void MpiOptions::add_to(Command& command) {
   render.add_to(command);
   render.add_quality_to(command);
   render.add_like_to(command);
-  const auto number = [&](const char* name, std::uint64_t least, std::uint64_t most,
-                          std::uint32_t& target, const char* description) {
-    return add_whole_number(
-        command, name, least, most,
-        [&target](std::uint64_t value) { target = static_cast<std::uint32_t>(value); },
-        description);
-  };
-  constexpr std::uint32_t most_threads = 4096;
   add_whole_number(
-      command, "--threads", 1, most_threads,
-      [this](std::uint64_t value) { threads = static_cast<std::uint32_t>(value); },
+      command, "--threads", 1, most_threads, threads,
       "Number of threads of each rank (default: the processors of its machine, divided among the "
       "ranks there)")
       .group(work_group);
@@ -54,12 +43,13 @@ void MpiOptions::add_to(Command& command) {
           "threads or with one")
       .words({mode_names.begin(), mode_names.end()})
       .group(work_group);
-  number("--tile", 0, 4096, tile,
-         "Let threads trace square tiles of N x N pixels. 0: runs of pixels along a row")
+  add_whole_number(command, "--tile", 0, 4096, tile,
+                   "Let threads trace square tiles of N x N pixels. 0: runs of pixels along a row")
       .group(work_group);
-  number("--ledger-ranks", 1, 1U << 20, ledger_ranks,
-         "Largest number of ranks that take their leases from the memory of one rank. More ranks "
-         "use the memory of several ranks (default: 256)")
+  add_whole_number(
+      command, "--ledger-ranks", 1, 1U << 20, ledger_ranks,
+      "Largest number of ranks that take their leases from the memory of one rank. More ranks "
+      "use the memory of several ranks (default: 256)")
       .group(work_group);
   output.add_to(command, true);
   output.add_aov_to(command);
@@ -76,8 +66,8 @@ void MpiOptions::add_to(Command& command) {
       .number("--checkpoint", checkpoint, 0.1, 86400.0,
               "Save finished rows every N seconds (default: 10)")
       .group(safety_group);
-  number("--patience", 1, 86400, patience,
-         "Give up if no rank has made progress for N seconds (default: 60)")
+  add_whole_number(command, "--patience", 1, 86400, patience,
+                   "Give up if no rank has made progress for N seconds (default: 60)")
       .group(safety_group);
   command
       .flag("--row-seconds", row_seconds, "Add the time of each row to the report, for simulations")

@@ -111,9 +111,7 @@ Watchdog guard(const MpiWorld& world, const MpiOptions& options) {
 
 /// Returns the number of threads of this rank. `alone`: only rank 0 renders.
 std::uint32_t threads_for(const MpiWorld& world, const MpiOptions& options, bool alone) {
-  if (options.mode == MpiMode::sequential) {
-    return 1;
-  }
+  if (options.mode == MpiMode::sequential) return 1;
   // Alone on the machine, rank 0 has all of its processors.
   const auto share = alone ? static_cast<std::uint32_t>(usable_cpus()) : world.threads();
   return options.threads.value_or(share);
@@ -136,9 +134,7 @@ class RootHeartbeat {
 
   /// Returns whether the heartbeat has changed since the last check. Checks every 250 ms.
   bool alive(Time now) {
-    if (now < next_look_) {
-      return false;
-    }
+    if (now < next_look_) return false;
     next_look_ = now + milliseconds(250);
     return std::exchange(last_, window_.load(WindowLayout::root_heartbeat)) != last_;
   }
@@ -181,13 +177,9 @@ class Follower {
     RootHeartbeat heartbeat(transport_.window());
     const bool keeps = transport_.ledgers().ledgers.is_keeper(world_.rank());
     while (!runner.over()) {
-      if (!team_.idle() || heartbeat.alive(clock_.now())) {
-        watchdog_.reset();
-      }
+      if (!team_.idle() || heartbeat.alive(clock_.now())) watchdog_.reset();
       const Time due = runner.tick(clock_.now());
-      if (keeps) {
-        transport_.progress();
-      }
+      if (keeps) transport_.progress();
       const Time longest = keeps ? keeper_poll : for_ever;
       team_.wait(std::clamp(due - clock_.now(), Time(0), longest));
     }
@@ -199,9 +191,7 @@ class Follower {
       if (keeps) {
         transport_.progress();  // other ranks may still use this rank's ledger
       }
-      if (!transport_.by_messages() && heartbeat.alive(clock_.now())) {
-        watchdog_.reset();
-      }
+      if (!transport_.by_messages() && heartbeat.alive(clock_.now())) watchdog_.reset();
     });
   }
 
@@ -284,9 +274,7 @@ class Retracer {
 
  private:
   const PathTracer& tracer() {
-    if (!tracer_) {
-      tracer_ = make_path_tracer(*kept_.copy_scene(), settings_);
-    }
+    if (!tracer_) tracer_ = make_path_tracer(*kept_.copy_scene(), settings_);
     return *tracer_;
   }
 
@@ -304,9 +292,7 @@ struct Rendered {
 
 std::vector<std::string> hosts_of(const Ranks& ranks) {
   std::vector<std::string> hosts;
-  for (std::uint32_t rank = 0; rank < ranks.count; ++rank) {
-    hosts.push_back(ranks.facts[rank].host);
-  }
+  for (std::uint32_t rank = 0; rank < ranks.count; ++rank) hosts.push_back(ranks.facts[rank].host);
   return hosts;
 }
 
@@ -317,9 +303,7 @@ void run_passes(const MpiWorld& world, const Ranks& ranks, const MpiJob& job, Ch
   for (bool goes_on = kept.run().begin_pass(); goes_on;) {
     const JobPicture& picture = kept.run().picture();
     RankPass pass{picture.passes().pass(), picture.plan(), CellList(picture.collector().missing())};
-    if (!job.alone()) {
-      broadcast_pass(world, job, &pass);
-    }
+    if (!job.alone()) broadcast_pass(world, job, &pass);
     const bool by_messages = transport.by_messages();
     resources.begin(std::move(pass), transport, ranks, own);
     if (transport.by_messages() && !by_messages) {
@@ -327,9 +311,7 @@ void run_passes(const MpiWorld& world, const Ranks& ranks, const MpiJob& job, Ch
                        transport.fallback_reason() + "): ranks send messages instead\n";
     }
     goes_on = coordinator.run_pass(resources, transport);
-    if (goes_on && !job.alone()) {
-      coordinator.barrier();
-    }
+    if (goes_on && !job.alone()) coordinator.barrier();
   }
 }
 
@@ -365,9 +347,7 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
   run_passes(world, ranks, job, kept, coordinator, resources, *rendered.transport);
   rendered.all_answer =
       coordinator.last_barrier(std::min<Time>(seconds(options.patience), last_patience));
-  if (rendered.all_answer && !job.alone()) {
-    broadcast_pass(world, job, nullptr);
-  }
+  if (rendered.all_answer && !job.alone()) broadcast_pass(world, job, nullptr);
   const RenderFacts facts = coordinator.facts(ranks);
   FinishedPicture finished = finish_picture(kept.run().picture(), kept.run().record(), facts);
   rendered.picture = {std::move(finished.picture.image), std::move(finished.picture.statistics),
@@ -380,8 +360,7 @@ Rendered render_job(const MpiOptions& options, const MpiWorld& world, Checkpoint
 }
 
 /// Runs `action`, on which all ranks depend, and returns its result. If it throws, ends all ranks.
-template <typename Action>
-auto or_abort_all(Action action) {
+auto or_abort_all(auto action) {
   decltype(action()) result{};
   const int status = run_action(program, [&] {
     result = action();
@@ -392,9 +371,7 @@ auto or_abort_all(Action action) {
     std::this_thread::sleep_for(milliseconds(300));
     std::_Exit(status);
   }
-  if (status != 0) {
-    end_all(status);
-  }
+  if (status != 0) end_all(status);
   return result;
 }
 

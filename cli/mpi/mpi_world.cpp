@@ -40,9 +40,7 @@ bool binding_requested() {
 void allow_all_processors() {
   cpu_set_t all;
   CPU_ZERO(&all);
-  for (std::size_t cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
-    CPU_SET(cpu, &all);
-  }
+  for (std::size_t cpu = 0; cpu < CPU_SETSIZE; ++cpu) CPU_SET(cpu, &all);
   sched_setaffinity(0, sizeof all, &all);  // the kernel leaves out processors that are not allowed
 }
 
@@ -62,9 +60,7 @@ MpiWorld::MpiWorld() {
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   rank_ = static_cast<std::uint32_t>(rank);
   ranks_ = static_cast<std::uint32_t>(ranks);
-  if (!binding_requested()) {
-    allow_all_processors();
-  }
+  if (!binding_requested()) allow_all_processors();
   inspect_machine();
 }
 
@@ -121,9 +117,7 @@ bool MpiWorld::barrier(Time patience, const std::function<void()>& meanwhile) co
   for (;;) {
     int done = 0;
     check_mpi(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "waiting for all ranks");
-    if (done != 0 || clock.now() >= end) {
-      return done != 0;
-    }
+    if (done != 0 || clock.now() >= end) return done != 0;
     meanwhile();
     std::this_thread::sleep_for(milliseconds(1));
   }

@@ -15,12 +15,8 @@ void Transport::begin_pass(const WindowLayout& layout) {
   }
   // Records become a little longer with each pass.
   bytes_ = bytes_ == 0 ? layout.bytes() : layout.bytes() / 4 * 5;
-  if (!alone_ && !by_messages_) {
-    open_window(layout);
-  }
-  if (mpi_window_) {
-    return;
-  }
+  if (!alone_ && !by_messages_) open_window(layout);
+  if (mpi_window_) return;
   if (world_.first()) {
     local_memory_ = {};  // first, because old and new memory may not both fit
     local_memory_.resize((bytes_ + 7) / 8);
@@ -40,9 +36,7 @@ void Transport::open_window(const WindowLayout& layout) {
   }
   const bool everywhere = world_.all_of(mpi_window_ != nullptr);
   if (!everywhere || !mpi_window_->works()) {
-    if (fallback_reason_.empty()) {
-      fallback_reason_ = "its trial failed";
-    }
+    if (fallback_reason_.empty()) fallback_reason_ = "its trial failed";
     static_cast<void>(mpi_window_.release());  // closing a window that does not work may hang
     by_messages_ = true;
   }
@@ -64,9 +58,7 @@ const char* Transport::name() const {
 Window& Transport::window() { return mpi_window_ ? mpi_window_->of(0) : *own_window_; }
 
 LedgerWindows Transport::ledgers() {
-  if (!mpi_window_) {
-    return {Ledgers(world_.ranks(), world_.ranks()), {&window()}};
-  }
+  if (!mpi_window_) return {Ledgers(world_.ranks(), world_.ranks()), {&window()}};
   LedgerWindows reached{Ledgers(world_.ranks(), ledger_ranks_), {}};
   for (std::uint32_t ledger = 0; ledger < reached.ledgers.count(); ++ledger) {
     reached.windows.push_back(&mpi_window_->of(reached.ledgers.keeper(ledger)));

@@ -42,12 +42,8 @@ class Watchdog {
     constexpr int most_silent_steps = 8;
     std::unique_lock lock(mutex_);
     for (int silent = 0; !quit_; ++silent) {
-      if (std::exchange(reset_, false)) {
-        silent = 0;
-      }
-      if (silent == most_silent_steps) {
-        on_silence_();
-      }
+      if (std::exchange(reset_, false)) silent = 0;
+      if (silent == most_silent_steps) on_silence_();
       changed_.wait_for(lock, patience_ / most_silent_steps, [this] { return quit_; });
     }
   }

@@ -20,9 +20,7 @@ constexpr double no_surface = std::numeric_limits<double>::infinity();
 class VectorPlanes {
  public:
   VectorPlanes(bool wanted, std::size_t pixels) {
-    for (auto& plane : planes_) {
-      plane.resize(wanted ? pixels : 0);
-    }
+    for (auto& plane : planes_) plane.resize(wanted ? pixels : 0);
   }
   void set(std::size_t pixel, const Vec3d& v) {
     planes_[0][pixel] = static_cast<float>(v.x);
@@ -181,9 +179,7 @@ Channels trace_channels(const PathTracer& tracer, const Scene& scene,
     const FloatMode ieee;
     std::vector<FirstHit> scratch;
 #pragma omp for schedule(dynamic) nowait
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      planes.fill(pixels[i], i, scratch);
-    }
+    for (std::size_t i = 0; i < pixels.size(); ++i) planes.fill(pixels[i], i, scratch);
   }
   return planes.take();
 }

@@ -49,10 +49,7 @@ class Message {
     out_.put_bytes(text);
     out_.put(std::uint8_t{0});
   }
-  template <typename T>
-  void number(T value) {
-    out_.put(value);
-  }
+  void number(auto value) { out_.put(value); }
   void values(std::span<const float> values) {
     out_.put_bytes({reinterpret_cast<const char*>(values.data()), values.size_bytes()});
   }

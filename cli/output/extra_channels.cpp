@@ -61,9 +61,7 @@ void add_statistics(Picture& picture, const Aovs& aovs) {
   const std::vector<float>& all = picture.statistics.half_width;
   for (const std::size_t c : {0U, 1U, 2U}) {
     std::vector<float> values(all.size() / 3);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      values[i] = all[3 * i + c];
-    }
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = all[3 * i + c];
     picture.channels.push_back({std::string("half_width.") + "RGB"[c], std::move(values)});
   }
 }
@@ -112,9 +110,7 @@ void add_aovs(Picture& picture, const PathTracer* tracer, const ExtraChannels& e
                       extra.aovs.begin(), extra.aovs.end(), std::inserter(others, others.end()));
   trace(others, picture.traced);
   add_statistics(picture, extra.aovs);
-  for (const Aov aov : extra.aovs) {
-    picture.report["aovs"].push_back(name_of(aov));
-  }
+  for (const Aov aov : extra.aovs) picture.report["aovs"].push_back(name_of(aov));
   picture.report.at("seconds")["aovs"] = to_seconds(clock.now() - begin);
 }
 

@@ -35,9 +35,7 @@ std::string facts(const JobStatus& job) {
   if (!job.waits_for.empty()) return text + "  waits for: " + printable(job.waits_for, 200);
   if (job.state == "finishing" || job.state == "paused" || job.state == "reading")
     text += "  " + job.state;
-  if (job.samples_per_second > 0) {
-    text += "  " + with_unit(job.samples_per_second, "samples/s");
-  }
+  if (job.samples_per_second > 0) text += "  " + with_unit(job.samples_per_second, "samples/s");
   if (const std::string target = target_text(job); !target.empty()) text += "  " + target;
   if (job.seconds_left >= 0) text += "  " + duration_text(job.seconds_left) + " left";
   return text;

@@ -55,9 +55,7 @@ void add_value(ImageMetadata& metadata, const std::string& name, const json& val
 /// Returns the numbers in the form of option --passes.
 std::string comma_list(const json& numbers) {
   std::string text;
-  for (const json& number : numbers) {
-    text += (text.empty() ? "" : ",") + number.dump();
-  }
+  for (const json& number : numbers) text += (text.empty() ? "" : ",") + number.dump();
   return text;
 }
 
@@ -169,17 +167,13 @@ ImageMetadata recipe_metadata(const Picture& picture) {
   const json passes = report.value("passes", json::array());
   if (!passes.empty()) metadata.emplace_back(key("passes"), comma_list(passes));
   const json error = report.value("error", json::object());
-  for (const auto& [name, value] : error.items()) {
-    add_value(metadata, "error:" + name, value);
-  }
+  for (const auto& [name, value] : error.items()) add_value(metadata, "error:" + name, value);
   if (report.contains("legends")) {
     metadata.emplace_back(key("legends"), report.at("legends").dump());
   }
   for (const std::string done : {"denoised", "transparent"}) {
     const json facts = report.value(done, json::object());
-    for (const auto& [name, value] : facts.items()) {
-      add_value(metadata, done + ":" + name, value);
-    }
+    for (const auto& [name, value] : facts.items()) add_value(metadata, done + ":" + name, value);
   }
   return metadata;
 }

@@ -114,18 +114,14 @@ void check_outputs(const OutputPaths& outputs, const fs::path& scene) {
 static double complete_seconds(json& parts, double write, Time end,
                                const std::optional<CommandTimes>& times) {
   parts["write"] = write;
-  if (times) {
-    parts["submit"] = times->submit_seconds;
-  }
+  if (times) parts["submit"] = times->submit_seconds;
   double sum = 0;
   for (const auto& [name, value] : parts.items()) {
     const bool part_of_render = name == "build" || name == "deciding";
     sum += part_of_render ? 0 : value.get<double>();
   }
   const double total = times ? to_seconds(end - times->started) : sum;
-  if (times) {
-    parts["other"] = std::max(total - sum, 0.0);
-  }
+  if (times) parts["other"] = std::max(total - sum, 0.0);
   parts["total"] = total;
   return total;
 }

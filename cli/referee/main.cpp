@@ -82,9 +82,7 @@ class RefereeProgram {
         continue;
       }
       const Message message = decode(*frames);
-      if (const auto* grant = std::get_if<msg::Grant>(&message)) {
-        answer(*grant);
-      }
+      if (const auto* grant = std::get_if<msg::Grant>(&message)) answer(*grant);
     }
   }
 
@@ -136,9 +134,7 @@ class RefereeProgram {
   msg::Result trace(const msg::Grant& grant) {
     const FloatMode ieee;
     auto accelerator = accelerators_.find(scene_id_, grant.settings);
-    if (!accelerator) {
-      accelerator = accelerators_.build(scene_id_, *scene_, grant.settings, 1);
-    }
+    if (!accelerator) accelerator = accelerators_.build(scene_id_, *scene_, grant.settings, 1);
     const auto tracer = make_path_tracer(accelerator, scene_->camera, grant.settings);
     std::atomic<std::uint64_t> count = 0;
     msg::Result result;

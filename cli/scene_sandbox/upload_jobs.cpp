@@ -122,13 +122,10 @@ void add_frames(const UploadRequest& request, std::size_t first, Batch& batch) {
 
 void add_upload_options(Command& command, UploadRequest& request) {
   command.option("--name", request.name, "Name of the job; default: the file name of the scene");
+  add_whole_number(command, "--priority", 0, 100, request.priority,
+                   "Of the jobs of a user, those with a higher priority are rendered first");
   add_whole_number(
-      command, "--priority", 0, 100,
-      [&request](std::uint64_t value) { request.priority = static_cast<std::uint32_t>(value); },
-      "Of the jobs of a user, those with a higher priority are rendered first");
-  add_whole_number(
-      command, "--max-failures", 1, 1000,
-      [&request](std::uint64_t value) { request.max_failures = static_cast<std::uint32_t>(value); },
+      command, "--max-failures", 1, 1000, request.max_failures,
       "The job fails if so many machines have failed at the same part of it, or all machines "
       "twice");
   command.flag("--progressive", request.progressive, "Trace a preview of all pixels first");

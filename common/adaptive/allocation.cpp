@@ -98,9 +98,7 @@ double Allocation::level_for_square_error(double share) const {
   const double wanted = share * square_error_at(0);
   // The error is roughly inversely proportional to the level, so this iteration converges.
   double level = shares().level_for(shares().total_at(0) / share);
-  for (int step = 0; step < 4; ++step) {
-    level *= square_error_at(level) / wanted;
-  }
+  for (int step = 0; step < 4; ++step) level *= square_error_at(level) / wanted;
   return level;
 }
 
@@ -125,9 +123,7 @@ double Allocation::total_for_square_half_width(double share) const {
 }
 
 double Allocation::relative_cost(double share, double rays) const {
-  if (!(square_error_at(0) > 0)) {
-    return 1;
-  }
+  if (!(square_error_at(0) > 0)) return 1;
   const SampleShares shares = this->shares();
   const auto size = static_cast<double>(shares.size());
   const auto quiet = static_cast<double>(std::count(quiet_.begin(), quiet_.end(), 1));

@@ -102,23 +102,17 @@ std::array<float, 2> quantiles(std::span<const float> values, std::array<double,
   // The bit patterns of such numbers have the order of the numbers. A bin spans 1/32 octave.
   const auto bin_of = [](float value) { return std::bit_cast<std::uint32_t>(value) >> 18; };
   std::vector<std::uint32_t> bins(std::size_t{1} << 14);
-  for (const float value : values) {
-    ++bins[bin_of(value)];
-  }
+  for (const float value : values) ++bins[bin_of(value)];
   std::array<std::size_t, 2> rank{};
   std::array<std::uint32_t, 2> bin{};
   for (std::size_t k = 0; k < 2; ++k) {
     rank[k] = static_cast<std::size_t>(shares[k] * static_cast<double>(values.size() - 1));
-    while (rank[k] >= bins[bin[k]]) {
-      rank[k] -= bins[bin[k]++];
-    }
+    while (rank[k] >= bins[bin[k]]) rank[k] -= bins[bin[k]++];
   }
   std::array<std::vector<float>, 2> alike;
   for (const float value : values) {
     for (std::size_t k = 0; k < 2; ++k) {
-      if (bin_of(value) == bin[k]) {
-        alike[k].push_back(value);
-      }
+      if (bin_of(value) == bin[k]) alike[k].push_back(value);
     }
   }
   std::array<float, 2> found{};
@@ -134,9 +128,7 @@ std::array<float, 2> quantiles(std::span<const float> values, std::array<double,
 
 ErrorEstimate estimate_rmse(const FramebufferView& state, std::size_t stride) {
   ErrorEstimate error;
-  if (all_have_two(state)) {
-    mean_square_of(state, stride).report(state.largest_radiance, error);
-  }
+  if (all_have_two(state)) mean_square_of(state, stride).report(state.largest_radiance, error);
   return error;
 }
 
@@ -153,9 +145,7 @@ PartialError estimate_rmse_so_far(const FramebufferView& state, std::size_t stri
 
 ErrorEstimate estimate_error(const FramebufferView& state, std::size_t stride) {
   ErrorEstimate error;
-  if (!all_have_two(state)) {
-    return error;
-  }
+  if (!all_have_two(state)) return error;
   constexpr NeighbourhoodSize horizon = NeighbourhoodSize::neighbours;
   const NoiseModel model = stride > 1 ? NoiseModel(state, horizon, state.pixels.size() / stride)
                                       : NoiseModel(state, horizon);

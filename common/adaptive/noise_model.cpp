@@ -35,19 +35,14 @@ constexpr int ratio_bits = 4;
 constexpr int lowest_ratio = -10;
 
 /// Returns the levels [first, last) around `level` that together have enough values, or all levels.
-template <typename ValuesAt>
 std::pair<std::size_t, std::size_t> enough_levels(std::size_t level, std::size_t end,
-                                                  const ValuesAt& values_at) {
+                                                  const auto& values_at) {
   std::size_t first = level;
   std::size_t last = level + 1;
   double values = values_at(level);
   while (values < enough && (first > 1 || last < end)) {
-    if (first > 1) {
-      values += values_at(--first);
-    }
-    if (last < end) {
-      values += values_at(last++);
-    }
+    if (first > 1) values += values_at(--first);
+    if (last < end) values += values_at(last++);
   }
   return {first, last};
 }
@@ -96,9 +91,7 @@ NoiseModel::NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon, 
     }
     before = found;
   }
-  for (std::size_t level = 1; level < levels; ++level) {
-    calibrate_own(level);
-  }
+  for (std::size_t level = 1; level < levels; ++level) calibrate_own(level);
   // Level 0: the surroundings show no variance. Their variance is that of the pixels themselves
   // plus the rule of three: with 95 % confidence, at most 3 bright samples are expected among all
   // samples. The three channels of a sample count as one sample.
@@ -165,21 +158,15 @@ void NoiseModel::calibrate_around(std::size_t place, const Levels& borrowed) {
   double variances = 0;
   for (std::size_t i = borrowed.first; i < borrowed.last; ++i) {
     const Around& like = found_.around[i];
-    if (like.values == 0) {
-      continue;
-    }
+    if (like.values == 0) continue;
     values += like.values;
     squares += like.squares;
     variances += like.variances;
-    for (std::size_t ratio = 0; ratio < ratios; ++ratio) {
-      found[ratio] += like.found[ratio];
-    }
+    for (std::size_t ratio = 0; ratio < ratios; ++ratio) found[ratio] += like.found[ratio];
   }
   double rest = 0.95 * values;
   std::size_t ratio = 0;
-  while (ratio + 1 < ratios && rest > found[ratio]) {
-    rest -= found[ratio++];
-  }
+  while (ratio + 1 < ratios && rest > found[ratio]) rest -= found[ratio++];
   const double begin = part_begin(ratio, ratio_bits, lowest_ratio);
   const double end = part_begin(ratio + 1, ratio_bits, lowest_ratio);
   const double share = found[ratio] > 0 ? rest / found[ratio] : 0;

@@ -20,15 +20,11 @@ std::optional<Pass> pass_to(const Framebuffer& framebuffer,
     return {};  // no pixel may have more
   }
   Pass pass{{{*least_now, *most_then}}, {}};
-  if (*least_now == *most_now && *least_then == *most_then) {
-    return pass;
-  }
+  if (*least_now == *most_now && *least_then == *most_then) return pass;
   pass.samples.reserve(targets.size());
   bool any = false;
   for (std::size_t i = 0; i < targets.size(); ++i) {
-    if (targets[i] < now[i]) {
-      throw std::logic_error("a pass would remove samples of a pixel");
-    }
+    if (targets[i] < now[i]) throw std::logic_error("a pass would remove samples of a pixel");
     any = any || targets[i] > now[i];
     pass.samples.push_back({now[i], targets[i]});
   }
@@ -65,9 +61,7 @@ std::optional<Pass> PassController::next_undecided(const Framebuffer& framebuffe
   std::vector<std::uint32_t> ends{all};
   if (settings_->progressive) ends = {1, std::min(16U, all), all};
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
-  if (passes_ == ends.size()) {
-    return {};
-  }
+  if (passes_ == ends.size()) return {};
   const std::uint32_t begin = passes_ == 0 ? 0 : ends[passes_ - 1];
   Pass pass{{{begin, ends[passes_]}}, {}};
   if (settings_->progressive && begin == 0) {
@@ -85,9 +79,7 @@ std::optional<Pass> PassController::next_undecided(const Framebuffer& framebuffe
 /// picture has.
 Affordable PassController::affordable(const Framebuffer& framebuffer,
                                       const PassTimes& times) const {
-  if (settings_->time_limit == 0 || passes_ == 0) {
-    return {};
-  }
+  if (settings_->time_limit == 0 || passes_ == 0) return {};
   const std::uint64_t samples = framebuffer.counts().samples;
   if (times.pass <= 0) {
     return {times.total > 0 ? 0 : 2 * samples};  // a pass takes half of these
@@ -105,9 +97,7 @@ std::optional<Pass> PassController::pass_of(const Framebuffer& framebuffer, Plac
                                             std::uint64_t samples) {
   std::vector<Stage> stages = lattices_of_pass(framebuffer.width(), framebuffer.height(),
                                                framebuffer.counts().samples, samples);
-  if (!stages.empty()) {
-    return Pass{std::move(stages), {}};
-  }
+  if (!stages.empty()) return Pass{std::move(stages), {}};
   if (const auto [now, then] = placement.even_counts(samples); then > now) {
     return Pass{{{now, then}}, {}};
   }
@@ -121,9 +111,7 @@ PassSize PassController::decide(const Framebuffer& framebuffer, Placement& place
 }
 
 std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const PassTimes& times) {
-  if (!settings_->in_passes()) {
-    return next_undecided(framebuffer);
-  }
+  if (!settings_->in_passes()) return next_undecided(framebuffer);
   Placement placement(framebuffer.view(largest_radiance_), settings_, &noise_weights_);
   repeats_ = passes_ < begun_.size();
   PassSize size;
@@ -147,9 +135,7 @@ std::optional<Pass> PassController::next(const Framebuffer& framebuffer, const P
     if (settings_->progressive) show_early(*pass);
     samples_before_ = framebuffer.counts().samples;
     ++passes_;
-    if (!repeats_) {
-      begun_.push_back(size.samples);
-    }
+    if (!repeats_) begun_.push_back(size.samples);
   }
   return pass;
 }

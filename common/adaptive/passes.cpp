@@ -20,9 +20,7 @@ std::uint64_t pixels_of(const FramebufferView& state) {
 PassSize towards_denoised(const FramebufferView& state, double target, std::uint64_t samples,
                           std::uint64_t most, const PictureJudge& judge) {
   const ErrorEstimate error{judge(state), {}};
-  if (error.high <= target) {
-    return {0, StopReason::error, 0, error};
-  }
+  if (error.high <= target) return {0, StopReason::error, 0, error};
   const auto traced = static_cast<double>(samples);
   const double share = target * target / (error.high * error.high);
   const double lacking = std::clamp(traced / share - traced, traced / 2, 3 * traced);
@@ -83,14 +81,10 @@ PassSize towards_targets(const FramebufferView& state, const RenderSettings& set
   }
   const bool widths = settings.target_half_width > 0;
   ErrorEstimate error = error_of(state, settings);
-  if (!error.known()) {
-    return {most};
-  }
+  if (!error.known()) return {most};
   double share = 0;
   if (settings.target_error > 0) {
-    if (error.high <= settings.target_error) {
-      return {0, StopReason::error, 0, std::move(error)};
-    }
+    if (error.high <= settings.target_error) return {0, StopReason::error, 0, std::move(error)};
     share = settings.target_error / error.high;
   }
   if (widths) {
@@ -134,9 +128,7 @@ PassSize towards_pairs(const FramebufferView& state, std::uint64_t traced, std::
   for (const Lattice& lattice : nested_lattices(state.width, state.height)) {
     end += lattice.pixels(state.width, state.height);
     // With the second sample of its last pixel the picture has an error to state.
-    if (end > traced && end - traced <= (end < 2 * pixels ? room : stated)) {
-      most = end - traced;
-    }
+    if (end > traced && end - traced <= (end < 2 * pixels ? room : stated)) most = end - traced;
   }
   return {std::min(left, most), most > 0 ? StopReason::samples : StopReason::time};
 }
@@ -144,9 +136,7 @@ PassSize towards_pairs(const FramebufferView& state, std::uint64_t traced, std::
 /// Rounds the size of a pass that gives every pixel the same number of samples.
 PassSize whole_layers(PassSize size, const StopSettings& settings, std::uint64_t left,
                       std::uint64_t pixels, std::uint64_t affordable) {
-  if (size.samples == 0) {
-    return size;
-  }
+  if (size.samples == 0) return size;
   size.samples = std::min(left, (size.samples + pixels - 1) / pixels * pixels);
   if (settings.time_limit > 0 && size.samples > affordable) {
     size.samples = std::min(left, affordable / pixels * pixels);
@@ -172,31 +162,22 @@ double lacking_for_error(double total, double traced) {
 }
 
 std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced) {
-  if (lacking > 7 * traced) {
-    return 3 * traced;
-  }
+  if (lacking > 7 * traced) return 3 * traced;
   return lacking > 2 * traced ? traced : lacking;
 }
 
 std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint64_t affordable) {
-  if (wanted > affordable / 2 && affordable < traced / 32) {
-    return 0;
-  }
+  if (wanted > affordable / 2 && affordable < traced / 32) return 0;
   return std::min(wanted, affordable / 2);
 }
 
 std::string_view name_of(StopReason reason) {
   switch (reason) {
-    case StopReason::samples:
-      return "samples";
-    case StopReason::error:
-      return "error";
-    case StopReason::half_width:
-      return "half-width";
-    case StopReason::time:
-      return "time";
-    case StopReason::passes:
-      return "passes";
+    case StopReason::samples: return "samples";
+    case StopReason::error: return "error";
+    case StopReason::half_width: return "half-width";
+    case StopReason::time: return "time";
+    case StopReason::passes: return "passes";
   }
   throw std::logic_error("unknown stop reason");
 }
@@ -219,13 +200,9 @@ PassSize next_pass_size(const FramebufferView& state, const RenderSettings& sett
   const std::uint64_t traced = placement.traced();
   const std::uint64_t total = pixels * settings.samples_per_pixel;
   // Adaptive passes trace pairs; a picture of one sample in all has one pass even so.
-  if (traced + (settings.adaptive && traced > 0 ? 1 : 0) >= total) {
-    return {0, StopReason::samples};
-  }
+  if (traced + (settings.adaptive && traced > 0 ? 1 : 0) >= total) return {0, StopReason::samples};
   const std::uint64_t left = total - traced;
-  if (!settings.in_passes()) {
-    return {left, StopReason::samples, total};
-  }
+  if (!settings.in_passes()) return {left, StopReason::samples, total};
   const bool targets = settings.target_error > 0 || settings.target_half_width > 0;
   if (settings.time_limit > 0 && traced < 2 * pixels) {
     PassSize size = towards_pairs(state, traced, left, affordable);
@@ -239,14 +216,10 @@ PassSize next_pass_size(const FramebufferView& state, const RenderSettings& sett
   PassSize wanted{left};
   if (targets) {
     wanted = towards_targets(state, settings, left, judge, placement);
-    if (wanted.samples == 0) {
-      return wanted;
-    }
+    if (wanted.samples == 0) return wanted;
   }
   wanted.expected = std::max(wanted.expected, traced + wanted.samples);
-  if (!settings.target_denoised) {
-    wanted.samples = part_of(wanted.samples, traced);
-  }
+  if (!settings.target_denoised) wanted.samples = part_of(wanted.samples, traced);
   const std::uint64_t pilot = pilot_samples * pixels;
   if (settings.adaptive && traced < pilot) {
     wanted.samples = std::min(wanted.samples, pilot - traced);
@@ -266,9 +239,7 @@ std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, s
   const std::uint64_t pixels = std::uint64_t{width} * height;
   const std::uint64_t layer = traced / pixels;
   const bool whole = traced % pixels == 0 && samples >= pixels;
-  if (layer >= 2 || whole || samples > pixels - traced % pixels) {
-    return {};
-  }
+  if (layer >= 2 || whole || samples > pixels - traced % pixels) return {};
   const auto sample = static_cast<std::uint32_t>(layer);
   std::vector<Stage> stages;
   std::uint64_t end = layer * pixels;

@@ -144,15 +144,11 @@ NoiseWindow::NoiseWindow(std::size_t reach, std::size_t width)
 void NoiseWindow::means(Row own, std::span<double> variances, std::span<double> samples) {
   // At each pixel a column comes in and one goes.
   std::array<double, 4> sum{};
-  for (std::size_t i = 0; i < 8 * reach_; ++i) {
-    sum[i % 4] += columns_[4 + i];
-  }
+  for (std::size_t i = 0; i < 8 * reach_; ++i) sum[i % 4] += columns_[4 + i];
   for (std::size_t x = 0; x < width_; ++x) {
     const double* const gone = columns_.data() + 4 * x;
     const double* const come = gone + 4 * (2 * reach_ + 1);
-    for (std::size_t k = 0; k < 4; ++k) {
-      sum[k] += come[k] - gone[k];
-    }
+    for (std::size_t k = 0; k < 4; ++k) sum[k] += come[k] - gone[k];
     const std::size_t columns = std::min(x + reach_ + 1, width_) - (x - std::min(x, reach_));
     const auto others =
         static_cast<double>(std::max<std::size_t>(columns * (end_ - first_), 2) - 1);
@@ -170,9 +166,7 @@ void NoiseWindow::means(Row own, std::span<double> variances, std::span<double> 
 
 void NoiseWindow::add(Row row, double sign) {
   double* const sums = columns_.data() + 4 * (reach_ + 1);
-  for (std::size_t i = 0; i < row.size(); ++i) {
-    sums[i] += sign * row[i];
-  }
+  for (std::size_t i = 0; i < row.size(); ++i) sums[i] += sign * row[i];
 }
 
 NoiseRows::NoiseRows(const FramebufferView& state, NeighbourhoodSize horizon)
@@ -190,9 +184,7 @@ NoiseRows::NoiseRows(const FramebufferView& state, NeighbourhoodSize horizon)
   for (Kept& row : kept_) {
     row = {with_ends, with_ends, with_ends, with_ends, Values(windows_ ? 4 * state.width : 0)};
   }
-  if (windows_) {
-    close_by_ = far_off_ = samples_ = radiance_ = seen_ = mean_;
-  }
+  if (windows_) close_by_ = far_off_ = samples_ = radiance_ = seen_ = mean_;
 }
 
 NoiseNearby NoiseRows::row(std::size_t y) {
@@ -208,9 +200,7 @@ NoiseNearby NoiseRows::row(std::size_t y) {
     keep_rows_until(std::min<std::size_t>(y + 2, state_.height));
   }
   look_around(y);
-  if (windows_) {
-    look_afar(y);
-  }
+  if (windows_) look_afar(y);
   return {own(y), {mean_, ridge_, radiance_, seen_}};
 }
 
@@ -222,9 +212,7 @@ NoiseRow NoiseRows::own(std::size_t y) {
 }
 
 void NoiseRows::keep_rows_until(std::size_t y) {
-  for (; have_ < y; ++have_) {
-    keep(have_);
-  }
+  for (; have_ < y; ++have_) keep(have_);
 }
 
 void NoiseRows::keep(std::size_t y) {
@@ -233,9 +221,7 @@ void NoiseRows::keep(std::size_t y) {
   CountFactors factors;
   for (std::size_t x = 0; x < state_.width; ++x) {
     const std::size_t i = y * state_.width + x;
-    if (state_.counts[i] != factors.count) {
-      factors = CountFactors(state_.counts[i], scale_);
-    }
+    if (state_.counts[i] != factors.count) factors = CountFactors(state_.counts[i], scale_);
     __builtin_prefetch(state_.pixels.data() + i + ahead);
     const PixelNoise noise = factors.noise_of(state_.pixels[i]);
     for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -273,9 +259,7 @@ void NoiseRows::look_around(std::size_t y) {
   };
   mean_around(around(&Kept::variance), mean_);
   ridge_around(around(&Kept::variance), ridge_);
-  if (windows_) {
-    mean_around(around(&Kept::mean), radiance_);
-  }
+  if (windows_) mean_around(around(&Kept::mean), radiance_);
 }
 
 void NoiseRows::look_afar(std::size_t y) {

@@ -73,22 +73,17 @@ class NoiseWindow {
   /// Moves the window to row y of `height`; y must not decrease. `row_at(y)` returns a Row. The
   /// window asks for rows from y - 3 * reach - 1 on, and for no row that lies 2 * reach + 2 or more
   /// rows above the last one it asked for.
-  template <typename RowAt>
-  void move_to(std::size_t y, std::size_t height, RowAt&& row_at) {
+  void move_to(std::size_t y, std::size_t height, auto&& row_at) {
     const std::size_t first = y - std::min(y, reach_);
     if (first >= end_) {
       columns_.assign(columns_.size(), 0);
       first_ = end_ = first;
     }
     for (; end_ < std::min(y + reach_ + 1, height); ++end_) {
-      if (end_ - first_ > 2 * reach_) {
-        add(row_at(first_++), -1);
-      }
+      if (end_ - first_ > 2 * reach_) add(row_at(first_++), -1);
       add(row_at(end_), 1);
     }
-    while (first_ < first) {
-      add(row_at(first_++), -1);
-    }
+    while (first_ < first) add(row_at(first_++), -1);
   }
   /// Computes means over the windows around the row's pixels without the pixels themselves, which
   /// are `own`. Writes mean variances and mean numbers of samples, 3 values per pixel each.
@@ -190,9 +185,8 @@ void for_noise_bands(std::size_t height, int threads,
 inline int noise_threads(std::size_t stride) { return stride > 4 ? 1 : 0; }
 
 /// Calls visit(band's number, y, NoiseNearby) for every `stride`-th row, in order within a band.
-template <typename Visit>
 void visit_noise(const FramebufferView& state, std::size_t stride, NeighbourhoodSize horizon,
-                 Visit&& visit) {
+                 auto&& visit) {
   for_noise_bands(state.height, noise_threads(stride), [&](const NoiseBand& band) {
     NoiseRows rows(state, horizon);
     for (std::size_t y = band.first(stride); y < band.end; y += stride) {

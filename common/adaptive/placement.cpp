@@ -44,9 +44,7 @@ Placement::Placement(const FramebufferView& state, const StopSettings& settings,
 }
 
 Placement::Kind Placement::kind_of(std::uint64_t samples) {
-  if (!adaptive_ || least_ < pilot_samples) {
-    return Kind::even;
-  }
+  if (!adaptive_ || least_ < pilot_samples) return Kind::even;
   if (least_ < most_) {
     return half_widths_ || !is_little(samples, traced_) ? Kind::by_noise : Kind::as_before;
   }
@@ -56,9 +54,7 @@ Placement::Kind Placement::kind_of(std::uint64_t samples) {
   if (samples < traced_ / 2) {  // finding their places takes as long as tracing some of them
     return Kind::even;
   }
-  if (!pays_) {
-    pays_ = adaptive_pays(prediction(), state_.rays_per_sample);
-  }
+  if (!pays_) pays_ = adaptive_pays(prediction(), state_.rays_per_sample);
   return *pays_ ? Kind::by_noise : Kind::even;
 }
 
@@ -72,14 +68,12 @@ double Placement::total_for(double share) {
   constexpr double most = 1e18;  // far beyond any picture, and still a 64-bit number
   const double lacking = std::min(traced / share - traced, most);
   switch (kind_of(static_cast<std::uint64_t>(lacking))) {
-    case Kind::even:
-      return traced / share;
+    case Kind::even: return traced / share;
     case Kind::as_before: {
       const std::vector<float> weights = present_shares(state_.counts, least_);
       return SampleShares(state_.counts, weights).total_at(1 / share);
     }
-    case Kind::by_noise:
-      break;
+    case Kind::by_noise: break;
   }
   const Allocation& some = prediction();
   const double total =
@@ -101,14 +95,12 @@ std::vector<std::uint32_t> Placement::by_noise(double total) {
 std::vector<std::uint32_t> Placement::counts(std::uint64_t samples) {
   const std::uint64_t total = traced_ + samples;
   switch (kind_of(samples)) {
-    case Kind::by_noise:
-      return by_noise(static_cast<double>(total));
+    case Kind::by_noise: return by_noise(static_cast<double>(total));
     case Kind::as_before: {
       const std::vector<float> weights = present_shares(state_.counts, least_);
       return SampleShares(state_.counts, weights).counts_of(static_cast<double>(total));
     }
-    case Kind::even:
-      break;
+    case Kind::even: break;
   }
   const std::uint32_t each = each_of(total);
   std::vector<std::uint32_t> counts(state_.counts.begin(), state_.counts.end());
@@ -123,9 +115,7 @@ std::uint32_t Placement::each_of(std::uint64_t total) const {
 }
 
 std::pair<std::uint32_t, std::uint32_t> Placement::even_counts(std::uint64_t samples) {
-  if (least_ < most_ || !is_even(samples)) {
-    return {0, 0};
-  }
+  if (least_ < most_ || !is_even(samples)) return {0, 0};
   return {least_, std::max(least_, each_of(traced_ + samples))};
 }
 

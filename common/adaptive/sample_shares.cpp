@@ -50,9 +50,7 @@ double SampleShares::level_for(double total) const {
       }
       return part;
     });
-    if (sum.full == full || !(sum.weight > 0)) {
-      return level;
-    }
+    if (sum.full == full || !(sum.weight > 0)) return level;
     full = sum.full;
     level = (total - sum.have) / sum.weight;
   }
@@ -82,9 +80,7 @@ std::vector<std::uint32_t> SampleShares::counts_of(double total) const {
   for (const bool any : {false, true}) {
     for (std::size_t k = counts.size(); k > 0 && owed > 1; --k) {
       std::uint32_t& count = counts[k - 1];
-      if (!any && !(level * double{weights_[k - 1]} > counts_[k - 1])) {
-        continue;
-      }
+      if (!any && !(level * double{weights_[k - 1]} > counts_[k - 1])) continue;
       const std::uint32_t room = (limits::max_samples_per_pixel - count) / 2 * 2;
       const double given = std::min<double>(room, 2 * std::floor(owed / 2 + 0.5));
       count += static_cast<std::uint32_t>(given);

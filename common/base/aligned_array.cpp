@@ -13,9 +13,7 @@ void* allocate_aligned(std::size_t bytes) {
   const std::size_t alignment = bytes >= large_page ? large_page : line;
   const std::size_t rounded = (bytes + alignment - 1) / alignment * alignment;
   void* memory = std::aligned_alloc(alignment, rounded == 0 ? alignment : rounded);
-  if (memory == nullptr) {
-    throw std::bad_alloc();
-  }
+  if (memory == nullptr) throw std::bad_alloc();
   if (alignment == large_page) {
     madvise(memory, rounded, MADV_HUGEPAGE);  // only a hint: the system may ignore it
   }

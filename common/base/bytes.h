@@ -60,9 +60,7 @@ class ByteReader {
   }
 
   std::string_view get_bytes(std::size_t size) {
-    if (size > bytes_.size()) {
-      throw DecodeError("data ends early");
-    }
+    if (size > bytes_.size()) throw DecodeError("data ends early");
     const std::string_view result = bytes_.substr(0, size);
     bytes_.remove_prefix(size);
     return result;
@@ -73,9 +71,7 @@ class ByteReader {
 
   /// Throws DecodeError unless everything has been read.
   void expect_end() const {
-    if (!bytes_.empty()) {
-      throw DecodeError("data continues after its end");
-    }
+    if (!bytes_.empty()) throw DecodeError("data continues after its end");
   }
 
  private:

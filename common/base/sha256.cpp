@@ -13,9 +13,7 @@ struct Sha256::State {
                                                                   &EVP_MD_CTX_free};
 
   static void check(int done) {
-    if (done != 1) {
-      throw std::runtime_error("OpenSSL cannot compute SHA-256");
-    }
+    if (done != 1) throw std::runtime_error("OpenSSL cannot compute SHA-256");
   }
 };
 

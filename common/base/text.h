@@ -39,8 +39,7 @@ std::vector<std::string_view> words_of(std::string_view line, std::string_view s
 std::vector<std::string_view> split_at(char separator, std::string_view text);
 
 /// Returns the words with `between` between them. `words` are strings or views of strings.
-template <typename Words>
-std::string joined(const Words& words, std::string_view between) {
+std::string joined(const auto& words, std::string_view between) {
   std::string text;
   bool first = true;
   for (const auto& word : words) {
@@ -70,8 +69,7 @@ std::optional<Number> parsed_between(std::string_view text, Number least, Number
 }
 
 /// Returns the place of `word` among `words`; nothing if it is none of them.
-template <typename Words>
-std::optional<std::size_t> place_in(const Words& words, std::string_view word) {
+std::optional<std::size_t> place_in(const auto& words, std::string_view word) {
   const auto found = std::find(std::begin(words), std::end(words), word);
   if (found == std::end(words)) return std::nullopt;
   return static_cast<std::size_t>(found - std::begin(words));

@@ -42,9 +42,7 @@ void Framebuffer::expect(std::uint32_t y, std::uint32_t x) const {
   constexpr std::size_t fetched = 5 * line;
   const std::size_t pixel = std::size_t{y} * width_ + x;
   const auto* const sums = reinterpret_cast<const std::byte*>(&pixels()[pixel]);
-  for (std::size_t at = 0; at < fetched; at += line) {
-    __builtin_prefetch(sums + at, 1);
-  }
+  for (std::size_t at = 0; at < fetched; at += line) __builtin_prefetch(sums + at, 1);
   __builtin_prefetch(&samples()[pixel], 1);
 }
 

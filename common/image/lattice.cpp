@@ -9,9 +9,7 @@ namespace parray::image {
 std::vector<Lattice> nested_lattices(std::uint32_t width, std::uint32_t height) {
   constexpr std::uint64_t most_coarse = 4096;
   Lattice coarse;
-  while (coarse.pixels(width, height) > most_coarse) {
-    coarse.step *= 2;
-  }
+  while (coarse.pixels(width, height) > most_coarse) coarse.step *= 2;
   std::vector<Lattice> lattices{coarse};
   for (std::uint32_t step = coarse.step; step > 1; step /= 2) {
     const std::uint32_t half = step / 2;

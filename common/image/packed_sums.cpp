@@ -23,8 +23,7 @@ static_assert(sizeof(PixelSums) == columns * word_bytes, "a pixel is its columns
 
 /// Calls `body` with each column's number as a constant, so that the column's values stay in
 /// registers.
-template <typename Body>
-void for_each_column(const Body& body) {
+void for_each_column(const auto& body) {
   const auto call = [&]<std::size_t... C>(std::index_sequence<C...> /*all*/) {
     (body(std::integral_constant<std::size_t, C>{}), ...);
   };
@@ -158,9 +157,7 @@ Layout::Layout(ByteReader& header) {
       const auto width = header.get<std::uint8_t>();
       columns_[c].width = width & ~unsigned{has_base};
       columns_[c].base = (width & has_base) != 0 ? header.get<std::uint64_t>() : 0;
-      if (columns_[c].width > word_bits) {
-        throw DecodeError("packed sums have an impossible width");
-      }
+      if (columns_[c].width > word_bits) throw DecodeError("packed sums have an impossible width");
     }
   }
   place();
@@ -184,9 +181,7 @@ std::string Layout::header() const {
     if (!leaves_out(c)) {
       const bool based = columns_[c].base != 0;
       out.put(static_cast<std::uint8_t>(columns_[c].width | (based ? has_base : 0)));
-      if (based) {
-        out.put(columns_[c].base);
-      }
+      if (based) out.put(columns_[c].base);
     }
   }
   return out.take();
@@ -194,13 +189,9 @@ std::string Layout::header() const {
 
 void Layout::pack(const PixelSums& pixel, BitWriter& to) const {
   for_each_column([&](auto c) {
-    if (columns_[c].width > 0) {
-      to.put(at<c>(pixel) ^ columns_[c].base, columns_[c].width);
-    }
+    if (columns_[c].width > 0) to.put(at<c>(pixel) ^ columns_[c].base, columns_[c].width);
   });
-  if (spare_bits() > 0) {
-    to.put(0, spare_bits());
-  }
+  if (spare_bits() > 0) to.put(0, spare_bits());
 }
 
 /// Unpacks a pixel. Reads up to one word beyond the record.
@@ -216,9 +207,7 @@ void Layout::unpack(const char* from, PixelSums& pixel) const {
     }
     at<c>(pixel) = column.base | (value & column.mask);
   });
-  if (odd_follows_) {
-    pixel.odd = pixel.sum;
-  }
+  if (odd_follows_) pixel.odd = pixel.sum;
   if (squares_follow_) {
     for (std::size_t c = 0; c < 3; ++c) {
       pixel.sum_of_squares[c] = square_from(pixel.sum[c], pixel.odd[c]);
@@ -235,9 +224,7 @@ void pack_sums(std::span<const PixelSums> pixels, std::string& out) {
   const std::size_t size = pixels.size() * layout.record_bytes();
   out.resize(begin + size + word_bytes);
   BitWriter to(out.data() + begin);
-  for (const PixelSums& pixel : pixels) {
-    layout.pack(pixel, to);
-  }
+  for (const PixelSums& pixel : pixels) layout.pack(pixel, to);
   to.finish();
   out.resize(begin + size);
 }

@@ -18,15 +18,9 @@ class RadianceScale {
   /// of two that maps it into (2^31, 2^32]. 0, and values below 2^-200, count as 1.
   explicit RadianceScale(double largest) {
     double unit = 1;
-    if (!(largest >= 0x1p-200)) {
-      largest = 1;
-    }
-    while (unit < largest) {
-      unit *= 2;
-    }
-    while (unit * 0.5 >= largest) {
-      unit *= 0.5;
-    }
+    if (!(largest >= 0x1p-200)) largest = 1;
+    while (unit < largest) unit *= 2;
+    while (unit * 0.5 >= largest) unit *= 0.5;
     to_fixed_ = one / unit;
     from_fixed_ = unit / one;
   }

@@ -57,9 +57,7 @@ std::function<std::vector<std::string>()> keep_lines(spdlog::logger& log, std::s
   log.sinks().push_back(sink);
   return [sink] {
     std::vector<std::string> lines = sink->last_formatted();
-    for (std::string& line : lines) {
-      line.erase(line.find_last_not_of("\r\n") + 1);
-    }
+    for (std::string& line : lines) line.erase(line.find_last_not_of("\r\n") + 1);
     return lines;
   };
 }

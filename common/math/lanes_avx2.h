@@ -20,9 +20,7 @@ struct CompressTable {
     for (int set = 0; set < 256; ++set) {
       int next = 0;
       for (int bit = 0; bit < 8; ++bit) {
-        if ((set >> bit & 1) != 0) {
-          lane[set][next++] = static_cast<std::uint8_t>(bit);
-        }
+        if ((set >> bit & 1) != 0) lane[set][next++] = static_cast<std::uint8_t>(bit);
       }
     }
   }

@@ -69,16 +69,12 @@ struct Mask {
   }
   friend PARRAY_INLINE Mask operator&(const Mask& a, const Mask& b) {
     Mask r;
-    for (int i = 0; i < registers; ++i) {
-      r.m[i] = a.m[i] & b.m[i];
-    }
+    for (int i = 0; i < registers; ++i) r.m[i] = a.m[i] & b.m[i];
     return r;
   }
   friend PARRAY_INLINE Mask operator|(const Mask& a, const Mask& b) {
     Mask r;
-    for (int i = 0; i < registers; ++i) {
-      r.m[i] = a.m[i] | b.m[i];
-    }
+    for (int i = 0; i < registers; ++i) r.m[i] = a.m[i] | b.m[i];
     return r;
   }
 };
@@ -115,9 +111,7 @@ struct CompressTable {
     for (int set = 0; set < 1 << (16 / Size); ++set) {
       int next = 0;
       for (int i = 0; i < 16; ++i) {
-        if ((set >> (i / Size) & 1) != 0) {
-          byte[set][next++] = static_cast<std::uint8_t>(i);
-        }
+        if ((set >> (i / Size) & 1) != 0) byte[set][next++] = static_cast<std::uint8_t>(i);
       }
     }
   }
@@ -206,9 +200,7 @@ struct Reals {
   PARRAY_INLINE explicit Reals(Type all) requires(registers == 1) : v{all} {}
   PARRAY_INLINE Reals(Type low, Type high) requires(registers == 2) : v{low, high} {}
   PARRAY_INLINE explicit Reals(T all) {
-    for (Type& r : v) {
-      r = broadcast(all);
-    }
+    for (Type& r : v) r = broadcast(all);
   }
   static PARRAY_INLINE Reals load(const T* from) {
     Reals r;
@@ -279,18 +271,14 @@ struct Reals {
 #undef PARRAY_REALS_COMPARISON
   friend PARRAY_INLINE Reals operator-(const Reals& a) {
     Reals r;
-    for (int i = 0; i < registers; ++i) {
-      r.v[i] = -a.v[i];
-    }
+    for (int i = 0; i < registers; ++i) r.v[i] = -a.v[i];
     return r;
   }
 };
 template <typename T>
 PARRAY_INLINE Reals<T> select(const Mask<T>& mask, const Reals<T>& a, const Reals<T>& b) {
   Reals<T> r;
-  for (int i = 0; i < Reals<T>::registers; ++i) {
-    r.v[i] = choose(mask.m[i], a.v[i], b.v[i]);
-  }
+  for (int i = 0; i < Reals<T>::registers; ++i) r.v[i] = choose(mask.m[i], a.v[i], b.v[i]);
   return r;
 }
 template <typename T>
@@ -314,17 +302,13 @@ PARRAY_INLINE float64x2_t fused(float64x2_t a, float64x2_t b, float64x2_t c) {
 template <typename T>
 PARRAY_INLINE Reals<T> multiply_add(const Reals<T>& a, const Reals<T>& b, const Reals<T>& c) {
   Reals<T> r;
-  for (int i = 0; i < Reals<T>::registers; ++i) {
-    r.v[i] = fused(a.v[i], b.v[i], c.v[i]);
-  }
+  for (int i = 0; i < Reals<T>::registers; ++i) r.v[i] = fused(a.v[i], b.v[i], c.v[i]);
   return r;
 }
 template <typename T>
 PARRAY_INLINE Reals<T> square_root(const Reals<T>& a) {
   Reals<T> r;
-  for (int i = 0; i < Reals<T>::registers; ++i) {
-    r.v[i] = root(a.v[i]);
-  }
+  for (int i = 0; i < Reals<T>::registers; ++i) r.v[i] = root(a.v[i]);
   return r;
 }
 // fmin is correct here, because no lane is NaN.

@@ -60,9 +60,7 @@ PARRAY_INLINE Words even_products(Words a, Words b) {
 #else
 template <typename V>
 PARRAY_INLINE V root(V a) {
-  for (unsigned i = 0; i < sizeof a / sizeof a[0]; ++i) {
-    a[i] = square_root(a[i]);
-  }
+  for (unsigned i = 0; i < sizeof a / sizeof a[0]; ++i) a[i] = square_root(a[i]);
   return a;
 }
 template <typename V>
@@ -73,8 +71,7 @@ template <typename V>
 PARRAY_INLINE V larger(V a, V b) {
   return a > b ? a : b;
 }
-template <typename V>
-PARRAY_INLINE std::uint32_t signs(V a) {
+PARRAY_INLINE std::uint32_t signs(auto a) {
   std::uint32_t bits = 0;
   for (unsigned i = 0; i < sizeof a / sizeof a[0]; ++i) {
     bits |= (static_cast<std::uint32_t>(a[i]) & 1U) << i;
@@ -126,16 +123,12 @@ struct Mask {
   }
   friend PARRAY_INLINE Mask operator&(const Mask& a, const Mask& b) {
     Mask r;
-    for (int i = 0; i < registers; ++i) {
-      r.m[i] = a.m[i] & b.m[i];
-    }
+    for (int i = 0; i < registers; ++i) r.m[i] = a.m[i] & b.m[i];
     return r;
   }
   friend PARRAY_INLINE Mask operator|(const Mask& a, const Mask& b) {
     Mask r;
-    for (int i = 0; i < registers; ++i) {
-      r.m[i] = a.m[i] | b.m[i];
-    }
+    for (int i = 0; i < registers; ++i) r.m[i] = a.m[i] | b.m[i];
     return r;
   }
 };
@@ -143,9 +136,7 @@ struct Mask {
 template <typename T>
 PARRAY_INLINE std::uint32_t bits_of(const Mask<T>& mask) {
   std::uint32_t bits = signs(mask.m[0]);
-  if constexpr (Mask<T>::registers == 2) {
-    bits |= signs(mask.m[1]) << Register<T>::lanes;
-  }
+  if constexpr (Mask<T>::registers == 2) bits |= signs(mask.m[1]) << Register<T>::lanes;
   return bits;
 }
 template <typename T>
@@ -183,9 +174,7 @@ struct Uints {
 template <typename T>
 PARRAY_INLINE Uints<T> one_shifted_by(Uints<T> count) {
   Uints<T> r;
-  for (int i = 0; i < 4; ++i) {
-    r.v[i] = count.v[i] < 32 ? 1U << count.v[i] : 0U;
-  }
+  for (int i = 0; i < 4; ++i) r.v[i] = count.v[i] < 32 ? 1U << count.v[i] : 0U;
   return r;
 }
 template <typename T>
@@ -314,18 +303,14 @@ struct Reals {
 #undef PARRAY_REALS_COMPARISON
   friend PARRAY_INLINE Reals operator-(const Reals& a) {
     Reals r;
-    for (int i = 0; i < registers; ++i) {
-      r.v[i] = -a.v[i];
-    }
+    for (int i = 0; i < registers; ++i) r.v[i] = -a.v[i];
     return r;
   }
 };
 template <typename T>
 PARRAY_INLINE Reals<T> select(const Mask<T>& mask, const Reals<T>& a, const Reals<T>& b) {
   Reals<T> r;
-  for (int i = 0; i < Reals<T>::registers; ++i) {
-    r.v[i] = choose(mask.m[i], a.v[i], b.v[i]);
-  }
+  for (int i = 0; i < Reals<T>::registers; ++i) r.v[i] = choose(mask.m[i], a.v[i], b.v[i]);
   return r;
 }
 template <typename T>
@@ -335,17 +320,13 @@ PARRAY_INLINE Reals<T> select_bits(std::uint32_t bits, const Reals<T>& a, const 
 template <typename T>
 PARRAY_INLINE Reals<T> min_of(const Reals<T>& a, const Reals<T>& b) {
   Reals<T> r;
-  for (int i = 0; i < Reals<T>::registers; ++i) {
-    r.v[i] = smaller(a.v[i], b.v[i]);
-  }
+  for (int i = 0; i < Reals<T>::registers; ++i) r.v[i] = smaller(a.v[i], b.v[i]);
   return r;
 }
 template <typename T>
 PARRAY_INLINE Reals<T> max_of(const Reals<T>& a, const Reals<T>& b) {
   Reals<T> r;
-  for (int i = 0; i < Reals<T>::registers; ++i) {
-    r.v[i] = larger(a.v[i], b.v[i]);
-  }
+  for (int i = 0; i < Reals<T>::registers; ++i) r.v[i] = larger(a.v[i], b.v[i]);
   return r;
 }
 /// Returns a b + c, rounded once or twice. Use it for bounds only, never for values of the picture.
@@ -356,9 +337,7 @@ PARRAY_INLINE Reals<T> multiply_add(const Reals<T>& a, const Reals<T>& b, const 
 template <typename T>
 PARRAY_INLINE Reals<T> square_root(const Reals<T>& a) {
   Reals<T> r;
-  for (int i = 0; i < Reals<T>::registers; ++i) {
-    r.v[i] = root(a.v[i]);
-  }
+  for (int i = 0; i < Reals<T>::registers; ++i) r.v[i] = root(a.v[i]);
   return r;
 }
 /// Returns the smallest lane in every lane; no lane may be NaN.

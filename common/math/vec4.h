@@ -66,8 +66,7 @@ struct Vec4<float> {
   PARRAY_INLINE float operator[](std::size_t i) const { return all[i]; }
   [[nodiscard]] PARRAY_INLINE Vector16<float> first() const { return all; }
 
-  template <typename F>
-  static PARRAY_INLINE Vec4 each(const Vec4& a, const Vec4& b, const F& function) {
+  static PARRAY_INLINE Vec4 each(const Vec4& a, const Vec4& b, const auto& function) {
     return Vec4(function(a.all, b.all));
   }
 };
@@ -89,8 +88,7 @@ struct Vec4<double> {
   PARRAY_INLINE double operator[](std::size_t i) const { return half[i / 2][i % 2]; }
   [[nodiscard]] PARRAY_INLINE Vector16<double> first() const { return half[0]; }
 
-  template <typename F>
-  static PARRAY_INLINE Vec4 each(const Vec4& a, const Vec4& b, const F& function) {
+  static PARRAY_INLINE Vec4 each(const Vec4& a, const Vec4& b, const auto& function) {
     return {function(a.half[0], b.half[0]), function(a.half[1], b.half[1])};
   }
 };

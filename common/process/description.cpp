@@ -5,8 +5,7 @@
 namespace parray::process {
 namespace {
 
-template <typename Entries>
-std::vector<std::string> headings_of(const Entries& entries) {
+std::vector<std::string> headings_of(const auto& entries) {
   std::vector<std::string> headings;
   for (const auto& entry : entries) {
     if (std::ranges::find(headings, entry.heading) == headings.end()) {

@@ -102,9 +102,7 @@ std::string help_text(const CommandText& command, std::size_t columns, bool all)
 
 std::string help_text(const ProgramText& program, std::size_t columns) {
   const CommandText& self = program.self;
-  if (program.commands.empty()) {
-    return help_text(self, columns, true);
-  }
+  if (program.commands.empty()) return help_text(self, columns, true);
   std::string text = head_text(self, true, columns);
   for (const std::string& heading : program.headings()) {
     text += heading + ":\n";

@@ -94,8 +94,7 @@ class Median {
   Bands bands_;
 };
 
-template <typename Value>
-double median_of(const Scene& scene, int threads, const Value& value) {
+double median_of(const Scene& scene, int threads, const auto& value) {
   return Median(scene, value, threads).find();
 }
 
@@ -109,16 +108,12 @@ double reach(const Scene& scene, const Vec3d& origin, int threads) {
 }  // namespace
 
 Vec3d scene_origin(const Scene& scene, int threads) {
-  if (scene.spheres.empty() && scene.capsules.empty()) {
-    return {};
-  }
+  if (scene.spheres.empty() && scene.capsules.empty()) return {};
   const Vec3d middle{median_of(scene, threads, [](const Vec3d& p) { return p.x; }),
                      median_of(scene, threads, [](const Vec3d& p) { return p.y; }),
                      median_of(scene, threads, [](const Vec3d& p) { return p.z; })};
   // By the triangle inequality no scene can then come four times nearer; most scenes end here.
-  if (3 * largest_component(scene.camera.look_from - middle) > largest_component(middle)) {
-    return {};
-  }
+  if (3 * largest_component(scene.camera.look_from - middle) > largest_component(middle)) return {};
   return 4 * reach(scene, middle, threads) <= reach(scene, {}, threads) ? middle : Vec3d{};
 }
 

@@ -48,9 +48,7 @@ double Requirements::spread() const { return shapes() == 0 ? 0 : extent / smalle
 std::vector<std::string> Requirements::features() const {
   std::vector<std::string> names;
   const auto add = [&](bool present, const char* name) {
-    if (present) {
-      names.emplace_back(name);
-    }
+    if (present) names.emplace_back(name);
   };
   add(diffuse > 0, "diffuse");
   add(metal > 0, "metal");
@@ -94,8 +92,7 @@ void add_conditioning(const Capsule& capsule, const Vec3d& eye, Requirements& re
   result.nearest = std::min(result.nearest, std::abs(length(nearest - eye) - capsule.radius));
 }
 
-template <typename Shape>
-void add_shape(const Shape& shape, const Scene& scene, const Vec3d& eye, Requirements& result) {
+void add_shape(const auto& shape, const Scene& scene, const Vec3d& eye, Requirements& result) {
   const Material& material = scene.materials[shape.material];
   result.diffuse += material.type == MaterialType::diffuse ? 1U : 0U;
   result.metal += material.type == MaterialType::metal ? 1U : 0U;
@@ -154,9 +151,7 @@ Requirements requirements_of(const Scene& scene, int threads) {
   result.smallest_radius = result.nearest = std::numeric_limits<double>::infinity();
   add_shapes(scene.spheres, scene, eye, threads, result);
   add_shapes(scene.capsules, scene, eye, threads, result);
-  if (result.shapes() == 0) {
-    result.smallest_radius = result.nearest = 0;
-  }
+  if (result.shapes() == 0) result.smallest_radius = result.nearest = 0;
   result.view_height = scene.camera.projection == Projection::orthographic
                            ? scene.camera.view_height
                            : 2 * scene.camera.tan_half_vfov * result.nearest;
@@ -218,9 +213,7 @@ void decide_precision(const Requirements& r, ResolvedSettings& result) {
 ResolvedSettings resolve_settings(const Requirements& requirements, const RenderSettings& asked) {
   ResolvedSettings result{asked, "asked for", "asked for"};
   RenderSettings& settings = result.settings;
-  if (settings.precision == Precision::automatic) {
-    decide_precision(requirements, result);
-  }
+  if (settings.precision == Precision::automatic) decide_precision(requirements, result);
   if (settings.accelerator == AcceleratorKind::automatic) {
     const std::size_t most = largest_linear(settings.precision);
     const bool few = requirements.spheres <= most;

@@ -37,9 +37,7 @@ class HashWriter {
 
  private:
   void put_raw(std::span<const std::byte> raw) {
-    if (fill_ + raw.size() > part_.size()) {
-      flush();
-    }
+    if (fill_ + raw.size() > part_.size()) flush();
     std::memcpy(part_.data() + fill_, raw.data(), raw.size());
     fill_ += raw.size();
   }
@@ -53,8 +51,7 @@ class HashWriter {
   std::size_t fill_ = 0;
 };
 
-template <typename Writer>
-void put_vec(Writer& out, const Vec3d& v) {
+void put_vec(auto& out, const Vec3d& v) {
   out.put(v.x);
   out.put(v.y);
   out.put(v.z);
@@ -62,9 +59,7 @@ void put_vec(Writer& out, const Vec3d& v) {
 
 double get_number(ByteReader& in, double lowest, double highest) {
   const auto value = in.get<double>();
-  if (!(value >= lowest && value <= highest)) {
-    throw DecodeError("scene: a number is out of range");
-  }
+  if (!(value >= lowest && value <= highest)) throw DecodeError("scene: a number is out of range");
   return value;
 }
 
@@ -170,8 +165,7 @@ std::size_t get_count(ByteReader& in, std::uint64_t most, std::size_t item_bytes
   return static_cast<std::size_t>(count);
 }
 
-template <typename Writer>
-void put_camera(Writer& out, const Camera& camera) {
+void put_camera(auto& out, const Camera& camera) {
   const bool parallel = camera.projection == Projection::orthographic;
   put_vec(out, camera.look_from);
   put_vec(out, camera.look_at);
@@ -182,8 +176,7 @@ void put_camera(Writer& out, const Camera& camera) {
   if (!parallel) out.put(camera.tan_half_vfov);
 }
 
-template <typename Writer>
-void put_scene(Writer& out, const Scene& scene) {
+void put_scene(auto& out, const Scene& scene) {
   out.put_bytes(magic);
   out.put(Form{scene.camera.projection, !scene.capsules.empty()}.digit());
   put_camera(out, scene.camera);
@@ -237,9 +230,7 @@ Scene scene_from_bytes(std::string_view bytes) {
   scene.sky.zenith = get_vec(in, 0, limits::max_radiance);
   const std::size_t material_count = get_count(in, limits::max_materials, material_bytes);
   scene.materials.reserve(material_count);
-  for (std::size_t i = 0; i < material_count; ++i) {
-    scene.materials.push_back(get_material(in));
-  }
+  for (std::size_t i = 0; i < material_count; ++i) scene.materials.push_back(get_material(in));
   const std::size_t sphere_count = get_count(in, limits::max_shapes, scene_bytes_of_sphere);
   scene.spheres.reserve(sphere_count);
   for (std::size_t i = 0; i < sphere_count; ++i) {

@@ -12,9 +12,7 @@ namespace parray::schedule {
 namespace {
 
 void check(bool good, const char* what) {
-  if (!good) {
-    throw InputError(std::string("impossible grid of cells: ") + what + " out of range");
-  }
+  if (!good) throw InputError(std::string("impossible grid of cells: ") + what + " out of range");
 }
 
 void check_shape(const GridShape& s) {
@@ -120,9 +118,7 @@ std::vector<std::uint64_t> CellGrid::cells_of_same_pixels(std::uint64_t cell) co
   const Place place = place_of(cell);
   std::vector<std::uint64_t> same;
   for (std::size_t stage = 0; stage < parts_.size(); ++stage) {
-    if (shape_.stages[stage].lattice != shape_.stages[place.stage].lattice) {
-      continue;
-    }
+    if (shape_.stages[stage].lattice != shape_.stages[place.stage].lattice) continue;
     for (std::uint64_t first = first_cell_[stage]; first < first_cell_[stage + 1];
          first += parts_[stage].layer_cells()) {
       same.push_back(first + place.within_layer);
@@ -134,29 +130,21 @@ std::vector<std::uint64_t> CellGrid::cells_of_same_pixels(std::uint64_t cell) co
 std::vector<SampleRange> CellBatch::ranges_of(std::uint64_t index) const {
   const RunSamples view = run_samples(index);
   std::vector<SampleRange> ranges(grid->cell(index).pixels());
-  for (std::size_t i = 0; i < ranges.size(); ++i) {
-    ranges[i] = view[i];
-  }
+  for (std::size_t i = 0; i < ranges.size(); ++i) ranges[i] = view[i];
   return ranges;
 }
 
 std::vector<SampleRange> CellBatch::column_ranges_of(std::uint64_t index) const {
   const Cell cell = grid->cell(index);
-  if (cell.step == 1) {
-    return ranges_of(index);
-  }
+  if (cell.step == 1) return ranges_of(index);
   const RunSamples view = run_samples(index);
   std::vector<SampleRange> ranges(cell.x_end - cell.x_begin);
-  for (std::size_t i = 0; i < cell.pixels(); ++i) {
-    ranges[i * cell.step] = view[i];
-  }
+  for (std::size_t i = 0; i < cell.pixels(); ++i) ranges[i * cell.step] = view[i];
   return ranges;
 }
 
 RunSamples CellBatch::run_samples(std::uint64_t index, const Cell& cell) const {
-  if (samples.empty()) {
-    return RunSamples(cell.samples);
-  }
+  if (samples.empty()) return RunSamples(cell.samples);
   const std::size_t pixels = grid->shape().cell_pixels;
   return RunSamples(std::span(samples).subspan((index - range.begin) * pixels, pixels));
 }
@@ -164,14 +152,10 @@ RunSamples CellBatch::run_samples(std::uint64_t index, const Cell& cell) const {
 std::uint64_t CellBatch::sample_count(std::span<const Cell> cells) const {
   std::uint64_t count = 0;
   if (samples.empty()) {
-    for (const Cell& cell : cells) {
-      count += std::uint64_t{cell.pixels()} * cell.samples.count();
-    }
+    for (const Cell& cell : cells) count += std::uint64_t{cell.pixels()} * cell.samples.count();
     return count;
   }
-  for (const SampleRange& pixel : samples) {
-    count += pixel.count();
-  }
+  for (const SampleRange& pixel : samples) count += pixel.count();
   return count;
 }
 

@@ -5,9 +5,7 @@
 namespace parray::schedule {
 
 CellList::CellList(std::vector<CellRange> ranges) : ranges_(std::move(ranges)), first_{0} {
-  for (const CellRange& range : ranges_) {
-    first_.push_back(first_.back() + range.count());
-  }
+  for (const CellRange& range : ranges_) first_.push_back(first_.back() + range.count());
 }
 
 std::vector<CellRange> CellList::cells_at(const CellRange& places) const {

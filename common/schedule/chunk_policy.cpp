@@ -34,18 +34,10 @@ std::uint64_t weighted_units(const ChunkRequest& r) {
 std::uint64_t chunk_units(SchedulePolicy policy, const ChunkRequest& request) {
   std::uint64_t units = 0;
   switch (policy) {
-    case SchedulePolicy::static_split:
-      units = static_rows(request) * request.row_units;
-      break;
-    case SchedulePolicy::guided:
-      units = guided_rows(request) * request.row_units;
-      break;
-    case SchedulePolicy::factoring:
-      units = factoring_rows(request) * request.row_units;
-      break;
-    case SchedulePolicy::weighted:
-      units = weighted_units(request);
-      break;
+    case SchedulePolicy::static_split: units = static_rows(request) * request.row_units; break;
+    case SchedulePolicy::guided: units = guided_rows(request) * request.row_units; break;
+    case SchedulePolicy::factoring: units = factoring_rows(request) * request.row_units; break;
+    case SchedulePolicy::weighted: units = weighted_units(request); break;
   }
   return std::clamp<std::uint64_t>(units, 1, request.remaining);
 }

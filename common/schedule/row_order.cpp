@@ -8,9 +8,7 @@ namespace {
 
 std::uint32_t reverse_bits(std::uint32_t value, int bits) {
   std::uint32_t result = 0;
-  for (int b = 0; b < bits; ++b) {
-    result = result << 1 | (value >> b & 1U);
-  }
+  for (int b = 0; b < bits; ++b) result = result << 1 | (value >> b & 1U);
   return result;
 }
 
@@ -27,9 +25,7 @@ std::vector<std::uint32_t> make_row_order(RowOrder order, std::uint32_t height) 
   const int bits = height > 1 ? static_cast<int>(std::bit_width(height - 1)) : 0;
   for (std::uint32_t i = 0; i < 1ULL << bits; ++i) {
     const std::uint32_t row = reverse_bits(i, bits);
-    if (row < height) {
-      rows.push_back(row);
-    }
+    if (row < height) rows.push_back(row);
   }
   return rows;
 }

@@ -36,9 +36,7 @@ const char* fault_of_cell(std::span<const std::byte> record, std::uint32_t pixel
                           std::uint64_t& nonfinite, std::uint64_t& samples) {
   const CellHeader header = header_of(record);
   samples = 0;
-  for (std::uint32_t i = 0; i < pixels; ++i) {
-    samples += ranges[i].count();
-  }
+  for (std::uint32_t i = 0; i < pixels; ++i) samples += ranges[i].count();
   if (header.rays > samples * max_depth || header.nonfinite > samples ||
       header.lost > samples * (TraceCounts::lost_of(1) + 1)) {
     return "counts that are impossible for its samples";
@@ -46,9 +44,7 @@ const char* fault_of_cell(std::span<const std::byte> record, std::uint32_t pixel
   for (std::uint32_t i = 0; i < pixels; ++i) {
     PixelSums sums;
     std::memcpy(&sums, record.data() + sizeof(CellHeader) + i * sizeof sums, sizeof sums);
-    if (!within_bounds(sums, ranges[i].count())) {
-      return "sums that are impossible for its samples";
-    }
+    if (!within_bounds(sums, ranges[i].count())) return "sums that are impossible for its samples";
   }
   nonfinite = header.nonfinite;
   return nullptr;
@@ -85,14 +81,10 @@ std::optional<std::uint64_t> cell_of(const ExcludedSamples& some, const CellPlac
                                      const CellBatch& batch) {
   const auto column = first_column(some, batch.grid->shape());
   auto found = column ? places.upper_bound({some.y, *column, some.first}) : places.begin();
-  if (found == places.begin()) {
-    return {};
-  }
+  if (found == places.begin()) return {};
   --found;
   const Cell cell = batch.grid->cell(found->second);
-  if (cell.y != some.y || cell.x_begin != *column || some.x >= cell.x_end) {
-    return {};
-  }
+  if (cell.y != some.y || cell.x_begin != *column || some.x >= cell.x_end) return {};
   const SampleRange own = batch.run_samples(found->second)[(some.x - cell.x_begin) / cell.step];
   const bool has = some.first >= own.begin && some.first < own.end && some.count >= 1 &&
                    some.count <= own.end - some.first;
@@ -108,18 +100,14 @@ const char* fault_of_excluded(const std::vector<ExcludedSamples>& excluded, cons
   std::uint64_t before_in = 0;
   for (const ExcludedSamples& some : excluded) {
     const std::optional<std::uint64_t> cell = cell_of(some, places, batch);
-    if (!cell) {
-      return "excluded samples that its cells do not have";
-    }
+    if (!cell) return "excluded samples that its cells do not have";
     const bool again =
         before != nullptr && before->y == some.y && before->x == some.x && before_in == *cell;
     if (before != nullptr && (again || !(*before < some))) {
       return "excluded samples that are repeated or out of order";
     }
     std::uint64_t& left = nonfinite[*cell - batch.range.begin];
-    if (some.count > left) {
-      return "more excluded samples than non-finite samples";
-    }
+    if (some.count > left) return "more excluded samples than non-finite samples";
     left -= some.count;
     before = &some;
     before_in = *cell;
@@ -153,9 +141,7 @@ std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::spa
     }
     all_samples += samples;
   }
-  if (traced.samples != all_samples) {
-    return others;
-  }
+  if (traced.samples != all_samples) return others;
   const char* fault = fault_of_excluded(traced.excluded, batch, std::move(nonfinite));
   return fault == nullptr ? "" : fault;
 }
@@ -224,9 +210,7 @@ TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::ui
   }
   fault =
       fault != nullptr ? fault : fault_of_excluded(traced.excluded, batch, std::move(nonfinite));
-  if (fault != nullptr) {
-    throw DecodeError(std::string("a result with ") + fault);
-  }
+  if (fault != nullptr) throw DecodeError(std::string("a result with ") + fault);
   return traced;
 }
 

@@ -89,17 +89,13 @@ GridShape WorkPlan::ragged(GridShape shape, std::uint32_t tile, std::uint32_t mo
   shape.cell_pixels = static_cast<std::uint32_t>(
       std::clamp<std::uint64_t>(std::min(grain / mean, most_cell_samples / most), 1, shape.width));
   shape.layer_samples = static_cast<std::uint32_t>(most_cell_samples);
-  if (tile > 1) {
-    shape.cell_pixels = std::min(tile, shape.width);
-  }
+  if (tile > 1) shape.cell_pixels = std::min(tile, shape.width);
   return shape;
 }
 
 CellBatch WorkPlan::batch(const CellRange& range) const {
   CellBatch batch{grid_, range, {}};
-  if (samples_.empty()) {
-    return batch;
-  }
+  if (samples_.empty()) return batch;
   const GridShape& shape = grid_->shape();
   batch.samples.resize(range.count() * shape.cell_pixels);
   auto target = batch.samples.begin();

@@ -78,8 +78,7 @@ class CapsulePassage {
 
   /// Returns where the line enters the capsule, or leaves it where `leaving` is set. The line must
   /// meet the capsule, except for rounding.
-  template <typename Mask>
-  [[nodiscard]] PARRAY_INLINE CapsuleCrossing<Real> crossing(Mask leaving) const {
+  [[nodiscard]] PARRAY_INLINE CapsuleCrossing<Real> crossing(auto leaving) const {
     const Real one(1);
     const Real zero(0);
     const Real room = max_of(capsule_.radius * capsule_.radius - dot(e_, e_), zero);

@@ -10,9 +10,7 @@ InsideLists::~InsideLists() { std::free(links_); }
 void InsideLists::grow() {
   const std::uint32_t capacity = capacity_ == 0 ? 1024 : 2 * capacity_;
   void* links = std::realloc(links_, std::size_t{capacity} * sizeof(Link));
-  if (links == nullptr) {
-    throw std::bad_alloc();
-  }
+  if (links == nullptr) throw std::bad_alloc();
   links_ = static_cast<Link*>(links);
   capacity_ = capacity;
 }

@@ -39,9 +39,7 @@ class InsideLists {
     if (link != none) {
       free_ = links_[link].next;
     } else {
-      if (used_ == capacity_) {
-        grow();
-      }
+      if (used_ == capacity_) grow();
       link = used_++;
     }
     links_[link] = {shape, head};
@@ -50,9 +48,7 @@ class InsideLists {
   /// Returns the list `head` without `shape`, which must be in it.
   PARRAY_INLINE std::uint32_t remove(std::uint32_t head, std::uint32_t shape) {
     std::uint32_t* to = &head;
-    while (links_[*to].shape != shape) {
-      to = &links_[*to].next;
-    }
+    while (links_[*to].shape != shape) to = &links_[*to].next;
     const std::uint32_t link = *to;
     *to = links_[link].next;
     links_[link].next = free_;

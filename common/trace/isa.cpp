@@ -19,8 +19,7 @@ bool runs_on_this_machine(Isa isa) {
     case Isa::neon:  // every aarch64 processor has it
       return true;
 #endif
-    default:
-      return isa == Isa::automatic || isa == Isa::scalar;
+    default: return isa == Isa::automatic || isa == Isa::scalar;
   }
 }
 

@@ -27,9 +27,7 @@ std::shared_ptr<const Accelerator> make_scalar(const Scene& scene, Precision pre
 }
 
 Isa isa_for(AcceleratorKind kind, Isa asked) {
-  if (kind == AcceleratorKind::octree) {
-    return Isa::scalar;
-  }
+  if (kind == AcceleratorKind::octree) return Isa::scalar;
   return asked != Isa::automatic && runs_on_this_machine(asked) ? asked : best_isa();
 }
 

@@ -17,9 +17,7 @@ using nlohmann::json;
 /// Also applies to workers that join later.
 void DisputeDesk::drain(const std::string& name, bool host, const std::string& asker) {
   drained_.insert({host, name});
-  for (auto& [peer, worker] : farm_.workers) {
-    apply_bars(worker);
-  }
+  for (auto& [peer, worker] : farm_.workers) apply_bars(worker);
   farm_.log->info("{} drained {} '{}'", asker, host ? "host" : "worker", name);
   farm_.announce(FarmEventKind::drained, host ? "" : name,
                  fmt::format("{}drained by {}", host ? "host '" + name + "' " : "", asker));
@@ -35,9 +33,7 @@ void DisputeDesk::readmit(const std::string& name, bool host) {
       quarantines_.readmit(worker.machine_key);
     }
   }
-  for (auto& [peer, worker] : farm_.workers) {
-    apply_bars(worker);
-  }
+  for (auto& [peer, worker] : farm_.workers) apply_bars(worker);
 }
 
 bool DisputeDesk::is_drained(const WorkerRecord& worker) const {
@@ -47,13 +43,9 @@ bool DisputeDesk::is_drained(const WorkerRecord& worker) const {
 
 /// Stores drains and quarantines for the next process.
 void DisputeDesk::keep_worker_notes() {
-  if (farm_.store == nullptr) {
-    return;
-  }
+  if (farm_.store == nullptr) return;
   json drained = json::array();
-  for (const auto& [host, name] : drained_) {
-    drained.push_back({host, name});
-  }
+  for (const auto& [host, name] : drained_) drained.push_back({host, name});
   const json notes = {{"drained", std::move(drained)},
                       {"quarantines", quarantines_.to_json()},
                       {"convictions", fault_findings_.to_json()}};
@@ -68,9 +60,7 @@ void DisputeDesk::keep_worker_notes() {
 
 void DisputeDesk::restore_worker_notes() {
   const std::string text = farm_.store == nullptr ? "" : farm_.store->note("workers");
-  if (text.empty()) {
-    return;
-  }
+  if (text.empty()) return;
   try {
     const json notes = json::parse(text);
     for (const json& drained : notes.at("drained")) {
@@ -114,17 +104,13 @@ void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
   for (const JobId id : std::vector<JobId>(farm_.at_work.begin(), farm_.at_work.end())) {
     Job& job = farm_.jobs.at(id);
     const bool made = job.phase == JobPhase::finishing && job.retry_at == never;
-    if (made || !job.work || !job.work->leases) {
-      continue;
-    }
+    if (made || !job.work || !job.work->leases) continue;
     if (job.phase == JobPhase::finishing) {  // it waits for room on the disk: trace again first
       job.phase = JobPhase::tracing;
       job.retry_at = never;
       job.pause_reason.clear();
     }
-    for (const WorkerRecord* worker : workers) {
-      job.work->leases->drop_worker(worker->id);
-    }
+    for (const WorkerRecord* worker : workers) job.work->leases->drop_worker(worker->id);
     retract(job, finding);
   }
   farm_.grants_due = true;
@@ -205,9 +191,7 @@ void DisputeDesk::apply_bars(WorkerRecord& worker) {
 nlohmann::json DisputeDesk::quarantined_elsewhere() {
   auto list = nlohmann::json::array();
   for (const auto& [machine, quarantine] : quarantines_.all()) {
-    if (!farm_.workers.of_machine(machine).empty()) {
-      continue;
-    }
+    if (!farm_.workers.of_machine(machine).empty()) continue;
     list.push_back(
         {{"name", quarantine.worker},
          {"host", quarantine.host},
@@ -227,12 +211,8 @@ nlohmann::json DisputeDesk::quarantined_elsewhere() {
 /// Quarantines of addresses end after a day.
 void DisputeDesk::end_quarantines() {
   const std::vector<std::uint64_t> ended = quarantines_.expire(farm_.options.wall_clock());
-  if (ended.empty()) {
-    return;
-  }
-  for (auto& [peer, worker] : farm_.workers) {
-    apply_bars(worker);
-  }
+  if (ended.empty()) return;
+  for (auto& [peer, worker] : farm_.workers) apply_bars(worker);
   farm_.log->info("the quarantine of {} machines has ended", ended.size());
   farm_.announce(FarmEventKind::readmitted, "",
                  fmt::format("the quarantine of {} machines has ended", ended.size()));

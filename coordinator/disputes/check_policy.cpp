@@ -5,9 +5,7 @@
 namespace parray::coordinator {
 
 double CheckPolicy::share_of(const CheckedWorker& worker) const {
-  if (options_.share <= 0 || (worker.ours && !options_.ours_too)) {
-    return 0;
-  }
+  if (options_.share <= 0 || (worker.ours && !options_.ours_too)) return 0;
   const bool fresh = worker.machine_leases < options_.first_leases ||
                      worker.process_leases < options_.restart_leases;
   return fresh ? std::max(options_.share, options_.first_share) : options_.share;
@@ -19,9 +17,7 @@ bool CheckPolicy::wants_check(const CheckedWorker& worker) {
 }
 
 std::optional<std::size_t> CheckPolicy::draw_checker(std::size_t machines) {
-  if (machines == 0 || random_() < options_.referee_share) {
-    return {};
-  }
+  if (machines == 0 || random_() < options_.referee_share) return {};
   return below(machines);
 }
 

@@ -22,9 +22,7 @@ constexpr double check_seconds = 0.05;
 
 std::set<TracerKey> machines_of(const std::vector<ResultCollector::Differing>& cells) {
   std::set<TracerKey> machines;
-  for (const auto& differing : cells) {
-    machines.insert(differing.tracer);
-  }
+  for (const auto& differing : cells) machines.insert(differing.tracer);
   return machines;
 }
 
@@ -47,9 +45,7 @@ void DisputeDesk::draw_check(Job& job, const Merged& merged) {
   const CheckedWorker worker{farm_.machines.count_lease(merged.machine), merged.process_leases,
                              merged.ours};
   if (checks_.wants_check(worker)) {
-    if (!checks_.checks_all()) {
-      keep_wanted(job, merged.arrived.range);
-    }
+    if (!checks_.checks_all()) keep_wanted(job, merged.arrived.range);
     place_check(job, {merged.arrived.range, 0, {merged.machine}});
   }
 }
@@ -57,14 +53,10 @@ void DisputeDesk::draw_check(Job& job, const Merged& merged) {
 /// Stores that a check was drawn, so that the next coordinator makes it if this one does not. With
 /// --spot-checks 1 that is known.
 void DisputeDesk::keep_wanted(const Job& job, const CellRange& range) {
-  if (farm_.store == nullptr) {
-    return;
-  }
+  if (farm_.store == nullptr) return;
   job_book_.for_job(job, "storing that a check is wanted")
       .give([run = job.work->run, plan = job.work->plan, range]() -> JobThread::Completion {
-        if (run->picture().plan() == plan) {
-          run->note_wanted(range);
-        }
+        if (run->picture().plan() == plan) run->note_wanted(range);
         return {};
       });
 }
@@ -146,14 +138,10 @@ bool DisputeDesk::check_by_referee(Job& job, const CellRange& range, bool sole) 
   RefereeCase check = case_of(job, check_seconds);
   const std::uint64_t count = std::min(range.count(), check.cells_at_once);
   const std::uint64_t first = range.begin + checks_.below(range.count() - count + 1);
-  for (std::uint64_t cell = first; cell < first + count; ++cell) {
-    check.cells.push_back(cell);
-  }
+  for (std::uint64_t cell = first; cell < first + count; ++cell) check.cells.push_back(cell);
   const bool too_few = sole && checks_.checks_all() && count < range.count();
   check.sole = sole && !too_few;
-  if (!desk_.open(farm_.now, std::move(check))) {
-    return false;
-  }
+  if (!desk_.open(farm_.now, std::move(check))) return false;
   job.work->unchecked += too_few ? 1 : 0;
   return true;
 }
@@ -206,28 +194,20 @@ void DisputeDesk::look_after_checks() {
   std::vector<JobId> waiting;
   for (const JobId id : farm_.at_work) {
     const Job& job = farm_.jobs.at(id);
-    if (job.tracing() && job.work->cells >= job.work->plan->cells()) {
-      waiting.push_back(id);
-    }
+    if (job.tracing() && job.work->cells >= job.work->plan->cells()) waiting.push_back(id);
   }
   for (const JobId id : waiting) {
-    if (Job* job = farm_.job_of(id); job != nullptr && job->work) {
-      job_book_.end_pass_if_done(*job);
-    }
+    if (Job* job = farm_.job_of(id); job != nullptr && job->work) job_book_.end_pass_if_done(*job);
   }
 }
 
 void DisputeDesk::take_referee_turn(Time now) {
-  for (RefereeDesk::Traced& traced : desk_.take_answers(now)) {
-    check_answer(std::move(traced));
-  }
+  for (RefereeDesk::Traced& traced : desk_.take_answers(now)) check_answer(std::move(traced));
   if (desk_.may_ask(now)) {
     const std::uint64_t others = job_book_.memory_in_use() - desk_.memory();
     desk_.ask_next(now, farm_.options.memory - std::min(farm_.options.memory, others));
   }
-  if (desk_.disputes() > 0 || any_held_) {
-    hold_disputed_jobs(now);
-  }
+  if (desk_.disputes() > 0 || any_held_) hold_disputed_jobs(now);
 }
 
 /// The outcome of a question to the referee.
@@ -268,9 +248,7 @@ void DisputeDesk::check_answer(RefereeDesk::Traced traced) {
         const auto truth = collector.digests_of(*payload.open(plan->batch(checked->range), depth));
         checked->wrong = machines_of(collector.differing(checked->range, truth));
         checked->claimant_wrong = checked->dispute && claims != truth;
-        if (checked->wrong.empty()) {
-          run->note_check(referee_tracer, checked->range);
-        }
+        if (checked->wrong.empty()) run->note_check(referee_tracer, checked->range);
       }
     } catch (const DecodeError& error) {
       checked->fault = error.what();
@@ -298,15 +276,9 @@ void DisputeDesk::note_checked_answer(Job& job, const CheckedAnswer& checked) {
   const std::string differs = "its bits differ from the referee's for the same samples";
   checked.wrong.empty() && !checked.claimant_wrong ? desk_.continue_case(checked.number)
                                                    : desk_.close(checked.number);
-  if (checked.claimant_wrong) {
-    quarantine(checked.claimant, differs);
-  }
-  for (const TracerKey machine : checked.wrong) {
-    quarantine(machine, differs);
-  }
-  if (job.work) {
-    job_book_.end_pass_if_done(job);
-  }
+  if (checked.claimant_wrong) quarantine(checked.claimant, differs);
+  for (const TracerKey machine : checked.wrong) quarantine(machine, differs);
+  if (job.work) job_book_.end_pass_if_done(job);
 }
 
 /// Pauses jobs whose disputes the referee has not decided. Other machines do not vote.
@@ -314,16 +286,10 @@ void DisputeDesk::hold_disputed_jobs(Time now) {
   any_held_ = false;
   for (const JobId id : farm_.at_work) {
     Job& job = farm_.jobs.at(id);
-    if (!job.work) {
-      continue;
-    }
+    if (!job.work) continue;
     const std::string why = desk_.hold(now, job.work->generation);
-    if (why.empty() && !job.work->held) {
-      continue;
-    }
-    if (!job.work->held) {
-      farm_.log->error("job {} is paused: {}", id, why);
-    }
+    if (why.empty() && !job.work->held) continue;
+    if (!job.work->held) farm_.log->error("job {} is paused: {}", id, why);
     farm_.grants_due = farm_.grants_due || why.empty();
     job.work->held = !why.empty();
     any_held_ = any_held_ || job.work->held;

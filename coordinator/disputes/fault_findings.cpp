@@ -11,9 +11,7 @@ using nlohmann::json;
 FaultFinding FaultFindings::add(std::uint64_t machine, std::string worker) {
   const std::uint64_t number = latest() + 1;
   std::erase_if(list_, [machine](const FaultFinding& c) { return c.machine == machine; });
-  if (list_.size() == most) {
-    list_.erase(list_.begin());
-  }
+  if (list_.size() == most) list_.erase(list_.begin());
   list_.push_back({number, machine, std::move(worker)});
   return list_.back();
 }

@@ -27,16 +27,13 @@ class Machines {
     known.worker = hello.name;
     known.host = hello.host;
     constexpr std::size_t most = 100000;  // a machine that is removed only counts as new again
-    if (known_.size() > most) {
-      known_.erase(known_.begin());
-    }
+    if (known_.size() > most) known_.erase(known_.begin());
   }
   /// Notes that a worker of a machine was lost. It may return.
   void note_lost(std::uint64_t machine, Time now) { known_[machine].lost = now; }
   /// Returns when a machine for which `may_check` is true last lost a worker; Time::min() if none
   /// has.
-  template <typename MayCheck>
-  [[nodiscard]] Time last_lost(const MayCheck& may_check) const {
+  [[nodiscard]] Time last_lost(const auto& may_check) const {
     Time last = Time::min();
     for (const auto& [machine, known] : known_) {
       if (known.lost > last && may_check(machine)) last = known.lost;

@@ -55,9 +55,7 @@ struct Merged {
   [[nodiscard]] std::vector<JournalEntry> entries(const Journal& journal, std::uint32_t pass,
                                                   std::uint64_t digest) const {
     std::vector<JournalEntry> entries;
-    if (!journal.knows(tracer)) {
-      entries.emplace_back(JournalWorker{tracer, threads, name});
-    }
+    if (!journal.knows(tracer)) entries.emplace_back(JournalWorker{tracer, threads, name});
     entries.emplace_back(JournalMerge{pass, tracer, epoch, arrived.range, samples, granted_at,
                                       arrived_at, seconds, digest});
     return entries;

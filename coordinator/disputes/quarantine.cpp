@@ -27,9 +27,7 @@ std::vector<std::uint64_t> QuarantineLedger::readmit(std::string_view name, bool
                             : quarantine.name == name || quarantine.worker == name ||
                                   quarantine.name == "key " + std::string(name) ||
                                   quarantine.name == "address " + std::string(name);
-    if (named) {
-      readmitted.push_back(entry.first);
-    }
+    if (named) readmitted.push_back(entry.first);
     return named;
   });
   return readmitted;
@@ -39,9 +37,7 @@ std::vector<std::uint64_t> QuarantineLedger::expire(double now) {
   std::vector<std::uint64_t> ended;
   std::erase_if(machines_, [&](const auto& entry) {
     const bool over = entry.second.until != 0 && entry.second.until <= now;
-    if (over) {
-      ended.push_back(entry.first);
-    }
+    if (over) ended.push_back(entry.first);
     return over;
   });
   return ended;

@@ -34,15 +34,11 @@ RefereeDesk::RefereeDesk(std::shared_ptr<Referee> referee, Options options)
 
 bool RefereeDesk::open(Time now, RefereeCase opened) {
   if (opened.dispute) {
-    if (disputes(opened.generation) >= options_.most_disputes) {
-      return false;
-    }
+    if (disputes(opened.generation) >= options_.most_disputes) return false;
   } else {
     const auto checks = std::ranges::count_if(
         entries_, [](const Entry& e) { return !e.content.dispute && e.state == State::waiting; });
-    if (!referee_ || static_cast<std::size_t>(checks) >= options_.most_checks) {
-      return false;
-    }
+    if (!referee_ || static_cast<std::size_t>(checks) >= options_.most_checks) return false;
   }
   entries_.push_back({next_number_++, std::move(opened), now, State::waiting, {}, {}});
   return true;
@@ -77,13 +73,9 @@ void RefereeDesk::drop_claims(std::uint64_t machine) {
 void RefereeDesk::fail(Time now, Entries::iterator entry, const std::string& why) {
   retry_at_ = now + retry_pause_;
   retry_pause_ = std::min(2 * retry_pause_, longest_pause);
-  if (entry == entries_.end()) {
-    return;
-  }
+  if (entry == entries_.end()) return;
   if (!entry->content.dispute) {
-    if (entry->content.sole) {
-      ++failed_[entry->content.generation];
-    }
+    if (entry->content.sole) ++failed_[entry->content.generation];
     entries_.erase(entry);
     return;
   }
@@ -94,9 +86,7 @@ void RefereeDesk::fail(Time now, Entries::iterator entry, const std::string& why
 
 std::vector<RefereeDesk::Traced> RefereeDesk::take_answers(Time now) {
   std::vector<Traced> traced;
-  if (!referee_) {
-    return traced;
-  }
+  if (!referee_) return traced;
   for (Referee::Answer& answer : referee_->take_answers()) {
     budget_.spend(now, answer.seconds);
     memory_ = answer.memory;
@@ -160,9 +150,7 @@ RefereeDesk::Entries::iterator RefereeDesk::next_entry(Time now) {
 }
 
 void RefereeDesk::ask_next(Time now, std::uint64_t memory_left) {
-  if (!referee_ || asked_ != 0 || now < retry_at_) {
-    return;
-  }
+  if (!referee_ || asked_ != 0 || now < retry_at_) return;
   const auto entry = next_entry(now);
   if (entry == entries_.end()) {
     if (memory_ > 0 && now - answered_at_ >= options_.rest) {
@@ -187,12 +175,8 @@ void RefereeDesk::ask_next(Time now, std::uint64_t memory_left) {
 }
 
 Time RefereeDesk::next(Time now) const {
-  if (!referee_) {
-    return never;
-  }
-  if (asked_ != 0) {
-    return answer_due();
-  }
+  if (!referee_) return never;
+  if (asked_ != 0) return answer_due();
   Time soonest = memory_ > 0 ? answered_at_ + options_.rest : never;
   for (const Entry& entry : entries_) {
     if (entry.state == State::waiting) {
@@ -208,9 +192,7 @@ void RefereeDesk::close(std::uint64_t number) {
 
 void RefereeDesk::continue_case(std::uint64_t number) {
   const auto entry = find(number);
-  if (entry == entries_.end()) {
-    return;
-  }
+  if (entry == entries_.end()) return;
   const auto decided = static_cast<std::ptrdiff_t>(entry->asked.count());
   RefereeCase& content = entry->content;
   content.cells.erase(content.cells.begin(), content.cells.begin() + decided);
@@ -218,9 +200,7 @@ void RefereeDesk::continue_case(std::uint64_t number) {
     content.claims.erase(content.claims.begin(), content.claims.begin() + decided);
   }
   entry->state = State::waiting;
-  if (content.cells.empty()) {
-    entries_.erase(entry);
-  }
+  if (content.cells.empty()) entries_.erase(entry);
 }
 
 bool RefereeDesk::busy_with(std::uint64_t generation) const {
@@ -267,19 +247,13 @@ std::string RefereeDesk::hold(Time now, std::uint64_t generation) const {
   const std::string two = "two machines returned different bits for the same samples, and ";
   std::size_t open = 0;
   for (const Entry& entry : entries_) {
-    if (entry.content.generation != generation || !entry.content.dispute) {
-      continue;
-    }
+    if (entry.content.generation != generation || !entry.content.dispute) continue;
     ++open;
-    if (!referee_) {
-      return two + "this coordinator has no referee to decide which is right";
-    }
+    if (!referee_) return two + "this coordinator has no referee to decide which is right";
     if (!entry.trouble.empty()) {
       return two + "the referee cannot trace them again: " + entry.trouble;
     }
-    if (now - entry.opened >= options_.patience) {
-      return two + "the referee has not decided yet";
-    }
+    if (now - entry.opened >= options_.patience) return two + "the referee has not decided yet";
   }
   if (open > 0 && budget_.left(now) < 0) {
     return two + "the referee has used up its share of processor time: it will continue later";

@@ -72,9 +72,7 @@ class RefereeProcess::Child {
 
   void kill_child() {
     const std::scoped_lock lock(mutex_);
-    if (!ended_) {
-      kill(pid_, SIGKILL);
-    }
+    if (!ended_) kill(pid_, SIGKILL);
   }
 
   /// Kills the process if it is running. Returns how it ended.
@@ -123,9 +121,7 @@ RefereeProcess::~RefereeProcess() {
   {
     const std::scoped_lock lock(mutex_);
     quit_ = true;
-    if (child_) {
-      child_->kill_child();
-    }
+    if (child_) child_->kill_child();
   }
   changed_.notify_all();
   thread_.join();
@@ -149,9 +145,7 @@ void RefereeProcess::forget() {
   ++forgotten_;
   question_.reset();
   answers_.clear();
-  if (child_) {
-    child_->kill_child();
-  }
+  if (child_) child_->kill_child();
   if (!answering_) {
     child_.reset();  // else run() does it
   }
@@ -161,9 +155,7 @@ void RefereeProcess::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
     changed_.wait(lock, [this] { return quit_ || question_; });
-    if (quit_) {
-      break;
-    }
+    if (quit_) break;
     const Question question = std::move(*question_);
     question_.reset();
     const std::uint64_t round = forgotten_;
@@ -177,9 +169,7 @@ void RefereeProcess::run() {
       found = Answer{0, "cancelled", {}, found.seconds, 0};
     }
     answers_.push_back(std::move(found));
-    if (options_.wake && !quit_) {
-      options_.wake();
-    }
+    if (options_.wake && !quit_) options_.wake();
   }
   child_.reset();
 }
@@ -198,9 +188,7 @@ Referee::Answer RefereeProcess::answer(const Question& question) {
     const std::scoped_lock lock(mutex_);
     child = std::exchange(child_, nullptr);
   }
-  if (child) {
-    found.seconds = std::max(child->end().seconds - stated_, 0.0);
-  }
+  if (child) found.seconds = std::max(child->end().seconds - stated_, 0.0);
   return found;
 }
 
@@ -213,9 +201,7 @@ Referee::Answer RefereeProcess::answer_of_child(const Question& question) {
   }
   const auto read_message = [&] {
     const auto frames = read_frames(child->socket(), most_answer_bytes);
-    if (!frames) {
-      throw RunError(child->end().why);
-    }
+    if (!frames) throw RunError(child->end().why);
     return decode(*frames);
   };
   if (!child) {
@@ -225,9 +211,7 @@ Referee::Answer RefereeProcess::answer_of_child(const Question& question) {
     {
       const std::scoped_lock lock(mutex_);
       child_ = child;
-      if (quit_) {
-        child->kill_child();
-      }
+      if (quit_) child->kill_child();
     }
     scene_.clear();
     stated_ = 0;
@@ -247,9 +231,7 @@ Referee::Answer RefereeProcess::answer_of_child(const Question& question) {
   sent =
       sent && write_frames(child->socket(), encode(msg::Grant{1, 0, question.id, question.cells,
                                                               question.scene, question.settings}));
-  if (!sent) {
-    throw RunError(child->end().why);
-  }
+  if (!sent) throw RunError(child->end().why);
   Message message = read_message();
   Answer found;
   found.id = question.id;

@@ -46,8 +46,7 @@ class LoopClient {
   void stop() { stopped_ = true; }
 
  private:
-  template <typename Take>
-  void wait_for(Link& link, Time patience, const Envelope& request, const Take& take) {
+  void wait_for(Link& link, Time patience, const Envelope& request, const auto& take) {
     constexpr Time repeat = milliseconds(500);
     constexpr Time nap = milliseconds(50);
     const SteadyClock clock;

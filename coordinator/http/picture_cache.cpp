@@ -44,22 +44,14 @@ void give_memory_back(std::uint64_t freed) {
 
 const char* file_of(Kind kind) {
   switch (kind) {
-    case Kind::png:
-      return "image.png";
-    case Kind::exr:
-      return "image.exr";
-    case Kind::error_png:
-      return "error.png";
-    case Kind::error_pixels:
-      return "error.f32";
-    case Kind::cost:
-      return "cost.f32";
-    case Kind::worker_numbers:
-      return "workers.u32";
-    case Kind::worker_names:
-      return "workers.json";
-    case Kind::pixels:
-      break;
+    case Kind::png: return "image.png";
+    case Kind::exr: return "image.exr";
+    case Kind::error_png: return "error.png";
+    case Kind::error_pixels: return "error.f32";
+    case Kind::cost: return "cost.f32";
+    case Kind::worker_numbers: return "workers.u32";
+    case Kind::worker_names: return "workers.json";
+    case Kind::pixels: break;
   }
   return "pixels.f32";
 }

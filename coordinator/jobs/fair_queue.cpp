@@ -9,14 +9,10 @@ namespace parray::coordinator {
 
 void FairQueue::assign(const std::vector<Entry>& jobs) {
   std::map<std::string, std::vector<Entry>> by_user;
-  for (const Entry& job : jobs) {
-    by_user[job.user].push_back(job);
-  }
+  for (const Entry& job : jobs) by_user[job.user].push_back(job);
   const double least = users_.empty() ? 0 : users_.front().had;
   std::map<std::string, User> known;
-  for (User& user : users_) {
-    known.emplace(user.name, std::move(user));
-  }
+  for (User& user : users_) known.emplace(user.name, std::move(user));
   users_.clear();
   for (auto& [name, entries] : by_user) {
     std::stable_sort(entries.begin(), entries.end(),
@@ -36,9 +32,7 @@ void FairQueue::assign(const std::vector<Entry>& jobs) {
     }
     user.owed_starving =
         found == known.end() || user.starving == 0 ? 0 : found->second.owed_starving;
-    for (const Entry& entry : entries) {
-      user.jobs.push_back(entry.id);
-    }
+    for (const Entry& entry : entries) user.jobs.push_back(entry.id);
     const auto shortest =
         std::min_element(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
           return std::tuple(100 - a.priority, a.work_left) <
@@ -56,9 +50,7 @@ void FairQueue::assign(const std::vector<Entry>& jobs) {
 
 bool FairQueue::visit(const Offer& offer) {
   for (granted_ = 0; granted_ < users_.size(); ++granted_) {
-    if (visit_user(users_[granted_], offer)) {
-      return true;
-    }
+    if (visit_user(users_[granted_], offer)) return true;
   }
   return false;
 }
@@ -66,9 +58,7 @@ bool FairQueue::visit(const Offer& offer) {
 bool FairQueue::visit_user(User& user, const Offer& offer) {
   lane_ = Lane::starving;
   if (user.starving != 0 && user.owed_starving > 0) {
-    if (offer(user.starving) == Answer::granted) {
-      return true;
-    }
+    if (offer(user.starving) == Answer::granted) return true;
     user.owed_starving = 0;  // it had its turn
   }
   if (user.shortest_is_fresh || user.owed > 0) {
@@ -82,9 +72,7 @@ bool FairQueue::visit_user(User& user, const Offer& offer) {
   lane_ = Lane::regular;
   for (const JobId job : user.jobs) {
     const Answer answer = offer(job);
-    if (answer != Answer::nothing) {
-      return answer == Answer::granted;
-    }
+    if (answer != Answer::nothing) return answer == Answer::granted;
   }
   return false;
 }

@@ -18,12 +18,8 @@ namespace {
 /// Adds a job's targets and its current error.
 void add_error(json& summary, const Job& job) {
   const RenderSettings& s = job.record.settings;
-  if (s.target_error > 0) {
-    summary["target_error"] = s.target_error;
-  }
-  if (s.target_half_width > 0) {
-    summary["target_half_width"] = s.target_half_width;
-  }
+  if (s.target_error > 0) summary["target_error"] = s.target_error;
+  if (s.target_half_width > 0) summary["target_half_width"] = s.target_half_width;
   if (job.error.known() || job.record.state == JobState::done) {
     summary["error"] = error_to_json(job.error);
   } else if (job.work && job.work->error_so_far.share > 0) {
@@ -37,12 +33,8 @@ void add_error(json& summary, const Job& job) {
 
 /// Returns the share of the work that is not done, by the latest forecast.
 double Job::share_left(Time now) const {
-  if (record.state == JobState::done) {
-    return 0;
-  }
-  if (!work || !work->plan) {
-    return 1 - record.course.progress;
-  }
+  if (record.state == JobState::done) return 0;
+  if (!work || !work->plan) return 1 - record.course.progress;
   const double elapsed = work->started == never ? 0 : to_seconds(now - work->clock_began);
   return 1 - share_done(record.settings, *work, elapsed);
 }
@@ -51,9 +43,7 @@ double Job::progress(Time now) const {
   const double share = 1 - share_left(now);
   const RenderSettings& s = record.settings;
   const bool forecast = s.target_error > 0 || s.target_half_width > 0;
-  if (!forecast || record.state == JobState::done || !work || !work->plan) {
-    return share;
-  }
+  if (!forecast || record.state == JobState::done || !work || !work->plan) return share;
   // The forecast of a later pass may need more samples. So each pass divides the share that was
   // left at its begin.
   constexpr double most = 0.99;
@@ -81,18 +71,14 @@ double Job::samples_left(Time now) const {
 
 double Job::seconds_left(Time now) const {
   const double speed = samples_per_second(now);
-  if (speed <= 0) {
-    return -1;
-  }
+  if (speed <= 0) return -1;
   const RenderSettings& s = record.settings;
   const double traced = static_cast<double>(work->samples);
   const double by_samples =
       work->expected_samples > 0
           ? std::max(static_cast<double>(work->expected_samples) - traced, 0.0) / speed
           : -1;
-  if (s.time_limit <= 0) {
-    return by_samples;
-  }
+  if (s.time_limit <= 0) return by_samples;
   const double by_time = std::max(s.time_limit - to_seconds(now - work->clock_began), 0.0);
   return by_samples < 0 ? by_time : std::min(by_samples, by_time);
 }
@@ -115,18 +101,14 @@ void Job::count_time(Time now, bool counts) {
 }
 
 bool Job::has_picture() const {
-  if (work) {
-    return work->plan && work->samples > 0;
-  }
+  if (work) return work->plan && work->samples > 0;
   const bool in_store = record.state == JobState::done || record.course.samples > 0;
   return stored ? in_store : picture_bytes > 0;
 }
 
 void Job::read_report() {
   const json map = json::parse(record.report, nullptr, false);
-  if (!map.is_object()) {
-    return;
-  }
+  if (!map.is_object()) return;
   error = error_from_json(map.value("error", json()));
   const json stopped = map.value("stopped_by", json());
   const json samples = map.value("samples", json());
@@ -140,9 +122,7 @@ void Job::read_report() {
 }
 
 PassTimes Job::times(Time now) const {
-  if (!work || work->started == never) {
-    return {};
-  }
+  if (!work || work->started == never) return {};
   const auto since = [now](Time then) { return then == never ? 0 : to_seconds(now - then); };
   PassTimes times = ending_times(record.settings, work->samples,
                                  record.reserved_seconds + since(work->clock_began));
@@ -154,18 +134,14 @@ PassTimes Job::times(Time now) const {
 }
 
 std::string_view Job::shown_state() const {
-  if (phase == JobPhase::finishing) {
-    return "finishing";
-  }
+  if (phase == JobPhase::finishing) return "finishing";
   const bool open = record.state == JobState::queued || record.state == JobState::running;
   return name_of(open && !pause_reason.empty() ? JobState::paused : record.state);
 }
 
 double Job::samples_per_second(Time now) const {
   const bool begun = work && work->started != never && now > work->started;
-  if (!begun || work->samples <= work->samples_before) {
-    return 0;
-  }
+  if (!begun || work->samples <= work->samples_before) return 0;
   return static_cast<double>(work->samples - work->samples_before) /
          to_seconds(now - work->started);
 }
@@ -197,15 +173,9 @@ json job_summary(const Job& job, Time now, const std::string& waits_for) {
   add_times(summary, times_of(job, now));
   if (!record.drawing.empty()) summary["drawn"] = true;
   add_error(summary, job);
-  if (!record.warning.empty()) {
-    summary["warning"] = record.warning;
-  }
-  if (record.preview_of != 0) {
-    summary["preview_of"] = record.preview_of;
-  }
-  if (!job.ended_by.empty()) {
-    summary["ended_by"] = job.ended_by;
-  }
+  if (!record.warning.empty()) summary["warning"] = record.warning;
+  if (record.preview_of != 0) summary["preview_of"] = record.preview_of;
+  if (!job.ended_by.empty()) summary["ended_by"] = job.ended_by;
   if (record.series_id != 0) {
     summary["series"] = record.series_id;
     summary["frame"] = record.frame;

@@ -26,9 +26,7 @@ std::vector<Job*> JobBook::frames_of(JobId series) const {
   std::vector<Job*> frames;
   const JobIndex::Frames* listed = farm_.index.listed_as(series);
   if (listed != nullptr && listed->begin()->second->record.series_id == series) {
-    for (const auto& [key, job] : *listed) {
-      frames.push_back(job);
-    }
+    for (const auto& [key, job] : *listed) frames.push_back(job);
   }
   return frames;
 }
@@ -36,9 +34,7 @@ std::vector<Job*> JobBook::frames_of(JobId series) const {
 JobThread::Guarded JobBook::for_job(const Job& job, const std::string& doing) {
   return farm_.job_thread.guarded(
       [this, doing, id = job.record.id, generation = job.work->generation](const std::string& why) {
-        if (Job* there = farm_.job_at_work(id, generation)) {
-          fail_job(*there, doing + ": " + why);
-        }
+        if (Job* there = farm_.job_at_work(id, generation)) fail_job(*there, doing + ": " + why);
       });
 }
 
@@ -50,9 +46,7 @@ void JobBook::list_open_jobs() {
 }
 
 void JobBook::restore_jobs() {
-  if (farm_.store == nullptr) {
-    return;
-  }
+  if (farm_.store == nullptr) return;
   for (JobRecord& record : farm_.store->jobs()) {
     Job job;
     job.record = std::move(record);
@@ -65,9 +59,7 @@ void JobBook::restore_jobs() {
     if (job.record.state == JobState::queued && !job.record.events.empty()) {
       job.queued_at = job.record.events.front().at;
     }
-    if (job.record.state == JobState::running) {
-      job.record.state = JobState::queued;
-    }
+    if (job.record.state == JobState::running) job.record.state = JobState::queued;
     job.phase = is_unfinished(job.record.state) ? JobPhase::waiting : JobPhase::ended;
     job.stored = true;
     job.read_report();
@@ -129,9 +121,7 @@ static bool may_touch(const RenderSettings& settings, bool waiting_counts) {
 /// those whose check was drawn.
 static std::vector<ResultCollector::Unchecked> unchecked_of(const JobPicture& picture, bool all) {
   constexpr std::uint64_t checks = 256;  // so that many workers can share a whole picture
-  if (!picture.has_begun()) {
-    return {};
-  }
+  if (!picture.has_begun()) return {};
   const WorkPlan& plan = *picture.plan();
   const ResultCollector& collector = picture.collector();
   const auto most = std::clamp<std::uint64_t>(plan.cells() / checks, 1, most_cells_of_result(plan));
@@ -141,9 +131,7 @@ static std::vector<ResultCollector::Unchecked> unchecked_of(const JobPicture& pi
 /// Returns the scene with this SHA-256. Throws RunError if the store lacks it.
 static ScenePayload stored_scene(Store& store, const std::string& digest) {
   auto bytes = store.scene(digest);
-  if (!bytes) {
-    throw RunError("the store lacks its scene: submit the job again");
-  }
+  if (!bytes) throw RunError("the store lacks its scene: submit the job again");
   return ScenePayload(Bulk::of(std::move(*bytes)));
 }
 
@@ -163,13 +151,9 @@ void JobBook::prepare(Job& job) {
         const bool touches = limited && may_touch(settings, waiting_counts);
         run.create_picture(SceneFacts(*prepared.scene.scene()), !limited || touches, judge);
         prepared.spheres = run.picture().scene().requirements.shapes();
-        if (touches) {
-          touch(run.picture());
-        }
+        if (touches) touch(run.picture());
         prepared.damage = run.replay(JobRun::OnDamage::cut);
-        if (checks > 0) {
-          prepared.unchecked = unchecked_of(run.picture(), checks >= 1);
-        }
+        if (checks > 0) prepared.unchecked = unchecked_of(run.picture(), checks >= 1);
         if (prepared.unchecked.empty()) {  // else the checks belong to the current pass
           prepared.complete = !run.begin_pass({}, at);
         }
@@ -246,15 +230,11 @@ void JobBook::begin_tracing(Job& job, const RunState& state,
   constexpr double most_leases = 4000;
   length.longest =
       std::max(length.longest, static_cast<double>(farm_.workers.size()) / most_leases);
-  if (work.leases) {
-    job.next_epoch = work.leases->next_epoch();
-  }
+  if (work.leases) job.next_epoch = work.leases->next_epoch();
   work.leases.emplace(ChunkSizer(job.record.settings->schedule, *work.plan, length), missing,
                       job.next_epoch, most_cells_of_result(*work.plan));
   farm_.grants_due = true;
-  if (state.error.known() && work.started != never && work.pass > 0) {
-    note_error(job, work.samples);
-  }
+  if (state.error.known() && work.started != never && work.pass > 0) note_error(job, work.samples);
   disputes_.retract_later_faulty(job);
 }
 
@@ -267,9 +247,7 @@ void JobBook::restart_leases(Job& job, const RunState& state) {
 }
 
 void JobBook::end_pass_if_done(Job& job) {
-  if (!job.tracing() || job.work->tasks > 0 || job.work->cells < job.work->plan->cells()) {
-    return;
-  }
+  if (!job.tracing() || job.work->tasks > 0 || job.work->cells < job.work->plan->cells()) return;
   JobWork& work = *job.work;
   disputes_.place_orphans(job);
   if (work.leases->checks_remain() || disputes_.referee().busy_with(work.generation) ||
@@ -360,9 +338,7 @@ void JobBook::finish_job(Job& job) {
               "not enough memory to finish the picture: render fewer pixels or free memory";
         }
         const auto outcome = [this, finished, id, generation] {
-          if (Job* there = farm_.job_at_work(id, generation)) {
-            note_finished(*there, *finished);
-          }
+          if (Job* there = farm_.job_at_work(id, generation)) note_finished(*there, *finished);
         };
         const bool made = finished->full.empty() && finished->failure.empty();
         return made ? JobThread::Completion{{}, outcome} : JobThread::Completion{outcome, {}};
@@ -391,9 +367,7 @@ void JobBook::note_finished(Job& job, FinishedJob& finished) {
 
 /// Keeps what an ended job shows of its work. A done job has it from finish_job().
 void JobBook::note_end(Job& job, JobState state) {
-  if (state == JobState::done) {
-    return;
-  }
+  if (state == JobState::done) return;
   JobCourse& course = job.record.course;
   course.progress = job.progress(farm_.now);
   course.samples = job.samples();
@@ -410,9 +384,7 @@ void JobBook::end_job(Job& job, JobState state, const std::string& reason) {
   job.record.reason = reason;
   job.phase = JobPhase::ended;
   job.pause_reason.clear();
-  if (job.work) {
-    disputes_.referee().drop(job.work->generation);
-  }
+  if (job.work) disputes_.referee().drop(job.work->generation);
   job.record.ended = std::max(farm_.uptime(), 1.0);
   if (job.work && job.work->leases) {
     job.next_epoch = job.work->leases->next_epoch();
@@ -429,9 +401,7 @@ void JobBook::end_job(Job& job, JobState state, const std::string& reason) {
     const bool said = reason.starts_with(name_of(state));
     farm_.note(job, said ? reason : fmt::format("{}: {}", name_of(state), reason));
     farm_.keep(job);
-    if (run && !job.stored) {
-      keep_unfinished(job, run);
-    }
+    if (run && !job.stored) keep_unfinished(job, run);
   }
   farm_.announce_end(job);
   farm_.log->info("job {} '{}' is {}{}{}", job.record.id, job.record.name, name_of(state),

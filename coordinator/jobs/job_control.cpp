@@ -17,23 +17,15 @@ static InputError misfit(const Job& job, const char* rule) {
 void JobBook::steer(Job& job, const msg::SteerJob& m) {
   using enum msg::JobAction;
   switch (m.action) {
-    case pause:
-      return this->pause(job, m.job);
-    case resume:
-      return this->resume(job);
-    case cancel:
-      return this->cancel(job);
-    case requeue:
-      return this->requeue(job);
-    case prioritise:
-      return this->prioritise(job, m.priority);
-    case forget:
-      break;
+    case pause: return this->pause(job, m.job);
+    case resume: return this->resume(job);
+    case cancel: return this->cancel(job);
+    case requeue: return this->requeue(job);
+    case prioritise: return this->prioritise(job, m.priority);
+    case forget: break;
   }
   const JobId id = job.record.id;
-  if (!job.ended()) {
-    throw InputError(fmt::format("job {0} has not ended yet: cancel it first", id));
-  }
+  if (!job.ended()) throw InputError(fmt::format("job {0} has not ended yet: cancel it first", id));
   const JobId series = job.record.series_id;
   if (m.job == id && series != 0 && !has_ended(series_of(*farm_.index.listed_as(series)))) {
     throw InputError(
@@ -48,9 +40,7 @@ void JobBook::pause(Job& job, JobId named) {
   if (job.ended() || job.phase == JobPhase::finishing) {
     throw misfit(job, "only unfinished jobs can be paused");
   }
-  if (job.record.state == JobState::paused) {
-    return;
-  }
+  if (job.record.state == JobState::paused) return;
   job.record.state = JobState::paused;
   job.record.reason = "paused by " + asker() + ": parray resume " + std::to_string(named);
   job.count_time(farm_.now, false);
@@ -77,9 +67,7 @@ void JobBook::resume(Job& job) {
 }
 
 void JobBook::cancel(Job& job) {
-  if (job.ended()) {
-    throw misfit(job, "only unfinished jobs can be cancelled");
-  }
+  if (job.ended()) throw misfit(job, "only unfinished jobs can be cancelled");
   end_job(job, JobState::cancelled, "cancelled by " + asker());
 }
 

@@ -57,14 +57,10 @@ std::optional<std::string> JobFailures::verdict(const CellRange& range,
       }
     }
   }
-  for (const auto& [machine, failed] : same_cells) {
-    trusted += has_succeeded(machine) ? 1 : 0;
-  }
+  for (const auto& [machine, failed] : same_cells) trusted += has_succeeded(machine) ? 1 : 0;
   const FailedMachines& counted = any_success() ? same_cells : any_cells;
   std::map<MachineId, std::set<TracerKey>> present;
-  for (const AbleWorker& worker : able) {
-    present[worker.machine].insert(worker.worker);
-  }
+  for (const AbleWorker& worker : able) present[worker.machine].insert(worker.worker);
   bool all = true;
   bool all_twice = !present.empty();
   for (const auto& [machine, workers] : present) {
@@ -75,15 +71,9 @@ std::optional<std::string> JobFailures::verdict(const CellRange& range,
   const auto text = [](std::size_t machines, const char* twice) {
     return std::to_string(machines) + (machines == 1 ? " machine" : " machines") + twice;
   };
-  if (trusted >= most) {
-    return text(trusted, "");
-  }
-  if (all && counted.size() >= most) {
-    return text(counted.size(), "");
-  }
-  if (all && all_twice) {
-    return text(counted.size(), ", twice");
-  }
+  if (trusted >= most) return text(trusted, "");
+  if (all && counted.size() >= most) return text(counted.size(), "");
+  if (all && all_twice) return text(counted.size(), ", twice");
   return std::nullopt;
 }
 

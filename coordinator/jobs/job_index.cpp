@@ -12,9 +12,7 @@ void JobIndex::add(Job& job) {
   const JobRecord& record = job.record;
   tokens_[{record.user, name_in_token(record.token)}] = record.id;
   listed_[record.listed_as()][{record.frame, record.id}] = &job;
-  if (record.preview_of != 0) {
-    previews_.emplace(record.preview_of, record.id);
-  }
+  if (record.preview_of != 0) previews_.emplace(record.preview_of, record.id);
   if (!job.ended()) {
     note_open(job);
   } else if (open_pixels(record.user, record.listed_as()) == 0) {
@@ -36,9 +34,7 @@ void JobIndex::remove(const Job& job) {
 }
 
 void JobIndex::note_open(const Job& job) {
-  if (!open_.insert(job.record.id).second) {
-    return;
-  }
+  if (!open_.insert(job.record.id).second) return;
   ended_.erase(job.record.listed_as());
   OfUser& user = users_[job.record.user];
   OpenJob& open = user.open[job.record.listed_as()];
@@ -49,9 +45,7 @@ void JobIndex::note_open(const Job& job) {
 }
 
 void JobIndex::note_ended(const Job& job) {
-  if (open_.erase(job.record.id) == 0) {
-    return;
-  }
+  if (open_.erase(job.record.id) == 0) return;
   const auto user = users_.find(job.record.user);
   const auto open = user->second.open.find(job.record.listed_as());
   if (--open->second.frames == 0) {
@@ -59,9 +53,7 @@ void JobIndex::note_ended(const Job& job) {
     user->second.open.erase(open);
     ended_.insert(job.record.listed_as());
   }
-  if (user->second.open.empty()) {
-    users_.erase(user);
-  }
+  if (user->second.open.empty()) users_.erase(user);
 }
 
 JobId JobIndex::by_token(const std::string& user, const std::string& name) const {
@@ -85,18 +77,14 @@ const JobIndex::Frames* JobIndex::listed_as(JobId number) const {
 
 JobIndex::Open JobIndex::open_of(const std::string& user, JobId but) const {
   const auto found = users_.find(user);
-  if (found == users_.end()) {
-    return {};
-  }
+  if (found == users_.end()) return {};
   const bool has = found->second.open.contains(but);
   return {found->second.open.size() - (has ? 1 : 0), found->second.pixels - open_pixels(user, but)};
 }
 
 std::uint64_t JobIndex::open_pixels(const std::string& user, JobId number) const {
   const auto found = users_.find(user);
-  if (found == users_.end()) {
-    return 0;
-  }
+  if (found == users_.end()) return 0;
   const auto open = found->second.open.find(number);
   return open == found->second.open.end() ? 0 : open->second.pixels;
 }
@@ -104,9 +92,7 @@ std::uint64_t JobIndex::open_pixels(const std::string& user, JobId number) const
 Series series_of(const JobIndex::Frames& frames) {
   Series series;
   series.reserve(frames.size());
-  for (const auto& [key, job] : frames) {
-    series.push_back(job);
-  }
+  for (const auto& [key, job] : frames) series.push_back(job);
   return series;
 }
 

@@ -58,30 +58,21 @@ class Row {
       return is_series() ? times_of(series(), now_) : times_of(first(), now_);
     };
     switch (sort) {
-      case msg::JobSort::priority:
-        return priority();
-      case msg::JobSort::submitted:
-        return times().submitted.value_or(unknown);
-      case msg::JobSort::finished:
-        return times().finished.value_or(unknown);
-      case msg::JobSort::taken:
-        return times().taken.value_or(unknown);
+      case msg::JobSort::priority: return priority();
+      case msg::JobSort::submitted: return times().submitted.value_or(unknown);
+      case msg::JobSort::finished: return times().finished.value_or(unknown);
+      case msg::JobSort::taken: return times().taken.value_or(unknown);
       case msg::JobSort::progress:
         return is_series() ? progress_of(series(), now_) : first().progress(now_);
-      default:
-        return 0;
+      default: return 0;
     }
   }
   [[nodiscard]] std::string text(msg::JobSort sort) const {
     switch (sort) {
-      case msg::JobSort::name:
-        return in_lower_case(record().name);
-      case msg::JobSort::user:
-        return record().user;
-      case msg::JobSort::state:
-        return std::string(state());
-      default:
-        return {};
+      case msg::JobSort::name: return in_lower_case(record().name);
+      case msg::JobSort::user: return record().user;
+      case msg::JobSort::state: return std::string(state());
+      default: return {};
     }
   }
 
@@ -135,9 +126,7 @@ JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now) {
   if (request.order == msg::JobOrder::newest) {
     for (auto entry = std::make_reverse_iterator(end);
          entry != listed.rend() && list.page.size() < request.limit; ++entry) {
-      if (matches({entry->second, now}, request, part)) {
-        list.page.push_back(&entry->second);
-      }
+      if (matches({entry->second, now}, request, part)) list.page.push_back(&entry->second);
     }
     std::ranges::reverse(list.page);
     return list;

@@ -25,13 +25,9 @@ bool JobBook::make_room(std::uint64_t bytes) {
     return false;  // dropping everything would not suffice
   }
   for (auto& [id, job] : farm_.jobs) {
-    if (in_use <= farm_.options.memory) {
-      break;
-    }
+    if (in_use <= farm_.options.memory) break;
     const bool last_picture = job.picture_bytes > 0 && pictures == 1;
-    if (job.kept_bytes() == 0 || (last_picture && (at_work || bytes == 0))) {
-      continue;
-    }
+    if (job.kept_bytes() == 0 || (last_picture && (at_work || bytes == 0))) continue;
     in_use -= job.kept_bytes();
     pictures -= job.picture_bytes > 0 ? 1 : 0;
     job.picture = {};
@@ -50,13 +46,9 @@ std::uint64_t JobBook::memory_of(const Job& job) const {
 std::uint64_t JobBook::memory_in_use() const {
   std::uint64_t bytes = disputes_.referee().memory() + farm_.bulk.bytes() +
                         farm_.log_pictures.bytes() + farm_.scenes_waiting.bytes();
-  for (const JobId id : farm_.at_work) {
-    bytes += memory_of(farm_.jobs.at(id));
-  }
+  for (const JobId id : farm_.at_work) bytes += memory_of(farm_.jobs.at(id));
   if (farm_.store == nullptr) {
-    for (const auto& [id, job] : farm_.jobs) {
-      bytes += job.scene.size() + job.picture_bytes;
-    }
+    for (const auto& [id, job] : farm_.jobs) bytes += job.scene.size() + job.picture_bytes;
   }
   return bytes;
 }

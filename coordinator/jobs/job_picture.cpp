@@ -54,9 +54,7 @@ JobPicture::JobPicture(const RenderSettings& settings, const SceneFacts& scene,
 
 bool JobPicture::begin_pass(const PassTimes& times) {
   auto pass = passes_->next(framebuffer_, times);
-  if (!pass) {
-    return false;
-  }
+  if (!pass) return false;
   if (collector_) {
     earlier_tracers_.insert(collector_->tracers().begin(), collector_->tracers().end());
     earlier_cells_ += collector_->done_cells();
@@ -120,9 +118,7 @@ std::string JobPicture::retraction_entry(const std::vector<CellRange>& cells) co
   ByteWriter out;
   out.put(static_cast<std::uint32_t>(EntryKind::retraction));
   out.put(passes_->pass());
-  for (const CellRange& range : cells) {
-    put_range(out, range);
-  }
+  for (const CellRange& range : cells) put_range(out, range);
   return out.take();
 }
 
@@ -141,9 +137,7 @@ void JobPicture::replay(std::string_view entry) {
     return;
   }
   const auto pass = in.get<std::uint32_t>();
-  if (!collector_ || (collector_->done() && passes_->pass() + 1 == pass)) {
-    begin_pass();
-  }
+  if (!collector_ || (collector_->done() && passes_->pass() + 1 == pass)) begin_pass();
   if (!collector_ || passes_->pass() != pass) {
     throw DecodeError("cells of a pass that has not begun");
   }
@@ -169,13 +163,9 @@ void JobPicture::replay(std::string_view entry) {
     kind == EntryKind::check ? note_check(tracer, range) : note_wanted(range);
     return;
   }
-  if (kind != EntryKind::retraction) {
-    throw DecodeError("an entry of an unknown kind");
-  }
+  if (kind != EntryKind::retraction) throw DecodeError("an entry of an unknown kind");
   std::vector<CellRange> cells;
-  while (in.left() > 0) {
-    cells.push_back(take_range());
-  }
+  while (in.left() > 0) cells.push_back(take_range());
   collector_->retract(cells);
 }
 

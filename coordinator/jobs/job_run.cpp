@@ -25,9 +25,7 @@ std::string flag_of(const JobPicture::Retraction& retraction, const std::string&
     return fmt::format("worker '{}' returned wrong bits: the picture was started again", name);
   }
   std::uint64_t cells = 0;
-  for (const CellRange& range : retraction.cells) {
-    cells += range.count();
-  }
+  for (const CellRange& range : retraction.cells) cells += range.count();
   if (cells == 0) {
     return fmt::format(
         "worker '{}' returned wrong bits: the cells that it checked are checked again", name);
@@ -41,9 +39,7 @@ double share_done(const RenderSettings& settings, const RunState& state, double 
   const auto share = [](std::uint64_t part, std::uint64_t all) {
     return all == 0 ? 0 : static_cast<double>(part) / static_cast<double>(all);
   };
-  if (!settings.has_passes()) {
-    return share(state.cells, state.plan->cells());
-  }
+  if (!settings.has_passes()) return share(state.cells, state.plan->cells());
   const double of_time = settings.time_limit > 0 ? elapsed / settings.time_limit : 0;
   return std::min(std::max(share(state.samples, state.expected_samples), of_time), 1.0);
 }
@@ -57,13 +53,9 @@ std::string JobRun::replay(OnDamage on_damage) {
   std::uint64_t sound = 0;
   std::string damage;
   const auto note_damage = [&](const std::exception& error) {
-    if (on_damage == OnDamage::fail) {
-      throw;
-    }
+    if (on_damage == OnDamage::fail) throw;
     damage = error.what();
-    if (on_damage == OnDamage::cut) {
-      store_->keep_rows(record_.id, sound);
-    }
+    if (on_damage == OnDamage::cut) store_->keep_rows(record_.id, sound);
   };
   try {
     if (store_ != nullptr) {
@@ -88,9 +80,7 @@ bool JobRun::begin_pass(const PassTimes& times, std::optional<double> at) {
   const bool under_way = picture_->has_begun() && !picture_->collector().done();
   const bool begun = under_way || picture_->begin_pass(times);
   record_.passes = picture_->passes().begun();
-  if (at) {
-    add_to_journal(entries_of_pass(*at));
-  }
+  if (at) add_to_journal(entries_of_pass(*at));
   put_record();
   return begun;
 }
@@ -98,9 +88,7 @@ bool JobRun::begin_pass(const PassTimes& times, std::optional<double> at) {
 /// Returns the entries for the begin of the current pass; none if the journal has them.
 std::vector<JournalEntry> JobRun::entries_of_pass(double at) const {
   const std::uint32_t pass = picture_->passes().pass();
-  if (picture_->journal().has_pass(pass)) {
-    return {};
-  }
+  if (picture_->journal().has_pass(pass)) return {};
   const WorkPlan& plan = *picture_->plan();
   return {JournalPass{pass, plan.cells(), at, grain_of(plan)},
           JournalGrid{pass, plan.grid()->shape()}};
@@ -109,9 +97,7 @@ std::vector<JournalEntry> JobRun::entries_of_pass(double at) const {
 ResultCollector::Taken JobRun::take(TracerKey tracer, const TracedCells& cells,
                                     std::string_view packed) {
   ResultCollector::Taken taken = picture_->take(tracer, cells);
-  if (store_ != nullptr) {
-    append(picture_->cells_entry(tracer, cells.range, packed));
-  }
+  if (store_ != nullptr) append(picture_->cells_entry(tracer, cells.range, packed));
   return taken;
 }
 
@@ -136,9 +122,7 @@ void JobRun::note_wanted(const CellRange& range) {
 }
 
 void JobRun::add_to_journal(const std::vector<JournalEntry>& entries) {
-  for (const JournalEntry& entry : entries) {
-    append(picture_->journal_entry(entry));
-  }
+  for (const JournalEntry& entry : entries) append(picture_->journal_entry(entry));
 }
 
 std::optional<JobPicture::Retraction> JobRun::retract(const FaultFinding& finding, double at) {
@@ -163,9 +147,7 @@ std::optional<JobPicture::Retraction> JobRun::retract(const FaultFinding& findin
 
 void JobRun::retract_faulty(double at) {
   const std::string note = store_ == nullptr ? "" : store_->note("workers");
-  if (note.empty()) {
-    return;
-  }
+  if (note.empty()) return;
   try {
     const json list = json::parse(note).value("convictions", json::array());
     for (const FaultFinding& one : FaultFindings::from_json(list).after(record_.fault_findings)) {
@@ -184,9 +166,7 @@ void JobRun::drop_results() {
   clear_buffer();
   samples_before_ = 0;
   record_.passes = {};  // wrong bits influenced the earlier passes
-  if (store_ != nullptr) {
-    store_->drop_rows(record_.id);
-  }
+  if (store_ != nullptr) store_->drop_rows(record_.id);
 }
 
 /// Adds an entry to the buffer or to the log.
@@ -199,17 +179,13 @@ void JobRun::append(std::string entry) {
 }
 
 void JobRun::put_record() {
-  if (store_ != nullptr) {
-    store_->put_job(record_);
-  }
+  if (store_ != nullptr) store_->put_job(record_);
 }
 
 bool JobRun::buffer_full() const { return held_bytes_ > most_held_bytes; }
 
 bool JobRun::pack_next() {
-  if (held_.empty()) {
-    return false;
-  }
+  if (held_.empty()) return false;
   store_ = store_ == nullptr ? open_() : store_;
   for (std::size_t packed = 0; !held_.empty() && packed < most_packed_bytes;) {
     const Held held = std::move(held_.front());
@@ -230,9 +206,7 @@ void JobRun::commit() {
   while (pack_next()) {
   }
   put_record();
-  if (store_ != nullptr) {
-    store_->commit();
-  }
+  if (store_ != nullptr) store_->commit();
 }
 
 void JobRun::finish(const Image& image, const PictureStatistics& statistics, std::string report,
@@ -244,9 +218,7 @@ void JobRun::finish(const Image& image, const PictureStatistics& statistics, std
   store_ = store_ == nullptr && open_ ? open_() : store_;
   if (store_ != nullptr) {
     std::vector<std::string_view> pieces = picture_pieces(image, statistics);
-    if (!journal.empty()) {
-      pieces.push_back(journal);
-    }
+    if (!journal.empty()) pieces.push_back(journal);
     store_->put_picture(record_.id, pieces);
     put_record();
     store_->drop_work(record_.id);

@@ -9,12 +9,8 @@ JobTimes times_of(const Job& job, Time now) {
   const JobCourse& course = job.record.course;
   const auto known = [](double time) { return time > 0 ? std::optional(time) : std::nullopt; };
   JobTimes times{known(course.submitted), known(course.started), {}, {}};
-  if (job.ended()) {
-    times.finished = known(course.finished);
-  }
-  if (times.started) {
-    times.taken = job.seconds_taken(now);
-  }
+  if (job.ended()) times.finished = known(course.finished);
+  if (times.started) times.taken = job.seconds_taken(now);
   return times;
 }
 

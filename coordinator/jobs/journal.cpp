@@ -44,9 +44,7 @@ void put(ByteWriter& out, const JournalRetraction& e) {
   out.put(e.pass);
   out.put(e.at);
   out.put(std::uint64_t{e.cells.size()});
-  for (const CellRange& range : e.cells) {
-    put(out, range);
-  }
+  for (const CellRange& range : e.cells) put(out, range);
 }
 
 void put(ByteWriter& out, const JournalGrid& e) {
@@ -69,18 +67,14 @@ CellRange get_range(ByteReader& in) {
   CellRange range;
   range.begin = in.get<std::uint64_t>();
   range.end = in.get<std::uint64_t>();
-  if (range.begin >= range.end) {
-    throw DecodeError("journal: an empty range of cells");
-  }
+  if (range.begin >= range.end) throw DecodeError("journal: an empty range of cells");
   return range;
 }
 void get(ByteReader& in, JournalWorker& e) {
   e.tracer = in.get<TracerKey>();
   e.threads = in.get<std::uint32_t>();
   const auto size = in.get<std::uint32_t>();
-  if (size > longest_name) {
-    throw DecodeError("journal: a name is too long");
-  }
+  if (size > longest_name) throw DecodeError("journal: a name is too long");
   e.name = in.get_bytes(size);
 }
 void get(ByteReader& in, JournalPass& e) {
@@ -111,9 +105,7 @@ void get(ByteReader& in, JournalRetraction& e) {
   e.pass = in.get<std::uint32_t>();
   e.at = in.get<double>();
   const auto count = in.get<std::uint64_t>();
-  if (count > in.left() / (2 * sizeof(std::uint64_t))) {
-    throw DecodeError("journal: data end early");
-  }
+  if (count > in.left() / (2 * sizeof(std::uint64_t))) throw DecodeError("journal: data end early");
   e.cells.resize(count);
   std::generate(e.cells.begin(), e.cells.end(), [&] { return get_range(in); });
 }
@@ -162,18 +154,12 @@ JournalEntry get_as(ByteReader& in) {
 /// Decodes one entry: its kind, then its fields.
 JournalEntry get_entry(ByteReader& in) {
   switch (in.get<std::uint32_t>()) {
-    case 0:
-      return get_as<JournalWorker>(in);
-    case 1:
-      return get_as<JournalPass>(in);
-    case 2:
-      return get_as<JournalMerge>(in);
-    case 3:
-      return get_as<JournalRetraction>(in);
-    case 4:
-      return get_as<JournalGrid>(in);
-    default:
-      throw DecodeError("journal: an entry of an unknown kind");
+    case 0: return get_as<JournalWorker>(in);
+    case 1: return get_as<JournalPass>(in);
+    case 2: return get_as<JournalMerge>(in);
+    case 3: return get_as<JournalRetraction>(in);
+    case 4: return get_as<JournalGrid>(in);
+    default: throw DecodeError("journal: an entry of an unknown kind");
   }
 }
 
@@ -207,9 +193,7 @@ void Journal::note(const JournalEntry& entry) {
 
 std::vector<JournalEntry> read_journal(std::string_view bytes) {
   std::vector<JournalEntry> entries;
-  for (ByteReader in(bytes); in.left() > 0;) {
-    entries.push_back(get_entry(in));
-  }
+  for (ByteReader in(bytes); in.left() > 0;) entries.push_back(get_entry(in));
   return entries;
 }
 

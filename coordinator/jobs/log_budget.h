@@ -24,9 +24,7 @@ class LogBudget {
   void write(Time now, spdlog::level::level_enum level, const std::string& line) {
     constexpr Time period = seconds(10);
     if (now - began_ >= period) {
-      if (dropped_ > 0) {
-        log_->log(level, "dropped {} more lines like these", dropped_);
-      }
+      if (dropped_ > 0) log_->log(level, "dropped {} more lines like these", dropped_);
       began_ = now;
       lines_ = 0;
       dropped_ = 0;

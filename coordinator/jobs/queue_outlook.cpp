@@ -130,9 +130,7 @@ void start_starving(const UserPlan& user, double speed, double lease, std::vecto
   std::vector<std::pair<double, Start*>> waiting;  // when the job starves
   std::map<JobId, const Entry*> jobs;
   for (const Planned& planned : user.jobs) jobs.emplace(planned.job->id, planned.job);
-  for (Start& start : starts) {
-    waiting.emplace_back(jobs.at(start.id)->until_starving, &start);
-  }
+  for (Start& start : starts) waiting.emplace_back(jobs.at(start.id)->until_starving, &start);
   std::ranges::stable_sort(waiting, {}, &std::pair<double, Start*>::first);
   double free_at = 0;
   for (const auto& [starves_at, start] : waiting) {

@@ -22,9 +22,7 @@ static constexpr std::size_t most_located = 20;
 /// Returns the requested number, or the mean if pixels have different numbers.
 static json samples_per_pixel_of(const JobPicture& job) {
   const RenderSettings& s = job.settings();
-  if (!s.in_passes()) {
-    return s.samples_per_pixel;
-  }
+  if (!s.in_passes()) return s.samples_per_pixel;
   const std::uint64_t pixels = std::uint64_t{s.width} * s.height;
   const std::uint64_t samples = job.framebuffer().counts().samples;
   return samples % pixels == 0 ? json(samples / pixels)
@@ -50,9 +48,7 @@ static json make_report(const JobPicture& job, const JobRecord& record, const Re
   const TraceCounts& counts = framebuffer.counts();
   json located = json::array();
   for (const auto& [pixel, excluded] : framebuffer.excluded()) {
-    if (located.size() == most_located) {
-      break;
-    }
+    if (located.size() == most_located) break;
     located.push_back({{"x", pixel.second},
                        {"y", pixel.first},
                        {"samples", excluded.count},

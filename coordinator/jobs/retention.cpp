@@ -24,9 +24,7 @@ constexpr const char* users_note = "users";  // thread-seconds by user, as JSON
 }  // namespace
 
 void JobBook::keep_house(Time now) {
-  if (now < next_housekeeping_) {
-    return;
-  }
+  if (now < next_housekeeping_) return;
   next_housekeeping_ = now + between_looks;
   disputes_.end_quarantines();
   warn_of_long_jobs();
@@ -37,13 +35,9 @@ void JobBook::keep_house(Time now) {
       old.push_back(id);
     }
   }
-  for (const JobId id : old) {
-    forget_job(id, "because of its age (--keep-days)");
-  }
+  for (const JobId id : old) forget_job(id, "because of its age (--keep-days)");
   estimate_errors();
-  if (farm_.store == nullptr) {
-    return;
-  }
+  if (farm_.store == nullptr) return;
   keep_farm_notes();
   farm_.for_log("removing old files and counting the bytes of jobs")
       .give([this, store = farm_.store,
@@ -66,9 +60,7 @@ void JobBook::keep_farm_notes() {
   constexpr double between = 60;  // seconds
   const std::string text = progress.dump();
   const bool later = farm_.uptime() >= uptime_kept_ + between;
-  if (!later && text == progress_kept_) {
-    return;
-  }
+  if (!later && text == progress_kept_) return;
   uptime_kept_ = later ? farm_.uptime() : uptime_kept_;
   progress_kept_ = text;
   farm_.for_log("storing the uptime and the progress of jobs")
@@ -89,9 +81,7 @@ void JobBook::restore_farm_notes() {
       nlohmann::json::parse(farm_.store->note(progress_note), nullptr, false);
   for (auto& [id, job] : farm_.jobs) {
     const auto found = progress.is_object() ? progress.find(std::to_string(id)) : progress.end();
-    if (found == progress.end() || job.ended()) {
-      continue;
-    }
+    if (found == progress.end() || job.ended()) continue;
     JobCourse& course = job.record.course;
     const bool list = found->is_array() && found->size() == 3;  // older versions: the share alone
     const nlohmann::json share = list ? found->at(0) : *found;
@@ -117,16 +107,12 @@ void JobBook::note_usage(Store::Usage usage) {
   make_room_on_disk();
   disk_of_.clear();
   for (const auto& [id, bytes] : usage_.jobs) {
-    if (const Job* job = farm_.job_of(id)) {
-      disk_of_[job->record.user] += bytes;
-    }
+    if (const Job* job = farm_.job_of(id)) disk_of_[job->record.user] += bytes;
   }
 }
 
 void JobBook::make_room_on_disk() {
-  if (usage_.total <= farm_.options.limits.disk) {
-    return;
-  }
+  if (usage_.total <= farm_.options.limits.disk) return;
   std::vector<JobId> ended;
   for (const auto& [number, frames] : farm_.index.listed()) {
     const Series listed = series_of(frames);
@@ -136,9 +122,7 @@ void JobBook::make_room_on_disk() {
     }
   }
   for (const JobId id : ended) {
-    if (usage_.total <= farm_.options.limits.disk) {
-      return;
-    }
+    if (usage_.total <= farm_.options.limits.disk) return;
     const auto used = usage_.jobs.find(id);
     if (used != usage_.jobs.end()) {
       usage_.total -= std::min(usage_.total, used->second);
@@ -170,9 +154,7 @@ void JobBook::forget_job(JobId id, const std::string& why) {
           return {};
         });
   }
-  if (farm_.index.listed_as(listed) == nullptr) {
-    forget_previews(listed);
-  }
+  if (farm_.index.listed_as(listed) == nullptr) forget_previews(listed);
 }
 
 void JobBook::forget_previews(JobId of) {
@@ -192,9 +174,7 @@ void JobBook::forget_all(const Series& listed, const std::string& why) {
   std::vector<JobId> ids;
   std::ranges::transform(listed, std::back_inserter(ids),
                          [](const Job* job) { return job->record.id; });
-  for (const JobId id : ids) {
-    forget_job(id, why);
-  }
+  for (const JobId id : ids) forget_job(id, why);
   std::erase_if(series_, [number](const auto& series) { return series.second == number; });
 }
 

@@ -30,9 +30,7 @@ struct Totals {
 /// Returns the number of frames that the series will have.
 std::uint32_t all_frames(const Series& series) {
   std::uint32_t frames = 0;
-  for (const Job* job : series) {
-    frames = std::max(frames, job->record.frames);
-  }
+  for (const Job* job : series) frames = std::max(frames, job->record.frames);
   return std::max(frames, static_cast<std::uint32_t>(series.size()));
 }
 
@@ -58,18 +56,10 @@ Totals totals_of(const Series& series, Time now) {
 }
 
 JobState state_of(const Totals& totals) {
-  if (totals.unfinished > 0 && totals.unfinished == totals.paused) {
-    return JobState::paused;
-  }
-  if (totals.unfinished > 0) {
-    return totals.begun > 0 ? JobState::running : JobState::queued;
-  }
-  if (totals.cancelled > 0) {
-    return JobState::cancelled;
-  }
-  if (totals.missing > 0) {
-    return JobState::queued;
-  }
+  if (totals.unfinished > 0 && totals.unfinished == totals.paused) return JobState::paused;
+  if (totals.unfinished > 0) return totals.begun > 0 ? JobState::running : JobState::queued;
+  if (totals.cancelled > 0) return JobState::cancelled;
+  if (totals.missing > 0) return JobState::queued;
   return totals.failed > 0 ? JobState::failed : JobState::done;
 }
 
@@ -106,9 +96,7 @@ std::string flag_of(const Series& series) {
 void add_course(json& summary, const Series& series, Time now) {
   add_times(summary, times_of(series, now));
   double samples = 0;
-  for (const Job* job : series) {
-    samples += job->samples_a_pixel();
-  }
+  for (const Job* job : series) samples += job->samples_a_pixel();
   summary["samples_taken"] = samples / static_cast<double>(series.size());
   summary["has_picture"] = false;  // each frame has its own
   summary.erase("ended_by");
@@ -117,9 +105,7 @@ void add_course(json& summary, const Series& series, Time now) {
 }  // namespace
 
 bool has_ended(const Series& series) {
-  if (first_unfinished(series) != nullptr) {
-    return false;
-  }
+  if (first_unfinished(series) != nullptr) return false;
   return series.size() == all_frames(series) || std::ranges::any_of(series, [](const Job* j) {
            return j->record.state == JobState::cancelled;
          });

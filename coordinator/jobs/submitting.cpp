@@ -95,9 +95,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
       throw NoRoom(
           "scenes that wait for the disk fill a quarter of this coordinator's memory: wait");
     }
-    if (!record.series.empty() && record.series_id == 0) {
-      record.series_id = next_job_++;
-    }
+    if (!record.series.empty() && record.series_id == 0) record.series_id = next_job_++;
     record.id = next_job_;
     submitting_[token] = {record.listed_as(), user, pixel_count(record.settings)};
     make_room_for_job();
@@ -111,9 +109,7 @@ void JobBook::on(Time now, const PeerId& peer, msg::Submit& m) {
     return;
   }
   ++next_job_;
-  if (record.series_id != 0) {
-    series_[{user, m.series}] = record.series_id;
-  }
+  if (record.series_id != 0) series_[{user, m.series}] = record.series_id;
   const auto guarded =
       farm_.job_thread.guarded([this, accepted, peer, request = m.request](const std::string& why) {
         accepted->refusal = why;
@@ -176,9 +172,7 @@ void JobBook::accept_job(const PeerId& peer, std::uint64_t request, Accepted& ac
 /// Gives a new frame the priority and pause of its series. Throws InputError for a cancelled one.
 void JobBook::join_series(JobRecord& record) {
   const auto known = series_.find({record.user, record.series});
-  if (record.series.empty() || known == series_.end()) {
-    return;
-  }
+  if (record.series.empty() || known == series_.end()) return;
   record.series_id = known->second;
   const std::vector<Job*> frames = frames_of(record.series_id);
   const auto open = std::ranges::find_if(frames, [](const Job* job) { return !job->ended(); });
@@ -203,9 +197,7 @@ void JobBook::join_series(JobRecord& record) {
 void JobBook::check_preview(const JobRecord& record) const {
   constexpr std::size_t most = 8;
   const JobId of = record.preview_of;
-  if (of == 0) {
-    return;
-  }
+  if (of == 0) return;
   const JobIndex::Frames* named = farm_.index.listed_as(of);
   if (named == nullptr) {
     const auto frame = farm_.jobs.find(of);
@@ -300,16 +292,10 @@ void JobBook::check_limits(const JobRecord& record) const {
 /// Forgets the oldest ended job or series if there are too many. Throws NoRoom if none has ended.
 void JobBook::make_room_for_job() {
   const auto& listed = farm_.index.listed();
-  if (listed.size() + submitting_.size() <= farm_.options.limits.jobs) {
-    return;
-  }
+  if (listed.size() + submitting_.size() <= farm_.options.limits.jobs) return;
   std::size_t all = listed.size();
-  for (const auto& [token, job] : submitting_) {
-    all += listed.contains(job.listed) ? 0 : 1;
-  }
-  if (all <= farm_.options.limits.jobs) {
-    return;
-  }
+  for (const auto& [token, job] : submitting_) all += listed.contains(job.listed) ? 0 : 1;
+  if (all <= farm_.options.limits.jobs) return;
   const auto oldest = std::ranges::find_if(farm_.index.ended(), [&](JobId number) {
     return has_ended(series_of(listed.at(number)));  // a series may get more frames
   });

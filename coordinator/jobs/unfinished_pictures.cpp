@@ -71,9 +71,7 @@ PictureParts parts_so_far(const JobPicture& picture, bool statistics) {
 JobRun run_from_log(Store& store, const JobRecord& record) {
   JobRun run(record, &store);
   const auto scene = store.scene(record.scene);
-  if (!scene) {
-    throw RunError("the store lacks its scene");
-  }
+  if (!scene) throw RunError("the store lacks its scene");
   run.create_picture(SceneFacts(*ScenePayload(Bulk::of(*scene)).scene()), true,
                      [](const FramebufferView&) { return ErrorFigures{}; });
   run.replay(JobRun::OnDamage::stop);
@@ -83,15 +81,11 @@ JobRun run_from_log(Store& store, const JobRecord& record) {
 /// Estimates the errors of pictures without a target. Those with a target have an estimate after
 /// each pass.
 void JobBook::estimate_errors() {
-  if (farm_.job_thread.backlog() > busy_backlog) {
-    return;
-  }
+  if (farm_.job_thread.backlog() > busy_backlog) return;
   std::vector<Job*> due;
   for (const JobId id : farm_.at_work) {
     Job& job = farm_.jobs.at(id);
-    if (wants_estimate(job, farm_.now)) {
-      due.push_back(&job);
-    }
+    if (wants_estimate(job, farm_.now)) due.push_back(&job);
   }
   std::ranges::sort(due, {}, [](const Job* job) {
     return std::tuple(job->work->error_at == never ? Time(0) : job->work->error_at, job->record.id);
@@ -132,9 +126,7 @@ void JobBook::keep_unfinished(const Job& job, std::shared_ptr<JobRun> run) {
   const RenderSettings& s = job.record.settings;
   const std::uint64_t bytes = picture_size(s.width, s.height, PictureDetail::statistics);
   const auto fits = [this, bytes] { return memory_in_use() + bytes <= farm_.options.memory; };
-  if (!fits()) {
-    return;
-  }
+  if (!fits()) return;
   farm_.for_log(fmt::format("keeping the picture of job {}", job.record.id))
       .give([this, fits, bytes, run = std::move(run), id = job.record.id,
              ended = job.record.ended]() -> JobThread::Completion {
@@ -154,9 +146,7 @@ void JobBook::keep_unfinished(const Job& job, std::shared_ptr<JobRun> run) {
 /// Drops what is left of the pictures of cancelled and failed jobs, until `in_use` fits.
 void JobBook::drop_unfinished(std::uint64_t& in_use) {
   for (auto& [id, job] : farm_.jobs) {
-    if (in_use <= farm_.options.memory) {
-      return;
-    }
+    if (in_use <= farm_.options.memory) return;
     if (job.ended() && job.record.state != JobState::done && job.picture_bytes > 0) {
       in_use -= job.picture_bytes;
       job.picture = {};

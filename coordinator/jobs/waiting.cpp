@@ -41,9 +41,7 @@ double gibibytes(std::uint64_t bytes) { return static_cast<double>(bytes) * 0x1p
 
 /// Returns what all workers lack. Empty: at least one may trace.
 std::string lacking_worker(const WorkerRegistry& workers) {
-  if (workers.usable() > 0) {
-    return {};
-  }
+  if (workers.usable() > 0) return {};
   const bool held_back =
       std::ranges::any_of(workers, [](const auto& w) { return w.second.held_back; });
   return workers.size() == 0     ? "a worker (none is connected)"
@@ -63,9 +61,7 @@ void add_wait(json& summary, const JobBook::Wait& wait) {
 
 json JobBook::summary_of(Time now, const Series& listed) {
   const Job& first = *listed.front();
-  if (first.record.series_id == 0) {
-    return summary_of(now, first);
-  }
+  if (first.record.series_id == 0) return summary_of(now, first);
   const Job* open = first_unfinished(listed);
   const Wait wait = open == nullptr ? Wait{} : series_wait(*open);
   json summary = series_summary(listed, now, wait.what);
@@ -82,19 +78,11 @@ json JobBook::summary_of(Time now, const Job& job) {
 
 /// Returns what keeps this job, and probably others, from being traced, apart from the queue.
 JobBook::Wait JobBook::general_wait(const Job& job) {
-  if (job.ended() || job.record.state == JobState::paused) {
-    return {};
-  }
-  if (!farm_.storage.empty()) {
-    return {"storage (" + farm_.storage + ")", 0, 0, {}};
-  }
-  if (job.phase == JobPhase::finishing || job.phase == JobPhase::preparing) {
-    return {};
-  }
+  if (job.ended() || job.record.state == JobState::paused) return {};
+  if (!farm_.storage.empty()) return {"storage (" + farm_.storage + ")", 0, 0, {}};
+  if (job.phase == JobPhase::finishing || job.phase == JobPhase::preparing) return {};
   const std::string worker = lacking_worker(farm_.workers);
-  if (!worker.empty()) {
-    return {worker, 0, 0, {}};
-  }
+  if (!worker.empty()) return {worker, 0, 0, {}};
   const std::uint64_t needed = job.phase == JobPhase::waiting ? memory_of(job) : 0;
   if (needed > farm_.options.memory) {
     return {
@@ -118,9 +106,7 @@ JobBook::Wait JobBook::general_wait(const Job& job) {
 
 /// Returns the place in the queue of a job or series.
 JobBook::Wait JobBook::queue_wait(const Job& job) {
-  if (job.ended() || job.record.state == JobState::paused) {
-    return {};
-  }
+  if (job.ended() || job.record.state == JobState::paused) return {};
   renew_outlook();
   const QueueOutlook::Place* place = outlook_.of(job.record.listed_as());
   if (place == nullptr || (job.begun() && place->behind == 0)) {  // the places may be a second old
@@ -179,9 +165,7 @@ void JobBook::renew_outlook() {
   std::map<JobId, QueueOutlook::Entry> entries;
   for (const JobId id : farm_.index.open()) {
     const Job& job = farm_.jobs.at(id);
-    if (job.record.state == JobState::paused || job.phase == JobPhase::finishing) {
-      continue;
-    }
+    if (job.record.state == JobState::paused || job.phase == JobPhase::finishing) continue;
     QueueOutlook::Entry& entry = entries[job.record.listed_as()];
     if (entry.id == 0) {
       const double waited = job.served == never ? 0 : to_seconds(farm_.now - job.served);
@@ -197,9 +181,7 @@ void JobBook::renew_outlook() {
   }
   std::vector<QueueOutlook::Entry> jobs;
   jobs.reserve(entries.size());
-  for (auto& [id, entry] : entries) {
-    jobs.push_back(std::move(entry));
-  }
+  for (auto& [id, entry] : entries) jobs.push_back(std::move(entry));
   const bool measured = farm_.tally.accepted > 0;
   outlook_.assign(jobs, measured ? static_cast<double>(threads) : 0,
                   farm_.options.lease_length.longest);
@@ -220,9 +202,7 @@ void JobBook::warn_of_long_jobs() {
     const bool judged = settings.in_passes() ? job.work->pass > 0
                                              : to_seconds(farm_.now - job.work->started) > enough;
     const double left = work_left(farm_, job, threads) / static_cast<double>(threads);
-    if (!judged || left <= day) {
-      continue;
-    }
+    if (!judged || left <= day) continue;
     job.record.warning = fmt::format(
         "needs about {:.0f} days of all {} present threads: cancel it, or submit it with {}",
         left / day, threads,

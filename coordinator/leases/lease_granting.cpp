@@ -68,16 +68,12 @@ bool LeaseDesk::grant_leases(Time now) {
   if (farm_.workers.size() == 0) {
     return true;  // a worker that joins sets grants_due
   }
-  if (farm_.queue_again_at <= now) {
-    queue_open_jobs();
-  }
+  if (farm_.queue_again_at <= now) queue_open_jobs();
   int granted = 0;
   bool room = true;
   auto next = farm_.workers.after(granted_last_);
   for (std::size_t refusals = 0; refusals < farm_.workers.size() && !farm_.index.open().empty();) {
-    if (granted == most_granted_at_once) {
-      return false;
-    }
+    if (granted == most_granted_at_once) return false;
     next = next == farm_.workers.end() ? farm_.workers.begin() : next;
     WorkerRecord& worker = (next++)->second;
     const bool got = worker.has_room() && grant_one(now, worker, room);
@@ -97,9 +93,7 @@ bool LeaseDesk::grant_leases(Time now) {
 bool LeaseDesk::grant_one(Time now, WorkerRecord& worker, bool& room) {
   using Answer = FairQueue::Answer;
   const auto offer_work = [&](JobId id) {
-    if (!room && !farm_.at_work.contains(id)) {
-      return Answer::nothing;
-    }
+    if (!room && !farm_.at_work.contains(id)) return Answer::nothing;
     Job& job = farm_.jobs.at(id);
     if (room && job.phase == JobPhase::waiting && job.record.state != JobState::paused) {
       const std::uint64_t needed = job_book_.memory_of(job);
@@ -107,19 +101,13 @@ bool LeaseDesk::grant_one(Time now, WorkerRecord& worker, bool& room) {
         return Answer::nothing;  // an earlier coordinator had more: other jobs need not wait
       }
       room = job_book_.make_room(needed);
-      if (room) {
-        job_book_.prepare(job);
-      }
+      if (room) job_book_.prepare(job);
     }
-    if (may_trace(now, worker, job) && grant_from(now, worker, job, false)) {
-      return Answer::granted;
-    }
+    if (may_trace(now, worker, job) && grant_from(now, worker, job, false)) return Answer::granted;
     return job.phase == JobPhase::preparing ? Answer::wait : Answer::nothing;
   };
   const auto offer_copy = [&](JobId id) {
-    if (!farm_.at_work.contains(id)) {
-      return Answer::nothing;
-    }
+    if (!farm_.at_work.contains(id)) return Answer::nothing;
     Job& job = farm_.jobs.at(id);
     const bool granted = may_trace(now, worker, job) && grant_from(now, worker, job, true);
     return granted ? Answer::granted : Answer::nothing;
@@ -128,12 +116,8 @@ bool LeaseDesk::grant_one(Time now, WorkerRecord& worker, bool& room) {
 }
 
 bool LeaseDesk::may_trace(Time now, const WorkerRecord& worker, const Job& job) {
-  if (!job.tracing() || job.record.state == JobState::paused) {
-    return false;
-  }
-  if (!job.pause_reason.empty()) {
-    return false;
-  }
+  if (!job.tracing() || job.record.state == JobState::paused) return false;
+  if (!job.pause_reason.empty()) return false;
   const auto denied_jobs = worker.denied_jobs.find(job.record.id);
   return denied_jobs == worker.denied_jobs.end() || now >= denied_jobs->second;
 }
@@ -145,9 +129,7 @@ bool LeaseDesk::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) 
       copy ? leases.grant_copy(deadline, worker.id)
            : leases.grant(deadline, worker.id, {worker.hello.threads, worker.samples_per_second},
                           farm_.workers.speed(), worker.machine_key);
-  if (!lease) {
-    return false;
-  }
+  if (!lease) return false;
   const bool begins = job.work->started == never;
   if (begins) {
     job.work->started = now;
@@ -161,9 +143,7 @@ bool LeaseDesk::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) 
     farm_.note(job, again ? "continued" : "started");
     farm_.note_begun(job);
   }
-  if (job.record.state == JobState::queued) {
-    job.record.state = JobState::running;
-  }
+  if (job.record.state == JobState::queued) job.record.state = JobState::running;
   if (begins) {
     farm_.keep(job);  // its start
   }
@@ -173,9 +153,7 @@ bool LeaseDesk::grant_from(Time now, WorkerRecord& worker, Job& job, bool copy) 
   const double expected = samples * (job.work->price > 0 ? job.work->price : farm_.price);
   worker.note_grant({job.record.id, lease->epoch, now, expected});
   job.granted = now;
-  if (queue_.granted_by_turn()) {
-    job.served = now;
-  }
+  if (queue_.granted_by_turn()) job.served = now;
   queue_.charge(expected);
   send_grant(worker, job, *lease);
   return true;

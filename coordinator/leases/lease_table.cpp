@@ -9,9 +9,7 @@ namespace parray::coordinator {
 LeaseTable::LeaseTable(const ChunkSizer& sizer, const std::vector<CellRange>& pending,
                        Epoch first_epoch, std::uint64_t most_cells)
     : sizer_(sizer), most_cells_(std::max<std::uint64_t>(most_cells, 1)), next_epoch_(first_epoch) {
-  for (const CellRange& range : pending) {
-    add_pending(range);
-  }
+  for (const CellRange& range : pending) add_pending(range);
 }
 
 void LeaseTable::add_pending(const CellRange& range) {
@@ -39,9 +37,7 @@ CellRange LeaseTable::take_pending(std::uint64_t cells) {
   const CellRange range{first->first, std::min(first->second, first->first + cells)};
   const std::uint64_t end = first->second;
   pending_.erase(first);
-  if (range.end < end) {
-    pending_.emplace(range.end, end);
-  }
+  if (range.end < end) pending_.emplace(range.end, end);
   pending_cells_ -= range.count();
   return range;
 }
@@ -69,9 +65,7 @@ std::optional<Lease> LeaseTable::grant(Time deadline, WorkerId worker, const Lea
     leased_.at(lease.epoch).check = std::move(wanted);
     return lease;
   }
-  if (pending_cells_ == 0) {
-    return {};
-  }
+  if (pending_cells_ == 0) return {};
   const std::uint64_t cells = sizer_.cells(request, farm, pending_cells_, step_++);
   return add_lease(take_pending(std::min(cells, most_cells_)), worker, deadline);
 }
@@ -114,35 +108,25 @@ bool LeaseTable::release(Leases::iterator lease, WorkerId worker) {
   auto& holders = lease->second.holders;
   const auto holder = std::find_if(holders.begin(), holders.end(),
                                    [worker](const Holder& h) { return h.worker == worker; });
-  if (holder == holders.end()) {
-    return false;
-  }
+  if (holder == holders.end()) return false;
   // If another holder has the same deadline, its entry stays.
   const bool shared = std::any_of(holders.begin(), holders.end(), [&](const Holder& h) {
     return h.worker != worker && h.deadline == holder->deadline;
   });
-  if (!shared) {
-    deadlines_.erase({holder->deadline, lease->first});
-  }
+  if (!shared) deadlines_.erase({holder->deadline, lease->first});
   holders.erase(holder);
   const auto held = held_.find(worker);
-  if (--held->second == 0) {
-    held_.erase(held);
-  }
+  if (--held->second == 0) held_.erase(held);
   return true;
 }
 
 /// Ends a lease without holders: its cells become pending, or its check has failed. `lost`: the
 /// last holder did not give it back.
 void LeaseTable::retire_if_free(Leases::iterator lease, bool lost) {
-  if (!lease->second.holders.empty() || lease->second.arrived) {
-    return;
-  }
+  if (!lease->second.holders.empty() || lease->second.arrived) return;
   if (lease->second.check) {
     Check& check = *lease->second.check;
-    if (!lost || ++losses_[check.by] >= most_losses) {
-      check.not_by.insert(check.by);
-    }
+    if (!lost || ++losses_[check.by] >= most_losses) check.not_by.insert(check.by);
     failed_checks_.push_back(std::move(check));
   } else {
     add_pending(lease->second.range);
@@ -169,26 +153,18 @@ std::vector<WorkerId> LeaseTable::shorten(Leases::iterator lease, std::uint64_t 
 
 LeaseTable::Arrived LeaseTable::arrive(WorkerId worker, Epoch epoch, std::uint64_t cells) {
   if (const auto late = late_.find(epoch); late != late_.end()) {
-    if (late->second.second.erase(worker) == 0) {
-      return {};
-    }
+    if (late->second.second.erase(worker) == 0) return {};
     const CellRange range = late->second.first;
-    if (late->second.second.empty()) {
-      late_.erase(late);
-    }
+    if (late->second.second.empty()) late_.erase(late);
     return is_part(range, cells) ? Arrived() : Arrived{Arrival::again, range};
   }
   const auto lease = leased_.find(epoch);
-  if (lease == leased_.end() || !release(lease, worker)) {
-    return {};
-  }
+  if (lease == leased_.end() || !release(lease, worker)) return {};
   const CellRange& range = lease->second.range;
   if (std::exchange(lease->second.arrived, true)) {
     return is_part(range, cells) ? Arrived() : Arrived{Arrival::again, range};
   }
-  if (lease->second.check) {
-    return {Arrival::check, range};
-  }
+  if (lease->second.check) return {Arrival::check, range};
   std::vector<WorkerId> dropped =
       is_part(range, cells) ? shorten(lease, cells) : std::vector<WorkerId>();
   return {Arrival::first, range, std::move(dropped)};
@@ -196,12 +172,8 @@ LeaseTable::Arrived LeaseTable::arrive(WorkerId worker, Epoch epoch, std::uint64
 
 std::vector<WorkerId> LeaseTable::finish(Epoch epoch) {
   const auto lease = leased_.find(epoch);
-  if (lease == leased_.end()) {
-    return {};
-  }
-  if (lease->second.check) {
-    losses_.erase(lease->second.check->by);
-  }
+  if (lease == leased_.end()) return {};
+  if (lease->second.check) losses_.erase(lease->second.check->by);
   std::vector<WorkerId> others;
   for (const Holder& holder : std::vector<Holder>(lease->second.holders)) {
     others.push_back(holder.worker);
@@ -225,24 +197,18 @@ void LeaseTable::reject(Epoch epoch) {
 
 bool LeaseTable::give_back(WorkerId worker, Epoch epoch) {
   const auto lease = leased_.find(epoch);
-  if (lease == leased_.end() || !release(lease, worker)) {
-    return false;
-  }
+  if (lease == leased_.end() || !release(lease, worker)) return false;
   retire_if_free(lease, false);
   return true;
 }
 
 void LeaseTable::put_back(const std::vector<CellRange>& ranges) {
-  for (const CellRange& range : ranges) {
-    add_pending(range);
-  }
+  for (const CellRange& range : ranges) add_pending(range);
 }
 
 bool LeaseTable::extend(WorkerId worker, Epoch epoch, Time deadline) {
   const auto lease = leased_.find(epoch);
-  if (lease == leased_.end()) {
-    return false;
-  }
+  if (lease == leased_.end()) return false;
   for (const Holder& holder : lease->second.holders) {
     if (holder.worker == worker) {
       if (deadline > holder.deadline) {

@@ -13,9 +13,7 @@ namespace parray::coordinator {
 void LeaseDesk::check_losses(Time now, const WorkerRecord& worker) {
   for (const JobId id : farm_.at_work) {
     Job& job = farm_.jobs.at(id);
-    if (!job.work) {
-      continue;
-    }
+    if (!job.work) continue;
     JobFailures& failures = job.work->failures;
     const bool survived = std::ranges::any_of(failures.all(), [&](const Failure& failure) {
       return failure.by_loss && !failure.excused && failure.worker == worker.key;
@@ -36,9 +34,7 @@ void LeaseDesk::check_losses(Time now, const WorkerRecord& worker) {
 void LeaseDesk::expire_leases(Time now) {
   for (const JobId id : farm_.at_work) {
     Job& job = farm_.jobs.at(id);
-    if (!job.work || !job.work->leases) {
-      continue;
-    }
+    if (!job.work || !job.work->leases) continue;
     for (const auto& expired : job.work->leases->expire(now)) {
       farm_.grants_due = true;
       if (WorkerRecord* worker = farm_.workers.by_id(expired.worker)) {
@@ -55,18 +51,12 @@ void LeaseDesk::expire_leases(Time now) {
 
 void LeaseDesk::on(Time now, const PeerId& peer, msg::Failed& m) {
   WorkerRecord* worker = worker_desk_.heard_from(now, peer);
-  if (worker == nullptr) {
-    return;
-  }
+  if (worker == nullptr) return;
   farm_.send(peer, msg::Revoke{m.job, m.epoch});  // so that the worker does not repeat it
   Job* job = farm_.job_of(m.job);
-  if (job == nullptr || !job->work || !job->work->leases) {
-    return;
-  }
+  if (job == nullptr || !job->work || !job->work->leases) return;
   const auto range = job->work->leases->range_of(m.epoch);
-  if (!range || !job->work->leases->give_back(worker->id, m.epoch)) {
-    return;
-  }
+  if (!range || !job->work->leases->give_back(worker->id, m.epoch)) return;
   --worker->held;
   ++farm_.tally.failed;
   worker->note_failure(now, m.job, m.reason);
@@ -96,9 +86,7 @@ void LeaseDesk::note_failure(Time now, Job& job, Failure failure) {
   }
   std::vector<AbleWorker> able;
   for (const auto& [peer, worker] : farm_.workers) {
-    if (worker.may_trace()) {
-      able.push_back({worker.machine, worker.key});
-    }
+    if (worker.may_trace()) able.push_back({worker.machine, worker.key});
   }
   const std::uint32_t most =
       job.record.max_failures > 0 ? job.record.max_failures : farm_.options.max_failures;
@@ -111,17 +99,13 @@ void LeaseDesk::note_failure(Time now, Job& job, Failure failure) {
 /// From the first accepted result on, failures count against the workers, not against the job.
 void LeaseDesk::note_success(Job& job, WorkerId id) {
   const WorkerRecord* worker = farm_.workers.by_id(id);
-  if (worker == nullptr) {
-    return;
-  }
+  if (worker == nullptr) return;
   JobFailures& failures = job.work->failures;
   const bool first = !failures.any_success();
   failures.note_success(worker->machine);
   const bool forgiven = backoff_.note_success(worker->machine, worker->hello.name);
   if (!first) {
-    if (forgiven) {
-      hold_back(farm_.now);
-    }
+    if (forgiven) hold_back(farm_.now);
     return;
   }
   for (const Failure& failure : failures.all()) {
@@ -147,9 +131,7 @@ void LeaseDesk::hold_back(Time now) {
       farm_.workers.hold_back(worker, until > now, until);
       farm_.grants_due = true;
     }
-    if (until > now) {
-      farm_.grant_again_at = std::min(farm_.grant_again_at, until);
-    }
+    if (until > now) farm_.grant_again_at = std::min(farm_.grant_again_at, until);
   }
 }
 
@@ -157,9 +139,7 @@ Time LeaseDesk::next_deadline() const {
   Time next = never;
   for (const JobId id : farm_.at_work) {
     const Job& job = farm_.jobs.at(id);
-    if (job.work && job.work->leases) {
-      next = std::min(next, job.work->leases->next_deadline());
-    }
+    if (job.work && job.work->leases) next = std::min(next, job.work->leases->next_deadline());
   }
   return next;
 }

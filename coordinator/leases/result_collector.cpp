@@ -31,9 +31,7 @@ ResultCollector::ResultCollector(std::shared_ptr<const WorkPlan> plan, Framebuff
 
 std::uint32_t ResultCollector::place_of(TracerKey tracer) {
   const auto found = std::find(tracers_.begin(), tracers_.end(), tracer);
-  if (found != tracers_.end()) {
-    return static_cast<std::uint32_t>(found - tracers_.begin());
-  }
+  if (found != tracers_.end()) return static_cast<std::uint32_t>(found - tracers_.begin());
   tracers_.push_back(tracer);
   return static_cast<std::uint32_t>(tracers_.size() - 1);
 }
@@ -48,9 +46,7 @@ std::vector<std::uint64_t> ResultCollector::digests_of(const TracedCells& traced
                                                        std::vector<std::uint64_t> digests) const {
   const std::size_t size = record_size();
   for (std::size_t i = 0; i < digests.size(); ++i) {
-    if (header_of(std::span(traced.records).subspan(i * size, size)).nonfinite == 0) {
-      continue;
-    }
+    if (header_of(std::span(traced.records).subspan(i * size, size)).nonfinite == 0) continue;
     const Cell cell = plan_->cell(traced.range.begin + i);
     for (const ExcludedSamples& some : traced.excluded) {
       if (is_of(some, cell)) {
@@ -75,14 +71,10 @@ ResultCollector::Taken ResultCollector::take(TracerKey tracer, const TracedCells
     const auto record = std::span(traced.records).subspan(i * size, size);
     const std::uint64_t digest = digests[i];
     Done& done = cells_[index];
-    if (i + 1 < cells.size()) {
-      framebuffer_.expect(cells[i + 1].y, cells[i + 1].x_begin);
-    }
+    if (i + 1 < cells.size()) framebuffer_.expect(cells[i + 1].y, cells[i + 1].x_begin);
     if (done.digest == 0) {
       merge(batch, index, cells[i], digest, record, place, taken);
-      if (done.nonfinite > 0) {
-        exclude_some(cells[i], traced.excluded);
-      }
+      if (done.nonfinite > 0) exclude_some(cells[i], traced.excluded);
     } else if (done.digest != digest) {
       ++taken.mismatches;
     } else {
@@ -101,9 +93,7 @@ void ResultCollector::merge(const CellBatch& batch, std::uint64_t index, const C
   const RunSamples ranges = batch.run_samples(index, cell);
   framebuffer_.add(cell.y, cell.x_begin, sums_, ranges, cell.step);
   std::uint64_t samples = 0;
-  for (std::uint32_t i = 0; i < cell.pixels(); ++i) {
-    samples += ranges[i].count();
-  }
+  for (std::uint32_t i = 0; i < cell.pixels(); ++i) samples += ranges[i].count();
   framebuffer_.add(TraceCounts{samples, header.rays, header.nonfinite, header.lost});
   cells_[index] = {digest, header.rays, header.lost, static_cast<std::uint32_t>(header.nonfinite),
                    tracer};
@@ -115,9 +105,7 @@ void ResultCollector::merge(const CellBatch& batch, std::uint64_t index, const C
 /// Excludes the samples of one cell; other cells of the result may be merged already.
 void ResultCollector::exclude_some(const Cell& cell, const std::vector<ExcludedSamples>& excluded) {
   for (const ExcludedSamples& some : excluded) {
-    if (is_of(some, cell)) {
-      framebuffer_.exclude(some);
-    }
+    if (is_of(some, cell)) framebuffer_.exclude(some);
   }
 }
 
@@ -190,9 +178,7 @@ std::vector<ResultCollector::Unchecked> ResultCollector::unchecked_among(
   const std::vector<bool> done = checked();
   std::vector<Unchecked> found;
   for (std::uint64_t cell = 0; cell < cells_.size(); ++cell) {
-    if (some[cell] && cells_[cell].digest != 0 && !done[cell]) {
-      add_unchecked(found, cell, most);
-    }
+    if (some[cell] && cells_[cell].digest != 0 && !done[cell]) add_unchecked(found, cell, most);
   }
   return found;
 }
@@ -260,9 +246,7 @@ ResultCollector::Retraction ResultCollector::retract(TracerKey tracer) {
   const std::uint32_t place = place_of(tracer);
   std::vector<std::uint64_t> cleared;
   for (std::uint64_t index = 0; index < cells_.size(); ++index) {
-    if (cells_[index].digest != 0 && cells_[index].tracer == place) {
-      clear_pixels(index, cleared);
-    }
+    if (cells_[index].digest != 0 && cells_[index].tracer == place) clear_pixels(index, cleared);
   }
   forget_checks_of_missing();
   std::vector<Unchecked> unchecked;
@@ -280,9 +264,7 @@ std::vector<CellRange> ResultCollector::retract(const std::vector<CellRange>& ra
   std::vector<std::uint64_t> cleared;
   for (const CellRange& range : ranges) {
     for (std::uint64_t index = range.begin; index < range.end; ++index) {
-      if (cells_[index].digest != 0) {
-        clear_pixels(index, cleared);
-      }
+      if (cells_[index].digest != 0) clear_pixels(index, cleared);
     }
   }
   forget_checks_of_missing();
@@ -302,9 +284,7 @@ bool ResultCollector::relies_on(TracerKey tracer) const {
 }
 
 CellRange ResultCollector::next_missing(std::uint64_t from, std::uint64_t most) const {
-  while (from < cells_.size() && cells_[from].digest != 0) {
-    ++from;
-  }
+  while (from < cells_.size() && cells_[from].digest != 0) ++from;
   CellRange range{from, from};
   while (range.end < cells_.size() && cells_[range.end].digest == 0 && range.count() < most) {
     ++range.end;

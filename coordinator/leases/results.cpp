@@ -14,9 +14,7 @@ namespace parray::coordinator {
 
 void LeaseDesk::on(Time now, const PeerId& peer, msg::Result& m) {
   WorkerRecord* worker = worker_desk_.heard_from(now, peer);
-  if (worker == nullptr) {
-    return;
-  }
+  if (worker == nullptr) return;
   Job* job = farm_.job_of(m.job);
   LeaseTable::Arrived arrived;
   if (job != nullptr && job->work && job->work->leases && worker->quarantined.empty()) {
@@ -58,17 +56,13 @@ void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Resul
                      plan = job.work->plan, pass = job.work->pass,
                      payload = std::move(result.cells), depth = max_depth_of(job.record.settings)] {
     JobPicture& picture = run->picture();
-    if (picture.plan() != plan) {
-      return;
-    }
+    if (picture.plan() != plan) return;
     const CellRange& range = merged->arrived.range;
     const CellBatch batch = plan->batch(range);
     std::shared_ptr<const TracedCells> cells;
     Bulk packed;
     try {
-      if (kept) {
-        packed = payload.packed(*plan->grid());
-      }
+      if (kept) packed = payload.packed(*plan->grid());
       cells = payload.open(batch, depth);
     } catch (const ChecksumError& error) {
       merged->kind = Merged::Kind::damaged;
@@ -107,9 +101,7 @@ void LeaseDesk::take_result(Time now, WorkerRecord& worker, Job& job, msg::Resul
     work();
     return {
         [this, merged, id, generation] {
-          if (Job* there = farm_.job_at_work(id, generation)) {
-            note_merged(*there, *merged);
-          }
+          if (Job* there = farm_.job_at_work(id, generation)) note_merged(*there, *merged);
         },
         [this, merged, peer, id] {
           using Kind = Merged::Kind;
@@ -128,15 +120,11 @@ void LeaseDesk::note_merged(Job& job, const Merged& merged) {
   const bool again = merged.arrived.kind == LeaseTable::Arrival::again;
   LeaseTable& leases = *job.work->leases;
   switch (merged.kind) {
-    case Merged::Kind::late:
-      ++farm_.tally.stale;
-      return;
+    case Merged::Kind::late: ++farm_.tally.stale; return;
     case Merged::Kind::damaged:
     case Merged::Kind::invalid:
       ++farm_.tally.malformed;
-      if (!again) {
-        leases.reject(merged.epoch);
-      }
+      if (!again) leases.reject(merged.epoch);
       if (merged.kind == Merged::Kind::invalid) {
         disputes_.quarantine(merged.machine, merged.fault);
       } else {
@@ -147,20 +135,15 @@ void LeaseDesk::note_merged(Job& job, const Merged& merged) {
       }
       return;
     case Merged::Kind::taken:
-    case Merged::Kind::differs:
-      break;
+    case Merged::Kind::differs: break;
   }
-  if (!again) {
-    revoke_copies(job, merged.epoch, leases.finish(merged.epoch));
-  }
+  if (!again) revoke_copies(job, merged.epoch, leases.finish(merged.epoch));
   if (merged.arrived.kind == LeaseTable::Arrival::first) {
     note_accepted(job, merged);
   } else {
     disputes_.compare_result(job, merged);
   }
-  if (job.work) {
-    job_book_.end_pass_if_done(job);
-  }
+  if (job.work) job_book_.end_pass_if_done(job);
 }
 
 /// Revokes copies of a lease that these workers no longer hold.
@@ -196,9 +179,7 @@ void LeaseDesk::note_accepted(Job& job, const Merged& merged) {
   account.thread_seconds += merged.believable_seconds() * merged.threads;
   const auto fresh = static_cast<double>(merged.taken.fresh_samples);
   farm_.watch.samples.add(farm_.now, fresh);
-  if (worker == nullptr) {
-    return;
-  }
+  if (worker == nullptr) return;
   worker->samples.add(farm_.now, fresh);
   farm_.workers.measure(*worker, merged.samples, merged.seconds);
   ++worker->accepted;

@@ -81,25 +81,17 @@ bool WindowCollector::collect(Time now, std::uint64_t most_cells) {
     side_by_side(count, static_cast<int>(merging_threads()),
                  [&](std::size_t i) { read[i] = read_entry(now, waiting_[i]) ? 1 : 0; });
   } else {
-    for (std::size_t i = 0; i < count; ++i) {
-      read[i] = read_entry(now, waiting_[i]) ? 1 : 0;
-    }
+    for (std::size_t i = 0; i < count; ++i) read[i] = read_entry(now, waiting_[i]) ? 1 : 0;
   }
   // Entries that must wait move to the end, so that they do not block others.
   std::vector<Entry> left(waiting_.begin() + static_cast<std::ptrdiff_t>(count), waiting_.end());
   for (std::size_t i = 0; i < count; ++i) {
-    if (read[i] == 0) {
-      left.push_back(waiting_[i]);
-    }
+    if (read[i] == 0) left.push_back(waiting_[i]);
   }
   waiting_ = std::move(left);
-  if (judge_.has_rechecks()) {
-    judge_.recheck(most_rechecks);
-  }
+  if (judge_.has_rechecks()) judge_.recheck(most_rechecks);
   stop_faulty_ranks();
-  if (totals_.entries == before) {
-    return false;
-  }
+  if (totals_.entries == before) return false;
   last_entry_ = last_life_ = now;
   return true;
 }
@@ -124,12 +116,8 @@ void WindowCollector::find_entries(Time now) {
 void WindowCollector::find_gaps(Time now) {
   for (Block& block : blocks_) {
     std::uint64_t end = block.end;
-    while (end > block.next && load(layout_.log_word(end - 1)) == 0) {
-      --end;
-    }
-    for (; block.next < end; ++block.next) {
-      waiting_.push_back({block.next, now});
-    }
+    while (end > block.next && load(layout_.log_word(end - 1)) == 0) --end;
+    for (; block.next < end; ++block.next) waiting_.push_back({block.next, now});
   }
 }
 
@@ -151,18 +139,14 @@ bool WindowCollector::wants_all_threads(Time now) const {
 bool WindowCollector::read_entry(Time now, const Entry& entry) {
   const std::size_t first = layout_.log_word(entry.index);
   const std::uint64_t word = load(first);
-  if (word == 0) {
-    return false;
-  }
+  if (word == 0) return false;
   // The number of a rank is 0 - 1 if it has not arrived yet.
   const std::uint64_t rank = load(first + 2) - 1;
   if (rank < layout_.ranks() &&
       take(static_cast<std::uint32_t>(rank), range_from_word(word), load(first + 1))) {
     return true;
   }
-  if (now - entry.since < arrival_time) {
-    return false;
-  }
+  if (now - entry.since < arrival_time) return false;
   const std::scoped_lock lock(mutex_);
   ++totals_.corrupt;  // its cells stay missing, so that a rank traces them again
   return true;
@@ -170,22 +154,16 @@ bool WindowCollector::read_entry(Time now, const Entry& entry) {
 
 /// Copies, checks and merges a result. (A rank that traces a cell again may overwrite its bytes.)
 bool WindowCollector::take(std::uint32_t rank, const CellRange& range, std::uint64_t digest) {
-  if (range.begin >= range.end || range.end > plan_->cells()) {
-    return false;
-  }
+  if (range.begin >= range.end || range.end > plan_->cells()) return false;
   const auto there =
       memory_.subspan(layout_.record_offset(range.begin), range.count() * layout_.record_bytes());
   TracedCells traced;
   traced.range = range;
   traced.records.assign(there.begin(), there.end());
   std::vector<std::uint64_t> digests = cell_digests(traced.records, layout_.record_bytes());
-  if (entry_digest(range_digest(digests), rank) != digest) {
-    return false;
-  }
+  if (entry_digest(range_digest(digests), rank) != digest) return false;
   const std::vector<Cell> cells = plan_->grid()->cells_of(range);
-  if (!complete(traced, cells)) {
-    return false;
-  }
+  if (!complete(traced, cells)) return false;
   merge(rank, std::move(traced), std::move(digests), cells);
   return true;
 }
@@ -194,9 +172,7 @@ bool WindowCollector::take(std::uint32_t rank, const CellRange& range, std::uint
 std::vector<CellRange> WindowCollector::cells_in(const CellRange& range) const {
   std::vector<CellRange> in;
   for (std::uint64_t cell = range.begin; cell < range.end; ++cell) {
-    if (!picture_.collector().has(cell)) {
-      continue;
-    }
+    if (!picture_.collector().has(cell)) continue;
     if (!in.empty() && in.back().end == cell) {
       ++in.back().end;
     } else {
@@ -220,16 +196,12 @@ void WindowCollector::stop_faulty_ranks() {
 void WindowCollector::merge(std::uint32_t rank, TracedCells traced,
                             std::vector<std::uint64_t> digests, std::span<const Cell> cells) {
   const std::scoped_lock lock(mutex_);
-  if (overtaken() || judge_.left_out(rank)) {
-    return;
-  }
+  if (overtaken() || judge_.left_out(rank)) return;
   ResultCollector& collector = picture_.collector();
   if (const auto in = cells_in(traced.range); !in.empty()) {
     const std::vector<std::uint64_t> whole = collector.digests_of(traced);
     totals_.mismatches += collector.compare(traced.range, whole).mismatches;
-    if (!judge_.admit(rank, traced, whole)) {
-      return;
-    }
+    if (!judge_.admit(rank, traced, whole)) return;
     judge_.note_checks(rank, cells_in(traced.range));
   }
   for (std::uint64_t i = 0; i < cells.size(); ++i) {
@@ -242,9 +214,7 @@ void WindowCollector::merge(std::uint32_t rank, TracedCells traced,
   const ResultCollector::Taken taken = picture_.take(tracer, traced, std::move(digests), cells);
   ++totals_.entries;
   totals_.duplicates += taken.duplicates;
-  if (taken.fresh > 0 && hooks_.merged) {
-    hooks_.merged(tracer, std::move(traced));
-  }
+  if (taken.fresh > 0 && hooks_.merged) hooks_.merged(tracer, std::move(traced));
 }
 
 /// Adds the values that a window does not transport. Returns false if the numbers are impossible.
@@ -278,25 +248,19 @@ void WindowCollector::finish() {
 
 void WindowCollector::issue_copies(Time now) {
   const std::uint64_t copy_requests = std::min(load(Word::copy_requests), layout_.most_copies());
-  if (copy_requests > copies_issued_ && waiting_since_ == never) {
-    find_gaps(now);
-  }
+  if (copy_requests > copies_issued_ && waiting_since_ == never) find_gaps(now);
   // Cells of unread entries may be done already.
   if (copy_requests <= copies_issued_ || behind_ || overtaken() || picture_.collector().done()) {
     waiting_since_ = never;
     return;
   }
   waiting_since_ = std::min(waiting_since_, now);
-  if (now - waiting_since_ < copy_delay || now < next_round_) {
-    return;
-  }
+  if (now - waiting_since_ < copy_delay || now < next_round_) return;
   const std::uint64_t left = picture_.plan()->cells() - picture_.collector().done_cells();
   const std::uint64_t most =
       std::clamp<std::uint64_t>(left / (2ULL * layout_.ranks()), 1, most_copy_cells);
   while (copies_issued_ < copy_requests) {
-    if (copy_cursor_ == 0) {
-      round_began_ = now;
-    }
+    if (copy_cursor_ == 0) round_began_ = now;
     const CellRange range = picture_.collector().next_missing(copy_cursor_, most);
     if (range.count() == 0) {  // the round is over
       copy_cursor_ = 0;
@@ -331,9 +295,7 @@ std::vector<std::uint32_t> WindowCollector::silent_ranks(Time now, Time patience
   for (std::uint32_t rank = 0; rank < layout_.ranks(); ++rank) {
     const Life& life = lives_[rank];
     const bool at_work = (life.beat & (beat_flags::tracing | beat_flags::building)) != 0;
-    if (at_work && now - life.changed >= patience) {
-      silent.push_back(rank);
-    }
+    if (at_work && now - life.changed >= patience) silent.push_back(rank);
   }
   return silent;
 }

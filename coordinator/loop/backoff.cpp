@@ -6,9 +6,7 @@ namespace parray::coordinator {
 
 void Backoff::note_failure(Time now, const MachineId& machine, const std::string& name,
                            bool whole) {
-  if (until(machine, name) > now) {
-    return;
-  }
+  if (until(machine, name) > now) return;
   constexpr std::size_t most = 10000;  // a worker can invent names: old entries are removed
   if (entries_.size() >= most) {
     std::erase_if(entries_, [&](const auto& e) { return e.second.until + longest < now; });
@@ -24,9 +22,7 @@ bool Backoff::forgive(const MachineId& machine, const std::string& name) {
 
 Time Backoff::until(const MachineId& machine, const std::string& name) const {
   Time until{};
-  if (entries_.empty()) {
-    return until;
-  }
+  if (entries_.empty()) return until;
   for (const std::string& of : {std::string(), name}) {
     const auto found = entries_.find({machine, of});
     until = found == entries_.end() ? until : std::max(until, found->second.until);

@@ -17,9 +17,7 @@ struct BulkLedger::Entry {
     const std::scoped_lock lock(under_way->mutex);
     under_way->bytes -= bytes;
     const auto answers = under_way->answers.find(peer);
-    if (--answers->second == 0) {
-      under_way->answers.erase(answers);
-    }
+    if (--answers->second == 0) under_way->answers.erase(answers);
   }
   Entry(const Entry&) = delete;
   Entry& operator=(const Entry&) = delete;

@@ -41,9 +41,7 @@ std::string ClientRequests::no_job_text(JobId id, bool picture) const {
 Job* ClientRequests::find_or_refuse(const PeerId& peer, std::uint64_t request, JobId id,
                                     bool picture) {
   Job* job = farm_.job_of(id);
-  if (job == nullptr) {
-    farm_.fail_request(peer, request, 2, no_job_text(id, picture));
-  }
+  if (job == nullptr) farm_.fail_request(peer, request, 2, no_job_text(id, picture));
   return job;
 }
 
@@ -67,19 +65,13 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
   auto list = json::array();
   std::uint32_t number = 0;
   for (const auto& [id, worker] : farm_.workers) {
-    if (list.size() == m.limit) {
-      break;
-    }
-    if (number++ >= m.offset) {
-      list.push_back(worker_summary(farm_, worker, now));
-    }
+    if (list.size() == m.limit) break;
+    if (number++ >= m.offset) list.push_back(worker_summary(farm_, worker, now));
   }
   const json elsewhere = disputes_.quarantined_elsewhere();
   number = static_cast<std::uint32_t>(farm_.workers.size());
   for (const json& machine : elsewhere) {
-    if (list.size() < m.limit && number++ >= m.offset) {
-      list.push_back(machine);
-    }
+    if (list.size() < m.limit && number++ >= m.offset) list.push_back(machine);
   }
   const std::uint64_t total = farm_.workers.size() + elsewhere.size();
   farm_.send(peer, msg::Workers{m.request, std::move(list), total});
@@ -89,9 +81,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::ListWorkers& m) {
 void ClientRequests::readmit(Time now, const msg::SteerWorkers& m) {
   disputes_.readmit(m.name, m.host);
   for (const auto& [peer, worker] : farm_.workers) {
-    if ((m.host ? worker.hello.host : worker.hello.name) == m.name) {
-      leases_.forgive(worker);
-    }
+    if ((m.host ? worker.hello.host : worker.hello.name) == m.name) leases_.forgive(worker);
   }
   leases_.hold_back(now);
   farm_.log->info("{} readmitted {} '{}'", job_book_.asker(), m.host ? "host" : "worker", m.name);

@@ -28,8 +28,7 @@ Coordinator::Coordinator(CoordinatorOptions options, Store* store,
 }
 
 /// Passes a message to the part that handles it.
-template <typename M>
-void Coordinator::dispatch(Time now, const PeerId& peer, M& m) {
+void Coordinator::dispatch(Time now, const PeerId& peer, auto& m) {
   if constexpr (requires { worker_desk_.on(now, peer, m); }) {
     worker_desk_.on(now, peer, m);
   } else if constexpr (requires { leases_.on(now, peer, m); }) {
@@ -59,15 +58,11 @@ static bool is_worker_message(const Message& message) {
 
 static bool may_send(Role role, const Message& message) {
   switch (role) {
-    case Role::any:
-      return true;
-    case Role::worker:
-      return is_worker_message(message);
+    case Role::any: return true;
+    case Role::worker: return is_worker_message(message);
     case Role::client:
-    case Role::admin:
-      return !is_worker_message(message);
-    case Role::none:
-      break;
+    case Role::admin: return !is_worker_message(message);
+    case Role::none: break;
   }
   return false;
 }
@@ -81,9 +76,7 @@ void Coordinator::refuse(Time now, const PeerId& peer, const Message& message) {
                                             name_of(farm_.sender.role));
   farm_.warnings.warn(now, "refused a message: " + why);
   if (is_worker_message(message)) {
-    if (farm_.workers.at(peer) != nullptr) {
-      worker_desk_.lose_worker(now, peer, why, false);
-    }
+    if (farm_.workers.at(peer) != nullptr) worker_desk_.lose_worker(now, peer, why, false);
     farm_.send(peer, msg::Bye{why});  // the worker may have joined before
     farm_.send(peer, msg::Refuse{why});
     return;
@@ -117,9 +110,7 @@ void Coordinator::receive(Time now, Delivery delivery) {
   } catch (const ProtocolError& error) {
     ++farm_.tally.malformed;
     farm_.warnings.warn(now, std::string("dropped a malformed message: ") + error.what());
-    if (error.request()) {
-      farm_.fail_request(delivery.peer, *error.request(), 2, error.what());
-    }
+    if (error.request()) farm_.fail_request(delivery.peer, *error.request(), 2, error.what());
   }
 }
 
@@ -148,15 +139,11 @@ Time Coordinator::tick(Time now, bool drained) {
     farm_.grants_due = true;
     leases_.hold_back(now);
   }
-  if (cases_open || farm_.grants_due) {
-    disputes_.look_after_checks();
-  }
+  if (cases_open || farm_.grants_due) disputes_.look_after_checks();
   const Time log_due = worker_logs_.expire(now);
   leases_.grant_leases(now);
   farm_.job_thread.run_finished();  // for passes that the job thread has just prepared
-  if (!leases_.grant_leases(now)) {
-    return now;
-  }
+  if (!leases_.grant_leases(now)) return now;
   Time next = std::min({farm_.workers.size() > 0 ? now + farm_.options.heartbeat : never,
                         farm_.grant_again_at, log_due, disputes_.referee().next(now),
                         leases_.next_deadline()});
@@ -166,9 +153,7 @@ Time Coordinator::tick(Time now, bool drained) {
 std::vector<Delivery> Coordinator::take_outbox() { return std::exchange(farm_.outbox, {}); }
 
 void Coordinator::leave(const std::string& reason) {
-  for (const auto& [peer, worker] : farm_.workers) {
-    farm_.send(peer, msg::Bye{reason});
-  }
+  for (const auto& [peer, worker] : farm_.workers) farm_.send(peer, msg::Bye{reason});
 }
 
 }  // namespace parray::coordinator

@@ -97,9 +97,7 @@ void Farm::announce_end(const Job& job) {
 }
 
 void Farm::note_begun(Job& job) {
-  if (job.queued_at < 0) {
-    return;
-  }
+  if (job.queued_at < 0) return;
   const double waited = std::max(since_1970(now) - job.queued_at, 0.0);
   job.queued_at = -1;
   tally.queue_seconds += waited;
@@ -110,9 +108,7 @@ void Farm::note_begun(Job& job) {
 }
 
 void Farm::note_history() {
-  if (!watch.gauges_due(now)) {
-    return;
-  }
+  if (!watch.gauges_due(now)) return;
   FarmWatch::Gauges gauges;
   for (const auto& [peer, worker] : workers) {
     gauges.busy_threads += worker.held > 0 ? worker.hello.threads : 0;

@@ -47,9 +47,7 @@ JobSurvey survey_jobs(const Farm& farm, Time now) {
     ++survey.all.in_state[state];
     ++user.in_state[state];
     user.share = job.record.share;
-    if (!job.ended()) {
-      survey.thread_seconds_left += job.samples_left(now) * farm.price;
-    }
+    if (!job.ended()) survey.thread_seconds_left += job.samples_left(now) * farm.price;
     if (job.record.state == JobState::queued && job.queued_at >= 0 &&
         (survey.oldest_queued < 0 || job.queued_at < survey.oldest_queued)) {
       survey.oldest_queued = job.queued_at;
@@ -69,12 +67,8 @@ json count_map(const JobCounts& counts) {
 /// Lists the users with jobs or an account: those with the most thread-seconds first, then by name.
 json users_list(const Farm& farm, const JobSurvey& survey) {
   std::map<std::string_view, UserAccount> users;
-  for (const auto& [name, account] : farm.watch.accounts()) {
-    users[name] = account;
-  }
-  for (const auto& [name, counts] : survey.users) {
-    users[name].share = counts.share;
-  }
+  for (const auto& [name, account] : farm.watch.accounts()) users[name] = account;
+  for (const auto& [name, counts] : survey.users) users[name].share = counts.share;
   std::vector<std::pair<std::string_view, UserAccount>> order(users.begin(), users.end());
   std::ranges::stable_sort(order, std::greater<>(),
                            [](const auto& user) { return user.second.thread_seconds; });
@@ -106,12 +100,8 @@ json events_list(const Farm& farm) {
         {"kind", farm_event_names[static_cast<std::size_t>(event.kind)]},
         {"text", event.frames > 1 ? fmt::format("{} frames; the last: {}", event.frames, event.text)
                                   : event.text}};
-    if (!event.worker.empty()) {
-      map["worker"] = event.worker;
-    }
-    if (event.job != 0) {
-      map["job"] = event.job;
-    }
+    if (!event.worker.empty()) map["worker"] = event.worker;
+    if (event.job != 0) map["job"] = event.job;
     list.push_back(std::move(map));
   }
   return list;

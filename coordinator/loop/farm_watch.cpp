@@ -24,17 +24,13 @@ void FarmWatch::note(FarmEvent event) {
     }
   }
   events_.push_front(std::move(event));
-  if (events_.size() > most_events) {
-    events_.pop_back();
-  }
+  if (events_.size() > most_events) events_.pop_back();
 }
 
 void FarmWatch::note_left(LeftWorker worker) {
   worker.reason = printable(worker.reason, longest_text);
   left_.push_front(std::move(worker));
-  if (left_.size() > most_left) {
-    left_.pop_back();
-  }
+  if (left_.size() > most_left) left_.pop_back();
 }
 
 void FarmWatch::note_joined(const std::string& name) {
@@ -42,16 +38,12 @@ void FarmWatch::note_joined(const std::string& name) {
 }
 
 void FarmWatch::forget_old(Time now) {
-  while (!left_.empty() && now - left_.back().at > left_kept) {
-    left_.pop_back();
-  }
+  while (!left_.empty() && now - left_.back().at > left_kept) left_.pop_back();
 }
 
 UserAccount& FarmWatch::account(const std::string& user) {
   const auto found = accounts_.find(user);
-  if (found != accounts_.end()) {
-    return found->second;
-  }
+  if (found != accounts_.end()) return found->second;
   if (accounts_.size() >= most_users) {
     accounts_.erase(std::ranges::min_element(
         accounts_, {}, [](const auto& entry) { return entry.second.thread_seconds; }));
@@ -62,23 +54,17 @@ UserAccount& FarmWatch::account(const std::string& user) {
 std::string FarmWatch::accounts_text() const {
   json map = json::object();
   for (const auto& [user, account] : accounts_) {
-    if (account.thread_seconds > 0) {
-      map[user] = std::round(account.thread_seconds * 1e3) / 1e3;
-    }
+    if (account.thread_seconds > 0) map[user] = std::round(account.thread_seconds * 1e3) / 1e3;
   }
   return map.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 void FarmWatch::restore_accounts(std::string_view text) {
   const json map = json::parse(text, nullptr, false);
-  if (!map.is_object()) {
-    return;
-  }
+  if (!map.is_object()) return;
   for (const auto& [user, seconds] : map.items()) {
     const double value = seconds.is_number() ? seconds.get<double>() : 0;
-    if (std::isfinite(value) && value > 0) {
-      account(user).thread_seconds = value;
-    }
+    if (std::isfinite(value) && value > 0) account(user).thread_seconds = value;
   }
 }
 
@@ -88,12 +74,8 @@ void FarmWatch::note_gauges(Time now, const Gauges& gauges) {
   const std::int64_t number = RateHistory::number_of(now);
   const std::int64_t passed = number_ < 0 ? 0 : number - number_;
   const auto ended = static_cast<std::size_t>(std::max<std::int64_t>(passed, 0));
-  for (std::size_t i = 0; i < std::min(ended, RateHistory::most); ++i) {
-    gauges_.push_back(gauges);
-  }
-  while (gauges_.size() > RateHistory::most) {
-    gauges_.pop_front();
-  }
+  for (std::size_t i = 0; i < std::min(ended, RateHistory::most); ++i) gauges_.push_back(gauges);
+  while (gauges_.size() > RateHistory::most) gauges_.pop_front();
   number_ = std::max(number_, number);
 }
 

@@ -28,9 +28,7 @@ static std::string no_picture_left(JobId id) {
 static std::string why_not_done(const Job& job) {
   const std::string state =
       fmt::format("job {} is {}, not done: ", job.record.id, name_of(job.record.state));
-  if (!job.ended()) {
-    return state + "parray watch shows its progress";
-  }
+  if (!job.ended()) return state + "parray watch shows its progress";
   return state +
          (job.has_picture()
               ? fmt::format("parray fetch --partial {} -o FILE writes what it has", job.record.id)
@@ -60,9 +58,7 @@ static msg::ImageData answer_to(const msg::Fetch& m, const JobRecord& record) {
 
 void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::Fetch& m) {
   const Job* job = find_or_refuse(peer, m.request, m.job, true);
-  if (job == nullptr) {
-    return;
-  }
+  if (job == nullptr) return;
   if (job->record.state == JobState::done) {
     send_picture(peer, m, *job);
   } else if (m.partial) {
@@ -105,9 +101,7 @@ void ClientRequests::send_kept_picture(const PeerId& peer, const msg::Fetch& m, 
   const auto answer = std::make_shared<msg::ImageData>(answer_to(m, job.record));
   const auto ticket =
       admit_bulk(peer, m.request, picture_size(answer->width, answer->height, detail_of(*answer)));
-  if (!ticket) {
-    return;
-  }
+  if (!ticket) return;
   const std::string doing = fmt::format("reading the picture of job {}", m.job);
   farm_.for_client(peer, m.request, doing)
       .give([this, answer, ticket, peer, store = farm_.store, id = m.job,
@@ -137,9 +131,7 @@ void ClientRequests::send_kept_picture(const PeerId& peer, const msg::Fetch& m, 
 /// Notes in the job's flag and history that its picture's file is damaged, or no longer damaged.
 void ClientRequests::note_picture_file(JobId id, const PictureFile& kept) {
   Job* job = farm_.job_of(id);
-  if (job == nullptr) {
-    return;
-  }
+  if (job == nullptr) return;
   if (!kept.damage.empty()) {
     farm_.warnings.warn(farm_.now, fmt::format("job {}: {}{}", id, kept.damage,
                                                kept.restored ? ": restored from the standby" : ""));
@@ -191,9 +183,7 @@ void ClientRequests::send_partial(const PeerId& peer, const msg::Fetch& m, const
   const BulkLedger::Ticket ticket =
       farm_.store == nullptr ? nullptr
                              : admit_bulk(peer, m.request, picture_size(s.width, s.height, detail));
-  if (farm_.store != nullptr && !ticket) {
-    return;
-  }
+  if (farm_.store != nullptr && !ticket) return;
   if (!job.work) {
     send_from_log(peer, m, job, ticket);
     return;
@@ -247,18 +237,14 @@ void ClientRequests::send_from_log(const PeerId& peer, const msg::Fetch& m, cons
 /// Sends the journal: one line per merged lease, also of an unfinished job.
 void ClientRequests::on(Time now, const PeerId& peer, msg::FetchJournal& m) {
   const Job* job = find_or_refuse(peer, m.request, m.job);
-  if (job == nullptr) {
-    return;
-  }
+  if (job == nullptr) return;
   const auto answer = std::make_shared<msg::JournalData>();
   answer->request = m.request;
   answer->job = job_book_.summary_of(now, *job);
   const bool done = job->record.state == JobState::done;
   const RenderSettings& s = job->record.settings;
   const auto ticket = admit_bulk(peer, m.request, picture_size(s.width, s.height, kept_detail(s)));
-  if (!ticket) {
-    return;
-  }
+  if (!ticket) return;
   const std::string doing = fmt::format("reading the journal of job {}", m.job);
   farm_.for_client(peer, m.request, doing)
       .give([this, answer, ticket, peer, done, store = farm_.store, id = m.job, kept = job->journal,
@@ -324,9 +310,7 @@ void ClientRequests::on(Time /*now*/, const PeerId& peer, msg::FetchScene& m) {
              digest = record.scene]() -> JobThread::Completion {
         std::optional<std::string> bytes = store->scene(digest);
         const bool found = bytes.has_value();
-        if (found) {
-          answer->scene = ScenePayload(Bulk::of(with_ticket(*std::move(bytes), ticket)));
-        }
+        if (found) answer->scene = ScenePayload(Bulk::of(with_ticket(*std::move(bytes), ticket)));
         return {[this, answer, peer, gone, found] {
                   if (found) {
                     farm_.send(peer, std::move(*answer));

@@ -32,9 +32,7 @@ JobThread::Completion completion_of(const JobThread::Task& task, const JobThread
 }  // namespace
 
 JobThread::JobThread(Store* store, Options options) : store_(store), options_(std::move(options)) {
-  if (options_.threaded) {
-    thread_ = std::thread([this] { run(); });
-  }
+  if (options_.threaded) thread_ = std::thread([this] { run(); });
 }
 
 JobThread::~JobThread() {
@@ -43,9 +41,7 @@ JobThread::~JobThread() {
     quit_ = true;
   }
   changed_.notify_all();
-  if (thread_.joinable()) {
-    thread_.join();
-  }
+  if (thread_.joinable()) thread_.join();
 }
 
 void JobThread::give(Given given) {
@@ -64,18 +60,14 @@ void JobThread::run_task(Given given) {
   Completion completion = completion_of(given.task, given.failed);
   given = {};  // destroys what the task held in this thread, not in the loop's
   const std::scoped_lock lock(mutex_);
-  if (completion.done) {
-    finished_.push_back(std::move(completion.done));
-  }
+  if (completion.done) finished_.push_back(std::move(completion.done));
   if (completion.kept) {
     (store_ == nullptr ? finished_ : uncommitted_).push_back(std::move(completion.kept));
   }
 }
 
 void JobThread::commit() {
-  if (store_ == nullptr) {
-    return;
-  }
+  if (store_ == nullptr) return;
   Closures waiting;
   {
     const std::scoped_lock lock(mutex_);
@@ -93,28 +85,18 @@ void JobThread::commit() {
 }
 
 void JobThread::run_finished() {
-  if (!options_.threaded) {
-    commit();
-  }
+  if (!options_.threaded) commit();
   // Completions queue tasks, which without a thread run immediately.
   for (;;) {
     Closures finished;
     {
       const std::scoped_lock lock(mutex_);
-      if (failure_) {
-        std::rethrow_exception(failure_);
-      }
+      if (failure_) std::rethrow_exception(failure_);
       finished = std::exchange(finished_, {});
     }
-    if (finished.empty()) {
-      return;
-    }
-    for (const auto& next : finished) {
-      next();
-    }
-    if (!options_.threaded) {
-      commit();
-    }
+    if (finished.empty()) return;
+    for (const auto& next : finished) next();
+    if (!options_.threaded) commit();
   }
 }
 
@@ -166,9 +148,7 @@ void JobThread::run() {
       failure_ = std::current_exception();
       quit_ = true;
     }
-    if (options_.wake) {
-      options_.wake();
-    }
+    if (options_.wake) options_.wake();
     lock.lock();
     busy_ = false;
   }

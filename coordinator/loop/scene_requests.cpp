@@ -9,22 +9,16 @@ namespace parray::coordinator {
 const ScenePayload* WorkerDesk::scene_at_work(const std::string& scene) const {
   for (const JobId id : farm_.at_work) {
     const Job& job = farm_.jobs.at(id);
-    if (job.work && job.record.scene == scene && job.work->plan) {
-      return &job.work->scene;
-    }
+    if (job.work && job.record.scene == scene && job.work->plan) return &job.work->scene;
   }
   return nullptr;
 }
 
 void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedScene& m) {
   WorkerRecord* worker = heard_from(now, peer);
-  if (worker == nullptr) {
-    return;
-  }
+  if (worker == nullptr) return;
   const ScenePayload* scene = scene_at_work(m.scene);
-  if (scene == nullptr) {
-    return;
-  }
+  if (scene == nullptr) return;
   const Bulk* bytes = scene->held_bytes();
   if (bytes == nullptr) {  // the worker is in this process
     farm_.send(peer, msg::SceneSource{m.scene, {}, "", "", scene->scene()});
@@ -39,9 +33,7 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedScene& m) {
 
 void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedChunk& m) {
   WorkerRecord* worker = heard_from(now, peer);
-  if (worker == nullptr) {
-    return;
-  }
+  if (worker == nullptr) return;
   const ScenePayload* scene = scene_at_work(m.scene);
   const Bulk* bytes = scene == nullptr ? nullptr : scene->held_bytes();
   auto chunk = bytes == nullptr ? std::nullopt : farm_.scenes.chunk(m.scene, bytes->data, m.chunk);
@@ -53,9 +45,7 @@ void WorkerDesk::on(Time now, const PeerId& peer, msg::NeedChunk& m) {
 }
 
 void WorkerDesk::forget_scene(const std::string& scene) {
-  if (scene_at_work(scene) != nullptr) {
-    return;
-  }
+  if (scene_at_work(scene) != nullptr) return;
   const SceneService::Spread spread = farm_.scenes.forget_scene(scene);
   if (spread.workers > 0) {
     farm_.log->debug("{1} workers requested scene {0:.8}; the coordinator sent {2} bytes", scene,

@@ -45,9 +45,7 @@ msg::SceneSource SceneService::source_for(const WorkerRecord& worker, const std:
                                           std::uint64_t bytes, std::uint32_t failed) {
   Tree& tree = trees_[scene];
   Node* node = find(tree, worker.id);
-  if (node == nullptr) {
-    node = &tree.nodes.emplace_back(node_of(worker));
-  }
+  if (node == nullptr) node = &tree.nodes.emplace_back(node_of(worker));
   if (failed > node->failed) {
     if (node->source != 0) {
       node->refused.insert(node->source);
@@ -56,9 +54,7 @@ msg::SceneSource SceneService::source_for(const WorkerRecord& worker, const std:
     node->failed = failed;
     release(tree, *node);
   }
-  if (!node->placed) {
-    place(tree, *node);
-  }
+  if (!node->placed) place(tree, *node);
   msg::SceneSource answer{scene, {bytes, chunk_bytes_}};
   if (const Node* source = find(tree, node->source)) {
     answer.address = source->address;
@@ -71,9 +67,7 @@ WorkerId SceneService::source_of(WorkerId worker, const std::string& scene) cons
   const auto tree = trees_.find(scene);
   if (tree != trees_.end()) {
     for (const Node& node : tree->second.nodes) {
-      if (node.id == worker) {
-        return node.source;
-      }
+      if (node.id == worker) return node.source;
     }
   }
   return 0;
@@ -122,9 +116,7 @@ void SceneService::place(Tree& tree, Node& node) {
 
 /// Separates a node from its source.
 void SceneService::release(Tree& tree, Node& node) {
-  if (!node.placed) {
-    return;
-  }
+  if (!node.placed) return;
   if (Node* source = find(tree, node.source)) {
     --(node.remote ? source->served_remote : source->served_local);
   } else if (node.source == 0) {
@@ -137,9 +129,7 @@ void SceneService::release(Tree& tree, Node& node) {
 std::optional<msg::Chunk> SceneService::chunk(const std::string& scene, const Frame& bytes,
                                               std::uint32_t index) {
   const ChunkCut cut{bytes.size(), chunk_bytes_};
-  if (index >= cut.count()) {
-    return {};
-  }
+  if (index >= cut.count()) return {};
   auto known = std::find_if(chunks_.begin(), chunks_.end(), [&](const msg::Chunk& chunk) {
     return chunk.chunk == index && chunk.scene == scene;
   });
@@ -149,9 +139,7 @@ std::optional<msg::Chunk> SceneService::chunk(const std::string& scene, const Fr
     const bool smaller = !packed.empty();
     chunks_.push_back({scene, index, smaller,
                        Bulk::of(smaller ? Frame(std::move(packed)) : Frame(bytes.owner(), plain))});
-    if (chunks_.size() > chunks_kept) {
-      chunks_.pop_front();
-    }
+    if (chunks_.size() > chunks_kept) chunks_.pop_front();
     known = chunks_.end() - 1;
   }
   trees_[scene].bytes += known->content.data.size();
@@ -162,9 +150,7 @@ void SceneService::forget_worker(WorkerId id) {
   complaints_.erase(id);
   for (auto& [scene, tree] : trees_) {
     Node* const node = find(tree, id);
-    if (node == nullptr) {
-      continue;
-    }
+    if (node == nullptr) continue;
     release(tree, *node);
     tree.nodes.erase(tree.nodes.begin() + (node - tree.nodes.data()));
     for (Node& other : tree.nodes) {

@@ -29,8 +29,7 @@ class Refused : public InputError {
 };
 
 /// Returns a text that differs for different requests.
-template <typename M>
-std::string content_of(const Sender& sender, const M& m, const std::vector<JobId>& jobs) {
+std::string content_of(const Sender& sender, const auto& m, const std::vector<JobId>& jobs) {
   std::string text =
       fmt::format("{} {} {} {}", m.request, static_cast<int>(m.action), m.priority, sender.name);
   for (const JobId job : jobs) text += " " + std::to_string(job);
@@ -45,9 +44,7 @@ std::vector<Job*> ClientRequests::find_changeable(JobId id) {
   std::vector<Job*> jobs = job_book_.frames_of(id);
   if (jobs.empty()) {
     Job* job = farm_.job_of(id);
-    if (job == nullptr) {
-      throw Refused(msg::Refusal::missing, no_job_text(id));
-    }
+    if (job == nullptr) throw Refused(msg::Refusal::missing, no_job_text(id));
     jobs = {job};
   }
   const std::string& user = jobs.front()->record.user;
@@ -100,9 +97,7 @@ json ClientRequests::steer(Time now, const msg::SteerJob& m) {
                                            : misfit);
   }
   for (const Job* job : named) {
-    if (job->ended()) {
-      worker_desk_.forget_scene(job->record.scene);
-    }
+    if (job->ended()) worker_desk_.forget_scene(job->record.scene);
   }
   json summary =
       whole_series ? job_book_.summary_of(now, named) : job_book_.summary_of(now, *jobs.front());
@@ -123,9 +118,7 @@ void ClientRequests::note_steered() {
 bool ClientRequests::repeat_answer(const PeerId& peer, std::uint64_t request,
                                    const std::string& content) {
   const auto found = std::ranges::find(answers_, peer, &Answered::peer);
-  if (found == answers_.end() || found->content != content) {
-    return false;
-  }
+  if (found == answers_.end() || found->content != content) return false;
   if (found->answer) {
     farm_.send(peer, *found->answer);
   } else if (!farm_.storage.empty()) {
@@ -142,24 +135,18 @@ bool ClientRequests::repeat_answer(const PeerId& peer, std::uint64_t request,
 void ClientRequests::answer_once(const PeerId& peer, const std::string& content, Message answer) {
   constexpr std::size_t most = 32;
   std::erase_if(answers_, [&](const Answered& earlier) { return earlier.peer == peer; });
-  if (answers_.size() == most) {
-    answers_.pop_front();
-  }
+  if (answers_.size() == most) answers_.pop_front();
   answers_.push_back({peer, content, {}});
   farm_.when_kept([this, peer, content, answer = std::move(answer)] {
     const auto found = std::ranges::find(answers_, peer, &Answered::peer);
-    if (found != answers_.end() && found->content == content) {
-      found->answer = answer;
-    }
+    if (found != answers_.end() && found->content == content) found->answer = answer;
     farm_.send(peer, answer);
   });
 }
 
 void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
   const std::string content = content_of(farm_.sender, m, {m.job});
-  if (repeat_answer(peer, m.request, content)) {
-    return;
-  }
+  if (repeat_answer(peer, m.request, content)) return;
   try {
     json summary = steer(now, m);
     answer_once(peer, content, msg::Job{m.request, std::move(summary)});
@@ -171,9 +158,7 @@ void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJob& m) {
 
 void ClientRequests::on(Time now, const PeerId& peer, msg::SteerJobs& m) {
   const std::string content = content_of(farm_.sender, m, m.jobs);
-  if (repeat_answer(peer, m.request, content)) {
-    return;
-  }
+  if (repeat_answer(peer, m.request, content)) return;
   json results = json::array();
   for (const JobId id : m.jobs) {
     try {

@@ -36,9 +36,7 @@ std::string WorkerDesk::refusal_of(const msg::Hello& hello) const {
 }
 
 void WorkerDesk::on(Time now, const PeerId& peer, msg::Hello& m) {
-  if (released_) {
-    return;
-  }
+  if (released_) return;
   std::string refusal = refusal_of(m);
   WorkerRecord* known = farm_.workers.at(peer);
   if (refusal.empty() && known != nullptr && known->hello.instance != m.instance) {
@@ -92,9 +90,7 @@ void WorkerDesk::welcome(WorkerRecord& worker) {
 WorkerRecord* WorkerDesk::heard_from(Time now, const PeerId& peer) {
   WorkerRecord* worker = farm_.workers.at(peer);
   if (worker == nullptr) {
-    if (!released_) {
-      farm_.send(peer, msg::Identify{});
-    }
+    if (!released_) farm_.send(peer, msg::Identify{});
   } else {
     worker->last_heard = now;
     worker->ours = worker->ours && farm_.sender.ours;
@@ -104,9 +100,7 @@ WorkerRecord* WorkerDesk::heard_from(Time now, const PeerId& peer) {
 
 void WorkerDesk::on(Time now, const PeerId& peer, msg::Heartbeat& m) {
   WorkerRecord* worker = heard_from(now, peer);
-  if (worker == nullptr) {
-    return;
-  }
+  if (worker == nullptr) return;
   note_progress(now, *worker, m);
   const Time deadline = worker->traced_at + farm_.options.lease_timeout;
   for (const auto& [job_id, epoch] : m.epochs) {
@@ -176,9 +170,7 @@ void WorkerDesk::note_storage(Time now) {
 void WorkerDesk::release_workers(Time now) {
   released_ = true;
   std::vector<PeerId> peers;
-  for (const auto& [peer, worker] : farm_.workers) {
-    peers.push_back(peer);
-  }
+  for (const auto& [peer, worker] : farm_.workers) peers.push_back(peer);
   farm_.log->warn("the store could not commit for {} s: sending {} workers to another coordinator",
                   to_seconds(farm_.options.release_after), peers.size());
   for (const PeerId& peer : peers) {
@@ -189,17 +181,13 @@ void WorkerDesk::release_workers(Time now) {
 
 void WorkerDesk::lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed) {
   const WorkerRecord* found = farm_.workers.at(peer);
-  if (found == nullptr) {
-    return;
-  }
+  if (found == nullptr) return;
   const WorkerRecord worker = *found;
   farm_.workers.remove(peer);
   farm_.scenes.forget_worker(worker.id);
   farm_.grants_due = true;
   farm_.tally.lost += failed ? 1 : 0;
-  if (failed) {
-    farm_.machines.note_lost(worker.machine_key, now);
-  }
+  if (failed) farm_.machines.note_lost(worker.machine_key, now);
   farm_.announce(failed ? FarmEventKind::lost : FarmEventKind::left, worker.hello.name, why);
   farm_.watch.note_left(
       {now, worker.hello.name, worker.hello.host, text_of(worker.machine), why, failed});
@@ -211,9 +199,7 @@ void WorkerDesk::lose_worker(Time now, const PeerId& peer, const std::string& wh
   std::size_t leases = 0;
   for (const JobId id : std::vector<JobId>(farm_.at_work.begin(), farm_.at_work.end())) {
     Job& job = farm_.jobs.at(id);
-    if (!job.work || !job.work->leases) {
-      continue;
-    }
+    if (!job.work || !job.work->leases) continue;
     for (const Lease& lease : job.work->leases->drop_worker(worker.id)) {
       ++leases;
       if (failed && worker.tracing == std::pair(id, lease.epoch)) {
@@ -225,9 +211,7 @@ void WorkerDesk::lose_worker(Time now, const PeerId& peer, const std::string& wh
         break;  // this failure ended the job
       }
     }
-    if (job.tracing()) {
-      job_book_.end_pass_if_done(job);
-    }
+    if (job.tracing()) job_book_.end_pass_if_done(job);
   }
   farm_.arrivals.info(now, fmt::format("worker {} '{}' left ({}); its {} leases are free again",
                                        worker.id, worker.hello.name, why, leases));

@@ -11,9 +11,7 @@ void WorkerLogs::on(Time now, const PeerId& peer, msg::ShowLog& m) {
   const bool repeated = std::ranges::any_of(waiting_, [&](const auto& entry) {
     return entry.second.client == peer && entry.second.request == m.request;
   });
-  if (repeated) {
-    return;
-  }
+  if (repeated) return;
   const WorkerRecord* worker = farm_.workers.by_name(m.name);
   if (worker == nullptr) {
     farm_.fail_request(peer, m.request, 2, farm_.why_no_worker(m.name));

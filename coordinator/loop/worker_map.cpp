@@ -10,15 +10,10 @@ using nlohmann::json;
 namespace {
 
 /// Returns `value`, or null if it is 0 and therefore not known.
-template <typename Number>
-json known(Number value) {
-  return value > 0 ? json(value) : json();
-}
+json known(auto value) { return value > 0 ? json(value) : json(); }
 
 json tracing_of(const WorkerRecord& worker, Time now) {
-  if (!worker.tracing || worker.held == 0) {
-    return {};
-  }
+  if (!worker.tracing || worker.held == 0) return {};
   return {{"job", worker.tracing->first}, {"seconds", to_seconds(now - worker.tracing_since)}};
 }
 

@@ -18,16 +18,12 @@ void WorkerRecord::note_failure(Time at, std::uint64_t job, const std::string& w
   constexpr std::size_t longest = 200;
   ++failures;
   recent_failures.push_front({at, job, printable(why, longest)});
-  if (recent_failures.size() > most) {
-    recent_failures.pop_back();
-  }
+  if (recent_failures.size() > most) recent_failures.pop_back();
 }
 
 void WorkerRecord::note_grant(const Granted& grant) {
   constexpr std::size_t most = 32;  // twice the leases that it may hold
-  if (grants.size() == most) {
-    grants.pop_front();
-  }
+  if (grants.size() == most) grants.pop_front();
   grants.push_back(grant);
 }
 
@@ -61,9 +57,7 @@ const WorkerRecord* WorkerRegistry::by_name(const std::string& name) const {
 std::vector<WorkerRecord*> WorkerRegistry::of_machine(TracerKey machine) {
   std::vector<WorkerRecord*> workers;
   for (auto& [peer, worker] : workers_) {
-    if (worker.machine_key == machine) {
-      workers.push_back(&worker);
-    }
+    if (worker.machine_key == machine) workers.push_back(&worker);
   }
   return workers;
 }
@@ -71,18 +65,14 @@ std::vector<WorkerRecord*> WorkerRegistry::of_machine(TracerKey machine) {
 std::vector<TracerKey> WorkerRegistry::usable_machines(const std::set<TracerKey>& but) const {
   std::vector<TracerKey> machines;
   for (const auto& [machine, workers] : usable_) {
-    if (!but.contains(machine)) {
-      machines.push_back(machine);
-    }
+    if (!but.contains(machine)) machines.push_back(machine);
   }
   return machines;
 }
 
 std::set<TracerKey> WorkerRegistry::usable_machines() const {
   std::set<TracerKey> machines;
-  for (const auto& [machine, workers] : usable_) {
-    machines.insert(machine);
-  }
+  for (const auto& [machine, workers] : usable_) machines.insert(machine);
   return machines;
 }
 
@@ -107,12 +97,8 @@ WorkerRecord& WorkerRegistry::add(Time now, const PeerId& peer, const msg::Hello
 
 void WorkerRegistry::remove(const PeerId& peer) {
   const auto found = workers_.find(peer);
-  if (found == workers_.end()) {
-    return;
-  }
-  if (found->second.may_trace()) {
-    count(found->second, false);
-  }
+  if (found == workers_.end()) return;
+  if (found->second.may_trace()) count(found->second, false);
   peers_.erase(found->second.id);
   workers_.erase(found);
 }
@@ -129,9 +115,7 @@ void WorkerRegistry::count(const WorkerRecord& worker, bool in) {
   change(speed_.workers, 1U);
   unsigned& of_machine = usable_[worker.machine_key];
   change(of_machine, 1U);
-  if (of_machine == 0) {
-    usable_.erase(worker.machine_key);
-  }
+  if (of_machine == 0) usable_.erase(worker.machine_key);
   change(speed_.threads, std::uint64_t{worker.hello.threads});
   if (worker.samples_per_second > 0) {
     change(speed_.measured_threads, std::uint64_t{worker.hello.threads});
@@ -141,14 +125,10 @@ void WorkerRegistry::count(const WorkerRecord& worker, bool in) {
 
 void WorkerRegistry::measure(WorkerRecord& worker, std::uint64_t samples, double took) {
   constexpr double shortest = 1e-6;  // clocks do not measure shorter times
-  if (samples == 0) {
-    return;
-  }
+  if (samples == 0) return;
   const double speed = static_cast<double>(samples) / std::max(took, shortest);
   const auto recount = [&](bool in) {
-    if (worker.may_trace()) {
-      count(worker, in);
-    }
+    if (worker.may_trace()) count(worker, in);
   };
   recount(false);
   // A lower speed applies at once: one lease that is too long costs more than several short ones.
@@ -161,18 +141,14 @@ void WorkerRegistry::hold_back(WorkerRecord& worker, bool held_back, Time until)
   const bool before = worker.may_trace();
   worker.held_back = held_back;
   worker.held_back_until = until;
-  if (worker.may_trace() != before) {
-    count(worker, !before);
-  }
+  if (worker.may_trace() != before) count(worker, !before);
 }
 
 Time WorkerRegistry::end_denials(Time now) {
   Time next = never;
   for (auto& [peer, worker] : workers_) {
     std::erase_if(worker.denied_jobs, [now](const auto& denial) { return denial.second <= now; });
-    for (const auto& [job, until] : worker.denied_jobs) {
-      next = std::min(next, until);
-    }
+    for (const auto& [job, until] : worker.denied_jobs) next = std::min(next, until);
   }
   return next;
 }
@@ -181,21 +157,15 @@ void WorkerRegistry::bar(WorkerRecord& worker, const std::string& why, bool drai
   const bool before = worker.may_trace();
   worker.quarantined = why;
   worker.drained = drained;
-  if (worker.may_trace() != before) {
-    count(worker, !before);
-  }
+  if (worker.may_trace() != before) count(worker, !before);
 }
 
 std::vector<PeerId> WorkerRegistry::silent(Time now) {
   std::vector<PeerId> silent;
-  if (now < next_look_) {
-    return silent;
-  }
+  if (now < next_look_) return silent;
   next_look_ = now + milliseconds(100);
   for (const auto& [peer, worker] : workers_) {
-    if (worker.last_heard + worker.silence <= now) {
-      silent.push_back(peer);
-    }
+    if (worker.last_heard + worker.silence <= now) silent.push_back(peer);
   }
   return silent;
 }

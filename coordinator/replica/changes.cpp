@@ -8,9 +8,7 @@ namespace parray::replica {
 void Changes::add(ChangeKind kind, JobId job, std::string_view name,
                   std::span<const std::string_view> pieces) {
   std::uint64_t size = 0;
-  for (const std::string_view piece : pieces) {
-    size += piece.size();
-  }
+  for (const std::string_view piece : pieces) size += piece.size();
   ByteWriter header;
   header.put(static_cast<std::uint8_t>(kind));
   header.put(job);
@@ -18,9 +16,7 @@ void Changes::add(ChangeKind kind, JobId job, std::string_view name,
   header.put_bytes(name);
   header.put(size);
   bytes_ += header.take();
-  for (const std::string_view piece : pieces) {
-    bytes_ += piece;
-  }
+  for (const std::string_view piece : pieces) bytes_ += piece;
   size_ = bytes_.size();
 }
 
@@ -62,35 +58,16 @@ std::size_t apply_first(std::string_view changes, Store& store) {
   const std::string name(reader.get_bytes(reader.get<std::uint32_t>()));
   const std::string_view data = reader.get_bytes(reader.get<std::uint64_t>());
   switch (kind) {
-    case ChangeKind::job:
-      store.put_job(record_from_json(job, data));
-      break;
-    case ChangeKind::scene:
-      store.put_scene(name, data);
-      break;
-    case ChangeKind::rows:
-      store.append_rows(job, std::string(data));
-      break;
-    case ChangeKind::drop_rows:
-      store.drop_rows(job);
-      break;
-    case ChangeKind::keep_rows:
-      store.keep_rows(job, ByteReader(data).get<std::uint64_t>());
-      break;
-    case ChangeKind::picture:
-      store.put_picture(job, std::span(&data, 1));
-      break;
-    case ChangeKind::drop_work:
-      store.drop_work(job);
-      break;
-    case ChangeKind::drop_job:
-      store.drop_job(job);
-      break;
-    case ChangeKind::note:
-      store.put_note(name, std::string(data));
-      break;
-    default:
-      throw DecodeError("a change of no known kind");
+    case ChangeKind::job: store.put_job(record_from_json(job, data)); break;
+    case ChangeKind::scene: store.put_scene(name, data); break;
+    case ChangeKind::rows: store.append_rows(job, std::string(data)); break;
+    case ChangeKind::drop_rows: store.drop_rows(job); break;
+    case ChangeKind::keep_rows: store.keep_rows(job, ByteReader(data).get<std::uint64_t>()); break;
+    case ChangeKind::picture: store.put_picture(job, std::span(&data, 1)); break;
+    case ChangeKind::drop_work: store.drop_work(job); break;
+    case ChangeKind::drop_job: store.drop_job(job); break;
+    case ChangeKind::note: store.put_note(name, std::string(data)); break;
+    default: throw DecodeError("a change of no known kind");
   }
   return changes.size() - reader.left();
 }

@@ -34,33 +34,20 @@ std::string Replica::answer(std::string_view message) {
 }
 
 ReplicaReply Replica::reply(const ReplicaRequest& request) {
-  if (const std::optional<ReplicaReply> no = refusal(request)) {
-    return *no;
-  }
-  if (request.kind == ReplicaRequestKind::begin_session) {
-    return begin_session(request);
-  }
-  if (request.session != session_) {
-    return {0, 0, ReplicaReplyKind::unknown_session};
-  }
+  if (const std::optional<ReplicaReply> no = refusal(request)) return *no;
+  if (request.kind == ReplicaRequestKind::begin_session) return begin_session(request);
+  if (request.session != session_) return {0, 0, ReplicaReplyKind::unknown_session};
   switch (request.kind) {
-    case ReplicaRequestKind::copy:
-      return begin_copy(request);
-    case ReplicaRequestKind::piece:
-      return receive_piece(request);
-    case ReplicaRequestKind::commit:
-      return commit_batch(request);
-    case ReplicaRequestKind::picture:
-      return send_picture_piece(request);
-    default:
-      return {};
+    case ReplicaRequestKind::copy: return begin_copy(request);
+    case ReplicaRequestKind::piece: return receive_piece(request);
+    case ReplicaRequestKind::commit: return commit_batch(request);
+    case ReplicaRequestKind::picture: return send_picture_piece(request);
+    default: return {};
   }
 }
 
 std::optional<ReplicaReply> Replica::refusal(const ReplicaRequest& request) const {
-  if (!replication_) {
-    return std::nullopt;
-  }
+  if (!replication_) return std::nullopt;
   if (request.position.history != replication_->history) {
     return ReplicaReply{0, 0, ReplicaReplyKind::refused, 0,
                         "it has the state of another farm: start it with an empty directory"};
@@ -75,9 +62,7 @@ ReplicaReply Replica::begin_session(const ReplicaRequest& request) {
   if (request.session == session_) {  // a repeated request
     return {0, 0, awaits_copy_ ? ReplicaReplyKind::behind : ReplicaReplyKind::in_step};
   }
-  if (const std::optional<ReplicaReply> no = refuse_set_back(request)) {
-    return *no;
-  }
+  if (const std::optional<ReplicaReply> no = refuse_set_back(request)) return *no;
   session_ = request.session;
   batch_.clear();
   applied_ = 0;
@@ -94,9 +79,7 @@ ReplicaReply Replica::begin_session(const ReplicaRequest& request) {
 std::optional<ReplicaReply> Replica::refuse_set_back(const ReplicaRequest& request) {
   const std::optional<Position> position =
       replication_ && !applying_ ? position_of(store_, *replication_) : std::nullopt;
-  if (!position || overwrite_) {
-    return std::nullopt;
-  }
+  if (!position || overwrite_) return std::nullopt;
   std::uint64_t reached =
       request.position.generation == position->generation ? request.position.sequence : 0;
   for (const EarlierGeneration& past : decode_generations(request.bytes)) {
@@ -105,9 +88,7 @@ std::optional<ReplicaReply> Replica::refuse_set_back(const ReplicaRequest& reque
   if (reached >= replication_->copy_begin && reached < replication_->copy_end) {
     reached = replication_->copy_end;
   }
-  if (position->sequence <= reached + 1) {
-    return std::nullopt;
-  }
+  if (position->sequence <= reached + 1) return std::nullopt;
   return ReplicaReply{
       0, 0, ReplicaReplyKind::refused, 0,
       "the state of the primary is older than that of the standby, and " +
@@ -121,12 +102,8 @@ ReplicaReply Replica::begin_copy(const ReplicaRequest& request) {
     return {};  // a repeated request
   }
   applying_ = true;
-  for (const JobRecord& job : store_.jobs()) {
-    store_.drop_job(job.id);
-  }
-  for (const auto& [name, text] : store_.notes()) {
-    store_.put_note(name, "");
-  }
+  for (const JobRecord& job : store_.jobs()) store_.drop_job(job.id);
+  for (const auto& [name, text] : store_.notes()) store_.put_note(name, "");
   replication_ = {request.position.history, request.position.generation, ReplicaRole::standby,
                   request.position.sequence, 0};
   put_replication_state(store_, *replication_);
@@ -144,19 +121,13 @@ bool Replica::is_next(const ReplicaRequest& request) const {
 }
 
 ReplicaReply Replica::receive_piece(const ReplicaRequest& request) {
-  if (is_next(request) && !applying_ && request.offset == batch_.size()) {
-    batch_ += request.bytes;
-  }
+  if (is_next(request) && !applying_ && request.offset == batch_.size()) batch_ += request.bytes;
   return received();
 }
 
 ReplicaReply Replica::commit_batch(const ReplicaRequest& request) {
-  if (request.position.sequence == position_.sequence) {
-    return {0, 0, ReplicaReplyKind::committed};
-  }
-  if (!is_next(request) || request.offset != batch_.size()) {
-    return received();
-  }
+  if (request.position.sequence == position_.sequence) return {0, 0, ReplicaReplyKind::committed};
+  if (!is_next(request) || request.offset != batch_.size()) return received();
   if (checksum_of(batch_) != request.checksum) {
     batch_.clear();
     return received();
@@ -206,9 +177,7 @@ ReplicaReply Replica::send_picture_piece(const ReplicaRequest& request) {
   }
   ReplicaReply answer{0, 0, ReplicaReplyKind::picture, picture_.size(),
                       picture_.substr(request.offset, piece_bytes)};
-  if (request.offset + answer.text.size() == picture_.size()) {
-    picture_ = {};
-  }
+  if (request.offset + answer.text.size() == picture_.size()) picture_ = {};
   return answer;
 }
 

@@ -18,18 +18,14 @@ std::string with_checksum(ByteWriter writer) {
 
 /// Checks mark and checksum and returns the bytes between them.
 std::string_view checked_content(std::string_view message, std::uint32_t mark) {
-  if (message.size() < sizeof mark + sizeof(std::uint64_t)) {
-    throw DecodeError("data ends early");
-  }
+  if (message.size() < sizeof mark + sizeof(std::uint64_t)) throw DecodeError("data ends early");
   const std::string_view content = message.substr(0, message.size() - sizeof(std::uint64_t));
   ByteReader end(message.substr(content.size()));
   if (end.get<std::uint64_t>() != checksum_of(content)) {
     throw ChecksumError("the message fails its checksum");
   }
   ByteReader begin(content);
-  if (begin.get<std::uint32_t>() != mark) {
-    throw DecodeError("a message of another kind or version");
-  }
+  if (begin.get<std::uint32_t>() != mark) throw DecodeError("a message of another kind or version");
   return content.substr(sizeof mark);
 }
 

@@ -39,9 +39,7 @@ std::optional<ReplicaReply> ReplicaThread::call(ReplicaRequest request) {
   link_->wake();
   silent_ = !changed_.wait_for(lock, patience, [this] { return answer_ || failure_; });
   request_.clear();
-  if (failure_) {
-    std::rethrow_exception(failure_);
-  }
+  if (failure_) std::rethrow_exception(failure_);
   return std::exchange(answer_, {});
 }
 
@@ -61,9 +59,7 @@ void ReplicaThread::run() {
     for (;;) {
       {
         const std::scoped_lock lock(mutex_);
-        if (quit_) {
-          return;
-        }
+        if (quit_) return;
         exchange_messages(clock.now());
       }
       constexpr Time wait_time = milliseconds(100);
@@ -97,9 +93,7 @@ void ReplicaThread::exchange_messages(Time now) {
 }
 
 void ReplicaThread::accept_reply(const ReplicaReply& answer) {
-  if (answer.session != ping_.session) {
-    return;
-  }
+  if (answer.session != ping_.session) return;
   silent_ = false;
   fenced_ = fenced_ || answer.kind == ReplicaReplyKind::fenced;
   if (answer.number == 0) {

@@ -76,15 +76,11 @@ void ReplicatedStore::put_note(const std::string& name, const std::string& text)
 /// Uses the current session only. A new session could send the standby a full copy, which would
 /// delete the standby's picture.
 bool ReplicatedStore::restore_picture(JobId job) {
-  if (session_ == 0 || connection_.session_lost()) {
-    return false;
-  }
+  if (session_ == 0 || connection_.session_lost()) return false;
   try {
     const std::string whole = fetch_picture(job);
     const std::string_view piece = whole;
-    if (whole.empty()) {
-      return false;
-    }
+    if (whole.empty()) return false;
     inner_.put_picture(job, std::span(&piece, 1));
     marked_position_ = {};  // the standby's content stays: the next commit puts the same mark again
     return true;
@@ -104,27 +100,19 @@ std::string ReplicatedStore::fetch_picture(JobId job) {
     next.offset = whole.size();
     next.bytes = name;
     const ReplicaReply answer = call(next);
-    if (answer.kind != ReplicaReplyKind::picture || answer.text.empty()) {
-      return {};
-    }
+    if (answer.kind != ReplicaReplyKind::picture || answer.text.empty()) return {};
     whole += answer.text;
-    if (whole.size() >= answer.value) {
-      return whole;
-    }
+    if (whole.size() >= answer.value) return whole;
   }
 }
 
 void ReplicatedStore::commit() {
   commit_sent_batch();
-  if (session_ == 0 || connection_.session_lost()) {
-    begin_session();
-  }
+  if (session_ == 0 || connection_.session_lost()) begin_session();
   // The standby may have `batch_` already if the reply was lost. So repeat it unchanged.
   while (!batch_.empty() || pending_.size() > 0) {
     commit_sent_batch();
-    if (batch_.empty()) {
-      batch_ = pending_.take();
-    }
+    if (batch_.empty()) batch_ = pending_.take();
     send_batch(batch_, true);
     batch_.clear();
     standby_is_ahead_ = true;
@@ -140,9 +128,7 @@ void ReplicatedStore::commit() {
 /// Commits the batch that the standby has committed, before the standby gets the next one. So the
 /// standby is never more than one batch ahead.
 void ReplicatedStore::commit_sent_batch() {
-  if (!standby_is_ahead_) {
-    return;
-  }
+  if (!standby_is_ahead_) return;
   put_reached_position(inner_, position_);  // the commit includes later changes
   inner_.commit();
   standby_is_ahead_ = false;
@@ -176,13 +162,9 @@ void ReplicatedStore::copy_everything(std::uint64_t session) {
   try {
     Changes changes;
     for (const auto& [name, text] : inner_.notes()) {
-      if (name != replication_note) {
-        changes.put_note(name, text);
-      }
+      if (name != replication_note) changes.put_note(name, text);
     }
-    for (const JobRecord& job : inner_.jobs()) {
-      copy_job(job, changes);
-    }
+    for (const JobRecord& job : inner_.jobs()) copy_job(job, changes);
     send_batch(changes.take(), true);
     batch_.clear();  // only now: before, the former standby could have come back to get this batch
     pending_.take();
@@ -205,9 +187,7 @@ void ReplicatedStore::copy_job(const JobRecord& job, Changes& changes) {
   changes.put_job(job);
   unless_damaged([&] {
     const auto scene = inner_.scene(job.scene);
-    if (scene) {
-      changes.put_scene(job.scene, *scene);
-    }
+    if (scene) changes.put_scene(job.scene, *scene);
   });
   send_if_large(changes);
   unless_damaged([&] {
@@ -227,9 +207,7 @@ void ReplicatedStore::copy_job(const JobRecord& job, Changes& changes) {
 }
 
 void ReplicatedStore::send_if_large(Changes& changes) {
-  if (changes.size() >= copy_bytes) {
-    send_batch(changes.take(), false);
-  }
+  if (changes.size() >= copy_bytes) send_batch(changes.take(), false);
 }
 
 void ReplicatedStore::send_batch(std::string_view batch, bool whole) {
@@ -259,15 +237,10 @@ void ReplicatedStore::send_batch(std::string_view batch, bool whole) {
 ReplicaReply ReplicatedStore::call(ReplicaRequest request) {
   request.session = request.session == 0 ? session_ : request.session;
   const std::optional<ReplicaReply> answer = connection_.call(request);
-  if (!answer) {
-    throw_unavailable("does not answer");
-  }
+  if (!answer) throw_unavailable("does not answer");
   switch (answer->kind) {
-    case ReplicaReplyKind::unknown_session:
-      session_ = 0;
-      throw_unavailable("has restarted");
-    case ReplicaReplyKind::full:
-      throw_unavailable("cannot commit a batch (" + answer->text + ")");
+    case ReplicaReplyKind::unknown_session: session_ = 0; throw_unavailable("has restarted");
+    case ReplicaReplyKind::full: throw_unavailable("cannot commit a batch (" + answer->text + ")");
     case ReplicaReplyKind::fenced:
       throw RunError("fenced: the standby at " + connection_.address() +
                      " has taken over and serves instead of this primary (generation " +
@@ -278,8 +251,7 @@ ReplicaReply ReplicatedStore::call(ReplicaRequest request) {
     case ReplicaReplyKind::refused:
       throw RunError("the standby at " + connection_.address() +
                      " refuses this primary: " + answer->text);
-    default:
-      return *answer;
+    default: return *answer;
   }
 }
 

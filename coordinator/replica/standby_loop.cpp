@@ -11,8 +11,7 @@ constexpr Time wait_time = milliseconds(50);
 constexpr Time reminder_pause = seconds(3600);
 
 /// Answers all received messages with the text that `answer` returns. Returns whether it sent any.
-template <typename Answering>
-bool answer_all(Link& link, const Answering& answer) {
+bool answer_all(Link& link, const auto& answer) {
   bool answered = false;
   while (const auto delivery = link.receive()) {
     const Frames frames = delivery->content.frames();

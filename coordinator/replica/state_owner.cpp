@@ -16,9 +16,7 @@ constexpr std::size_t most_message_bytes = std::size_t{64} << 20;  // pieces are
 
 std::unique_ptr<Store> open_store(const std::string& directory, spdlog::logger& log) {
   auto store = std::make_unique<DiskStore>(directory);
-  for (const std::string& line : store->reports()) {
-    log.warn("--state {}: {}", directory, line);
-  }
+  for (const std::string& line : store->reports()) log.warn("--state {}: {}", directory, line);
   return store;
 }
 
@@ -48,13 +46,9 @@ std::uint64_t random_number() {
 StateOwner::StateOwner(const StateOptions& options, spdlog::logger& log,
                        const std::function<void()>& stop)
     : directory_(options.state) {
-  if (options.state.empty()) {
-    return;
-  }
+  if (options.state.empty()) return;
   disk_ = options.wait ? wait_for_store(options.state, log, stop) : open_store(options.state, log);
-  if (options.standby.empty()) {
-    check_fence(*disk_, options.serve_fenced, random_number() | 1);
-  }
+  if (options.standby.empty()) check_fence(*disk_, options.serve_fenced, random_number() | 1);
   if (!options.standby.empty()) {
     take_over(options, log, stop);
   } else if (!options.replicate_to.empty()) {

@@ -22,9 +22,7 @@ class Copier {
   Copier(const StateFiles& from, StateFiles& onto) : from_(from), onto_(onto) {}
 
   std::vector<std::string> run() {
-    for (const JobId id : from_.jobs_with_directory()) {
-      copy_job(id);
-    }
+    for (const JobId id : from_.jobs_with_directory()) copy_job(id);
     copy_notes();
     onto_.sync();
     sync_all();
@@ -44,17 +42,13 @@ class Copier {
       }
       const std::optional<std::string> missing = copy_files(id, *job);
       const std::optional<JobFile> after = committed(id, problem);
-      if (after && after->batch != job->batch && tries < most_copies) {
-        continue;
-      }
+      if (after && after->batch != job->batch && tries < most_copies) continue;
       if (!after && problem.empty()) {  // the job was dropped meanwhile
         std::error_code ignored;
         fs::remove_all(onto_.job(id), ignored);
         return;
       }
-      if (missing) {
-        lines_.push_back("left out: " + *missing);
-      }
+      if (missing) lines_.push_back("left out: " + *missing);
       write(onto_.job_json(id), job_file_to_text(id, *job));
       return;
     }
@@ -77,9 +71,7 @@ class Copier {
   std::optional<std::string> copy_files(JobId id, const JobFile& job) {
     std::optional<std::string> missing;
     const auto copy = [&](const fs::path& from, const fs::path& onto) {
-      if (!copy_file(from, onto)) {
-        missing = from.lexically_relative(from_.directory()).string();
-      }
+      if (!copy_file(from, onto)) missing = from.lexically_relative(from_.directory()).string();
     };
     if (job.rows) {
       copy(from_.rows(id, job.rows->number), onto_.rows(id, job.rows->number));
@@ -104,16 +96,10 @@ class Copier {
   /// full, RunError if copying fails for another reason.
   static bool copy_file(const fs::path& from, const fs::path& onto) {
     std::error_code error;
-    if (!fs::is_regular_file(from, error)) {
-      return false;
-    }
+    if (!fs::is_regular_file(from, error)) return false;
     fs::create_directories(onto.parent_path(), error);
-    if (!error) {
-      fs::copy_file(from, onto, fs::copy_options::overwrite_existing, error);
-    }
-    if (error == std::errc::no_such_file_or_directory) {
-      return false;
-    }
+    if (!error) fs::copy_file(from, onto, fs::copy_options::overwrite_existing, error);
+    if (error == std::errc::no_such_file_or_directory) return false;
     if (error && lacks_room(onto.parent_path(), from)) {
       throw StorageFull("copying " + from.string() + " to " + onto.string() + ": the disk is full");
     }
@@ -145,9 +131,7 @@ class Copier {
   void sync_all() const {
     const int directory = open(onto_.directory().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     const bool synced = directory >= 0 && syncfs(directory) == 0;
-    if (directory >= 0) {
-      close(directory);
-    }
+    if (directory >= 0) close(directory);
     if (!synced) {
       throw RunError(onto_.directory().string() + ": the copy cannot be written to the disk");
     }

@@ -15,10 +15,8 @@ bool is_full(int code) {
     case SQLITE_IOERR_FSYNC:
     case SQLITE_IOERR_DIR_FSYNC:
     case SQLITE_IOERR_TRUNCATE:
-    case SQLITE_IOERR_SHMSIZE:
-      return true;
-    default:
-      return (code & 0xff) == SQLITE_FULL;
+    case SQLITE_IOERR_SHMSIZE: return true;
+    default: return (code & 0xff) == SQLITE_FULL;
   }
 }
 
@@ -42,9 +40,7 @@ Database::~Database() { close(); }
 void Database::close() { sqlite3_close(db_); }
 
 void Database::run(const std::string& sql) {
-  if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) {
-    fail();
-  }
+  if (sqlite3_exec(db_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();
 }
 
 std::uint64_t Database::number(const char* sql) {
@@ -91,9 +87,7 @@ Statement::Statement(Database& database, const char* sql) : database_(database) 
 Statement::~Statement() { sqlite3_finalize(statement_); }
 
 void Statement::check(int result) const {
-  if (result != SQLITE_OK && result != SQLITE_ROW && result != SQLITE_DONE) {
-    database_.fail();
-  }
+  if (result != SQLITE_OK && result != SQLITE_ROW && result != SQLITE_DONE) database_.fail();
 }
 
 Statement& Statement::bind(std::uint64_t value) {

@@ -12,13 +12,10 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Returns the lowest number whose file, path_of(number), does not exist.
-template <typename PathOf>
-std::uint64_t free_number(const PathOf& path_of) {
+std::uint64_t free_number(const auto& path_of) {
   std::uint64_t number = 0;
   std::error_code ignored;
-  while (fs::exists(path_of(number), ignored)) {
-    ++number;
-  }
+  while (fs::exists(path_of(number), ignored)) ++number;
   return number;
 }
 
@@ -42,9 +39,7 @@ void DiskStore::put_job(const JobRecord& job) {
 
 void DiskStore::put_scene(const std::string& digest, std::string_view bytes) {
   const fs::path path = files_.scene(digest);
-  if (scenes_.contains(digest)) {
-    return;
-  }
+  if (scenes_.contains(digest)) return;
   constexpr std::size_t large = 1 << 20;  // bytes that take longer to write than to sync
   if (bytes.size() >= large) {
     scenes_[digest] = files_.write(path, std::span(&bytes, 1));
@@ -73,30 +68,22 @@ void DiskStore::append_rows(JobId job, std::string entry) {
 }
 
 void DiskStore::drop_log(JobId job, JobEntry& entry) {
-  if (!entry.log) {
-    return;
-  }
+  if (!entry.log) return;
   const fs::path rows = files_.rows(job, entry.log->number);
   entry.log.reset();
   Change& change = changes_[job];
   change.log = change.copy = true;
   // If the file was never written, the next file gets the same number.
-  if (std::error_code ignored; fs::exists(rows, ignored)) {
-    change.files_to_remove.push_back(rows);
-  }
+  if (std::error_code ignored; fs::exists(rows, ignored)) change.files_to_remove.push_back(rows);
 }
 
 void DiskStore::drop_rows(JobId job) {
-  if (const auto found = jobs_.find(job); found != jobs_.end()) {
-    drop_log(job, found->second);
-  }
+  if (const auto found = jobs_.find(job); found != jobs_.end()) drop_log(job, found->second);
 }
 
 void DiskStore::keep_rows(JobId job, std::uint64_t entries) {
   const auto found = jobs_.find(job);
-  if (found == jobs_.end() || !found->second.log) {
-    return;
-  }
+  if (found == jobs_.end() || !found->second.log) return;
   RowLog& log = *found->second.log;
   log.committed = std::min(log.committed, bytes_of_entries(files_.rows(job, log.number), entries));
   log.pending = {};
@@ -138,9 +125,7 @@ void DiskStore::drop_work(JobId job) {
 void DiskStore::drop_job(JobId job) {
   scenes_dropped_ = true;
   const auto found = jobs_.find(job);
-  if (found == jobs_.end()) {
-    return;
-  }
+  if (found == jobs_.end()) return;
   drop_log(job, found->second);
   drop_picture(job, found->second);
   jobs_.erase(found);
@@ -164,9 +149,7 @@ Store::Usage DiskStore::usage() {
   Usage usage;
   usage.total = lost_bytes_;
   const auto bytes_of = [](const auto& file) { return file.bytes; };
-  for (const auto& [digest, file] : scenes_) {
-    usage.total += bytes_of(file);
-  }
+  for (const auto& [digest, file] : scenes_) usage.total += bytes_of(file);
   for (const auto& [id, entry] : jobs_) {
     const std::uint64_t own = (entry.log ? entry.log->committed : 0) +
                               (entry.picture ? bytes_of(entry.picture->file) : 0);
@@ -178,9 +161,7 @@ Store::Usage DiskStore::usage() {
 }
 
 std::string DiskStore::note(const std::string& name) {
-  if (const auto fresh = new_notes_.find(name); fresh != new_notes_.end()) {
-    return fresh->second;
-  }
+  if (const auto fresh = new_notes_.find(name); fresh != new_notes_.end()) return fresh->second;
   Statement row(*database_, "SELECT text FROM notes WHERE name = ?");
   row.bind(name);
   return row.step() ? std::string(row.bytes(0)) : "";
@@ -189,9 +170,7 @@ std::string DiskStore::note(const std::string& name) {
 std::map<std::string, std::string> DiskStore::notes() {
   std::map<std::string, std::string> notes = new_notes_;
   Statement rows(*database_, "SELECT name, text FROM notes");
-  while (rows.step()) {
-    notes.try_emplace(std::string(rows.bytes(0)), rows.bytes(1));
-  }
+  while (rows.step()) notes.try_emplace(std::string(rows.bytes(0)), rows.bytes(1));
   erase_own_notes(notes);
   return notes;
 }
@@ -201,9 +180,7 @@ std::string DiskStore::mark() { return new_mark_ ? *new_mark_ : note(std::string
 std::vector<JobRecord> DiskStore::jobs() {
   std::map<JobId, std::string> texts;
   Statement rows(*database_, "SELECT id, record FROM jobs");
-  while (rows.step()) {
-    texts[rows.number(0)] = rows.bytes(1);
-  }
+  while (rows.step()) texts[rows.number(0)] = rows.bytes(1);
   for (const auto& [id, change] : changes_) {
     if (change.record && change.text.empty()) {
       texts.erase(id);
@@ -213,17 +190,13 @@ std::vector<JobRecord> DiskStore::jobs() {
   }
   std::vector<JobRecord> jobs;
   jobs.reserve(texts.size());
-  for (const auto& [id, text] : texts) {
-    jobs.push_back(record_from_json(id, text));
-  }
+  for (const auto& [id, text] : texts) jobs.push_back(record_from_json(id, text));
   return jobs;
 }
 
 std::optional<std::string> DiskStore::scene(const std::string& digest) {
   const auto found = scenes_.find(digest);
-  if (found == scenes_.end()) {
-    return std::nullopt;
-  }
+  if (found == scenes_.end()) return std::nullopt;
   return StateFiles::read(files_.scene(digest), found->second);
 }
 
@@ -236,9 +209,7 @@ void DiskStore::each_rows(JobId job, const RowsVisitor& visit) {
 
 std::optional<std::string> DiskStore::picture(JobId job) {
   const JobEntry* entry = find(job);
-  if (entry == nullptr || !entry->picture) {
-    return std::nullopt;
-  }
+  if (entry == nullptr || !entry->picture) return std::nullopt;
   return StateFiles::read(files_.picture(job, entry->picture->number), entry->picture->file);
 }
 

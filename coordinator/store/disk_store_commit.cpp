@@ -22,16 +22,12 @@ void DiskStore::commit() {
     write(held_back, unused);
   } catch (const StorageFull&) {
     // A commit that frees room must succeed on a full disk. So it may use the reserve.
-    if (!frees_room(unused) || !files_.release_reserve()) {
-      throw;
-    }
+    if (!frees_room(unused) || !files_.release_reserve()) throw;
     write(held_back, unused);
   }
   finish(held_back, unused);
   files_.keep_reserve();
-  if (failure) {
-    std::rethrow_exception(failure);
-  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 /// Throws StorageFull if the database was moved, because SQLite reports no error then.
@@ -44,13 +40,9 @@ void DiskStore::check_database_is_in_place() const {
 }
 
 void DiskStore::write(const std::set<JobId>& held_back, const std::vector<std::string>& unused) {
-  if (!counts_commits_) {
-    files_.overwrite(files_.commits(), commit_count_to_text(batch_));
-  }
+  if (!counts_commits_) files_.overwrite(files_.commits(), commit_count_to_text(batch_));
   write_copies(held_back);
-  if (sync_failed_) {
-    rewrite_scenes();
-  }
+  if (sync_failed_) rewrite_scenes();
   sync_failed_ = true;
   files_.sync();
   sync_failed_ = false;
@@ -65,9 +57,7 @@ void DiskStore::write(const std::set<JobId>& held_back, const std::vector<std::s
 /// Writes small scenes again, because a failed sync may have lost them.
 void DiskStore::rewrite_scenes() {
   for (const auto& [digest, bytes] : new_scenes_) {
-    if (!bytes.empty()) {
-      files_.overwrite(files_.scene(digest), bytes);
-    }
+    if (!bytes.empty()) files_.overwrite(files_.scene(digest), bytes);
   }
 }
 
@@ -93,20 +83,14 @@ void DiskStore::write_copies(const std::set<JobId>& held_back) {
 
 void DiskStore::write_copy(JobId job, const Change& change) {
   const JobEntry& entry = jobs_.at(job);
-  if (!entry.has_record) {
-    return;
-  }
+  if (!entry.has_record) return;
   JobFile copy{batch_ + 1, record_of(job, change), {}, entry.picture};
-  if (entry.log) {
-    copy.rows = {entry.log->number, entry.log->committed + entry.log->pending.bytes()};
-  }
+  if (entry.log) copy.rows = {entry.log->number, entry.log->committed + entry.log->pending.bytes()};
   files_.overwrite(files_.job_next(job), job_file_to_text(job, copy));
 }
 
 std::string DiskStore::record_of(JobId job, const Change& change) {
-  if (change.record) {
-    return change.text;
-  }
+  if (change.record) return change.text;
   Statement row(*database_, "SELECT record FROM jobs WHERE id = ?");
   row.bind(job);
   return row.step() ? std::string(row.bytes(0)) : "";
@@ -123,9 +107,7 @@ std::set<JobId> DiskStore::write_logs(std::exception_ptr& failure) {
   std::set<JobId> held_back;
   for (const auto& [id, change] : changes_) {
     const JobEntry* entry = find(id);
-    if (entry == nullptr || !entry->log || entry->log->pending.bytes() == 0) {
-      continue;
-    }
+    if (entry == nullptr || !entry->log || entry->log->pending.bytes() == 0) continue;
     try {
       const RowLog& log = *entry->log;
       files_.write_at(files_.rows(id, log.number), log.committed, log.pending.pieces());
@@ -139,19 +121,13 @@ std::set<JobId> DiskStore::write_logs(std::exception_ptr& failure) {
 
 std::vector<std::string> DiskStore::unused_scenes(const std::set<JobId>& held_back) const {
   std::vector<std::string> unused;
-  if (!scenes_dropped_) {
-    return unused;
-  }
+  if (!scenes_dropped_) return unused;
   std::set<std::string_view> used;
   for (const auto& [id, entry] : jobs_) {
-    if (entry.unfinished || held_back.contains(id)) {
-      used.insert(entry.scene);
-    }
+    if (entry.unfinished || held_back.contains(id)) used.insert(entry.scene);
   }
   for (const auto& [digest, file] : scenes_) {
-    if (!used.contains(digest)) {
-      unused.push_back(digest);
-    }
+    if (!used.contains(digest)) unused.push_back(digest);
   }
   return unused;
 }
@@ -162,19 +138,13 @@ void DiskStore::write_records(const std::set<JobId>& held_back,
   for (const auto& [digest, bytes] : new_scenes_) {
     write_scene(*database_, digest, scenes_.at(digest));
   }
-  for (const std::string& digest : unused) {
-    write_scene(*database_, digest, std::nullopt);
-  }
-  for (const auto& [name, text] : new_notes_) {
-    write_note(*database_, name, text);
-  }
+  for (const std::string& digest : unused) write_scene(*database_, digest, std::nullopt);
+  for (const auto& [name, text] : new_notes_) write_note(*database_, name, text);
   if (!new_notes_.empty()) {
     write_note(*database_, own_note::notes_batch, std::to_string(batch_ + 1));
   }
   for (const auto& [id, change] : changes_) {
-    if (!held_back.contains(id)) {
-      write_change(id, change);
-    }
+    if (!held_back.contains(id)) write_change(id, change);
   }
   write_mark(held_back.empty());
   write_note(*database_, own_note::batch, std::to_string(batch_ + 1));
@@ -220,9 +190,7 @@ void DiskStore::finish(const std::set<JobId>& held_back, const std::vector<std::
   ++batch_;
   database_log_is_empty_ = false;
   files_.overwrite_later(files_.commits(), commit_count_to_text(batch_));
-  if (!new_notes_.empty()) {
-    put_in_place(files_.notes_next(), files_.notes_json());
-  }
+  if (!new_notes_.empty()) put_in_place(files_.notes_next(), files_.notes_json());
   new_scenes_.clear();
   new_notes_.clear();
   if (held_back.empty()) {
@@ -230,9 +198,7 @@ void DiskStore::finish(const std::set<JobId>& held_back, const std::vector<std::
     new_reached_mark_.reset();
   }
   std::erase_if(changes_, [&](const auto& changed) {
-    if (held_back.contains(changed.first)) {
-      return false;
-    }
+    if (held_back.contains(changed.first)) return false;
     finish_change(changed.first, changed.second);
     return true;
   });
@@ -253,12 +219,8 @@ void DiskStore::finish_change(JobId job, const Change& change) {
   if (change.copy && found != jobs_.end() && found->second.has_record) {
     put_in_place(files_.job_next(job), files_.job_json(job));
   }
-  for (const fs::path& file : change.files_to_remove) {
-    StateFiles::remove(file);
-  }
-  if (change.drops()) {
-    StateFiles::remove(files_.job_dropped(job));
-  }
+  for (const fs::path& file : change.files_to_remove) StateFiles::remove(file);
+  if (change.drops()) StateFiles::remove(files_.job_dropped(job));
   if (!change.files_to_remove.empty() || change.drops()) {
     StateFiles::remove(files_.job(job));  // only if it is empty
   }

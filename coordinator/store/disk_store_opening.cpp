@@ -24,9 +24,7 @@ std::optional<std::uint64_t> size_of(const fs::path& file) {
 /// off uncommitted entries, which a crash has left.
 void check_ends_of_rows(const StateFiles& files, const Records& records, Comparison& comparison) {
   for (const auto& [id, row] : records.jobs) {
-    if (!row.rows) {
-      continue;
-    }
+    if (!row.rows) continue;
     const fs::path file = files.rows(id, row.rows->number);
     if (size_of(file).value_or(0) > row.rows->bytes && !ends_an_entry(file, row.rows->bytes)) {
       comparison.severe.push_back("the database names a wrong end of jobs/" + std::to_string(id) +
@@ -70,9 +68,7 @@ void DiskStore::open() {
   const Records records = read_database(found);
   Comparison comparison = compare(records, found);
   check_ends_of_rows(files_, records, comparison);
-  if (!comparison.severe.empty()) {
-    throw StateDamaged(files_.directory(), comparison.severe);
-  }
+  if (!comparison.severe.empty()) throw StateDamaged(files_.directory(), comparison.severe);
   database_->keep_log_on_close(false);
   load(records);
   reports_ = move_misplaced_to_lost(files_, misplaced, uptime());
@@ -99,9 +95,7 @@ void DiskStore::load(const Records& records) {
   for (const auto& [id, row] : records.jobs) {
     JobEntry& entry = jobs_[id];
     entry = {row.scene, row.unfinished, row.record.has_value()};
-    if (row.rows) {
-      entry.log = {row.rows->number, row.rows->bytes};
-    }
+    if (row.rows) entry.log = {row.rows->number, row.rows->bytes};
     entry.picture = row.picture;
   }
   scenes_ = records.scenes;
@@ -110,23 +104,13 @@ void DiskStore::load(const Records& records) {
 /// Finishes a commit that a crash interrupted, and rewrites damaged copies.
 void DiskStore::apply_upkeep(const Upkeep& upkeep, const FoundFiles& found,
                              const Records& records) {
-  for (const JobId id : upkeep.finish) {
-    put_in_place(files_.job_next(id), files_.job_json(id));
-  }
-  for (const JobId id : upkeep.restore) {
-    put_in_place(files_.job_dropped(id), files_.job_json(id));
-  }
-  for (const JobId id : upkeep.remove_next) {
-    StateFiles::remove(files_.job_next(id));
-  }
+  for (const JobId id : upkeep.finish) put_in_place(files_.job_next(id), files_.job_json(id));
+  for (const JobId id : upkeep.restore) put_in_place(files_.job_dropped(id), files_.job_json(id));
+  for (const JobId id : upkeep.remove_next) StateFiles::remove(files_.job_next(id));
   for (const JobId id : upkeep.remove_dropped) {
     const JobFile& dropped = *found.jobs.at(id).dropped;
-    if (dropped.rows) {
-      StateFiles::remove(files_.rows(id, dropped.rows->number));
-    }
-    if (dropped.picture) {
-      StateFiles::remove(files_.picture(id, dropped.picture->number));
-    }
+    if (dropped.rows) StateFiles::remove(files_.rows(id, dropped.rows->number));
+    if (dropped.picture) StateFiles::remove(files_.picture(id, dropped.picture->number));
     StateFiles::remove(files_.job_dropped(id));
   }
   const auto write = [&](const fs::path& file, const std::string& text) {
@@ -160,21 +144,15 @@ void DiskStore::check_files() {
                          " is missing or cut");
     }
   };
-  for (const auto& [digest, file] : scenes_) {
-    name(files_.scene(digest), file.bytes);
-  }
+  for (const auto& [digest, file] : scenes_) name(files_.scene(digest), file.bytes);
   for (const auto& [id, entry] : jobs_) {
     if (entry.log) {
       const fs::path rows = files_.rows(id, entry.log->number);
       StateFiles::cut(rows, entry.log->committed);
       name(rows, entry.log->committed);
     }
-    if (entry.picture) {
-      name(files_.picture(id, entry.picture->number), entry.picture->file.bytes);
-    }
-    if (entry.has_record) {
-      named.insert(files_.job_json(id));
-    }
+    if (entry.picture) name(files_.picture(id, entry.picture->number), entry.picture->file.bytes);
+    if (entry.has_record) named.insert(files_.job_json(id));
   }
   const std::uint64_t stamp = uptime();
   for (const fs::path& file : files_.move_unnamed_to_lost(named, stamp)) {

@@ -15,13 +15,10 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Reads a copy. Returns nothing if the file is missing or, with `problem` set, damaged.
-template <typename Read>
-auto read_copy(const fs::path& file, const Read& read, std::string& problem)
+auto read_copy(const fs::path& file, const auto& read, std::string& problem)
     -> std::optional<decltype(read(std::string_view()))> {
   std::error_code ignored;
-  if (!fs::exists(file, ignored)) {
-    return std::nullopt;
-  }
+  if (!fs::exists(file, ignored)) return std::nullopt;
   const std::optional<std::string> text = text_of_file(file);
   if (!text) {
     problem = "it cannot be read";
@@ -37,9 +34,7 @@ auto read_copy(const fs::path& file, const Read& read, std::string& problem)
 
 /// Returns whether two records are equal as JSON: versions may write them in different ways.
 bool same_record(const std::string& a, const std::string& b) {
-  if (a == b) {
-    return true;
-  }
+  if (a == b) return true;
   const json left = json::parse(a, nullptr, false);
   return !left.is_discarded() && left == json::parse(b, nullptr, false);
 }
@@ -72,9 +67,7 @@ class JobComparison {
   void minor(std::string line) { result_.minor.push_back(std::move(line)); }
 
   void check_next() {
-    if (!found_.next) {
-      return;
-    }
+    if (!found_.next) return;
     if (found_.next->batch > batch_ + 1) {
       severe(name_of_job(id_) + "/job.next belongs to commit " +
              std::to_string(found_.next->batch) + ", but the database ends with commit " +
@@ -88,9 +81,7 @@ class JobComparison {
   }
 
   void check_dropped() {
-    if (!found_.dropped) {
-      return;
-    }
+    if (!found_.dropped) return;
     if (found_.dropped->batch > batch_) {
       severe(name_of_job(id_) + "/job.dropped is newer than the database");
     } else if (row_ == nullptr || !row_->record) {
@@ -123,9 +114,7 @@ class JobComparison {
 
   /// Returns whether row and copy name the same rows file, and the row at least as many bytes.
   [[nodiscard]] bool rows_follow() const {
-    if (!json_->rows || !row_->rows) {
-      return json_->rows.has_value() == row_->rows.has_value();
-    }
+    if (!json_->rows || !row_->rows) return json_->rows.has_value() == row_->rows.has_value();
     return json_->rows->number == row_->rows->number && json_->rows->bytes <= row_->rows->bytes;
   }
 
@@ -194,9 +183,7 @@ FoundFiles find_notes(const StateFiles& files) {
 
 FoundFiles find_files(const StateFiles& files) {
   std::map<JobId, FoundJob> jobs;
-  for (const JobId id : files.jobs_with_directory()) {
-    jobs[id] = find_job(files, id);
-  }
+  for (const JobId id : files.jobs_with_directory()) jobs[id] = find_job(files, id);
   FoundFiles found = find_notes(files);
   found.jobs = std::move(jobs);
   return found;
@@ -204,9 +191,7 @@ FoundFiles find_files(const StateFiles& files) {
 
 Comparison compare(const Records& records, const FoundFiles& found) {
   Comparison result;
-  if (found.incomplete) {
-    result.severe.emplace_back(unfinished_copy);
-  }
+  if (found.incomplete) result.severe.emplace_back(unfinished_copy);
   for (const auto& [digest, file] : records.scenes) {
     if (!is_sha256_hex(digest)) {
       result.severe.push_back("parray.sqlite: '" + printable(digest, 80) +
@@ -215,12 +200,8 @@ Comparison compare(const Records& records, const FoundFiles& found) {
   }
   static const FoundJob nothing;
   std::set<JobId> ids;
-  for (const auto& [id, row] : records.jobs) {
-    ids.insert(id);
-  }
-  for (const auto& [id, job] : found.jobs) {
-    ids.insert(id);
-  }
+  for (const auto& [id, row] : records.jobs) ids.insert(id);
+  for (const auto& [id, job] : found.jobs) ids.insert(id);
   for (const JobId id : ids) {
     const auto row = records.jobs.find(id);
     const auto job = found.jobs.find(id);

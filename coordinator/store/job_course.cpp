@@ -24,14 +24,10 @@ double read_positive(const json& map, const char* key) {
 }  // namespace
 
 void JobCourse::add(const ErrorPoint& point) {
-  while (!curve.empty() && curve.back().samples >= point.samples) {
-    curve.pop_back();
-  }
+  while (!curve.empty() && curve.back().samples >= point.samples) curve.pop_back();
   if (curve.size() >= most_points) {
     std::size_t kept = 0;
-    for (std::size_t i = 1; i < curve.size(); i += 2) {
-      curve[kept++] = curve[i];
-    }
+    for (std::size_t i = 1; i < curve.size(); i += 2) curve[kept++] = curve[i];
     curve.resize(kept);
   }
   curve.push_back(point);

@@ -23,9 +23,7 @@ std::string checksum_text(std::string_view bytes) {
   constexpr std::string_view hexadecimal = "0123456789abcdef";
   std::uint64_t checksum = XXH3_64bits(bytes.data(), bytes.size());
   std::string text(digits, '0');
-  for (std::size_t i = digits; i > 0; --i, checksum >>= 4) {
-    text[i - 1] = hexadecimal[checksum & 15];
-  }
+  for (std::size_t i = digits; i > 0; --i, checksum >>= 4) text[i - 1] = hexadecimal[checksum & 15];
   return text;
 }
 
@@ -48,8 +46,7 @@ std::string_view checked_content(std::string_view text) {
   return content;
 }
 
-template <typename Read>
-auto read_content(std::string_view text, const Read& read) {
+auto read_content(std::string_view text, const auto& read) {
   const std::string_view content = checked_content(text);
   try {
     return read(json::parse(content));
@@ -82,9 +79,7 @@ std::string job_file_to_text(JobId id, const JobFile& file) {
 
 JobFile job_file_from_text(JobId id, std::string_view text) {
   return read_content(text, [id](const json& content) {
-    if (content.at("job") != id) {
-      throw RunError("it belongs to job " + content.at("job").dump());
-    }
+    if (content.at("job") != id) throw RunError("it belongs to job " + content.at("job").dump());
     JobFile file{content.at("batch"), content.at("record").dump()};
     if (content.contains("rows")) {
       const json& rows = content.at("rows");

@@ -28,25 +28,20 @@ bool is_unfinished(JobState state) {
 void JobRecord::note(double at, std::string what) {
   constexpr std::size_t most = 64;
   constexpr std::ptrdiff_t kept_of_old = 16;
-  if (events.size() == most) {
-    events.erase(events.begin() + kept_of_old);
-  }
+  if (events.size() == most) events.erase(events.begin() + kept_of_old);
   events.push_back({at, std::move(what)});
 }
 
 json events_to_json(const std::vector<JobEvent>& events) {
   json list = json::array();
-  for (const JobEvent& event : events) {
-    list.push_back({{"at", event.at}, {"what", event.what}});
-  }
+  for (const JobEvent& event : events) list.push_back({{"at", event.at}, {"what", event.what}});
   return list;
 }
 
 namespace {
 
 /// Visits all fields of a record except its id. `f` is a RecordWriter or a RecordReader.
-template <typename F>
-void fields(F& f, JobRecord& job) {
+void fields(auto& f, JobRecord& job) {
   head_fields(f, job);
   f.value("token", job.token);
   f.value("scene", job.scene);

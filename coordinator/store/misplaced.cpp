@@ -12,19 +12,13 @@ namespace fs = std::filesystem;
 
 std::string_view kind_of(fs::file_type type) {
   switch (type) {
-    case fs::file_type::regular:
-      return "a file";
-    case fs::file_type::directory:
-      return "a directory";
-    case fs::file_type::fifo:
-      return "a pipe";
-    case fs::file_type::socket:
-      return "a socket";
+    case fs::file_type::regular: return "a file";
+    case fs::file_type::directory: return "a directory";
+    case fs::file_type::fifo: return "a pipe";
+    case fs::file_type::socket: return "a socket";
     case fs::file_type::block:
-    case fs::file_type::character:
-      return "a device";
-    default:
-      return "no file";
+    case fs::file_type::character: return "a device";
+    default: return "no file";
   }
 }
 
@@ -42,9 +36,7 @@ class Search {
       expect_file(files_.database().string() + suffix);
     }
     expect_directory(files_.lost());
-    for (const fs::path& directory : {files_.scenes(), files_.jobs()}) {
-      expect_directory(directory);
-    }
+    for (const fs::path& directory : {files_.scenes(), files_.jobs()}) expect_directory(directory);
     expect_files_in(files_.scenes());
     for (const JobId id : files_.jobs_with_directory()) {
       expect_directory(files_.job(id));
@@ -60,9 +52,7 @@ class Search {
   void expect(const fs::path& path, fs::file_type type) {
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
-    if (!fs::exists(status) || status.type() == type) {
-      return;
-    }
+    if (!fs::exists(status) || status.type() == type) return;
     found_.push_back({path, path.lexically_relative(files_.directory()).string() + " is " +
                                 std::string(kind_of(status.type())) + ", not " +
                                 std::string(kind_of(type))});

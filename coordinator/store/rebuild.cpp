@@ -32,9 +32,7 @@ class Rebuilder {
     repair_files();
     report_unknown_ends();
     records_.batch = records_.notes_batch = newest_ + 1;
-    for (auto& [id, row] : records_.jobs) {
-      row.batch = records_.batch;
-    }
+    for (auto& [id, row] : records_.jobs) row.batch = records_.batch;
     write_everything();
     return std::move(lines_);
   }
@@ -54,16 +52,12 @@ class Rebuilder {
     };
     take(database().notes_batch, database().notes);
     for (const auto& file : {survey_.found.notes_next, survey_.found.notes}) {
-      if (file) {
-        take(file->batch, file->notes);
-      }
+      if (file) take(file->batch, file->notes);
     }
     note_batch(database().batch);
     note_batch(survey_.found.commits.value_or(0));
     for (const auto& [id, job] : survey_.found.jobs) {
-      for (const auto& file : {job.json, job.next, job.dropped}) {
-        note_batch(file ? file->batch : 0);
-      }
+      for (const auto& file : {job.json, job.next, job.dropped}) note_batch(file ? file->batch : 0);
     }
     records_.reached = database().reached;  // but no mark, because content may be lost
     const auto uptime = records_.notes.find(uptime_note);
@@ -73,15 +67,9 @@ class Rebuilder {
 
   void choose_jobs() {
     std::set<JobId> ids;
-    for (const auto& [id, row] : database().jobs) {
-      ids.insert(id);
-    }
-    for (const auto& [id, job] : survey_.found.jobs) {
-      ids.insert(id);
-    }
-    for (const JobId id : ids) {
-      choose_job(id);
-    }
+    for (const auto& [id, row] : database().jobs) ids.insert(id);
+    for (const auto& [id, job] : survey_.found.jobs) ids.insert(id);
+    for (const JobId id : ids) choose_job(id);
   }
 
   void choose_job(JobId id) {
@@ -121,9 +109,7 @@ class Rebuilder {
     const JobFile* best = job.json ? &*job.json : nullptr;
     if (job.next) {
       const bool counts = !trusts_database_ || (row != nullptr && row->batch == job.next->batch);
-      if (counts && (best == nullptr || job.next->batch > best->batch)) {
-        best = &*job.next;
-      }
+      if (counts && (best == nullptr || job.next->batch > best->batch)) best = &*job.next;
     }
     if (best == nullptr && job.dropped && (row != nullptr || !trusts_database_)) {
       best = &*job.dropped;
@@ -175,9 +161,7 @@ class Rebuilder {
     for (const FileDamage& damage : verify_files(files_, records_)) {
       JobRow& row = records_.jobs.at(damage.job);
       switch (damage.kind) {
-        case FileDamage::Kind::rows:
-          repair_rows(damage, row);
-          break;
+        case FileDamage::Kind::rows: repair_rows(damage, row); break;
         case FileDamage::Kind::picture:
           if (row.picture) {
             files_.move_to_lost(files_.picture(damage.job, row.picture->number), uptime_);
@@ -185,9 +169,7 @@ class Rebuilder {
           }
           fail(damage, row, "its picture is damaged or missing: submit the job again");
           break;
-        case FileDamage::Kind::scene:
-          lose_scene(damage, row);
-          break;
+        case FileDamage::Kind::scene: lose_scene(damage, row); break;
       }
     }
   }
@@ -221,12 +203,8 @@ class Rebuilder {
       fs::resize_file(kept, sound, error);
     }
     files_.move_to_lost(file, uptime_);
-    if (sound > 0) {
-      fs::rename(kept, file, error);
-    }
-    if (error) {
-      throw RunError("repairing " + file.string() + " failed: " + error.message());
-    }
+    if (sound > 0) fs::rename(kept, file, error);
+    if (error) throw RunError("repairing " + file.string() + " failed: " + error.message());
     if (sound > 0) {
       row.rows->bytes = sound;
     } else {
@@ -281,9 +259,7 @@ class Rebuilder {
   /// Writes the database under another name first, so that the former one stays until then.
   void write_database() {
     const fs::path made = files_.database().string() + ".new";
-    for (const char* suffix : {"", "-journal"}) {
-      StateFiles::remove(made.string() + suffix);
-    }
+    for (const char* suffix : {"", "-journal"}) StateFiles::remove(made.string() + suffix);
     {
       Database database(made);
       database.run("PRAGMA auto_vacuum = FULL");

@@ -7,9 +7,7 @@ namespace {
 
 std::string extract(std::map<std::string, std::string>& notes, std::string_view name) {
   const auto found = notes.find(std::string(name));
-  if (found == notes.end()) {
-    return {};
-  }
+  if (found == notes.end()) return {};
   std::string text = std::move(found->second);
   notes.erase(found);
   return text;
@@ -34,18 +32,14 @@ Records read_records(Database& database) {
     records.scenes[std::string(scenes.bytes(0))] = {scenes.number(1), scenes.number(2)};
   }
   Statement logs(database, "SELECT job, number, bytes FROM logs");
-  while (logs.step()) {
-    records.jobs[logs.number(0)].rows = {logs.number(1), logs.number(2)};
-  }
+  while (logs.step()) records.jobs[logs.number(0)].rows = {logs.number(1), logs.number(2)};
   Statement pictures(database, "SELECT job, number, bytes, checksum FROM pictures");
   while (pictures.step()) {
     records.jobs[pictures.number(0)].picture = {pictures.number(1),
                                                 {pictures.number(2), pictures.number(3)}};
   }
   Statement notes(database, "SELECT name, text FROM notes");
-  while (notes.step()) {
-    records.notes[std::string(notes.bytes(0))] = notes.bytes(1);
-  }
+  while (notes.step()) records.notes[std::string(notes.bytes(0))] = notes.bytes(1);
   records.mark = extract(records.notes, own_note::mark);
   records.reached = extract(records.notes, own_note::reached);
   records.batch = extract_number(records.notes, own_note::batch);
@@ -62,18 +56,10 @@ void write_records(Database& database, const Records& records) {
     write_rows(database, id, job.rows);
     write_picture(database, id, job.picture);
   }
-  for (const auto& [digest, file] : records.scenes) {
-    write_scene(database, digest, file);
-  }
-  for (const auto& [name, text] : records.notes) {
-    write_note(database, name, text);
-  }
-  if (!records.mark.empty()) {
-    write_note(database, own_note::mark, records.mark);
-  }
-  if (!records.reached.empty()) {
-    write_note(database, own_note::reached, records.reached);
-  }
+  for (const auto& [digest, file] : records.scenes) write_scene(database, digest, file);
+  for (const auto& [name, text] : records.notes) write_note(database, name, text);
+  if (!records.mark.empty()) write_note(database, own_note::mark, records.mark);
+  if (!records.reached.empty()) write_note(database, own_note::reached, records.reached);
   write_note(database, own_note::batch, std::to_string(records.batch));
   write_note(database, own_note::notes_batch, std::to_string(records.notes_batch));
 }

@@ -11,9 +11,7 @@ std::optional<ReplicationState> replication_state_of(Store& store) {
 }
 
 std::optional<ReplicationState> replication_state_from_text(const std::string& text) {
-  if (text.empty()) {
-    return std::nullopt;
-  }
+  if (text.empty()) return std::nullopt;
   std::istringstream in(text);
   ReplicationState replication;
   unsigned role = 0;
@@ -47,9 +45,7 @@ void begin_generation(Store& store, ReplicationState& replication, ReplicaRole r
       reached.generation == replication.generation) {
     constexpr std::size_t most = 32;
     replication.earlier.push_back(reached);
-    if (replication.earlier.size() > most) {
-      replication.earlier.erase(replication.earlier.begin());
-    }
+    if (replication.earlier.size() > most) replication.earlier.erase(replication.earlier.begin());
   }
   ++replication.generation;
   replication.role = role;
@@ -87,9 +83,7 @@ void note_fence(Store& store) {
 
 void check_fence(Store& store, bool serve_fenced, std::uint64_t history) {
   std::optional<ReplicationState> replication = replication_state_of(store);
-  if (!replication || replication->role != ReplicaRole::fenced) {
-    return;
-  }
+  if (!replication || replication->role != ReplicaRole::fenced) return;
   if (!serve_fenced) {
     throw InputError(
         "--state: this state is out of date, because the standby of this coordinator has taken "
@@ -127,9 +121,7 @@ bool is_whole(Store& store, const ReplicationState& replication) {
 
 std::uint64_t serve_alone(Store& store) {
   std::optional<ReplicationState> replication = replication_state_of(store);
-  if (!replication) {
-    return 0;
-  }
+  if (!replication) return 0;
   if (!is_whole(store, *replication)) {
     throw InputError(
         "--state: this state is an incomplete copy: start this coordinator with --standby, so that "

@@ -42,9 +42,7 @@ class LogReader {
  public:
   LogReader(const std::filesystem::path& path, std::uint64_t bytes)
       : path_(path), remaining_(bytes), file_(open_file(path)) {
-    if (!file_) {
-      damaged(std::generic_category().message(errno));
-    }
+    if (!file_) damaged(std::generic_category().message(errno));
     std::error_code error;
     if (std::filesystem::file_size(path, error) < bytes || error) {
       damaged("the file is shorter than its committed part");
@@ -58,9 +56,7 @@ class LogReader {
     const auto length = header.get<std::uint64_t>();
     const auto checksum = header.get<std::uint64_t>();
     const std::string_view entry = read(length);
-    if (XXH3_64bits(entry.data(), entry.size()) != checksum) {
-      damaged("an entry fails its checksum");
-    }
+    if (XXH3_64bits(entry.data(), entry.size()) != checksum) damaged("an entry fails its checksum");
     return entry;
   }
 
@@ -98,9 +94,7 @@ void PendingRows::append(std::string entry) {
 }
 
 void PendingRows::each(const Store::RowsVisitor& visit) const {
-  for (const Entry& entry : entries_) {
-    visit(entry.data);
-  }
+  for (const Entry& entry : entries_) visit(entry.data);
 }
 
 std::vector<std::string_view> PendingRows::pieces() const {
@@ -115,17 +109,12 @@ std::vector<std::string_view> PendingRows::pieces() const {
 
 void each_entry_in(const std::filesystem::path& file, std::uint64_t bytes,
                    const Store::RowsVisitor& visit) {
-  if (bytes == 0) {
-    return;
-  }
-  for (LogReader reader(file, bytes); !reader.done();) {
-    visit(reader.next());
-  }
+  if (bytes == 0) return;
+  for (LogReader reader(file, bytes); !reader.done();) visit(reader.next());
 }
 
 /// Calls `visit` with the end of each entry in bytes until it returns false. Reads headers only.
-template <typename Visit>
-static void each_end(const std::filesystem::path& file, const Visit& visit) {
+static void each_end(const std::filesystem::path& file, const auto& visit) {
   const FilePointer in = open_file(file);
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(file, error);
@@ -136,13 +125,9 @@ static void each_end(const std::filesystem::path& file, const Visit& visit) {
       return;
     }
     const auto length = ByteReader(header).get<std::uint64_t>();
-    if (length > size - at - header_bytes) {
-      return;
-    }
+    if (length > size - at - header_bytes) return;
     at += header_bytes + length;
-    if (!visit(at)) {
-      return;
-    }
+    if (!visit(at)) return;
   }
 }
 

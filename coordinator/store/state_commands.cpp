@@ -8,12 +8,8 @@
 namespace parray::store {
 
 static int print_damage(const std::vector<std::string>& lines, const std::string& if_none) {
-  for (const std::string& line : lines) {
-    std::cout << line << '\n';
-  }
-  if (lines.empty()) {
-    std::cout << if_none << '\n';
-  }
+  for (const std::string& line : lines) std::cout << line << '\n';
+  if (lines.empty()) std::cout << if_none << '\n';
   return lines.empty() ? 0 : 1;
 }
 

@@ -40,9 +40,7 @@ bool is_kept_name(std::string_view name) {
 }
 
 fs::path numbered(fs::path file, std::uint64_t number) {
-  if (number > 0) {
-    file += "." + std::to_string(number);
-  }
+  if (number > 0) file += "." + std::to_string(number);
   return file;
 }
 
@@ -78,9 +76,7 @@ fs::path normal_directory(const fs::path& directory) {
 StateFiles::StateFiles(const fs::path& directory, Disk& disk)
     : directory_(normal_directory(directory)), disk_(disk), unsynced_({directory_}) {
   std::error_code error;
-  if (fs::create_directories(directory_, error)) {
-    unsynced_.insert(directory_.parent_path());
-  }
+  if (fs::create_directories(directory_, error)) unsynced_.insert(directory_.parent_path());
   if (error) {
     throw InputError("creating " + directory_.string() + ": " + error.message() +
                      ": name a directory that can be created");
@@ -88,9 +84,7 @@ StateFiles::StateFiles(const fs::path& directory, Disk& disk)
   reserved_ = fs::is_regular_file(reserve(), error);
   file_system_ = std::shared_ptr<const int>(
       new int(open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)), [](const int* handle) {
-        if (*handle >= 0) {
-          close(*handle);
-        }
+        if (*handle >= 0) close(*handle);
         delete handle;
       });
 }
@@ -158,9 +152,7 @@ void StateFiles::fail(const fs::path& file, int error) const {
 }
 
 void StateFiles::make_directory(const fs::path& directory) {
-  if (directory == directory_) {
-    return;
-  }
+  if (directory == directory_) return;
   make_directory(directory.parent_path());
   std::error_code error;
   if (fs::create_directory(directory, error)) {
@@ -173,9 +165,7 @@ void StateFiles::make_directory(const fs::path& directory) {
 void StateFiles::write_and_sync(int file, std::span<const std::string_view> pieces,
                                 std::uint64_t offset, const fs::path& path) {
   write_all(file, pieces, offset, path);
-  if (disk_.sync(file) != 0) {
-    fail(path, errno);
-  }
+  if (disk_.sync(file) != 0) fail(path, errno);
 }
 
 void StateFiles::write_all(int file, std::span<const std::string_view> pieces, std::uint64_t offset,
@@ -183,12 +173,8 @@ void StateFiles::write_all(int file, std::span<const std::string_view> pieces, s
   for (std::string_view piece : pieces) {
     while (!piece.empty()) {
       const ssize_t written = disk_.write(file, piece, offset);
-      if (written < 0 && errno == EINTR) {
-        continue;
-      }
-      if (written <= 0) {
-        fail(path, written < 0 ? errno : 0);
-      }
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) fail(path, written < 0 ? errno : 0);
       offset += static_cast<std::uint64_t>(written);
       piece.remove_prefix(static_cast<std::size_t>(written));
     }
@@ -201,13 +187,9 @@ WholeFile StateFiles::write(const fs::path& file, std::span<const std::string_vi
   const WholeFile made = whole_file_of(pieces);
   try {
     const OpenPath out(temporary, O_WRONLY | O_CREAT | O_TRUNC);
-    if (out.get() < 0) {
-      fail(temporary, errno);
-    }
+    if (out.get() < 0) fail(temporary, errno);
     write_and_sync(out.get(), pieces, 0, temporary);
-    if (disk_.rename(temporary.c_str(), file.c_str()) != 0) {
-      fail(file, errno);
-    }
+    if (disk_.rename(temporary.c_str(), file.c_str()) != 0) fail(file, errno);
   } catch (const RunError&) {
     unlink(temporary.c_str());  // frees its room
     throw;
@@ -223,9 +205,7 @@ void StateFiles::write_at(const fs::path& file, std::uint64_t offset,
     unsynced_.insert(file.parent_path());
   }
   const OpenPath out(file, O_WRONLY | O_CREAT);
-  if (out.get() < 0) {
-    fail(file, errno);
-  }
+  if (out.get() < 0) fail(file, errno);
   try {
     write_and_sync(out.get(), pieces, offset, file);
   } catch (const RunError&) {
@@ -240,9 +220,7 @@ void StateFiles::overwrite(const fs::path& file, std::string_view bytes) {
   make_directory(file.parent_path());
   unsynced_.insert(file.parent_path());
   const OpenPath out(file, O_WRONLY | O_CREAT | O_TRUNC);
-  if (out.get() < 0) {
-    fail(file, errno);
-  }
+  if (out.get() < 0) fail(file, errno);
   written_.insert(file);
   write_all(out.get(), std::span(&bytes, 1), 0, file);
 }
@@ -255,17 +233,13 @@ void StateFiles::overwrite_later(const fs::path& file, std::string_view bytes) {
 }
 
 void StateFiles::rename(const fs::path& from, const fs::path& onto) {
-  if (disk_.rename(from.c_str(), onto.c_str()) != 0) {
-    fail(onto, errno);
-  }
+  if (disk_.rename(from.c_str(), onto.c_str()) != 0) fail(onto, errno);
 }
 
 void StateFiles::sync() {
   constexpr std::size_t many = 16;
   if (*file_system_ >= 0 && written_.size() + unsynced_.size() > many) {
-    if (disk_.sync_file_system(*file_system_) != 0) {
-      fail(directory_, errno);
-    }
+    if (disk_.sync_file_system(*file_system_) != 0) fail(directory_, errno);
     written_.clear();
     unsynced_.clear();
     return;
@@ -290,15 +264,11 @@ void StateFiles::sync() {
 void StateFiles::sync_written(const fs::path& file) {
   const OpenPath written(file, O_RDONLY);
   const bool removed = written.get() < 0 && errno == ENOENT;
-  if (!removed && (written.get() < 0 || disk_.sync(written.get()) != 0)) {
-    fail(file, errno);
-  }
+  if (!removed && (written.get() < 0 || disk_.sync(written.get()) != 0)) fail(file, errno);
 }
 
 void StateFiles::keep_reserve() {
-  if (reserved_) {
-    return;
-  }
+  if (reserved_) return;
   constexpr std::size_t reserve_bytes = 262'144;  // about ten commits of the database
   const std::string reserve(reserve_bytes, '\0');
   const std::string_view whole = reserve;
@@ -320,9 +290,7 @@ std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
     return DamagedFile(file.string() + " is damaged: " + why);
   };
   const OpenPath in(file, O_RDONLY);
-  if (in.get() < 0 && errno == ENOENT) {
-    throw damaged("it is missing");
-  }
+  if (in.get() < 0 && errno == ENOENT) throw damaged("it is missing");
   if (in.get() < 0) {
     throw RunError(file.string() + " cannot be read: " + std::generic_category().message(errno));
   }
@@ -333,9 +301,7 @@ std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
   std::string bytes(expected.bytes, '\0');
   for (std::size_t at = 0; at < bytes.size();) {
     const ssize_t got = ::read(in.get(), bytes.data() + at, bytes.size() - at);
-    if (got <= 0) {
-      throw damaged(got < 0 ? std::generic_category().message(errno) : "it ends early");
-    }
+    if (got <= 0) throw damaged(got < 0 ? std::generic_category().message(errno) : "it ends early");
     at += static_cast<std::size_t>(got);
   }
   if (XXH3_64bits(bytes.data(), bytes.size()) != expected.checksum) {
@@ -351,9 +317,7 @@ void StateFiles::remove(const fs::path& path) {
 
 void StateFiles::cut(const fs::path& file, std::uint64_t bytes) {
   std::error_code error;
-  if (fs::file_size(file, error) > bytes && !error) {
-    fs::resize_file(file, bytes, error);
-  }
+  if (fs::file_size(file, error) > bytes && !error) fs::resize_file(file, bytes, error);
 }
 
 bool StateFiles::move_to_lost(const fs::path& file, std::uint64_t uptime) {
@@ -378,9 +342,7 @@ void StateFiles::move_unnamed_in_to_lost(const fs::path& directory, const std::s
   }
   std::ranges::sort(unnamed);
   for (const fs::path& file : unnamed) {
-    if (move_to_lost(file, uptime)) {
-      moved.push_back(file);
-    }
+    if (move_to_lost(file, uptime)) moved.push_back(file);
   }
 }
 
@@ -422,15 +384,11 @@ std::optional<std::string> text_of_file(const fs::path& file) {
   const OpenPath in(file, O_RDONLY);
   std::error_code error;
   const std::uint64_t size = fs::file_size(file, error);
-  if (in.get() < 0 || error) {
-    return std::nullopt;
-  }
+  if (in.get() < 0 || error) return std::nullopt;
   std::string bytes(size, '\0');
   for (std::size_t at = 0; at < bytes.size();) {
     const ssize_t got = ::read(in.get(), bytes.data() + at, bytes.size() - at);
-    if (got <= 0) {
-      return std::nullopt;
-    }
+    if (got <= 0) return std::nullopt;
     at += static_cast<std::size_t>(got);
   }
   return bytes;

@@ -45,9 +45,7 @@ class StateLock {
     }
   }
   ~StateLock() {
-    if (file_ >= 0) {
-      close(file_);
-    }
+    if (file_ >= 0) close(file_);
   }
   StateLock(const StateLock&) = delete;
   StateLock& operator=(const StateLock&) = delete;
@@ -71,9 +69,7 @@ void append(std::vector<std::string>& lines, const std::vector<std::string>& mor
 /// Returns one line for each damage.
 std::vector<std::string> damage_lines(const StateFiles& files, const Survey& survey) {
   std::vector<std::string> lines = survey.severe;
-  for (const Misplaced& misplaced : survey.misplaced) {
-    lines.push_back(misplaced.line);
-  }
+  for (const Misplaced& misplaced : survey.misplaced) lines.push_back(misplaced.line);
   append(lines, survey.comparison.minor);
   if (survey.severe.empty()) {
     for (const FileDamage& damage : verify_files(files, survey.database.records)) {
@@ -106,13 +102,9 @@ void refuse_target(const StateFiles& from, const fs::path& target) {
 /// Throws InputError while the standby is receiving a full copy.
 std::uint64_t full_copy_in(const StateFiles& from) {
   const auto notes = committed_notes(from);
-  if (!notes || !notes->notes.contains(replication_note)) {
-    return 0;
-  }
+  if (!notes || !notes->notes.contains(replication_note)) return 0;
   const auto replication = replication_state_from_text(notes->notes.at(replication_note));
-  if (!replication || replication->role != ReplicaRole::standby) {
-    return 0;
-  }
+  if (!replication || replication->role != ReplicaRole::standby) return 0;
   if (replication->copy_end == 0) {
     throw InputError(from.directory().string() +
                      " is the state of a standby that is receiving a full copy: wait until the "

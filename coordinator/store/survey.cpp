@@ -57,9 +57,7 @@ void read_into(DatabaseContent& content, const fs::path& file) {
     if (check.step() && check.bytes(0) != "ok") {
       content.damage = "parray.sqlite: " + std::string(check.bytes(0));
     }
-    if (content.version == present_version) {
-      content.records = read_records(database);
-    }
+    if (content.version == present_version) content.records = read_records(database);
   } catch (const StorageFull& full) {
     throw RunError("reading a copy of the database in " + file.parent_path().string() +
                    " failed: set TMPDIR to a directory with more room (" + full.what() + ")");
@@ -77,9 +75,7 @@ std::string relative(const StateFiles& files, const fs::path& file) {
 /// Returns what is wrong with a file that is written once; empty: nothing.
 std::string damage_of(const fs::path& file, const WholeFile& expected) {
   const std::optional<WholeFile> found = measure(file);
-  if (!found) {
-    return "is missing or cannot be read";
-  }
+  if (!found) return "is missing or cannot be read";
   if (found->bytes != expected.bytes) {
     return "has " + std::to_string(found->bytes) + " bytes instead of " +
            std::to_string(expected.bytes);
@@ -101,9 +97,7 @@ DatabaseContent read_database_copy(const StateFiles& files) {
   DatabaseContent content;
   std::error_code ignored;
   content.present = fs::exists(files.database(), ignored);
-  if (!content.present) {
-    return content;
-  }
+  if (!content.present) return content;
   if (!fs::is_regular_file(files.database(), ignored)) {
     content.damage = "parray.sqlite is not a file";
     return content;
@@ -117,9 +111,7 @@ DatabaseContent read_database_copy(const StateFiles& files) {
 }
 
 bool is_scene(const fs::path& file, const std::string& digest, const WholeFile* expected) {
-  if (expected != nullptr) {
-    return measure(file) == *expected;
-  }
+  if (expected != nullptr) return measure(file) == *expected;
   const std::optional<std::string> bytes = text_of_file(file);
   return bytes && sha256_hex(as_byte_span(*bytes)) == digest;
 }

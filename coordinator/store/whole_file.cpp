@@ -24,9 +24,7 @@ OpenPath::OpenPath(const std::filesystem::path& path, int flags)
 }
 
 OpenPath::~OpenPath() {
-  if (fd_ >= 0) {
-    close(fd_);
-  }
+  if (fd_ >= 0) close(fd_);
 }
 
 WholeFile whole_file_of(std::span<const std::string_view> pieces) {
@@ -51,9 +49,7 @@ std::optional<WholeFile> measure(const std::filesystem::path& file) {
   std::string block(std::size_t{1} << 20, '\0');
   for (;;) {
     const ssize_t got = in.get() < 0 ? -1 : ::read(in.get(), block.data(), block.size());
-    if (got < 0) {
-      return std::nullopt;
-    }
+    if (got < 0) return std::nullopt;
     if (got == 0) {
       found.checksum = XXH3_64bits_digest(hash.get());
       return found;

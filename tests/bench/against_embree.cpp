@@ -366,9 +366,7 @@ int run(const std::vector<std::uint32_t>& sizes, bool sticks, const std::string&
   if (!json_file.empty()) {
     std::ofstream out(json_file);
     out << report.dump(2) << '\n';
-    if (!out.flush()) {
-      throw std::runtime_error(json_file + ": cannot be written");
-    }
+    if (!out.flush()) throw std::runtime_error(json_file + ": cannot be written");
   }
   return agree ? 0 : 1;
 }

@@ -107,9 +107,7 @@ class HttpReader {
     while (body == std::string::npos || answer.size() < body + length) {
       std::array<char, 65536> buffer{};
       const ssize_t got = recv(socket_, buffer.data(), buffer.size(), 0);
-      if (got <= 0) {
-        throw RunError("the HTTP connection was closed");
-      }
+      if (got <= 0) throw RunError("the HTTP connection was closed");
       answer.append(buffer.data(), static_cast<std::size_t>(got));
       if (body == std::string::npos && answer.find("\r\n\r\n") != std::string::npos) {
         body = answer.find("\r\n\r\n") + 4;
@@ -162,15 +160,11 @@ class Readers {
 
   json figures() {
     stop_ = true;
-    for (Kind& kind : kinds_) {
-      kind.thread.join();
-    }
+    for (Kind& kind : kinds_) kind.thread.join();
     json result;
     std::vector<double> all;
     for (const Kind& kind : kinds_) {
-      if (!kind.failure.empty()) {
-        throw RunError(kind.name + ": " + kind.failure);
-      }
+      if (!kind.failure.empty()) throw RunError(kind.name + ": " + kind.failure);
       std::vector<double> counted;
       for (const auto& [begin, end] : kind.reads) {
         if (std::ranges::any_of(spans_, [&, from = begin, to = end](const auto& span) {
@@ -239,18 +233,14 @@ class Crowd {
   /// its answer.
   std::vector<double> shake_hands(int clients) {
     std::list<Peer> peers;
-    for (int i = 0; i < clients; ++i) {
-      peers.emplace_back(context_, arguments_.coordinator, key_);
-    }
+    for (int i = 0; i < clients; ++i) peers.emplace_back(context_, arguments_.coordinator, key_);
     return exchange<msg::Workers>(peers, [](int) { return msg::ListWorkers{1, 0, 1}; });
   }
 
   /// The clients are connected before they submit a job each, all at once.
   std::vector<double> submit(int clients, const std::function<void()>& begin) {
     std::list<Peer> peers;
-    for (int i = 0; i < clients; ++i) {
-      peers.emplace_back(context_, arguments_.coordinator, key_);
-    }
+    for (int i = 0; i < clients; ++i) peers.emplace_back(context_, arguments_.coordinator, key_);
     exchange<msg::Workers>(peers, [](int) { return msg::ListWorkers{1, 0, 1}; });
     begin();
     return exchange<msg::Submitted>(peers, [this](int) { return next_job(); });
@@ -263,9 +253,7 @@ class Crowd {
     submit.token = "answers-" + std::to_string(getpid()) + "-" + std::to_string(++jobs_);
     submit.name = "answers";
     submit.settings = settings_;
-    if (arguments_.distinct) {
-      scene_.spheres.front().radius = 1 + 1e-4 * jobs_;
-    }
+    if (arguments_.distinct) scene_.spheres.front().radius = 1 + 1e-4 * jobs_;
     submit.scene = ScenePayload(std::make_shared<const Scene>(scene_));
     return submit;
   }
@@ -274,9 +262,7 @@ class Crowd {
   template <typename Answer, typename Make>
   std::vector<double> exchange(std::list<Peer>& peers, const Make& make) {
     std::vector<Message> requests;
-    for (int i = 0; i < static_cast<int>(peers.size()); ++i) {
-      requests.push_back(make(i));
-    }
+    for (int i = 0; i < static_cast<int>(peers.size()); ++i) requests.push_back(make(i));
     std::vector<zmq::pollitem_t> items;
     std::vector<Peer*> waiting;
     const Time begin = clock_.now();
@@ -292,12 +278,8 @@ class Crowd {
       }
       for (std::size_t i = waiting.size(); i-- > 0;) {
         const auto answer = items[i].revents == 0 ? std::nullopt : waiting[i]->receive();
-        if (!answer) {
-          continue;
-        }
-        if (const auto* error = std::get_if<msg::Error>(&*answer)) {
-          throw RunError(error->message);
-        }
+        if (!answer) continue;
+        if (const auto* error = std::get_if<msg::Error>(&*answer)) throw RunError(error->message);
         if (std::holds_alternative<Answer>(*answer)) {
           taken.push_back(to_seconds(clock_.now() - begin));
           waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(i));
@@ -356,12 +338,8 @@ json measure(const Arguments& a) {
     std::this_thread::sleep_for(seconds(1));
   }
   json result = {{"reads_ms", readers.figures()}};
-  if (a.submits > 0) {
-    result["submits_ms"] = figures_of(acknowledged);
-  }
-  if (a.handshakes > 0) {
-    result["handshakes_ms"] = figures_of(greeted);
-  }
+  if (a.submits > 0) result["submits_ms"] = figures_of(acknowledged);
+  if (a.handshakes > 0) result["handshakes_ms"] = figures_of(greeted);
   return result;
 }
 

@@ -77,9 +77,7 @@ inline void warn_of_assertions() {
 inline std::string processor() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {
-    if (line.starts_with("model name")) {
-      return line.substr(line.find(':') + 2);
-    }
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
   }
   return "unknown processor";
 }

@@ -32,9 +32,7 @@ Vec3d point_in_ball(std::uint32_t item) {
   for (std::uint32_t block = 0;; ++block) {
     const auto u = draw(positions, item, block);
     const Vec3d point{2 * u[0] - 1, 2 * u[1] - 1, 2 * u[2] - 1};
-    if (dot(point, point) <= 1) {
-      return point;
-    }
+    if (dot(point, point) <= 1) return point;
   }
 }
 
@@ -63,9 +61,7 @@ std::uint32_t cloud_material(double kind, double which) {
   const auto among = [which](std::uint32_t first, std::uint32_t count) {
     return first + static_cast<std::uint32_t>(which * count);
   };
-  if (kind < 0.80) {
-    return among(0, diffuse_kinds);
-  }
+  if (kind < 0.80) return among(0, diffuse_kinds);
   return kind < 0.95 ? among(diffuse_kinds, metal_kinds)
                      : among(diffuse_kinds + metal_kinds, glass_kinds);
 }

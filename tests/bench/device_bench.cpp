@@ -147,9 +147,7 @@ class Run {
 
   void check() {
     const test::CudaLauncher launcher(device_, modules_.with(0));
-    if (arguments_.wants("fingerprint")) {
-      keep("fingerprint", check_fingerprint(launcher, verdict_));
-    }
+    if (arguments_.wants("fingerprint")) keep("fingerprint", check_fingerprint(launcher, verdict_));
     if (arguments_.wants("pictures")) {
       const auto size = size_of(or_else(arguments_.picture, "60x40x8"), 3);
       keep("pictures",

@@ -39,22 +39,14 @@ struct ProbeNumber {
   static Word special(std::uint32_t which) {
     const Word sign = Word(which & 1) << (sizeof(Word) * 8 - 1);
     switch (which >> 1 & 7) {
-      case 0:
-        return sign;
-      case 1:
-        return sign | exponent_mask;
-      case 2:
-        return sign | exponent_mask | 1;
-      case 3:
-        return sign | 1;
-      case 4:
-        return sign | ((Word(1) << mantissa) - 1);
-      case 5:
-        return sign | Word(1) << mantissa;
-      case 6:
-        return sign | (exponent_mask - 1);
-      default:
-        return sign | one;
+      case 0: return sign;
+      case 1: return sign | exponent_mask;
+      case 2: return sign | exponent_mask | 1;
+      case 3: return sign | 1;
+      case 4: return sign | ((Word(1) << mantissa) - 1);
+      case 5: return sign | Word(1) << mantissa;
+      case 6: return sign | (exponent_mask - 1);
+      default: return sign | one;
     }
   }
 };
@@ -91,8 +83,7 @@ void choose_operands(std::uint64_t choice, Word& a, Word& b) {
     case 7:
       (choice >> 15 & 1 ? a : b) = Number::special(static_cast<std::uint32_t>(choice >> 16));
       break;
-    default:
-      break;
+    default: break;
   }
 }
 

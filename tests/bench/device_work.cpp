@@ -60,9 +60,7 @@ std::string difference(const DeviceItem& item, const DeviceSums& found,
   };
   for (std::size_t i = 0; i < 3; ++i) {
     const std::string of = " of channel " + std::to_string(i);
-    if (found.sum[i] != expected.sum[i]) {
-      return text("the sum" + of, found.sum[i], expected.sum[i]);
-    }
+    if (found.sum[i] != expected.sum[i]) return text("the sum" + of, found.sum[i], expected.sum[i]);
     if (found.sum_of_squares[i] != expected.sum_of_squares[i]) {
       return text("the sum of squares" + of, found.sum_of_squares[i], expected.sum_of_squares[i]);
     }

@@ -253,12 +253,8 @@ Vec3<float> EmbreePeer::Body::radiance(std::uint32_t x, std::uint32_t y, std::ui
     ++counts.rays;
     RTCRayHit ray = make_ray(origin.x, origin.y, origin.z, near, d.x, d.y, d.z);
     rtcIntersect1(spheres_.handle(), &context, &ray);
-    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
-      return throughput * sky_.radiance(d);
-    }
-    if (bounce + 1 == max_depth_) {
-      break;
-    }
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return throughput * sky_.radiance(d);
+    if (bounce + 1 == max_depth_) break;
     const Vec3<float> outward{ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z};
     const float square = dot(outward, outward);
     const float inverse_radius = lanes::inverse_square_root(square);
@@ -266,9 +262,7 @@ Vec3<float> EmbreePeer::Body::radiance(std::uint32_t x, std::uint32_t y, std::ui
     const auto scattered = peer::scatter(materials_, spheres_.material_of()[ray.hit.primID], d,
                                          (leaving ? -inverse_radius : inverse_radius) * outward,
                                          leaving, address, bounce);
-    if (scattered.absorbed) {
-      break;
-    }
+    if (scattered.absorbed) break;
     throughput = throughput * scattered.albedo;
     origin = origin + ray.ray.tfar * d;
     near = near_limit(origin, ray.ray.tfar, square * inverse_radius);
@@ -361,9 +355,7 @@ void EmbreePeer::Body::finish_paths(Paths& paths, Radiance& radiance, TraceCount
       const Hits hits = intersect_packet(spheres_.handle(), context, block, live);
       const Masks hit = live & (hits.sphere != RTC_INVALID_GEOMETRY_ID);
       add_misses(block, live & ~hit, radiance);
-      if (bounce + 1 < max_depth_ && lanes::any(hit)) {
-        bounce_block(block, hits, hit, bounce, paths);
-      }
+      if (bounce + 1 < max_depth_ && lanes::any(hit)) bounce_block(block, hits, hit, bounce, paths);
     }
   }
 }

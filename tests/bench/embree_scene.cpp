@@ -45,9 +45,7 @@ std::vector<std::uint32_t> morton_order(const std::vector<Shape>& spheres) {
   std::sort(keys.begin(), keys.end());
   std::vector<std::uint32_t> order;
   order.reserve(keys.size());
-  for (const auto& [code, index] : keys) {
-    order.push_back(index);
-  }
+  for (const auto& [code, index] : keys) order.push_back(index);
   return order;
 }
 
@@ -137,9 +135,7 @@ void EmbreeScene::fill(const std::vector<Capsule>& capsules, RTCGeometry geometr
 
 void EmbreeScene::check() const {
   const RTCError error = rtcGetDeviceError(device_);
-  if (error != RTC_ERROR_NONE) {
-    throw std::runtime_error("Embree: error " + std::to_string(error));
-  }
+  if (error != RTC_ERROR_NONE) throw std::runtime_error("Embree: error " + std::to_string(error));
 }
 
 }  // namespace parray::peer

@@ -128,9 +128,7 @@ class Lens {
     const F film_y = (y + u.b) * inverse_height_;
     const Vec3<F> direction =
         splat<F>(corner_) + film_x * splat<F>(right_) + film_y * splat<F>(down_);
-    if (pinhole_) {
-      return {splat<F>(origin_), unit_vector(direction)};
-    }
+    if (pinhole_) return {splat<F>(origin_), unit_vector(direction)};
     const F a = 2 * u.c - 1;
     const F b = 2 * u.d - 1;
     const Mask<F> steep = b * b > a * a;
@@ -190,9 +188,7 @@ Scattered<F> scatter(const MaterialColumns& materials, const Word<F>& material, 
   const F cosine = smaller(F{} + 1, larger(F{}, -dot(d, m)));
   Vec3<F> out = d + (2 * cosine) * m;  // the mirror direction
   Uniform<F> u{};
-  if (lanes::any(diffuse | fuzzy | dielectric)) {
-    u = uniform<F>(address, bounce, 1);
-  }
+  if (lanes::any(diffuse | fuzzy | dielectric)) u = uniform<F>(address, bounce, 1);
   if (lanes::any(diffuse | fuzzy)) {
     const Vec3<F> sphere = uniform_direction(u.a, u.b);
     F radius = F{} + 1;

@@ -130,9 +130,7 @@ class Client {
     for (std::uint64_t request = 1; !stop_ && !done_; ++request) {
       const Time asked = clock_.now();
       peer_.send(msg::ListJobs{request});
-      if (answered(request)) {
-        answers_.push_back(to_seconds(clock_.now() - asked) * 1000);
-      }
+      if (answered(request)) answers_.push_back(to_seconds(clock_.now() - asked) * 1000);
       std::this_thread::sleep_for(milliseconds(10));
     }
   }
@@ -170,9 +168,7 @@ class Client {
 class Flood {
  public:
   explicit Flood(const Arguments& a) : arguments_(a) {
-    if (!a.unwatched) {
-      client_.emplace(a);
-    }
+    if (!a.unwatched) client_.emplace(a);
     // As if on other machines: they take no processor from the coordinator, nor from its client.
     setpriority(PRIO_PROCESS, 0, 19);
     context_.set(zmq::ctxopt::max_sockets, a.workers + 16);
@@ -210,14 +206,10 @@ class Flood {
   void serve() {
     std::vector<zmq::pollitem_t> items;
     items.reserve(workers_.size());
-    for (FloodWorker& worker : workers_) {
-      items.push_back({worker.peer.handle(), 0, ZMQ_POLLIN, 0});
-    }
+    for (FloodWorker& worker : workers_) items.push_back({worker.peer.handle(), 0, ZMQ_POLLIN, 0});
     zmq::poll(items, milliseconds(5));
     for (std::size_t i = 0; i < workers_.size(); ++i) {
-      if (items[i].revents != 0) {
-        work(workers_[i]);
-      }
+      if (items[i].revents != 0) work(workers_[i]);
     }
   }
 

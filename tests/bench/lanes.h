@@ -148,9 +148,7 @@ inline constexpr auto lanes_of_mask = [] {
   for (std::size_t mask = 0; mask < table.size(); ++mask) {
     std::size_t next = 0;
     for (std::uint32_t lane = 0; lane < width; ++lane) {
-      if ((mask >> lane & 1) != 0) {
-        table[mask][next++] = lane;
-      }
+      if ((mask >> lane & 1) != 0) table[mask][next++] = lane;
     }
   }
   return table;

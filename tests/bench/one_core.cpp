@@ -72,9 +72,7 @@ void measure(const std::filesystem::path& file) {
   }
   std::array<Rates, variants.size()> rates;
   for (std::size_t round = 0; round < rounds; ++round) {
-    for (std::size_t v = 0; v < variants.size(); ++v) {
-      take_turn(*tracers[v], settings, rates[v]);
-    }
+    for (std::size_t v = 0; v < variants.size(); ++v) take_turn(*tracers[v], settings, rates[v]);
   }
   const double base = median(rates[0].samples);
   for (std::size_t v = 0; v < variants.size(); ++v) {
@@ -96,8 +94,6 @@ int main(int argc, char** argv) {
   std::printf("%s, one core; 300 x 200 pixels, depth 10; median of %zu rounds\n",
               processor().c_str(), rounds);
   std::puts(" spheres  variant     Msamples/s   Mrays/s  to f32 bvh");
-  for (int i = 1; i < argc; ++i) {
-    measure(argv[i]);
-  }
+  for (int i = 1; i < argc; ++i) measure(argv[i]);
   return 0;
 }

@@ -40,9 +40,7 @@ class Peer {
       return {};
     }
     Frames frames;
-    for (const zmq::message_t& part : parts) {
-      frames.emplace_back(part.to_string());
-    }
+    for (const zmq::message_t& part : parts) frames.emplace_back(part.to_string());
     return decode(frames);
   }
   void* handle() { return socket_.handle(); }

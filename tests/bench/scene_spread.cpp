@@ -83,9 +83,7 @@ class RatedNetwork {
   std::uint64_t next_ = 0;
 };
 
-Time virtual_time(double seconds_now) {
-  return from_seconds(seconds_now);
-}
+Time virtual_time(double seconds_now) { return from_seconds(seconds_now); }
 
 double spread(const Arguments& a) {
   test::SpreadCoordinator coordinator(scene_of(a.megabytes), chunk_bytes);
@@ -126,9 +124,7 @@ double spread(const Arguments& a) {
     }
     post(arrival.at, arrival.to, actor);
   }
-  if (left > 0) {
-    throw RunError("the scene has not come to all workers");
-  }
+  if (left > 0) throw RunError("the scene has not come to all workers");
   return last;
 }
 

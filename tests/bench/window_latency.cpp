@@ -109,9 +109,7 @@ void measure_hand_over() {
                               [] {});
   print("hand-over to a team's thread and back", seconds_of(2000, [&] {
           thread.start(1);
-          while (!thread.take()) {
-            thread.wait_until_done(milliseconds(1));
-          }
+          while (!thread.take()) thread.wait_until_done(milliseconds(1));
         }));
 }
 
@@ -141,9 +139,7 @@ void measure_collector(std::uint32_t samples_per_pixel, std::uint64_t cells_an_e
   }
   const auto cells = static_cast<double>(plan.cells());
   const double begin = bench::cpu_seconds();
-  while (!collector.done()) {
-    collector.collect(clock.now(), 4096);
-  }
+  while (!collector.done()) collector.collect(clock.now(), 4096);
   const double seconds = bench::cpu_seconds() - begin;
   std::printf("digests: %.2f GB/s\n",
               1e-9 * cells * static_cast<double>(layout.record_bytes()) / digests);
@@ -172,9 +168,7 @@ int main() {
     } else {
       WindowSource source(report.job, report.pass, layout, window.of(0),
                           one_cell_leases(world.rank()));
-      if (measures) {
-        measure_leases(source, "window", report.plan());
-      }
+      if (measures) measure_leases(source, "window", report.plan());
       serve(world, [] {});
     }
     if (world.first()) {
@@ -182,17 +176,13 @@ int main() {
     } else {
       RequestWindow requests(ask_first_rank(world.comm()));
       WindowSource source(report.job, report.pass, layout, requests, one_cell_leases(world.rank()));
-      if (measures) {
-        measure_leases(source, "messages", report.plan());
-      }
+      if (measures) measure_leases(source, "messages", report.plan());
       serve(world, [] {});
     }
   }
   if (measures) {
     measure_hand_over();
-    for (const std::uint64_t cells : {1U, 30U, 1000U}) {
-      measure_collector(500, cells);
-    }
+    for (const std::uint64_t cells : {1U, 30U, 1000U}) measure_collector(500, cells);
     measure_collector(12, 10);
     measure_collector(6, 10);
   }

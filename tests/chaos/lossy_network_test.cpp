@@ -85,9 +85,7 @@ TEST_CASE("200 lossy networks: the same hash, every sample merged once") {
                         milliseconds(static_cast<int>(up_to(3000)))};
     SimFarm farm(faults, seed);
     const std::size_t workers = 1 + random() % 4;
-    for (std::size_t i = 0; i < workers; ++i) {
-      farm.add_worker(20 + up_to(500));
-    }
+    for (std::size_t i = 0; i < workers; ++i) farm.add_worker(20 + up_to(500));
     const RenderSettings settings = settings_for(scene, seed);
     farm.submit(scene, settings);
     REQUIRE(farm.run(patience));
@@ -150,9 +148,7 @@ TEST_CASE(
     farm.submit(scene, settings);
     std::size_t lost = 0;
     REQUIRE(farm.run(patience, [&](SimFarm& f) {
-      if (random() % 60 == 0) {
-        f.crash_coordinator();
-      }
+      if (random() % 60 == 0) f.crash_coordinator();
       lost += f.acknowledged_but_lost();
     }));
     CHECK(lost == 0);
@@ -222,9 +218,7 @@ TEST_CASE("a worker stopped beyond its deadline has its late result refused") {
     // The second worker joins after the coordinator has noticed the loss; otherwise it would hold a
     // copy of the same lease. It is so slow that the job is still running when the stopped worker
     // returns.
-    if (f.worker_count() == 1 && f.network.now() > seconds(8)) {
-      f.add_worker(20);
-    }
+    if (f.worker_count() == 1 && f.network.now() > seconds(8)) f.add_worker(20);
   }));
   CHECK(stopped);
   CHECK(farm.coordinator().tally().stale >= 1);

@@ -21,9 +21,7 @@ std::vector<double> hot_band(std::uint32_t height, double seconds) {
   std::vector<double> rows(height, 1.0);
   std::fill(rows.begin() + height * 9 / 20, rows.begin() + height * 11 / 20, 20.0);
   const double sum = std::accumulate(rows.begin(), rows.end(), 0.0);
-  for (double& row : rows) {
-    row *= seconds / sum;
-  }
+  for (double& row : rows) row *= seconds / sum;
   return rows;
 }
 
@@ -49,9 +47,7 @@ JobOptions random_job(Dice& dice) {
   job.settings.height = 1 + dice.below32(80);
   job.settings.samples_per_pixel = 1 + dice.below32(5000);
   job.row_seconds = std::vector<double>(job.settings.height);
-  for (double& row : job.row_seconds) {
-    row = dice.ten_to(-3, 1);
-  }
+  for (double& row : job.row_seconds) row = dice.ten_to(-3, 1);
   job.cell_noise = dice.unit();
   job.seed = dice.bits();
   job.threads = 1 + dice.below32(4);

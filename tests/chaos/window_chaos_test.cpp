@@ -88,9 +88,7 @@ class Job {
                                                         faults, job.dice_.bits(), job.faults_));
         all.windows.push_back(faulty.back().get());
       }
-      if (all.windows.empty()) {
-        all.windows.push_back(&first);
-      }
+      if (all.windows.empty()) all.windows.push_back(&first);
     }
     std::vector<std::unique_ptr<LocalWindow>> kept;
     std::vector<std::unique_ptr<FaultyWindow>> faulty;
@@ -160,9 +158,7 @@ Storm storm_of(std::uint64_t seed) {
   storm.settings.row_order = dice.one_in(2) ? RowOrder::sequential : RowOrder::interleaved;
   storm.ledger_ranks = 1 + dice.below32(storm.ranks);
   storm.by_requests = seed / 4 % 2 == 1;
-  if (storm.by_requests) {
-    storm.ledger_ranks = storm.ranks;
-  }
+  if (storm.by_requests) storm.ledger_ranks = storm.ranks;
   storm.tile = dice.one_in(3) ? 8 : 0;
   const std::uint64_t cells = whole_plan(storm.settings, storm.tile)->cells();
   if (dice.one_in(2)) {

@@ -119,9 +119,7 @@ void print_coverage(const std::vector<NoisyScene>& scenes, const Options& option
     }
   }
   std::puts("");
-  for (const auto& [title, coverage] : all) {
-    print_strata(coverage, title);
-  }
+  for (const auto& [title, coverage] : all) print_strata(coverage, title);
 }
 
 using Strata = std::array<double, Coverage::strata>;
@@ -287,13 +285,7 @@ int main(int argc, char** argv) {
     const FloatMode of_thread;
     references[i] = trace_reference(scenes[i], options.reference);
   }
-  if (options.seeds > 0) {
-    print_coverage(scenes, options, references);
-  }
-  if (options.bias_seeds > 0) {
-    print_bias(scenes, options, references);
-  }
-  if (options.target_seeds > 0) {
-    print_targets(scenes, options, references);
-  }
+  if (options.seeds > 0) print_coverage(scenes, options, references);
+  if (options.bias_seeds > 0) print_bias(scenes, options, references);
+  if (options.target_seeds > 0) print_targets(scenes, options, references);
 }

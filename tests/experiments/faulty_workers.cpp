@@ -59,17 +59,13 @@ class Farm {
         policy_({.share = 0.01}, [this] { return dice_.unit(); }),
         farm_(machines) {
     const auto faulty_workers = static_cast<std::size_t>(its.faulty_workers * machines + 0.5);
-    for (std::size_t i = 0; i < faulty_workers; ++i) {
-      farm_[i].faulty = true;
-    }
+    for (std::size_t i = 0; i < faulty_workers; ++i) farm_[i].faulty = true;
   }
 
   Outcome run() {
     for (std::uint64_t round = 0; round < leases_each; ++round) {
       for (std::size_t i = 0; i < machines; ++i) {
-        if (!farm_[i].quarantined) {
-          trace(i);
-        }
+        if (!farm_[i].quarantined) trace(i);
       }
     }
     for (const Machine& machine : farm_) {
@@ -93,9 +89,7 @@ class Farm {
       machine.lies.push_back(machine.leases);
       machine.first_lie = machine.first_lie == 0 ? machine.leases : machine.first_lie;
     }
-    if (policy_.wants_check(worker)) {
-      check(place, lie);
-    }
+    if (policy_.wants_check(worker)) check(place, lie);
   }
 
   /// Another machine, or the referee, traces a lease again.
@@ -103,9 +97,7 @@ class Farm {
     ++outcome_.checks;
     std::vector<std::size_t> others;
     for (std::size_t i = 0; i < machines; ++i) {
-      if (i != place && !farm_[i].quarantined) {
-        others.push_back(i);
-      }
+      if (i != place && !farm_[i].quarantined) others.push_back(i);
     }
     const auto drawn = policy_.draw_checker(others.size());
     if (!lie) {
@@ -121,17 +113,13 @@ class Farm {
   /// What it traced is traced again; what it vouched for is checked again, by the referee, too.
   void quarantine(std::size_t place) {
     Machine& machine = farm_[place];
-    if (machine.quarantined) {
-      return;
-    }
+    if (machine.quarantined) return;
     machine.quarantined = true;
     machine.lies.clear();
     outcome_.honest_quarantined += machine.faulty ? 0 : 1;
     ++outcome_.found;
     outcome_.found_in_time += machine.leases < found_within ? 1 : 0;
-    for (const std::size_t other : std::exchange(machine.vouched, {})) {
-      quarantine(other);
-    }
+    for (const std::size_t other : std::exchange(machine.vouched, {})) quarantine(other);
   }
 
   const Case case_;

@@ -80,9 +80,7 @@ std::optional<Seconds> measure(const Scene& scene) {
   tracers[automatic] =
       make_path_tracer(scene, resolve_settings(requirements_of(scene), settings).settings);
   std::uint32_t samples = 1;
-  while (take_turn(*tracers[octree], settings, samples).seconds < 0.1) {
-    samples *= 2;
-  }
+  while (take_turn(*tracers[octree], settings, samples).seconds < 0.1) samples *= 2;
   std::array<std::vector<double>, contestants> seconds;
   for (std::size_t round = 0; round < rounds; ++round) {
     std::vector<PixelSums> first;

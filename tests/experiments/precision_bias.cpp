@@ -41,12 +41,8 @@ struct Interval {
 Interval interval_of(const std::array<double, batches>& values) {
   double mean = 0;
   double square = 0;
-  for (const double value : values) {
-    mean += value / batches;
-  }
-  for (const double value : values) {
-    square += (value - mean) * (value - mean) / (batches - 1);
-  }
+  for (const double value : values) mean += value / batches;
+  for (const double value : values) square += (value - mean) * (value - mean) / (batches - 1);
   return {mean, student * std::sqrt(square / batches)};
 }
 
@@ -69,9 +65,7 @@ std::vector<std::vector<test::Step>> steps_in(const Scene& scene, const RenderSe
 double share_alike(const std::vector<std::vector<test::Step>>& a,
                    const std::vector<std::vector<test::Step>>& b) {
   double alike = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    alike += a[i] == b[i] ? 1 : 0;
-  }
+  for (std::size_t i = 0; i < a.size(); ++i) alike += a[i] == b[i] ? 1 : 0;
   return alike / static_cast<double>(a.size());
 }
 
@@ -116,9 +110,7 @@ void print_scene(const std::string& path, std::uint32_t samples) {
               std::string(name_of(picked)).c_str());
   for (const Precision precision : {Precision::f32, Precision::mixed}) {
     std::array<double, batches> difference = batch_means(file.scene, settings, precision);
-    for (std::uint32_t b = 0; b < batches; ++b) {
-      difference[b] -= exactly[b];
-    }
+    for (std::uint32_t b = 0; b < batches; ++b) difference[b] -= exactly[b];
     const Interval bias = interval_of(difference);
     std::printf(" %.3f %% | %+.1e +- %.0e |", 100 * (precision == Precision::f32 ? single : mixed),
                 bias.mean, bias.half);
@@ -143,9 +135,7 @@ int run(int argc, char** argv) {
   std::puts(
       "| scene | auto | f32: paths alike | f32 - f64 | mixed: paths alike | mixed - f64 | noise |");
   std::puts("|---|---|---|---|---|---|---|");
-  for (int i = first; i < argc; ++i) {
-    print_scene(argv[i], samples);
-  }
+  for (int i = first; i < argc; ++i) print_scene(argv[i], samples);
   return 0;
 }
 

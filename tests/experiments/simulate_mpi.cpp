@@ -73,9 +73,7 @@ Measured read_report(const std::string& path) {
 Measured enlarged(Measured measured, std::uint32_t times) {
   measured.width *= times;
   std::vector<double> rows;
-  for (const double row : measured.row_seconds) {
-    rows.insert(rows.end(), times, row * times);
-  }
+  for (const double row : measured.row_seconds) rows.insert(rows.end(), times, row * times);
   measured.row_seconds = std::move(rows);
   return measured;
 }
@@ -88,18 +86,14 @@ void make_hot_band(std::vector<double>& rows) {
     rows[row] = row >= height * 9 / 20 && row < height * 11 / 20 ? 20 : 1;
   }
   const double sum = std::accumulate(rows.begin(), rows.end(), 0.0);
-  for (double& row : rows) {
-    row *= total / sum;
-  }
+  for (double& row : rows) row *= total / sum;
 }
 
 std::vector<double> speeds_of(const Arguments& a, std::uint32_t ranks) {
   std::vector<double> speeds(ranks, 1.0);
   std::mt19937_64 engine(a.seed);
   std::normal_distribution<double> normal;
-  for (double& speed : speeds) {
-    speed = std::exp(a.speed_spread * normal(engine));
-  }
+  for (double& speed : speeds) speed = std::exp(a.speed_spread * normal(engine));
   speeds.back() /= a.slow_rank;
   return speeds;
 }
@@ -115,9 +109,7 @@ JobOptions job_options(const Arguments& a, const Measured& measured, std::uint32
   for (double& row : job.row_seconds) {
     row *= a.slowness * a.samples_per_pixel / measured.samples_per_pixel;
   }
-  if (a.hot_band) {
-    make_hot_band(job.row_seconds);
-  }
+  if (a.hot_band) make_hot_band(job.row_seconds);
   job.cell_noise = a.cell_noise;
   job.seed = a.seed;
   job.ranks = ranks;
@@ -163,9 +155,7 @@ void print_line(const Arguments& a, const SimJob& job, std::uint32_t ranks) {
     throw RunError("the account of the cores' time does not add up");
   }
   std::uint64_t leases = 0;
-  for (std::uint32_t rank = 0; rank < ranks; ++rank) {
-    leases += job.tally(rank).leases;
-  }
+  for (std::uint32_t rank = 0; rank < ranks; ++rank) leases += job.tally(rank).leases;
   const auto& tally = job.totals();
   std::printf("%s,%u,%u,%u,%s,%s,%s,%.6g,%.6g,%.6g,%.5g,%.4f,%.4f,", a.label.c_str(), ranks,
               a.threads, ranks * a.threads, a.schedule.c_str(), a.row_order.c_str(),
@@ -187,9 +177,7 @@ void write_ranks(const std::string& path, const std::vector<double>& normalized)
   for (std::size_t rank = 0; rank < normalized.size(); ++rank) {
     file << rank << ',' << normalized[rank] << '\n';
   }
-  if (!file.flush()) {
-    throw RunError("writing " + path + ": failed");
-  }
+  if (!file.flush()) throw RunError("writing " + path + ": failed");
 }
 
 /// The seed program's MPI (static) or MPI-LB (guided).
@@ -225,9 +213,7 @@ void simulate(const Arguments& a) {
     const JobOptions job = job_options(a, measured, ranks);
     const auto normalized = a.seed_scheme ? simulate_seed(a, job) : simulate_parray(a, job);
     std::fflush(stdout);
-    if (!a.per_rank.empty()) {
-      write_ranks(a.per_rank, normalized);
-    }
+    if (!a.per_rank.empty()) write_ranks(a.per_rank, normalized);
   }
 }
 
@@ -284,9 +270,7 @@ int run(int argc, char** argv) {
   app.add_option("--per-rank", a.per_rank, "Write each rank's normalised time there");
   app.add_option("--label", a.label, "First column of the output");
   for (int i = 1; i + 1 < argc; ++i) {  // before its single figures
-    if (std::string_view(argv[i]) == "--link") {
-      a.link = argv[i + 1];
-    }
+    if (std::string_view(argv[i]) == "--link") a.link = argv[i + 1];
   }
   a.link_costs = link_from(a.link);
   add_costs(app, a);

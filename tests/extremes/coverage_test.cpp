@@ -18,9 +18,7 @@ TEST_CASE("row 46: stated errors hold, for both samplers, with uniform and with 
   constexpr std::uint64_t seeds = 8;
   const std::vector<NoisyScene> scenes = noisy_scenes(32, 24);
   std::vector<Reference> references;
-  for (const NoisyScene& scene : scenes) {
-    references.push_back(trace_reference(scene, 3072));
-  }
+  for (const NoisyScene& scene : scenes) references.push_back(trace_reference(scene, 3072));
   for (const Sampler sampler : {Sampler::independent, Sampler::sobol}) {
     for (const bool adaptive : {false, true}) {
       CAPTURE(std::string(name_of(sampler)));

@@ -77,9 +77,7 @@ void judge(LaneSearch<typename P::Real>& search, const SphereShape<typename P::R
   const auto hits = search.find(queries);
   for (std::size_t i = 0; i < queries.size(); ++i) {
     const Exact<typename P::Real> truth(queries[i].ray, sphere);
-    if (truth.distance <= truth.radius) {
-      continue;
-    }
+    if (truth.distance <= truth.radius) continue;
     const bool hit = hits[i].shape == 0;
     if (hit != truth.enters()) {
       double& band = truth.ulp <= Quad(0.25) ? worst.band : worst.speck;
@@ -213,9 +211,7 @@ TEST_CASE_TEMPLATE("row 5: the disc of a unit sphere is correct from 100 to a mi
   Dice dice(seeded(5));
   const int side = static_cast<int>(std::sqrt(static_cast<double>(trials(96 * 96))));
   std::vector<double> distances{100, 2000, 4100, 8000, 1e5, 1e6};
-  if (sizeof(Real) == sizeof(double)) {
-    distances.push_back(0x1p27);
-  }
+  if (sizeof(Real) == sizeof(double)) distances.push_back(0x1p27);
   double band = 0;
   for (const double distance : distances) {
     int hits = 0;

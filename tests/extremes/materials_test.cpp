@@ -157,9 +157,7 @@ TEST_CASE("row 33: the radiance of a glass ball at depth D is 1 - (1 - Ro) Ri^(D
     const double inside = schlick(inner);
     for (std::uint32_t depth = 2; depth <= 8; ++depth) {
       double sum = 0;
-      for (std::uint32_t i = 0; i < samples; ++i) {
-        sum += through_glass(cosine, depth, i) ? 1 : 0;
-      }
+      for (std::uint32_t i = 0; i < samples; ++i) sum += through_glass(cosine, depth, i) ? 1 : 0;
       const double expected = 1 - (1 - outside) * std::pow(inside, depth - 2);
       const double variance = std::max(expected * (1 - expected), 1.0 / samples);
       worst = std::max(worst, std::abs(z_score(sum, samples, expected, variance)));
@@ -221,9 +219,7 @@ TEST_CASE_TEMPLATE("row 34: refraction equals that of exact arithmetic", Real, f
     const bool leaving = dice.one_in(2);
     const Vec3<Real> m = normalize(vec_cast<Real>(dice.direction()));
     const Vec3<Real> in = normalize(vec_cast<Real>(dice.direction()));
-    if (dot(in, m) > Real(-0.05)) {
-      continue;
-    }
+    if (dot(in, m) > Real(-0.05)) continue;
     const auto got = scatter_dielectric<Real, bool>(surface, in, m, leaving, {Real(1), 0, 0, 0});
     // The oracle uses another formula: Snell's law along and across the normal.
     const Quad eta = static_cast<Quad>(leaving ? surface.ior : surface.inverse_ior);
@@ -286,9 +282,7 @@ TEST_CASE_TEMPLATE(
     sides.start({0});
     follow(scene, linear, ray, sides, random, [&](const auto&, const auto&, const auto& out) {
       unit = std::max(unit, unit_error(out.direction));
-      if (first.size() < 20) {
-        first.push_back(out.direction);
-      }
+      if (first.size() < 20) first.push_back(out.direction);
     });
     Ray<Quad> exactly(exact(from), exact(way));
     InsideStack<Quad> exact_sides;

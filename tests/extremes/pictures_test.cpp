@@ -34,9 +34,7 @@ Scene shipped(const std::string& name) {
 Scene moved(Scene scene, const Vec3d& by) {
   scene.camera.look_from = scene.camera.look_from + by;
   scene.camera.look_at = scene.camera.look_at + by;
-  for (Sphere& sphere : scene.spheres) {
-    sphere.center = sphere.center + by;
-  }
+  for (Sphere& sphere : scene.spheres) sphere.center = sphere.center + by;
   return scene;
 }
 
@@ -49,9 +47,7 @@ Scene on_grid(Scene scene) {
   };
   scene.camera.look_from = round(scene.camera.look_from);
   scene.camera.look_at = round(scene.camera.look_at);
-  for (Sphere& sphere : scene.spheres) {
-    sphere.center = round(sphere.center);
-  }
+  for (Sphere& sphere : scene.spheres) sphere.center = round(sphere.center);
   return scene;
 }
 
@@ -61,9 +57,7 @@ double sum_over_tracers(RenderSettings settings, Differ differ) {
   double sum = 0;
   for (const Precision precision : precisions) {
     settings.precision = precision;
-    for (const Tracer& tracer : tracers()) {
-      sum += differ(tracer, settings);
-    }
+    for (const Tracer& tracer : tracers()) sum += differ(tracer, settings);
   }
   return sum;
 }

@@ -44,15 +44,11 @@ std::vector<Named> all() {
   std::vector<std::string> names;
   for (const auto& entry :
        std::filesystem::directory_iterator(PARRAY_SOURCE_DIR "/scenes/regression")) {
-    if (entry.path().extension() == ".json") {
-      names.push_back(entry.path().stem().string());
-    }
+    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());
   std::vector<Named> scenes;
-  for (const std::string& name : names) {
-    scenes.push_back(load(name));
-  }
+  for (const std::string& name : names) scenes.push_back(load(name));
   return scenes;
 }
 
@@ -85,9 +81,7 @@ PathSteps paths_in(Precision precision, const Named& named, std::uint64_t paths)
 
 double share_of_others(const PathSteps& a, const PathSteps& b) {
   double other = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    other += a[i] == b[i] ? 0 : 1;
-  }
+  for (std::size_t i = 0; i < a.size(); ++i) other += a[i] == b[i] ? 0 : 1;
   return other / static_cast<double>(a.size());
 }
 
@@ -95,9 +89,7 @@ double share_of_others(const PathSteps& a, const PathSteps& b) {
 std::set<std::uint32_t> spheres_seen(const PathSteps& paths) {
   std::set<std::uint32_t> seen;
   for (const std::vector<Step>& steps : paths) {
-    if (!steps.empty()) {
-      seen.insert(steps.front().shape);
-    }
+    if (!steps.empty()) seen.insert(steps.front().shape);
   }
   return seen;
 }

@@ -38,9 +38,7 @@ std::vector<std::string> small_literals(const std::string& line) {
     std::string digits = (*it)[2];
     digits.erase(std::remove(digits.begin(), digits.end(), '\''), digits.end());
     const double value = std::strtod(digits.c_str(), nullptr);
-    if (value > 0 && value <= 1e-3) {
-      found.push_back((*it)[2]);
-    }
+    if (value > 0 && value <= 1e-3) found.push_back((*it)[2]);
   }
   return found;
 }

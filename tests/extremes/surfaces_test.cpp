@@ -197,9 +197,7 @@ TEST_CASE_TEMPLATE("row 23: a ray that leaves a convex surface never meets it ag
         const Ray<Real> ray(sphere.center + sphere.radius * n, away.direction);
         InsideStack<Real> sides;
         sides.start({});
-        if (inner) {
-          sides.cross(0, false);
-        }
+        if (inner) sides.cross(0, false);
         sides.stand_on(0, n);
         const Hit<Real> hit = first_crossing(here, linear, ray, sides);
         again += !inner && hit.shape == 0 ? 1 : 0;

@@ -75,14 +75,10 @@ bool run_picture(std::string_view bytes) {
 bool run(std::string_view input) {
   try {
     switch (take_letter(input)) {
-      case scene:
-        return run_scene(input);
-      case one_cell:
-        return run_cells(input, test::sample_batch());
-      case picture:
-        return run_picture(input);
-      default:
-        return run_cells(input, some_batch());
+      case scene: return run_scene(input);
+      case one_cell: return run_cells(input, test::sample_batch());
+      case picture: return run_picture(input);
+      default: return run_cells(input, some_batch());
     }
   } catch (const DecodeError& error) {
     promise_one_line(error.what());

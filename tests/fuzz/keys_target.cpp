@@ -84,8 +84,7 @@ bool run(std::string_view input) {
         promise_key(key.own.secret);
         return true;
       }
-      default:
-        return run_list(keys, input);
+      default: return run_list(keys, input);
     }
   } catch (const InputError& error) {
     promise_one_line(error.what());

@@ -68,8 +68,7 @@ void promise_opposites(std::string_view text, const Selection& selection) {
 /// A letter for the kind of text, then the text.
 bool run(std::string_view input) {
   switch (take_letter(input)) {
-    case 's':
-      return taken([&] { promise_opposites(input, Selection(input)); });
+    case 's': return taken([&] { promise_opposites(input, Selection(input)); });
     case 'l':
       return taken(
           [&] { static_cast<void>(Selection(slice_as_selection(input)).mask(particles())); });
@@ -83,8 +82,7 @@ bool run(std::string_view input) {
         const TextRange range = color_range_from(input);
         promise(color_range_from(text_of(range)) == range, "a range as written");
       });
-    default:
-      return false;
+    default: return false;
   }
 }
 

@@ -26,9 +26,7 @@ TEST_CASE("a client with two addresses finds the coordinator at the second and s
       while (auto delivery = link->receive()) {
         const Message message = delivery->content.open();
         const auto* jobs = std::get_if<msg::Jobs>(&message);
-        if (jobs != nullptr && jobs->request == request) {
-          return to_seconds(clock.now() - began);
-        }
+        if (jobs != nullptr && jobs->request == request) return to_seconds(clock.now() - began);
       }
     }
     return 30.0;

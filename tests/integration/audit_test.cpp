@@ -19,9 +19,7 @@ TEST_CASE("a job's journal is complete when it is done, with a store and without
     Hand ann(service, "ann");
     Hand bob(service, "bob");
     const JobId job = service.submit(small_scene(), many_leases());
-    for (int i = 0; i < 3; ++i) {
-      work(service, {{&ann, honest}, {&bob, honest}}, job, 1);
-    }
+    for (int i = 0; i < 3; ++i) work(service, {{&ann, honest}, {&bob, honest}}, job, 1);
     const Audit early = audit_of(service, job);
     CHECK(early.problems.empty());
     CHECK(early.merged > 0);

@@ -231,9 +231,7 @@ TEST_CASE("pending submissions accept answers in any order, while other requests
     }
   });
   Client client(link, link, options());
-  for (std::uint32_t frame = 0; frame < 3; ++frame) {
-    client.start_submit(some_frame(frame));
-  }
+  for (std::uint32_t frame = 0; frame < 3; ++frame) client.start_submit(some_frame(frame));
   CHECK(client.submitting() == 3);
   CHECK(client.submitting_bytes() > 0);
   CHECK(client.workers() == nlohmann::json{"w"});

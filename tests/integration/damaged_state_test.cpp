@@ -35,11 +35,8 @@ void damage(const fs::path& file, Damage how) {
       out.put(static_cast<char>(byte ^ 1));
       return;
     }
-    case Damage::cut:
-      fs::resize_file(file, fs::file_size(file) / 2);
-      return;
-    case Damage::gone:
-      fs::remove(file);
+    case Damage::cut: fs::resize_file(file, fs::file_size(file) / 2); return;
+    case Damage::gone: fs::remove(file);
   }
 }
 

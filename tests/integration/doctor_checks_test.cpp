@@ -97,9 +97,7 @@ bool gone(const fs::path& file) {
   REQUIRE(pid > 1);
   std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
   std::string word;
-  for (int i = 0; i < 3; ++i) {
-    stat >> word;
-  }
+  for (int i = 0; i < 3; ++i) stat >> word;
   return !stat || word == "Z";
 }
 
@@ -308,9 +306,7 @@ TEST_CASE("the scratch directory is removed with everything in it") {
 
 TEST_CASE("a program is the first executable file of its name in PATH") {
   const TemporaryDirectory directory;
-  for (const char* name : {"a", "b", "c"}) {
-    fs::create_directory(directory.path() / name);
-  }
+  for (const char* name : {"a", "b", "c"}) fs::create_directory(directory.path() / name);
   std::ofstream(directory.path() / "a" / "mpirun") << "not executable";
   const fs::path second = script(directory.path() / "b", "mpirun", "exit 0");
   script(directory.path() / "c", "mpirun", "exit 0");
@@ -373,9 +369,7 @@ TEST_CASE("the check of mpirun is skipped if it is missing, and otherwise depend
   };
   const auto report = [](const std::string& sha, const std::string& transport, int ranks) {
     std::string list = "{}";
-    for (int i = 1; i < ranks; ++i) {
-      list += ", {}";
-    }
+    for (int i = 1; i < ranks; ++i) list += ", {}";
     return "test \"$5\" = " + sha + " || cat > \"$9\" <<END\n{\"image_sha256\": \"" + sha +
            R"(", "mpi": {"transport": ")" + transport + R"(", "ranks": [)" + list + "]}}\nEND";
   };
@@ -397,9 +391,7 @@ TEST_CASE("the check of mpirun is skipped if it is missing, and otherwise depend
 
 TEST_CASE("the checks have names of their own") {
   std::set<std::string> names;
-  for (const Check& check : doctor_checks(true)) {
-    CHECK(names.insert(check.name).second);
-  }
+  for (const Check& check : doctor_checks(true)) CHECK(names.insert(check.name).second);
   CHECK(names.size() >= 20);
 }
 

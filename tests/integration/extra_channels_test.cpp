@@ -33,9 +33,7 @@ TEST_CASE("extra channels are traced by the accelerator that rendered the pictur
   const auto link = farm.connect();
   Client client(*link, clock, {.address = "this process"});
   const JobId job = client.submit(std::move(submission));
-  while (!job_status(client.show(job)).ended()) {
-    client.rest(milliseconds(1));
-  }
+  while (!job_status(client.show(job)).ended()) client.rest(milliseconds(1));
   Picture picture = client.fetch(job);
   const auto rendered = farm.accelerators()->find(id, settings);
   REQUIRE(rendered);

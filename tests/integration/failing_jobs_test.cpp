@@ -125,9 +125,7 @@ TEST_CASE("three faulty machines that answer first fail no job that six good one
         Hand& hand = *all[static_cast<std::size_t>(sick)];
         hand.listen();
         hand.beat();
-        if (!hand.held.empty()) {
-          hand.send_failure(hand.put_down());
-        }
+        if (!hand.held.empty()) hand.send_failure(hand.put_down());
       }
     }
     work(service, hands, jobs.back());
@@ -180,9 +178,7 @@ TEST_CASE("a machine whose worker dies with every lease, each time with a new na
   std::unique_ptr<Hand> dying;
   int lives = 0;
   for (int second = 0; second < 40; ++second) {
-    if (!dying) {
-      dying = std::make_unique<Hand>(service, "vm-" + std::to_string(++lives), 1, "sick");
-    }
+    if (!dying) dying = std::make_unique<Hand>(service, "vm-" + std::to_string(++lives), 1, "sick");
     service.turn(seconds(1));
     dying->listen();
     dying->beat();

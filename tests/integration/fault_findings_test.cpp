@@ -74,9 +74,7 @@ TEST_CASE(
       Hand& waits = relies ? other : ann;
       for (int i = 0; i < 60; ++i) {  // all cells have arrived, except those being checked
         work(service, {{&ann, relies ? Manner(lying_loudly) : honest}, {&other, idle}}, job, 1);
-        if (!other.held.empty()) {
-          other.put_down();
-        }
+        if (!other.held.empty()) other.put_down();
       }
       REQUIRE((passes || service.job(job).at("progress") == 1));
       REQUIRE(service.state(job) == "running");

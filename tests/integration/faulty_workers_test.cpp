@@ -141,15 +141,9 @@ static msg::Grant work_until_copied(Service& service, Hand& slow, Hand& ann, Han
       hand->listen();
       hand->beat();
     }
-    if (!faulty.held.empty() && !lies) {
-      lies = faulty.held.begin()->second;
-    }
-    if (!ann.held.empty() && lies && ann.held.begin()->first.second == lies->epoch) {
-      return *lies;
-    }
-    if (!ann.held.empty()) {
-      ann.send_honest(ann.put_down());
-    }
+    if (!faulty.held.empty() && !lies) lies = faulty.held.begin()->second;
+    if (!ann.held.empty() && lies && ann.held.begin()->first.second == lies->epoch) return *lies;
+    if (!ann.held.empty()) ann.send_honest(ann.put_down());
   }
   FAIL("no copy was made");
   return {};

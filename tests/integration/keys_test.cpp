@@ -59,9 +59,7 @@ TEST_CASE("strangers are ignored: without a key, with their own key, with anothe
   Speaker unknown(server, own);
   Speaker foreign(server, others);
   Speaker known(server, read_member_key(server.keys(), "admin"));
-  for (Speaker* speaker : {&without, &unknown, &foreign, &known}) {
-    speaker->say(msg::ListJobs{1});
-  }
+  for (Speaker* speaker : {&without, &unknown, &foreign, &known}) speaker->say(msg::ListJobs{1});
   CHECK(known.hear_within<msg::Jobs>(seconds(20)));
   for (Speaker* speaker : {&without, &unknown, &foreign}) {
     CHECK_FALSE(speaker->hear_within<msg::Jobs>(milliseconds(200)));
@@ -95,9 +93,7 @@ TEST_CASE("each role may send its own messages, and gets an error for others") {
 
 TEST_CASE("only their owners and administrators can change jobs") {
   const KeyedServer server;
-  for (const char* name : {"ann", "bob"}) {
-    add_member_key(server.keys(), Role::client, name);
-  }
+  for (const char* name : {"ann", "bob"}) add_member_key(server.keys(), Role::client, name);
   Speaker ann(server, read_member_key(server.keys(), "ann"));
   Speaker bob(server, read_member_key(server.keys(), "bob"));
   Speaker admin(server, read_member_key(server.keys(), "admin"));

@@ -48,9 +48,7 @@ class ScriptedTracer final : public PathTracer {
     follow_script();
     ++cells_;
     honest_->trace_run(run, samples, sums, counts);
-    if (rank_ == faulty) {
-      sums[0].sum[0] += sums[0].sum[0] > 0 ? ~std::uint64_t{0} : 1;
-    }
+    if (rank_ == faulty) sums[0].sum[0] += sums[0].sum[0] > 0 ? ~std::uint64_t{0} : 1;
   }
   void first_hits(const PixelRun& run, const SampleRange& samples,
                   std::span<FirstHit> hits) const override {
@@ -67,9 +65,7 @@ class ScriptedTracer final : public PathTracer {
   void follow_script() const {
     if (cells_ == 0) {
       say("begun-" + std::to_string(rank_));
-      for (std::uint32_t rank = 0; rank < ranks; ++rank) {
-        wait_for("begun-" + std::to_string(rank));
-      }
+      for (std::uint32_t rank = 0; rank < ranks; ++rank) wait_for("begun-" + std::to_string(rank));
     }
     if (rank_ == late && cells_ == 0) {
       wait_for("copied");
@@ -119,9 +115,7 @@ std::unique_ptr<PathTracer> scripted_tracer(std::shared_ptr<const Accelerator> a
   // NOLINTNEXTLINE(concurrency-mt-unsafe): nothing here changes the environment
   const char* const folder = std::getenv("PARRAY_LIARS");
   const bool in_team = gettid() != getpid();
-  if (folder == nullptr || !in_team) {
-    return honest;
-  }
+  if (folder == nullptr || !in_team) return honest;
   return std::make_unique<ScriptedTracer>(std::move(honest), folder);
 }
 

@@ -26,9 +26,7 @@ TEST_CASE("1000 waiting jobs of 4096 x 4096 hold no pictures, before and after a
   Service service(options, &store);
   const std::uint64_t before = peak_address_space();
   REQUIRE(JobPicture::memory(huge()) > std::uint64_t{1} << 30);
-  for (int i = 0; i < 1000; ++i) {
-    REQUIRE(service.submit(small_scene(), huge()) > 0);
-  }
+  for (int i = 0; i < 1000; ++i) REQUIRE(service.submit(small_scene(), huge()) > 0);
   CHECK(peak_address_space() - before < std::uint64_t{256} << 20);
   service.restart();
   const auto jobs = service.ask<msg::Jobs>(msg::ListJobs{1}).jobs;
@@ -59,9 +57,7 @@ TEST_CASE("without a store, waiting scenes leave room for every job's picture, o
   options.memory = JobPicture::memory(many_leases()) + 3'000'000;
   Service service(options);
   std::vector<JobId> jobs;
-  for (JobId job = 1; job > 0; jobs.push_back(job)) {
-    job = service.submit(large, many_leases());
-  }
+  for (JobId job = 1; job > 0; jobs.push_back(job)) job = service.submit(large, many_leases());
   jobs.pop_back();
   CHECK(jobs.size() >= 2);
   CHECK(jobs.size() <= 4);
@@ -84,9 +80,7 @@ TEST_CASE("jobs beyond the memory wait for their turn, say so, and get it") {
   Service service(options, &store);
   Hand ann(service, "ann", 16);
   std::vector<JobId> jobs;
-  for (int i = 0; i < 4; ++i) {
-    jobs.push_back(service.submit(small_scene(), many_leases()));
-  }
+  for (int i = 0; i < 4; ++i) jobs.push_back(service.submit(small_scene(), many_leases()));
   for (int round = 0; round < 5; ++round) {
     service.turn();
     ann.listen();

@@ -28,17 +28,13 @@ class TimedHand {
 
   void act() {
     hand_.listen();
-    if (busy_ && !hand_.held.contains(lease_)) {
-      busy_ = false;
-    }
+    if (busy_ && !hand_.held.contains(lease_)) busy_ = false;
     if (busy_ && service_.now() >= due_) {
       busy_ = false;
       hand_.held.erase(lease_);
       hand_.say(result_);
     }
-    if (!busy_ && !hand_.held.empty()) {
-      begin(hand_.held.begin()->second);
-    }
+    if (!busy_ && !hand_.held.empty()) begin(hand_.held.begin()->second);
     hand_.beat();
   }
 
@@ -61,8 +57,7 @@ class TimedHand {
     result_ = Hand::result(grant, Hand::trace(small_scene(), traced));
     result_.seconds = part.seconds;
     result_.count = part.cells.range.count();
-    due_ = service_.now() +
-           from_seconds(part.seconds);
+    due_ = service_.now() + from_seconds(part.seconds);
     busy_ = true;
   }
 

@@ -160,9 +160,7 @@ TEST_CASE("a time limit is recommended for a time too short for the first pass, 
 
 TEST_CASE("commands that stop at the goal come before numbers of samples, even faster ones") {
   Probe probe = simple_probe({Sampler::independent, Sampler::sobol});
-  for (SamplerProbe& sampler : probe.samplers) {
-    sampler.adaptive_sample = 3 * sampler.uniform_sample;
-  }
+  for (SamplerProbe& sampler : probe.samplers) sampler.adaptive_sample = 3 * sampler.uniform_sample;
   for (const PlanGoal goal : {PlanGoal{0.02, 0}, PlanGoal{0, 200}}) {
     const auto all = choices(probe, megapixel(), goal, {});
     REQUIRE(all.size() == 4);

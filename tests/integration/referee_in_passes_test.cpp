@@ -40,9 +40,7 @@ void check_right(Service& service, JobId job, const RenderSettings& settings) {
   REQUIRE(service.state(job) == "done");
   CHECK(service.sha256(job) == expected_sha256(settings));
   const auto report = service.fetch(job).report;
-  if (settings.in_passes()) {
-    CHECK(report.at("passes") == settings.passes);
-  }
+  if (settings.in_passes()) CHECK(report.at("passes") == settings.passes);
   CHECK(audit_of(service, job).complete());
 }
 
@@ -142,9 +140,7 @@ TEST_CASE("results of a faulty worker are undone in all unfinished frames of a s
     Hand faulty(service, "faulty", 4);
     const std::vector<JobId> frames = submit_frames(service, 4);
     const Hands hands{{&faulty, lying_at_first(6)}, {&ann, honest}};
-    for (const JobId frame : frames) {
-      work(service, hands, frame, 10'000);
-    }
+    for (const JobId frame : frames) work(service, hands, frame, 10'000);
     CHECK(service.worker("faulty").at("state") == "quarantined");
     CHECK(service.worker("ann").at("state") == "ready");
     for (std::size_t frame = 0; frame < frames.size(); ++frame) {

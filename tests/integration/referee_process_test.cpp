@@ -33,9 +33,7 @@ struct Asked {
     const Time end = clock.now() + seconds(60);
     while (clock.now() < end) {
       auto answers = referee.take_answers();
-      if (!answers.empty()) {
-        return std::move(answers.front());
-      }
+      if (!answers.empty()) return std::move(answers.front());
       std::this_thread::sleep_for(milliseconds(1));
     }
     return {};

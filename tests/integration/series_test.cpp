@@ -48,9 +48,7 @@ void round(Service& service, const Hands& hands) {
   for (const auto& [hand, manner] : hands) {
     hand->listen();
     hand->beat();
-    if (!hand->held.empty()) {
-      manner(*hand, hand->put_down());
-    }
+    if (!hand->held.empty()) manner(*hand, hand->put_down());
   }
   service.turn(Time(0));
 }

@@ -22,9 +22,7 @@ class PiledLink final : public Link {
     return true;
   }
   std::optional<Delivery> receive() override {
-    if (arrived.empty()) {
-      return {};
-    }
+    if (arrived.empty()) return {};
     Delivery first = std::move(arrived.front());
     arrived.pop_front();
     return first;
@@ -156,9 +154,7 @@ TEST_CASE("the more workers there are, the less often each sends, and the later 
   CHECK(join("c") == 2);
   CHECK(beat("a") == 2);
   CHECK(beat("a") == 0);
-  for (const char* name : {"d", "e", "f", "g", "h", "i"}) {
-    join(name);
-  }
+  for (const char* name : {"d", "e", "f", "g", "h", "i"}) join(name);
   CHECK(beat("a") == 3);  // no more: its leases are to be heard of three times
   const Time silence = options.silence;
   service.turn(silence);  // b was told no more than the shortest
@@ -221,9 +217,7 @@ TEST_CASE("no time that a worker states makes it infinitely fast or leaves other
   const double speed = service.worker("odd").at("samples_per_second");
   CHECK(speed <= 1.001e6 * static_cast<double>(grant.cells.sample_count()));
   ann.listen();
-  if (!ann.held.empty()) {
-    ann.send_honest(ann.put_down());
-  }
+  if (!ann.held.empty()) ann.send_honest(ann.put_down());
   service.turn();
   ann.listen();
   REQUIRE_FALSE(ann.held.empty());

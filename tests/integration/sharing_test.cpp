@@ -76,9 +76,7 @@ TEST_CASE("a short job beside a long one of the same user begins with the next l
   watch(service, hand, 1);
   hand.listen();
   CHECK(watch(service, hand, 2).contains(quick));
-  for (int i = 0; i < 500 && service.state(quick) != "done"; ++i) {
-    watch(service, hand, 1);
-  }
+  for (int i = 0; i < 500 && service.state(quick) != "done"; ++i) watch(service, hand, 1);
   CHECK(service.sha256(quick) == reference_sha256(small_scene(), many_leases()));
 }
 
@@ -257,9 +255,7 @@ TEST_CASE("a job lists its events") {
 
 TEST_CASE("of a long history, the beginning and the end are stored") {
   JobRecord record;
-  for (int i = 0; i < 1000; ++i) {
-    record.note(i, std::to_string(i));
-  }
+  for (int i = 0; i < 1000; ++i) record.note(i, std::to_string(i));
   CHECK(record.events.size() == 64);
   CHECK(record.events.front().what == "0");
   CHECK(record.events.back().what == "999");

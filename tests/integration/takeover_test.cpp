@@ -121,9 +121,7 @@ TEST_CASE("after any takeover, parts count once and results of faulty workers re
     }
     const bool found_faulty = service.worker("faulty").at("state") == "quarantined";
     twins.take_over();
-    for (const auto& [hand, manner] : hands) {
-      dice.one_in(2) ? hand->join() : hand->come_back();
-    }
+    for (const auto& [hand, manner] : hands) dice.one_in(2) ? hand->join() : hand->come_back();
     quarantined += found_faulty ? 1 : 0;
     CHECK((!found_faulty || service.worker("faulty").at("state") == "quarantined"));
     work(service, hands, job, 2000);
@@ -146,9 +144,7 @@ TEST_CASE("a standby knows quarantines, from being in step and from a full copy"
       work(service, hands, job, 1);
     }
     REQUIRE(service.worker("faulty").at("state") == "quarantined");
-    if (full_copy) {
-      twins.replace_standby();
-    }
+    if (full_copy) twins.replace_standby();
     work(service, hands, job, 1);
     twins.take_over();
     CHECK(service.worker("faulty").at("state") == "quarantined");
@@ -208,9 +204,7 @@ class Storm {
   void blow(const Hands& hands, std::uint64_t rounds) {
     for (std::uint64_t round = 0; round < rounds; ++round) {
       work(twins_.service, hands, jobs.front().first, 1);
-      if (dice_.one_in(5)) {
-        happen(hands);
-      }
+      if (dice_.one_in(5)) happen(hands);
     }
   }
   /// Continues until every job is done.
@@ -219,12 +213,8 @@ class Storm {
       twins_.service.steer(job, msg::JobAction::resume);
       twins_.service.steer(job, msg::JobAction::requeue);
     }
-    for (const auto& [hand, manner] : hands) {
-      hand->come_back();
-    }
-    for (const auto& [job, settings] : jobs) {
-      work(twins_.service, hands, job, 3000);
-    }
+    for (const auto& [hand, manner] : hands) hand->come_back();
+    for (const auto& [job, settings] : jobs) work(twins_.service, hands, job, 3000);
   }
 
   std::vector<std::pair<JobId, RenderSettings>> jobs;
@@ -235,21 +225,16 @@ class Storm {
     const JobId job = jobs[dice_.below(jobs.size())].first;
     const auto action = std::array{pause, resume, cancel, requeue, prioritise}[dice_.below(5)];
     switch (dice_.below(6)) {
-      case 0:
-        twins_.service.restart();
-        return;
+      case 0: twins_.service.restart(); return;
       case 1:
-        if (!std::exchange(taken_over_, true)) {
-          twins_.take_over();
-        }
+        if (!std::exchange(taken_over_, true)) twins_.take_over();
         return;
       case 2: {
         Hand* hand = hands[dice_.below(hands.size())].first;
         dice_.one_in(2) ? hand->join() : hand->come_back();
         return;
       }
-      default:
-        twins_.service.steer(job, action, static_cast<std::uint32_t>(dice_.below(101)));
+      default: twins_.service.steer(job, action, static_cast<std::uint32_t>(dice_.below(101)));
     }
   }
 
@@ -294,9 +279,7 @@ TEST_CASE("in any history, a machine's results are undone in all jobs after one 
       return !known.is_null() && known.at("state") == "quarantined";
     };
     for (int i = 0; i < 300 && !is_caught(); ++i) {
-      if (service.worker("faulty").is_null()) {
-        faulty.join();
-      }
+      if (service.worker("faulty").is_null()) faulty.join();
       work(service, {{&ann, honest}, {&bob, honest}, {&faulty, lying_loudly}}, bait, 1);
     }
     REQUIRE(is_caught());

@@ -76,9 +76,7 @@ inline void put_labelled_job(Store& store, bool denoise) {
 template <typename Between>
 Acknowledged live(Store& store, const Between& between) {
   Acknowledged acknowledged;
-  for (JobId id = 1; id <= 3; ++id) {
-    submit(store, acknowledged, id);
-  }
+  for (JobId id = 1; id <= 3; ++id) submit(store, acknowledged, id);
   finish(store, acknowledged, 1);
   between();
   for (JobId id = 4; id <= 6; ++id) {
@@ -119,9 +117,7 @@ inline void check_all(const std::filesystem::path& directory, const Acknowledged
   lines.insert(lines.end(), store.reports().begin(), store.reports().end());
   CAPTURE(doctest::toString(lines.size()));
   std::map<JobId, JobState> states;
-  for (const JobRecord& job : store.jobs()) {
-    states[job.id] = job.state;
-  }
+  for (const JobRecord& job : store.jobs()) states[job.id] = job.state;
   const auto right = [&](const auto& what, const auto& expected) {
     try {
       return what() == expected;

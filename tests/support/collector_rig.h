@@ -66,9 +66,7 @@ inline std::vector<CellRange> shuffled_ranges(Dice& dice, std::uint64_t cells) {
     ranges.push_back({begin, end});
     begin = end;
   }
-  for (std::size_t i = ranges.size(); i > 1; --i) {
-    std::swap(ranges[i - 1], ranges[dice.below(i)]);
-  }
+  for (std::size_t i = ranges.size(); i > 1; --i) std::swap(ranges[i - 1], ranges[dice.below(i)]);
   return ranges;
 }
 

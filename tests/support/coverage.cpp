@@ -119,9 +119,7 @@ double Coverage::of_stratum(std::size_t stratum) const {
 
 double Coverage::least_of_strata() const {
   double least = 1;
-  for (std::size_t at = 0; at < strata; ++at) {
-    least = std::min(least, of_stratum(at));
-  }
+  for (std::size_t at = 0; at < strata; ++at) least = std::min(least, of_stratum(at));
   return least;
 }
 

@@ -60,9 +60,7 @@ class CrashStore : public Store {
   void put_picture(JobId job, std::span<const std::string_view> pieces) override {
     take_room();
     std::string picture;
-    for (const std::string_view piece : pieces) {
-      picture.append(piece);
-    }
+    for (const std::string_view piece : pieces) picture.append(piece);
     changed_ = true;
     staged_.pictures[job] = std::move(picture);
   }
@@ -93,9 +91,7 @@ class CrashStore : public Store {
     if (std::uniform_real_distribution<>(0, 1)(random_) < failing_) {
       throw StorageFull("keeping state: disk full");
     }
-    if (!std::exchange(changed_, false)) {
-      return;
-    }
+    if (!std::exchange(changed_, false)) return;
     if (std::exchange(staged_.scenes_dropped, false)) {
       std::erase_if(staged_.scenes, [&](const auto& scene) { return !is_used(scene.first); });
     }
@@ -108,14 +104,10 @@ class CrashStore : public Store {
 
   Usage usage() override {
     Usage usage;
-    for (const auto& [digest, bytes] : staged_.scenes) {
-      usage.total += bytes.size();
-    }
+    for (const auto& [digest, bytes] : staged_.scenes) usage.total += bytes.size();
     for (const auto& [id, job] : staged_.jobs) {
       std::uint64_t own = picture_bytes(id);
-      for (const std::string& entry : staged_.rows[id]) {
-        own += entry.size();
-      }
+      for (const std::string& entry : staged_.rows[id]) own += entry.size();
       usage.total += own;
       const auto scene = staged_.scenes.find(job.scene);
       usage.jobs[id] = own + (scene == staged_.scenes.end() ? 0 : scene->second.size());
@@ -130,18 +122,14 @@ class CrashStore : public Store {
   std::string reached_mark() override { return staged_.reached; }
   std::vector<JobRecord> jobs() override {
     std::vector<JobRecord> all;
-    for (const auto& [id, job] : staged_.jobs) {
-      all.push_back(job);
-    }
+    for (const auto& [id, job] : staged_.jobs) all.push_back(job);
     return all;
   }
   std::optional<std::string> scene(const std::string& digest) override {
     return find(staged_.scenes, digest);
   }
   void each_rows(JobId job, const RowsVisitor& visit) override {
-    for (const std::string& entry : staged_.rows[job]) {
-      visit(entry);
-    }
+    for (const std::string& entry : staged_.rows[job]) visit(entry);
   }
   std::optional<std::string> picture(JobId job) override { return find(staged_.pictures, job); }
   std::uint64_t picture_bytes(JobId job) override {
@@ -163,9 +151,7 @@ class CrashStore : public Store {
   };
 
   void take_room() const {
-    if (full_) {
-      throw StorageFull("keeping state: disk full");
-    }
+    if (full_) throw StorageFull("keeping state: disk full");
   }
   template <typename Map>
   static std::optional<std::string> find(const Map& map, const typename Map::key_type& key) {

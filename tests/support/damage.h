@@ -21,9 +21,7 @@ class Damage {
   /// Damages one random file. Returns the damage and the file in words.
   std::string strike() {
     std::vector<std::string> names;
-    for (const auto& [name, size] : files_below(directory_)) {
-      names.push_back(name);
-    }
+    for (const auto& [name, size] : files_below(directory_)) names.push_back(name);
     const std::string& name = names[roll(names.size())];
     return name + ": " + strike(directory_ / name);
   }

@@ -38,18 +38,14 @@ class Dice {
     for (;;) {
       const Vec3d v = in_cube(1);
       const double square = dot(v, v);
-      if (square > 0.01 && square <= 1) {
-        return (1 / std::sqrt(square)) * v;
-      }
+      if (square > 0.01 && square <= 1) return (1 / std::sqrt(square)) * v;
     }
   }
   /// Returns a unit vector at right angles to the unit vector `axis`.
   Vec3d across(const Vec3d& axis) {
     for (;;) {
       const Vec3d v = cross(axis, direction());
-      if (dot(v, v) > 0.01) {
-        return normalize(v);
-      }
+      if (dot(v, v) > 0.01) return normalize(v);
     }
   }
 

@@ -134,9 +134,7 @@ class ExtremeScenes {
     }
 
     void distant_eye() {
-      for (int i = 0; i < 5; ++i) {
-        add(dice_.in_cube(1), dice_.ten_to(-1, 0), any_material());
-      }
+      for (int i = 0; i < 5; ++i) add(dice_.in_cube(1), dice_.ten_to(-1, 0), any_material());
       if (dice_.one_in(2)) {
         axis_ = normalize(axis_ + Vec3d{0.1, 0, 0});
         add_ground(dice_.ten_to(0, 3));
@@ -149,9 +147,7 @@ class ExtremeScenes {
       const double inner = 1 - dice_.ten_to(-6, -1);
       add(center, 1, glass);
       add(center, inner, dice_.one_in(2) ? red : glass + 1);
-      if (dice_.one_in(2)) {
-        add(center, inner * (1 - dice_.ten_to(-6, -1)), glass);
-      }
+      if (dice_.one_in(2)) add(center, inner * (1 - dice_.ten_to(-6, -1)), glass);
       add(center - 101 * axis_, 100, 1);
       look(center + dice_.ten_to(0.3, 3) * upwards(), center, dice_.between(0.5, 3));
     }
@@ -169,12 +165,8 @@ class ExtremeScenes {
 
     void particles() {
       const double small = dice_.ten_to(-4, -1);
-      for (int i = 0; i < 500; ++i) {
-        add(dice_.in_cube(1), small * dice_.between(0.5, 1), opaque());
-      }
-      if (dice_.one_in(2)) {
-        add({}, dice_.between(0.2, 0.6), any_material());
-      }
+      for (int i = 0; i < 500; ++i) add(dice_.in_cube(1), small * dice_.between(0.5, 1), opaque());
+      if (dice_.one_in(2)) add({}, dice_.between(0.2, 0.6), any_material());
       const double distance = dice_.ten_to(-0.3, 4);
       look(distance * upwards(), {}, dice_.between(0.2, 1) * std::min(distance, 3.0));
     }
@@ -196,9 +188,7 @@ class ExtremeScenes {
     }
 
     void narrow_view() {
-      for (int i = 0; i < 200; ++i) {
-        add(dice_.in_cube(1), dice_.ten_to(-2, -1), any_material());
-      }
+      for (int i = 0; i < 200; ++i) add(dice_.in_cube(1), dice_.ten_to(-2, -1), any_material());
       const Sphere& shown = scene_.spheres[dice_.below(200)];
       const Vec3d towards = upwards();
       const double height = shown.radius * dice_.ten_to(-2, 0.5);
@@ -220,9 +210,7 @@ class ExtremeScenes {
     void fog() {
       const double r = dice_.between(0.01, 0.03);
       const double grains = 0.5 / (r * r);
-      for (int i = 0; i < grains; ++i) {
-        add(dice_.in_cube(1), r, opaque());
-      }
+      for (int i = 0; i < grains; ++i) add(dice_.in_cube(1), r, opaque());
       look(r * dice_.ten_to(4, 7) * upwards(), {}, 2);
     }
 
@@ -238,9 +226,7 @@ class ExtremeScenes {
     /// files.
     void place() {
       double smallest = scene_.spheres[0].radius;
-      for (const Sphere& sphere : scene_.spheres) {
-        smallest = std::min(smallest, sphere.radius);
-      }
+      for (const Sphere& sphere : scene_.spheres) smallest = std::min(smallest, sphere.radius);
       const double far = dice_.one_in(2) ? 0 : dice_.ten_to(0, 9);
       const double largest = limits::max_length / (10 * reach() * (1 + far));
       const double scale =

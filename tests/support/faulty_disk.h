@@ -58,9 +58,7 @@ class FaultyDisk final : public Disk {
     step();
     ++file_syncs;
     const auto unsynced = std::exchange(unsynced_[identity(file)], {});
-    if (failing_syncs == 0) {
-      return Disk::sync(file);
-    }
+    if (failing_syncs == 0) return Disk::sync(file);
     --failing_syncs;
     lose(unsynced);
     errno = EIO;
@@ -74,13 +72,9 @@ class FaultyDisk final : public Disk {
     step();
     ++file_system_syncs;
     const auto unsynced = std::exchange(unsynced_, {});
-    if (failing_syncs == 0) {
-      return Disk::sync_file_system(directory);
-    }
+    if (failing_syncs == 0) return Disk::sync_file_system(directory);
     --failing_syncs;
-    for (const auto& [file, writes] : unsynced) {
-      lose(writes);
-    }
+    for (const auto& [file, writes] : unsynced) lose(writes);
     errno = EIO;
     return -1;
   }
@@ -96,9 +90,7 @@ class FaultyDisk final : public Disk {
 
  private:
   void step() const {
-    if (before) {
-      before();
-    }
+    if (before) before();
   }
 
   /// Returns the number of bytes that replace existing ones and so need no room.

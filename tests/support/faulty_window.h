@@ -29,9 +29,7 @@ class Mail {
   }
   void deliver(Time now, Window& window) {
     std::erase_if(letters_, [&](const Letter& letter) {
-      if (letter.arrival <= now) {
-        window.put(letter.offset, letter.bytes);
-      }
+      if (letter.arrival <= now) window.put(letter.offset, letter.bytes);
       return letter.arrival <= now;
     });
   }

@@ -21,9 +21,7 @@ class LaneTree {
   void enter(const Ray<Real>& ray, const InsideStack<Real>& sides, Hit<Real>& best) const {
     const Query<Real> query{ray, sides, {}};
     const Hit<Real> found = search_->find(std::span(&query, 1)).front();
-    if (!found.leaving && best.loses_to(found.t, found.shape)) {
-      best = found;
-    }
+    if (!found.leaving && best.loses_to(found.t, found.shape)) best = found;
   }
 
   [[nodiscard]] std::size_t bytes() const { return 0; }

@@ -60,9 +60,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
     scene_.features = {.sides = sides, .fuzz = false, .capsules = false};
     scene_.bvh = tables_.view();
     for (std::uint32_t slot = 0; slot < tables_.slot_count(); ++slot) {
-      if (tables_.input_index(slot) != no_shape) {
-        slot_of_.at(tables_.input_index(slot)) = slot;
-      }
+      if (tables_.input_index(slot) != no_shape) slot_of_.at(tables_.input_index(slot)) = slot;
     }
     // Fills scratch memory, because no result may depend on its content.
     std::memset(&space_->paths, 0xA5, sizeof space_->paths);
@@ -75,9 +73,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
     space_->inside.clear();
     space_->beam = beam;
     space_->paths.count = static_cast<std::uint32_t>(queries.size());
-    for (std::uint32_t i = 0; i < queries.size(); ++i) {
-      set_path(i, queries[i]);
-    }
+    for (std::uint32_t i = 0; i < queries.size(); ++i) set_path(i, queries[i]);
     function_(scene_, *space_);
     std::vector<Hit<Real>> hits;
     for (std::uint32_t i = 0; i < queries.size(); ++i) {
@@ -97,9 +93,7 @@ class LaneSearchOf final : public LaneSearch<Real> {
     paths.direction.set(i, query.ray.direction);
     paths.surface[i] = no_shape;
     for (std::uint32_t index = 0; index < slot_of_.size(); ++index) {
-      if (query.sides.stands_on(index)) {
-        paths.surface[i] = slot_of_[index];
-      }
+      if (query.sides.stands_on(index)) paths.surface[i] = slot_of_[index];
     }
     paths.normal.set(i, query.sides.normal());
     paths.inside[i] = InsideLists::none;

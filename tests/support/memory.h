@@ -16,9 +16,7 @@ inline std::uint64_t peak_address_space() {
   std::string key;
   std::uint64_t kibibytes = 0;
   while (status >> key) {
-    if (key == "VmPeak:" && status >> kibibytes) {
-      return kibibytes * 1024;
-    }
+    if (key == "VmPeak:" && status >> kibibytes) return kibibytes * 1024;
     status.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
   }
   return 0;

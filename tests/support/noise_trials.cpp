@@ -125,9 +125,7 @@ void GrowingPicture::trace(const PathTracer& tracer, const std::vector<std::uint
   std::vector<SampleRange> ranges(width);
   for (std::uint32_t y = 0; y < pixels.size() / width; ++y) {
     const std::size_t first = std::size_t{y} * width;
-    for (std::size_t x = 0; x < width; ++x) {
-      ranges[x] = {counts[first + x], until[first + x]};
-    }
+    for (std::size_t x = 0; x < width; ++x) ranges[x] = {counts[first + x], until[first + x]};
     tracer.trace_run({y, 0, width}, RunSamples(ranges), std::span(pixels).subspan(first, width),
                      ignored);
   }
@@ -139,9 +137,7 @@ std::vector<double> GrowingPicture::means() const {
   std::vector<double> values;
   values.reserve(pixels.size() * 3);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    for (const std::uint64_t sum : pixels[i].sum) {
-      values.push_back(scale.mean(sum, counts[i]));
-    }
+    for (const std::uint64_t sum : pixels[i].sum) values.push_back(scale.mean(sum, counts[i]));
   }
   return values;
 }

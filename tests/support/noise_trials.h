@@ -59,9 +59,7 @@ StopReason grow_in_passes(const RenderSettings& settings, GrowingPicture& pictur
   NoiseWeights found;
   for (std::uint32_t pass = 0;; ++pass) {
     const PassSize size = next_pass_size(picture.state(), settings, pass);
-    if (size.samples == 0) {
-      return size.stop;
-    }
+    if (size.samples == 0) return size.stop;
     grow(Placement(picture.state(), settings, &found).counts(size.samples));
   }
 }

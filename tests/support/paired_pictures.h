@@ -53,9 +53,7 @@ class PairedPictures {
   void add(std::uint32_t samples) {
     for (const std::uint32_t end = samples_ + samples; samples_ < end; samples_ += batch) {
       std::vector<double> differences(parts_.size());
-      for (std::uint32_t y = 0; y < settings_.height; ++y) {
-        add_row(y, differences);
-      }
+      for (std::uint32_t y = 0; y < settings_.height; ++y) add_row(y, differences);
       for (std::size_t i = 0; i < parts_.size(); ++i) {
         parts_[i].sum += differences[i];
         parts_[i].square += differences[i] * differences[i];
@@ -137,9 +135,7 @@ class PairedPictures {
         errors[errors.size() - 3 + c] += variance / reference_samples / (whole * whole);
       }
     }
-    for (double& error : errors) {
-      error = std::sqrt(error);
-    }
+    for (double& error : errors) error = std::sqrt(error);
     return errors;
   }
 

@@ -41,20 +41,14 @@ bool follow(const TracedPicture<Real>& scene, const Linear<Real>& linear, Ray<Re
             InsideStack<Real>& sides, const SampleRandom& random, Look look) {
   for (std::uint32_t bounce = 0; bounce < scene.max_depth; ++bounce) {
     const Hit<Real> hit = first_crossing(scene, linear, ray, sides);
-    if (hit.shape == no_shape) {
-      return true;
-    }
+    if (hit.shape == no_shape) return true;
     const SurfacePoint<Real> point = surface_point(scene, ray, sides, hit);
     const Vec3<Real>& normal = point.normal;
     const auto scattering = scatter(scene.surfaces[scene.material_of[hit.shape]], ray.direction,
                                     hit.leaving ? -normal : normal, hit.leaving, random, bounce);
     look(ray, hit, scattering);
-    if (scattering.event == Event::absorbed) {
-      return false;
-    }
-    if (scattering.event == Event::refracted) {
-      sides.cross(hit.shape, hit.leaving);
-    }
+    if (scattering.event == Event::absorbed) return false;
+    if (scattering.event == Event::refracted) sides.cross(hit.shape, hit.leaving);
     sides.stand_on(hit.shape, normal);
     ray = {point.position(), scattering.direction};
   }

@@ -19,13 +19,9 @@ using QuadVec = Vec3<Quad>;
 /// Returns the square root to the last bits, by two Newton steps from the 64-bit root. Returns 0
 /// for x <= 0.
 inline Quad quad_sqrt(Quad x) {
-  if (!(x > 0)) {
-    return 0;
-  }
+  if (!(x > 0)) return 0;
   Quad root = static_cast<Quad>(std::sqrt(static_cast<long double>(x)));
-  for (int step = 0; step < 2; ++step) {
-    root = (root + x / root) / 2;
-  }
+  for (int step = 0; step < 2; ++step) root = (root + x / root) / 2;
   return root;
 }
 

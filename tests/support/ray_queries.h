@@ -56,9 +56,7 @@ class Questioner {
       return query;
     }
     query.ray = ray(kind);
-    if (dice_.one_in(4)) {
-      query.sides.stand_on(any_index(), {0, 0, 1});
-    }
+    if (dice_.one_in(4)) query.sides.stand_on(any_index(), {0, 0, 1});
     return query;
   }
 
@@ -74,16 +72,11 @@ class Questioner {
         const Vec3d from = vec_cast<double>(any().center) + dice_.direction();
         return aimed(from, vec_cast<double>(any().center));
       }
-      case QueryKind::along_axes:
-        return {on_planes(), axis_direction()};
-      case QueryKind::on_planes:
-        return {on_planes(), vec_cast<Real>(dice_.direction())};
-      case QueryKind::grazing:
-        return grazing();
-      case QueryKind::grazing_poles:
-        return grazing_pole();
-      case QueryKind::along_diagonals:
-        return {on_diagonal_planes(), diagonal_direction()};
+      case QueryKind::along_axes: return {on_planes(), axis_direction()};
+      case QueryKind::on_planes: return {on_planes(), vec_cast<Real>(dice_.direction())};
+      case QueryKind::grazing: return grazing();
+      case QueryKind::grazing_poles: return grazing_pole();
+      case QueryKind::along_diagonals: return {on_diagonal_planes(), diagonal_direction()};
       default:
         return {on_borders(),
                 dice_.one_in(2) ? axis_direction() : vec_cast<Real>(dice_.direction())};
@@ -105,25 +98,19 @@ class Questioner {
                  side * n + vec_cast<Real>(0.99 * dice_.direction())};
     query.sides.stand_on(index, n);
     if (kind == QueryKind::across_inside) {
-      for (std::uint64_t others = dice_.below(4); others > 0; --others) {
-        enter(any_index(), query);
-      }
+      for (std::uint64_t others = dice_.below(4); others > 0; --others) enter(any_index(), query);
       enter(index, query);
     }
   }
 
   /// Puts the path inside a sphere unless it is inside already.
   void enter(std::uint32_t index, Query<Real>& query) const {
-    if (std::count(query.sides.inside().begin(), query.sides.inside().end(), index) > 0) {
-      return;
-    }
+    if (std::count(query.sides.inside().begin(), query.sides.inside().end(), index) > 0) return;
     query.sides.cross(index, false);
     const Real t = query.sides.stands_on(index)
                        ? chord_from_surface(query.ray, spheres_[index], query.sides.normal())
                        : exit_distance(query.ray, spheres_[index]);
-    if (query.best.loses_to(t, index)) {
-      query.best = {t, index, true};
-    }
+    if (query.best.loses_to(t, index)) query.best = {t, index, true};
   }
 
   std::uint32_t any_index() { return dice_.below32(static_cast<std::uint32_t>(spheres_.size())); }
@@ -150,9 +137,7 @@ class Questioner {
     Vec3<Real> p{plane(s.center.x, s.radius, size + s.radius),
                  plane(s.center.y, s.radius, size + s.radius),
                  plane(s.center.z, s.radius, size + s.radius)};
-    if (dice_.one_in(2)) {
-      p.x = p.x - 20 * s.radius;
-    }
+    if (dice_.one_in(2)) p.x = p.x - 20 * s.radius;
     return p;
   }
 
@@ -170,12 +155,9 @@ class Questioner {
     const auto along = static_cast<Real>(dice_.sign());
     const auto other = dice_.one_in(3) ? static_cast<Real>(dice_.sign()) : near_zero();
     switch (dice_.below(3)) {
-      case 0:
-        return {along, other, near_zero()};
-      case 1:
-        return {near_zero(), along, other};
-      default:
-        return {other, near_zero(), along};
+      case 0: return {along, other, near_zero()};
+      case 1: return {near_zero(), along, other};
+      default: return {other, near_zero(), along};
     }
   }
 

@@ -66,12 +66,9 @@ ReferenceSums reference_sums_in(const Scene& scene, const RenderSettings& settin
 /// `automatic`.
 inline ReferenceSums reference_sums(const Scene& scene, const RenderSettings& settings) {
   switch (settings.precision) {
-    case Precision::f64:
-      return reference_sums_in<double, double>(scene, settings);
-    case Precision::mixed:
-      return reference_sums_in<double, float>(scene, settings);
-    default:
-      return reference_sums_in<float, float>(scene, settings);
+    case Precision::f64: return reference_sums_in<double, double>(scene, settings);
+    case Precision::mixed: return reference_sums_in<double, float>(scene, settings);
+    default: return reference_sums_in<float, float>(scene, settings);
   }
 }
 

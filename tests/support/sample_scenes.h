@@ -72,9 +72,7 @@ inline std::string reference_passes_sha256(const Scene& scene, RenderSettings se
   NoiseWeights found;
   for (std::uint32_t pass = 0;; ++pass) {
     const PassSize size = next_pass_size(framebuffer.view(largest), settings, pass);
-    if (size.samples == 0) {
-      return image_sha256(resolve_image(framebuffer, largest));
-    }
+    if (size.samples == 0) return image_sha256(resolve_image(framebuffer, largest));
     const auto targets =
         Placement(framebuffer.view(largest), settings, &found).counts(size.samples);
     std::vector<SampleRange> ranges;

@@ -68,9 +68,7 @@ class Speaker {
     while (clock.now() < end) {
       if (auto delivery = link_->receive()) {
         Message message = delivery->content.open();
-        if (auto* expected = std::get_if<M>(&message)) {
-          return std::move(*expected);
-        }
+        if (auto* expected = std::get_if<M>(&message)) return std::move(*expected);
       } else {
         link_->wait(milliseconds(20));
       }
@@ -81,9 +79,7 @@ class Speaker {
   template <typename M>
   M hear() {
     auto heard = hear_within<M>(seconds(20));
-    if (!heard) {
-      FAIL("waited 20 s for a message");
-    }
+    if (!heard) FAIL("waited 20 s for a message");
     return std::move(*heard);
   }
 

@@ -74,9 +74,7 @@ class Service {
     std::vector<M> found;
     auto& inbox = inbox_[peer];
     for (Message& message : inbox) {
-      if (auto* m = std::get_if<M>(&message)) {
-        found.push_back(std::move(*m));
-      }
+      if (auto* m = std::get_if<M>(&message)) found.push_back(std::move(*m));
     }
     std::erase_if(inbox, [](const Message& m) { return std::holds_alternative<M>(m); });
     return found;
@@ -115,9 +113,7 @@ class Service {
   std::string state(JobId id) { return job(id).at("state"); }
   nlohmann::json worker(const std::string& name) {
     for (const auto& worker : ask<msg::Workers>(msg::ListWorkers{1}).workers) {
-      if (worker.at("name") == name) {
-        return worker;
-      }
+      if (worker.at("name") == name) return worker;
     }
     return {};
   }
@@ -200,9 +196,7 @@ class Hand {
   void beat() {
     msg::Heartbeat heartbeat;
     heartbeat.traced = ++beats_;
-    for (const auto& [key, grant] : held) {
-      heartbeat.epochs.push_back(key);
-    }
+    for (const auto& [key, grant] : held) heartbeat.epochs.push_back(key);
     say(heartbeat);
   }
   /// Removes the first lease that the worker holds, and returns it.
@@ -305,15 +299,11 @@ inline int work(Service& service, const Hands& hands, JobId job, int most_rounds
     for (const auto& [hand, manner] : hands) {
       hand->listen();
       hand->beat();
-      if (!hand->held.empty()) {
-        manner(*hand, hand->put_down());
-      }
+      if (!hand->held.empty()) manner(*hand, hand->put_down());
     }
     service.turn(Time(0));
     const std::string state = service.state(job);
-    if (state == "done" || state == "failed" || state == "cancelled") {
-      return round;
-    }
+    if (state == "done" || state == "failed" || state == "cancelled") return round;
   }
   return most_rounds;
 }

@@ -41,9 +41,7 @@ void SimFarm::note(const Message& message) {
   if (const auto* result = std::get_if<msg::Result>(&message)) {
     const std::pair lease(result->job, result->epoch);
     Cells cells = granted_.at(lease);
-    if (result->count > 0) {
-      std::get<2>(cells) = std::get<1>(cells) + result->count;
-    }
+    if (result->count > 0) std::get<2>(cells) = std::get<1>(cells) + result->count;
     returned_[lease].insert(cells);
   }
   const auto* verdict = std::get_if<msg::ResultVerdict>(&message);
@@ -127,9 +125,7 @@ void SimFarm::turn() {
   client_turn();
   Time next = std::min(next_request_, take_turn(*coordinator_, *coordinator_link_, now));
   for (const auto& worker : workers_) {
-    if (!worker) {
-      continue;
-    }
+    if (!worker) continue;
     if (worker->stopped_until > now) {
       next = std::min(next, worker->stopped_until);
       continue;

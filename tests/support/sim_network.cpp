@@ -61,9 +61,7 @@ std::unique_ptr<Link> SimNetwork::peer_end(const PeerId& id) {
 
 void SimNetwork::post(const PeerId& from, const PeerId& to, Frames frames) {
   ++tally_.sent;
-  if (spy) {
-    spy(frames);
-  }
+  if (spy) spy(frames);
   if (chance(faults_.drop)) {
     ++tally_.dropped;
     return;
@@ -93,9 +91,7 @@ void SimNetwork::launch(const PeerId& from, const PeerId& to, Frames frames) {
 std::optional<Delivery> SimNetwork::arrived(const PeerId& at) {
   for (auto flight = in_flight_.begin(); flight != in_flight_.end() && flight->first <= now_;
        ++flight) {
-    if (flight->second.to != at) {
-      continue;
-    }
+    if (flight->second.to != at) continue;
     Flight& message = flight->second;
     std::uint64_t& last = last_number_[message.from];
     tally_.overtaken += message.number < last ? 1U : 0U;

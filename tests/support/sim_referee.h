@@ -40,16 +40,12 @@ class SimReferee final : public Referee {
                       question.cells, 1, count, false)));
       cells += question.cells.range.count();
     }
-    if (!ailments.silent) {
-      answers_.push_back({now_() + ailments.delay, std::move(answer)});
-    }
+    if (!ailments.silent) answers_.push_back({now_() + ailments.delay, std::move(answer)});
   }
   std::vector<Answer> take_answers() override {
     std::vector<Answer> ready;
     std::erase_if(answers_, [&](auto& answer) {
-      if (answer.first > now_()) {
-        return false;
-      }
+      if (answer.first > now_()) return false;
       ready.push_back(std::move(answer.second));
       return true;
     });

@@ -44,9 +44,7 @@ class SpreadWorker final : public Actor {
   std::vector<Delivery> take_outbox() override {
     std::vector<Delivery> outbox = exchange.take_outbox();
     if (manner_ != Manner::honest) {
-      for (Delivery& delivery : outbox) {
-        delivery.content = changed(delivery.content.open());
-      }
+      for (Delivery& delivery : outbox) delivery.content = changed(delivery.content.open());
     }
     return outbox;
   }
@@ -62,9 +60,7 @@ class SpreadWorker final : public Actor {
       bytes[bytes.size() / 2] ^= 1;
       const std::uint64_t checksum = chunk->content.checksum;
       chunk->content = Bulk::of(std::move(bytes));
-      if (manner_ == Manner::corrupting) {
-        chunk->content.checksum = checksum;
-      }
+      if (manner_ == Manner::corrupting) chunk->content.checksum = checksum;
     }
     return message;
   }
@@ -110,9 +106,7 @@ class SpreadCoordinator final : public Actor {
   }
   [[nodiscard]] std::uint64_t sent_bytes() const {
     std::uint64_t sum = 0;
-    for (const auto& [peer, bytes] : sent) {
-      sum += bytes;
-    }
+    for (const auto& [peer, bytes] : sent) sum += bytes;
     return sum;
   }
 
@@ -158,9 +152,7 @@ class SimSpread {
   }
   [[nodiscard]] bool all_opened() const {
     for (const auto& end : workers_) {
-      if (end && !(end->worker.opened && end->worker.opened->scene)) {
-        return false;
-      }
+      if (end && !(end->worker.opened && end->worker.opened->scene)) return false;
     }
     return true;
   }
@@ -173,9 +165,7 @@ class SimSpread {
       event(*this);
       Time next = take_turn(coordinator, *coordinator_link_, network.now());
       for (const auto& end : workers_) {
-        if (end) {
-          next = std::min(next, take_turn(end->worker, *end->link, network.now()));
-        }
+        if (end) next = std::min(next, take_turn(end->worker, *end->link, network.now()));
       }
       next = std::min(next, network.next_arrival());
       network.advance_to(std::max(next, network.now() + std::chrono::microseconds(100)));

@@ -42,9 +42,7 @@ class SimTeam final : public Team {
   }
   [[nodiscard]] bool idle() const override { return !finished_; }
   std::optional<LeaseResult> take() override {
-    if (!finished_ || network_.now() < due_) {
-      return {};
-    }
+    if (!finished_ || network_.now() < due_) return {};
     traced_ += finished_->cells->samples;
     return std::exchange(finished_, std::nullopt);
   }
@@ -53,9 +51,7 @@ class SimTeam final : public Team {
     finished_.reset();
   }
   [[nodiscard]] std::uint64_t traced() const override {
-    if (!finished_) {
-      return traced_;
-    }
+    if (!finished_) return traced_;
     const double part = to_seconds(std::min(network_.now(), due_) - begun_) * speed_;
     return traced_ + static_cast<std::uint64_t>(part);
   }

@@ -91,9 +91,7 @@ inline std::vector<std::byte> plain_records(const RenderSettings& settings,
 template <typename Condition>
 bool eventually(Condition condition) {
   for (int i = 0; i < 60'000; ++i) {
-    if (condition()) {
-      return true;
-    }
+    if (condition()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   return false;
@@ -107,12 +105,8 @@ class ThrowingTracer final : public PathTracer {
         fail_(std::move(fail)) {}
   void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
                  TraceCounts& counts) const override {
-    if (run.y == 5 && run.x_begin <= 3 && 3 < run.x_end) {
-      fail_();
-    }
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      counts.samples += samples[i].count();
-    }
+    if (run.y == 5 && run.x_begin <= 3 && 3 < run.x_end) fail_();
+    for (std::size_t i = 0; i < sums.size(); ++i) counts.samples += samples[i].count();
   }
   void first_hits(const PixelRun& /*run*/, const SampleRange& /*samples*/,
                   std::span<FirstHit> /*hits*/) const override {}

@@ -64,9 +64,7 @@ inline bool is_partition(std::vector<CellRange> ranges, std::uint64_t cells) {
             [](const CellRange& a, const CellRange& b) { return a.begin < b.begin; });
   std::uint64_t end = 0;
   for (const CellRange& range : ranges) {
-    if (range.begin != end || range.end <= range.begin) {
-      return false;
-    }
+    if (range.begin != end || range.end <= range.begin) return false;
     end = range.end;
   }
   return end == cells;

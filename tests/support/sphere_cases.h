@@ -76,9 +76,7 @@ struct WorstEntry {
       double& worst = truth.ulp <= Quad(0.25) ? band : speck;
       worst = std::max(worst, truth.tangency());
     }
-    if (hit) {
-      backward = std::max(backward, truth.backward_error(t));
-    }
+    if (hit) backward = std::max(backward, truth.backward_error(t));
     if (hit && truth.enters()) {
       const Quad root = truth.foot - truth.half_chord;
       const Vec3<Real> n = normal_at(c.ray, c.sphere, false);

@@ -60,21 +60,13 @@ class Standby final : public ReplicaConnection {
   bool chance() { return std::uniform_real_distribution<>(0, 1)(random_) < badness_; }
 
   std::optional<ReplicaReply> carry(std::string message) {
-    if (chance()) {
-      late_.push_back(message);
-    }
+    if (chance()) late_.push_back(message);
     if (chance()) {
       return std::nullopt;  // lost on the way there
     }
-    if (chance()) {
-      message.resize(random_() % message.size());
-    }
-    if (chance() && !late_.empty()) {
-      replica_->answer(late_[random_() % late_.size()]);
-    }
-    if (chance()) {
-      replica_->answer(message);
-    }
+    if (chance()) message.resize(random_() % message.size());
+    if (chance() && !late_.empty()) replica_->answer(late_[random_() % late_.size()]);
+    if (chance()) replica_->answer(message);
     const std::string answer = replica_->answer(message);
     if (answer.empty() || chance()) {
       return std::nullopt;  // lost on the way back

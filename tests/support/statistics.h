@@ -18,9 +18,7 @@ inline double z_score(double sum, double count, double mean, double variance) {
 /// chi-square", 1931.
 inline double chi_square_z(const std::vector<double>& counts) {
   double total = 0;
-  for (const double count : counts) {
-    total += count;
-  }
+  for (const double count : counts) total += count;
   const auto bins = static_cast<double>(counts.size());
   const double expected = total / bins;
   double chi_square = 0;

@@ -63,14 +63,10 @@ inline StoredState stored_state(Store& store) {
   for (const JobRecord& job : store.jobs()) {
     state.records[job.id] = record_to_json(job);
     state.rows[job.id] = rows_of(store, job.id);
-    if (const auto picture = store.picture(job.id)) {
-      state.pictures[job.id] = *picture;
-    }
+    if (const auto picture = store.picture(job.id)) state.pictures[job.id] = *picture;
   }
   for (char name = 'a'; name <= 'f'; ++name) {
-    if (const auto scene = store.scene(digest(name))) {
-      state.scenes[digest(name)] = *scene;
-    }
+    if (const auto scene = store.scene(digest(name))) state.scenes[digest(name)] = *scene;
   }
   return state;
 }

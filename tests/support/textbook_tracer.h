@@ -87,9 +87,7 @@ class TextbookTracer {
   Vec3d in_ball() {
     for (;;) {
       const Vec3d p{2 * uniform() - 1, 2 * uniform() - 1, 2 * uniform() - 1};
-      if (dot(p, p) <= 1 && dot(p, p) > 1e-12) {
-        return p;
-      }
+      if (dot(p, p) <= 1 && dot(p, p) > 1e-12) return p;
     }
   }
 
@@ -117,9 +115,7 @@ class TextbookTracer {
       const double a = dot(direction, direction);
       const double b = dot(oc, direction);
       const double discriminant = b * b - a * (dot(oc, oc) - sphere.radius * sphere.radius);
-      if (discriminant < 0) {
-        continue;
-      }
+      if (discriminant < 0) continue;
       for (const double root :
            {(-b - std::sqrt(discriminant)) / a, (-b + std::sqrt(discriminant)) / a}) {
         if (root > t_min_ && root < t) {
@@ -152,9 +148,7 @@ class TextbookTracer {
       } else if (m.type == MaterialType::metal) {
         direction = unit - 2 * dot(unit, n) * n + m.fuzz * in_ball();
         throughput = throughput * m.albedo;
-        if (dot(direction, n) <= 0) {
-          return {};
-        }
+        if (dot(direction, n) <= 0) return {};
       } else {
         direction = through_glass(unit, n, front ? 1 / m.ior : m.ior, m.ior);
       }
@@ -167,9 +161,7 @@ class TextbookTracer {
     const double sine = std::sqrt(1 - cosine * cosine);
     const double r0 = std::pow((1 - ior) / (1 + ior), 2);
     const double reflectance = r0 + (1 - r0) * std::pow(1 - cosine, 5);
-    if (eta * sine > 1 || uniform() < reflectance) {
-      return unit - 2 * dot(unit, n) * n;
-    }
+    if (eta * sine > 1 || uniform() < reflectance) return unit - 2 * dot(unit, n) * n;
     const Vec3d across = eta * (unit + cosine * n);
     return across - std::sqrt(std::abs(1 - dot(across, across))) * n;
   }

@@ -68,9 +68,7 @@ Spheres<Real> tiny_far(Dice& dice) {
 template <typename Real>
 Spheres<Real> concentric(Dice& dice) {
   Spheres<Real> spheres;
-  for (int i = 0; i < 300; ++i) {
-    spheres.push_back(shape<Real>({1, 2, 3}, dice.ten_to(-3, 3)));
-  }
+  for (int i = 0; i < 300; ++i) spheres.push_back(shape<Real>({1, 2, 3}, dice.ten_to(-3, 3)));
   return spheres;
 }
 
@@ -157,9 +155,7 @@ Spheres<Real> ever_farther() {
   const int distances = sizeof(Real) == sizeof(float) ? 35 : 150;
   for (int i = 0; i < distances; ++i) {
     const double x = std::pow(20, i - distances * 0.6);
-    for (int copy = 0; copy < 200; ++copy) {
-      spheres.push_back(shape<Real>({x, 0, 0}, x / 100));
-    }
+    for (int copy = 0; copy < 200; ++copy) spheres.push_back(shape<Real>({x, 0, 0}, x / 100));
   }
   return spheres;
 }

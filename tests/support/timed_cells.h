@@ -15,18 +15,14 @@ using CellCost = std::function<double(const CellBatch& batch, std::uint64_t cell
 /// Returns the number of samples of one cell of the batch.
 inline std::uint64_t samples_of(const CellBatch& batch, std::uint64_t cell) {
   std::uint64_t samples = 0;
-  for (const SampleRange& range : batch.ranges_of(cell)) {
-    samples += range.count();
-  }
+  for (const SampleRange& range : batch.ranges_of(cell)) samples += range.count();
   return samples;
 }
 
 /// Returns the batch's first `cells` cells.
 inline CellBatch first_cells(const CellBatch& batch, std::uint64_t cells) {
   CellBatch part{batch.grid, {batch.range.begin, batch.range.begin + cells}, batch.samples};
-  if (!part.samples.empty()) {
-    part.samples.resize(cells * batch.grid->shape().cell_pixels);
-  }
+  if (!part.samples.empty()) part.samples.resize(cells * batch.grid->shape().cell_pixels);
   return part;
 }
 
@@ -44,9 +40,7 @@ inline TimedCells cells_within(const CellBatch& batch, double longest, const Cel
   std::uint64_t cells = 0;
   while (cells < batch.range.count() && (longest <= 0 || cells == 0 || seconds < longest)) {
     const std::uint64_t end = std::min(cells + piece, batch.range.count());
-    for (; cells < end; ++cells) {
-      seconds += cost(batch, batch.range.begin + cells);
-    }
+    for (; cells < end; ++cells) seconds += cost(batch, batch.range.begin + cells);
   }
   return {first_cells(batch, cells), seconds};
 }

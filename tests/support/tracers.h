@@ -83,16 +83,12 @@ inline std::vector<double> means_of(const ReferenceSums& sums, const Scene& scen
 /// Returns the mean of the differences of two pictures, or of their absolute values.
 inline double mean_difference(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    sum += a[i] - b[i];
-  }
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] - b[i];
   return sum / static_cast<double>(a.size());
 }
 inline double mean_distance(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    sum += a[i] < b[i] ? b[i] - a[i] : a[i] - b[i];
-  }
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] < b[i] ? b[i] - a[i] : a[i] - b[i];
   return sum / static_cast<double>(a.size());
 }
 

@@ -48,9 +48,7 @@ class Turns final : public Clock {
       const std::scoped_lock lock(mutex_);
       pass_on();
     }
-    for (std::thread& thread : threads) {
-      thread.join();
-    }
+    for (std::thread& thread : threads) thread.join();
   }
 
   /// Lets the current thread `self` sleep. Throws Over when virtual time is over.
@@ -59,18 +57,14 @@ class Turns final : public Clock {
     wakes_[self] = now_ + time;
     pass_on();
     woken_[self].wait(lock, [&] { return turn_ == self; });
-    if (now_ > end_) {
-      throw Over();
-    }
+    if (now_ > end_) throw Over();
   }
 
  private:
   void pass_on() {
     std::size_t next = 0;
     for (std::size_t i = 1; i < wakes_.size(); ++i) {
-      if (wakes_[i] < wakes_[next]) {
-        next = i;
-      }
+      if (wakes_[i] < wakes_[next]) next = i;
     }
     if (wakes_[next] == never) {
       turn_ = wakes_.size();

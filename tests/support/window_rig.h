@@ -64,9 +64,7 @@ struct Made {
         pixel.add({bits & 0xFFFF, bits >> 16 & 0xFFFF, bits >> 32 & 0xFFFF}, s);
       }
     }
-    if (here.count > 0) {
-      excluded.push_back(here);
-    }
+    if (here.count > 0) excluded.push_back(here);
   }
 };
 
@@ -111,9 +109,7 @@ inline void make_into(Framebuffer& framebuffer, const std::vector<SampleRange>& 
     framebuffer.add(y, x, {&sums, 1}, {&ranges[pixel], 1});
   }
   framebuffer.add(made.counts);
-  for (const ExcludedSamples& some : made.excluded) {
-    framebuffer.exclude(some);
-  }
+  for (const ExcludedSamples& some : made.excluded) framebuffer.exclude(some);
 }
 
 /// Makes all samples of a picture without passes.
@@ -174,9 +170,7 @@ inline TracerKey earlier_tracer() { return tracer_key("an earlier mpirun", ""); 
 /// Returns "host0", "host1" ...: every rank has its own machine.
 inline std::vector<std::string> hosts_apart(std::uint32_t ranks) {
   std::vector<std::string> hosts;
-  for (std::uint32_t rank = 0; rank < ranks; ++rank) {
-    hosts.push_back("host" + std::to_string(rank));
-  }
+  for (std::uint32_t rank = 0; rank < ranks; ++rank) hosts.push_back("host" + std::to_string(rank));
   return hosts;
 }
 
@@ -275,9 +269,7 @@ class MadeTeam final : public Team {
   }
   [[nodiscard]] bool idle() const override { return !lease_; }
   std::optional<LeaseResult> take() override {
-    if (!lease_ || clock_.now() < due()) {
-      return {};
-    }
+    if (!lease_ || clock_.now() < due()) return {};
     const LeaseWork lease = *std::exchange(lease_, std::nullopt);
     LeaseResult finished;
     finished.job = lease.job;
@@ -302,11 +294,8 @@ class MadeTeam final : public Team {
 
   /// Returns the time when the current lease is done; `never` without a lease.
   [[nodiscard]] Time due() const {
-    if (!lease_) {
-      return never;
-    }
-    return began_ +
-           from_seconds(samples_ / speed_);
+    if (!lease_) return never;
+    return began_ + from_seconds(samples_ / speed_);
   }
   [[nodiscard]] std::uint64_t started() const { return started_; }
   [[nodiscard]] const std::optional<LeaseWork>& lease() const { return lease_; }

@@ -111,9 +111,7 @@ bool room_allows(const std::string& file, const std::string& name) {
   const std::string room = room_of(file);
   const std::string other = room_of(name);
   const auto rule = room_may_include().find(room);
-  if (rule == room_may_include().end() || room == other) {
-    return true;
-  }
+  if (rule == room_may_include().end() || room == other) return true;
   // The command line may use everything outside of it: the table of folders says so.
   const bool inside =
       room.starts_with("cli/") ? other.starts_with("cli/") : other.starts_with("common/");
@@ -145,9 +143,7 @@ std::vector<std::string> includes_of(const SourceFile& file) {
         std::remove_if(line.begin(), line.end(), [](char c) { return c == ' ' || c == '\t'; }),
         line.end());
     constexpr std::string_view directive = "#include";
-    if (line.compare(0, directive.size(), directive) != 0) {
-      continue;
-    }
+    if (line.compare(0, directive.size(), directive) != 0) continue;
     const std::string name = line.substr(directive.size());
     const char close = name.empty() || name[0] != '<' ? '"' : '>';
     const std::size_t end = name.find(close, 1);
@@ -172,9 +168,7 @@ Problems problems_of(const SourceFile& file) {
   Problems problems;
   const std::string folder = folder_of(file.path);
   const auto rule = may_include().find(folder);
-  if (rule == may_include().end()) {
-    return {file.path + " is in no known folder"};
-  }
+  if (rule == may_include().end()) return {file.path + " is in no known folder"};
   for (const std::string& include : includes_of(file)) {
     const std::string name = include.substr(1, include.size() - 2);
     const bool quoted = include[0] == '"';
@@ -231,9 +225,7 @@ std::vector<SourceFile> sources() {
   for (const auto& [folder, rule] : may_include()) {
     for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
       const std::string extension = entry.path().extension().string();
-      if (!entry.is_regular_file() || (extension != ".h" && extension != ".cpp")) {
-        continue;
-      }
+      if (!entry.is_regular_file() || (extension != ".h" && extension != ".cpp")) continue;
       std::ifstream in(entry.path());
       std::ostringstream text;
       text << in.rdbuf();
@@ -262,9 +254,7 @@ bool refuses(const std::string& path, const std::string& text) {
 
 TEST_CASE("every include follows the arrows of the architecture") {
   for (const SourceFile& file : sources()) {
-    for (const std::string& problem : problems_of(file)) {
-      CHECK_MESSAGE(false, problem);
-    }
+    for (const std::string& problem : problems_of(file)) CHECK_MESSAGE(false, problem);
   }
 }
 

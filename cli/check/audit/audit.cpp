@@ -34,12 +34,8 @@ class Coverage {
         continue;
       }
       at = ranges_.erase(at);
-      if (found.begin < range.begin) {
-        ranges_.emplace(found.begin, range.begin);
-      }
-      if (found.end > range.end) {
-        at = ranges_.emplace(range.end, found.end).first;
-      }
+      if (found.begin < range.begin) ranges_.emplace(found.begin, range.begin);
+      if (found.end > range.end) at = ranges_.emplace(range.end, found.end).first;
       removed += std::min(found.end, range.end) - std::max(found.begin, range.begin);
     }
     cells_ -= removed;
@@ -102,9 +98,7 @@ class Auditor {
   }
 
   Audit finish() {
-    for (const auto& [number, pass] : passes_) {
-      audit_.merged += pass.second.cells();
-    }
+    for (const auto& [number, pass] : passes_) audit_.merged += pass.second.cells();
     return std::move(audit_);
   }
 
@@ -116,9 +110,7 @@ class Auditor {
 
   void problem(std::string line) {
     constexpr std::size_t most = 100;
-    if (audit_.problems.size() < most) {
-      audit_.problems.push_back(std::move(line));
-    }
+    if (audit_.problems.size() < most) audit_.problems.push_back(std::move(line));
   }
 
   Audit audit_;

@@ -74,15 +74,11 @@ class PassReplay {
         speeds_(workers.size()),
         leases_(ChunkSizer(policy, pass.pass.grain, LeaseLength{}), {{0, pass.pass.cells}}, 1) {
     farm_ = {0, 0, 0, static_cast<std::uint32_t>(workers.size())};
-    for (const ImaginedWorker& worker : workers) {
-      farm_.threads += worker.threads;
-    }
+    for (const ImaginedWorker& worker : workers) farm_.threads += worker.threads;
   }
 
   double run() {
-    for (WorkerId worker = 0; worker < workers_.size(); ++worker) {
-      ask(0, worker);
-    }
+    for (WorkerId worker = 0; worker < workers_.size(); ++worker) ask(0, worker);
     double now = 0;
     while (!events_.empty()) {
       const auto [at, worker, epoch] = events_.top();
@@ -93,9 +89,7 @@ class PassReplay {
       }
       now = at;
       measure(worker, *range);
-      for (const WorkerId other : leases_.finish(epoch)) {
-        ask(now, other);
-      }
+      for (const WorkerId other : leases_.finish(epoch)) ask(now, other);
       ask(now, worker);
     }
     return now;
@@ -108,12 +102,8 @@ class PassReplay {
   void ask(double now, WorkerId worker) {
     const Time far = never;
     auto lease = leases_.grant(far, worker, {workers_[worker].threads, speeds_[worker]}, farm_);
-    if (!lease) {
-      lease = leases_.grant_copy(far, worker);
-    }
-    if (lease) {
-      events_.emplace(now + seconds_of(worker, lease->range), worker, lease->epoch);
-    }
+    if (!lease) lease = leases_.grant_copy(far, worker);
+    if (lease) events_.emplace(now + seconds_of(worker, lease->range), worker, lease->epoch);
   }
 
   [[nodiscard]] double seconds_of(WorkerId worker, const CellRange& range) const {
@@ -122,14 +112,10 @@ class PassReplay {
 
   void measure(WorkerId worker, const CellRange& range) {
     const double seconds = seconds_of(worker, range);
-    if (seconds <= 0) {
-      return;
-    }
+    if (seconds <= 0) return;
     const double speed =
         pass_.pass.grain.cell_samples * static_cast<double>(range.count()) / seconds;
-    if (speeds_[worker] == 0) {
-      farm_.measured_threads += workers_[worker].threads;
-    }
+    if (speeds_[worker] == 0) farm_.measured_threads += workers_[worker].threads;
     farm_.samples_per_second += speed - speeds_[worker];
     speeds_[worker] = speed;
   }
@@ -147,9 +133,7 @@ class PassReplay {
 
 static double power_of(const std::vector<ImaginedWorker>& workers) {
   double power = 0;
-  for (const ImaginedWorker& worker : workers) {
-    power += worker.threads * worker.speed;
-  }
+  for (const ImaginedWorker& worker : workers) power += worker.threads * worker.speed;
   return power;
 }
 

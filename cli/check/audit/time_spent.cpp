@@ -40,9 +40,7 @@ std::map<TracerKey, Span> spans_of(const std::vector<JournalEntry>& journal) {
 
 TimeSpent time_spent(const std::vector<JournalEntry>& journal) {
   const auto spans = spans_of(journal);
-  if (spans.empty()) {
-    return {};
-  }
+  if (spans.empty()) return {};
   double begin = std::numeric_limits<double>::infinity();
   double end = 0;
   for (const auto& [tracer, span] : spans) {

@@ -34,8 +34,7 @@ struct Plane {
 /// Weights of a filter at -radius to radius.
 using Filter = std::vector<float>;
 
-template <typename Function>
-std::vector<double> sampled(int radius, const Function& function) {
+std::vector<double> sampled(int radius, const auto& function) {
   std::vector<double> weights;
   for (int i = -radius; i <= radius; ++i) weights.push_back(function(i));
   return weights;
@@ -169,9 +168,7 @@ constexpr Matrix rgb_of_xyz = {{{3.080341988F, -1.537398969F, -0.542943019F},
 
 Colour product(const Matrix& m, const Colour& v) {
   Colour result{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    result[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
-  }
+  for (std::size_t i = 0; i < 3; ++i) result[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
   return result;
 }
 
@@ -370,8 +367,7 @@ HdrFlip exposures_for(const Image& reference) {
 
 /// Returns FLIP of both pictures after `show`, with one thread for each picture. With smaller tasks
 /// the threads would wait for each other hundreds of times.
-template <typename Show>
-FlipMap flip_of(const Pair& pair, const Show& show) {
+FlipMap flip_of(const Pair& pair, const auto& show) {
   const std::array<const Image*, 2> pictures = {&pair.reference, &pair.image};
   std::array<Seen, 2> both;
   std::array<std::exception_ptr, 2> failures;
@@ -411,9 +407,7 @@ HdrFlip hdr_flip(const Image& reference, const Image& image) {
     const double stops = result.start_exposure + i * step;
     const FlipMap map =
         flip_of(pair, [stops](const Image& one) { return photographed(one, stops); });
-    for (std::size_t p = 0; p < map.size(); ++p) {
-      result.map[p] = std::max(result.map[p], map[p]);
-    }
+    for (std::size_t p = 0; p < map.size(); ++p) result.map[p] = std::max(result.map[p], map[p]);
   }
   result.map = without_nonfinite(std::move(result.map), reference, image);
   return result;

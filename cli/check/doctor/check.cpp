@@ -9,14 +9,10 @@ namespace parray::doctor {
 
 std::string_view name_of(CheckStatus status) {
   switch (status) {
-    case CheckStatus::ok:
-      return "ok";
-    case CheckStatus::warning:
-      return "warning";
-    case CheckStatus::failed:
-      return "failed";
-    default:
-      return "skipped";
+    case CheckStatus::ok: return "ok";
+    case CheckStatus::warning: return "warning";
+    case CheckStatus::failed: return "failed";
+    default: return "skipped";
   }
 }
 

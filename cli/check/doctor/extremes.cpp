@@ -62,16 +62,11 @@ Real computed(char operation, Real first, Real second) {
   const volatile Real a = first;
   const volatile Real b = second;
   switch (operation) {
-    case '+':
-      return a + b;
-    case '-':
-      return a - b;
-    case '*':
-      return a * b;
-    case '/':
-      return a / b;
-    default:
-      return std::sqrt(a);
+    case '+': return a + b;
+    case '-': return a - b;
+    case '*': return a * b;
+    case '/': return a / b;
+    default: return std::sqrt(a);
   }
 }
 

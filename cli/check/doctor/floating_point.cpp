@@ -49,9 +49,7 @@ CheckResult check_float_mode() {
   std::vector<unsigned> found(static_cast<std::size_t>(threads) + 1, float_control::ieee);
   found[0] = float_control::read();
 #pragma omp parallel for num_threads(threads) schedule(static, 1)
-  for (int i = 0; i < threads; ++i) {
-    found[static_cast<std::size_t>(i) + 1] = float_control::read();
-  }
+  for (int i = 0; i < threads; ++i) found[static_cast<std::size_t>(i) + 1] = float_control::read();
   return check_float_mode(found);
 }
 

@@ -89,12 +89,8 @@ CheckResult check_keys(Time patience, const std::filesystem::path& directory, Ke
     invaded = invaded || !own;
   }
   const char* const remedy = "reinstall libzmq (Debian: libzmq5) and libsodium";
-  if (invaded) {
-    return failed("the server accepts a client with an unknown key", remedy);
-  }
-  if (!heard) {
-    return failed("the server refuses a client with a known key", remedy);
-  }
+  if (invaded) return failed("the server accepts a client with an unknown key", remedy);
+  if (!heard) return failed("the server refuses a client with a known key", remedy);
   return passed("CURVE: the server accepts a known key, encrypted, and refuses an unknown one");
 }
 

@@ -53,15 +53,11 @@ void retrace_piece(const PathTracer& tracer, const RadianceScale& scale,
   const PixelRun run{pixels.front().y, first, pixels.back().x + 1};
   std::vector<SampleRange> ranges(run.x_end - run.x_begin);
   std::vector<PixelSums> sums(ranges.size());
-  for (const RetracedPixel& pixel : pixels) {
-    ranges[pixel.x - first] = {0, pixel.samples};
-  }
+  for (const RetracedPixel& pixel : pixels) ranges[pixel.x - first] = {0, pixel.samples};
   TraceCounts counts;
   tracer.trace_run(run, RunSamples(ranges), sums, counts);
   if (counts.nonfinite > 0 && pixels.size() > 1) {  // count these samples for each pixel
-    for (RetracedPixel& pixel : pixels) {
-      retrace_piece(tracer, scale, {&pixel, 1}, transparent);
-    }
+    for (RetracedPixel& pixel : pixels) retrace_piece(tracer, scale, {&pixel, 1}, transparent);
     return;
   }
   for (RetracedPixel& pixel : pixels) {

@@ -156,8 +156,7 @@ constexpr std::size_t block_size = 512;  ///< number of particles that are proce
 constexpr std::size_t unknown_level = color_levels;
 
 /// Calls take(first, values) for the numbers from `begin` to `end`, block by block.
-template <typename Take>
-void each_block(const NumberSource& source, std::size_t begin, std::size_t end, const Take& take) {
+void each_block(const NumberSource& source, std::size_t begin, std::size_t end, const auto& take) {
   std::array<double, block_size> values{};
   for (std::size_t first = begin; first < end; first += block_size) {
     const std::span<double> some = std::span(values).first(std::min(block_size, end - first));
@@ -427,9 +426,7 @@ std::vector<Vec3d> colors_of_names(const std::vector<std::string>& names) {
 
 ParticleColors colors_of(const ParticleColoring& coloring, Particles& particles, int threads) {
   const bool category = std::ranges::find(color_by_words, coloring.by) != color_by_words.end();
-  if (coloring.scale == NumberScale::categories) {
-    return colored_by_each_number(coloring, particles);
-  }
+  if (coloring.scale == NumberScale::categories) return colored_by_each_number(coloring, particles);
   return category ? colored_by_category(coloring, particles)
                   : colored_by_number(coloring, particles, threads);
 }

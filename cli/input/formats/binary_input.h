@@ -51,9 +51,7 @@ class BinaryInput {
     while (count > 0) {
       const auto part = static_cast<std::size_t>(std::min(count, at_once));
       const char* const from = bytes(part * sizeof(T)).data();
-      for (std::size_t i = 0; i < part; ++i) {
-        put(binary_value<T>(from + i * sizeof(T), swapped_));
-      }
+      for (std::size_t i = 0; i < part; ++i) put(binary_value<T>(from + i * sizeof(T), swapped_));
       count -= part;
     }
   }

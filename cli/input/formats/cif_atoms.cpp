@@ -168,14 +168,10 @@ void CifSites::start(CifTable table, const CifRow& row) {
 
 void CifSites::add(const CifRow& row) {
   switch (kind_) {
-    case Kind::cartesian:
-      return add_cartesian(row);
-    case Kind::fractional:
-      return add_fractional(row);
-    case Kind::component:
-      return add_component(row);
-    case Kind::none:
-      break;
+    case Kind::cartesian: return add_cartesian(row);
+    case Kind::fractional: return add_fractional(row);
+    case Kind::component: return add_component(row);
+    case Kind::none: break;
   }
 }
 

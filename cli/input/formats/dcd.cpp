@@ -98,9 +98,7 @@ class DcdFrames final : public FramesOf<BinaryInput> {
       input_.fail(
           "the file contains velocities instead of positions: name the file with the positions");
     }
-    if (kind != "CORD") {
-      fail_other_file();
-    }
+    if (kind != "CORD") fail_other_file();
     for (std::int32_t& value : control_) value = input_.get<std::int32_t>();
     close_record(header_bytes);
     skip_title();

@@ -116,32 +116,20 @@ void GsdFile::numbers_of(const GsdChunk& chunk, const Put& put) {
   }
 }
 
-template <typename Put>
-void GsdFile::numbers(const GsdChunk& chunk, const Put& put) {
+void GsdFile::numbers(const GsdChunk& chunk, const auto& put) {
   check(chunk);
   switch (chunk.type) {
-    case GsdType::uint8:
-      return numbers_of<std::uint8_t>(chunk, put);
-    case GsdType::uint16:
-      return numbers_of<std::uint16_t>(chunk, put);
-    case GsdType::uint32:
-      return numbers_of<std::uint32_t>(chunk, put);
-    case GsdType::uint64:
-      return numbers_of<std::uint64_t>(chunk, put);
-    case GsdType::int8:
-      return numbers_of<std::int8_t>(chunk, put);
-    case GsdType::int16:
-      return numbers_of<std::int16_t>(chunk, put);
-    case GsdType::int32:
-      return numbers_of<std::int32_t>(chunk, put);
-    case GsdType::int64:
-      return numbers_of<std::int64_t>(chunk, put);
-    case GsdType::float32:
-      return numbers_of<float>(chunk, put);
-    case GsdType::float64:
-      return numbers_of<double>(chunk, put);
-    case GsdType::character:
-      break;
+    case GsdType::uint8: return numbers_of<std::uint8_t>(chunk, put);
+    case GsdType::uint16: return numbers_of<std::uint16_t>(chunk, put);
+    case GsdType::uint32: return numbers_of<std::uint32_t>(chunk, put);
+    case GsdType::uint64: return numbers_of<std::uint64_t>(chunk, put);
+    case GsdType::int8: return numbers_of<std::int8_t>(chunk, put);
+    case GsdType::int16: return numbers_of<std::int16_t>(chunk, put);
+    case GsdType::int32: return numbers_of<std::int32_t>(chunk, put);
+    case GsdType::int64: return numbers_of<std::int64_t>(chunk, put);
+    case GsdType::float32: return numbers_of<float>(chunk, put);
+    case GsdType::float64: return numbers_of<double>(chunk, put);
+    case GsdType::character: break;
   }
   fail_damaged("a chunk has texts instead of numbers");
 }

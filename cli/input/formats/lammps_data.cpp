@@ -178,9 +178,7 @@ class DataHeader {
     if (words.size() < to.size()) {
       place.fail("the header line has too few numbers: check that the file is complete");
     }
-    for (std::size_t i = 0; i < to.size(); ++i) {
-      to[i] = number_field(words[i], "number", place);
-    }
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] = number_field(words[i], "number", place);
   }
 
   std::array<Three, 3> rows_{};  // bounds by axis, or edges

@@ -115,8 +115,7 @@ class HeaderReader {
   }
 
   /// Calls `take` for each item of a list. The list may be absent.
-  template <typename Take>
-  void read_list(std::uint32_t tag, const Take& take) {
+  void read_list(std::uint32_t tag, const auto& take) {
     const auto found = input_.get<std::uint32_t>();
     const std::uint64_t count = take_size();
     if ((found != tag && found + count != 0) || count > most_items) fail_damaged();

@@ -25,25 +25,16 @@ double ply_value(const char* bytes, bool swapped) {
 }
 
 /// Calls `use` with a value of the C++ type of `type` and returns the result.
-template <typename Use>
-auto with_ply_type(PlyType type, const Use& use) {
+auto with_ply_type(PlyType type, const auto& use) {
   switch (type) {
-    case PlyType::int8:
-      return use(std::int8_t{});
-    case PlyType::uint8:
-      return use(std::uint8_t{});
-    case PlyType::int16:
-      return use(std::int16_t{});
-    case PlyType::uint16:
-      return use(std::uint16_t{});
-    case PlyType::int32:
-      return use(std::int32_t{});
-    case PlyType::uint32:
-      return use(std::uint32_t{});
-    case PlyType::float32:
-      return use(float{});
-    default:
-      return use(double{});
+    case PlyType::int8: return use(std::int8_t{});
+    case PlyType::uint8: return use(std::uint8_t{});
+    case PlyType::int16: return use(std::int16_t{});
+    case PlyType::uint16: return use(std::uint16_t{});
+    case PlyType::int32: return use(std::int32_t{});
+    case PlyType::uint32: return use(std::uint32_t{});
+    case PlyType::float32: return use(float{});
+    default: return use(double{});
   }
 }
 
@@ -82,9 +73,8 @@ PlyRows::PlyRows(const PlyElement& vertex, const RowLayout& layout, bool swapped
   }
 }
 
-template <typename Put>
 bool PlyRows::read_property(std::size_t property, const char* rows, std::size_t count, double least,
-                            double most, const Put& put) const {
+                            double most, const auto& put) const {
   const char* const from = rows + offsets_[property];
   return with_ply_type(vertex_.properties[property].type, [&](auto type) {
     bool good = true;
@@ -344,8 +334,7 @@ class VertexLayout {
   [[nodiscard]] const RowLayout& rows() const { return layout_; }
 
   /// Adds the vertex at the position of `reader`.
-  template <typename Reader>
-  void add(const Reader& reader, ParticleColumns& columns) const {
+  void add(const auto& reader, ParticleColumns& columns) const {
     columns.position(vector_of(reader, layout_.position));
     if (layout_.radius) columns.radius(reader.value(*layout_.radius));
     if (layout_.color) columns.color(vector_of(reader, *layout_.color), layout_.color_scale);
@@ -367,8 +356,7 @@ class VertexLayout {
     layout_.color_scale = byte ? ColorScale::srgb8 : ColorScale::linear;
   }
 
-  template <typename Reader>
-  static Vec3d vector_of(const Reader& reader, const std::array<std::size_t, 3>& at) {
+  static Vec3d vector_of(const auto& reader, const std::array<std::size_t, 3>& at) {
     const double x = reader.value(at[0]);
     const double y = reader.value(at[1]);
     return {x, y, reader.value(at[2])};
@@ -404,8 +392,7 @@ void note_other_elements(const PlyHeader& header, ParticleFacts& facts) {
   }
 }
 
-template <typename Reader>
-Particles read_elements(const PlyHeader& header, ParticleInput& input, Reader reader,
+Particles read_elements(const PlyHeader& header, ParticleInput& input, auto reader,
                         const ParticleRequest& request) {
   const PlyElement& vertex = vertex_of(header, input.place());
   ParticleColumns columns(input.place());

@@ -129,8 +129,7 @@ std::size_t column_named(const TableNames& table, std::string_view name) {
 }
 
 /// Returns the first of `known` that a name equals, as in the table; empty: none.
-template <typename Known>
-std::string first_known(const TableNames& table, const Known& known) {
+std::string first_known(const TableNames& table, const auto& known) {
   for (const std::string& name : table.names) {
     if (place_in(known, bare(name))) return name;
   }

@@ -89,8 +89,7 @@ class Bits {
 };
 
 /// Splits a number into three digits with the bases `sizes`.
-template <typename Number>
-Whole digits_of(Number number, const Sizes& sizes) {
+Whole digits_of(auto number, const Sizes& sizes) {
   Whole digits{};
   for (const std::size_t axis : {2U, 1U}) {
     digits.at(axis) = static_cast<std::int64_t>(number % sizes.at(axis));
@@ -222,9 +221,7 @@ std::vector<Vec3d> unpack_xtc(const XtcPacking& packing, std::string_view bytes,
 template <typename Real>
 std::optional<ParticleCell> take_box(BinaryInput& input) {
   std::array<double, 9> box{};
-  for (double& value : box) {
-    value = angstrom_per_nm * static_cast<double>(input.get<Real>());
-  }
+  for (double& value : box) value = angstrom_per_nm * static_cast<double>(input.get<Real>());
   const auto edge = [&](std::size_t i) { return Vec3d{box.at(i), box.at(i + 1), box.at(i + 2)}; };
   return valid_cell({{}, {edge(0), edge(3), edge(6)}});
 }

@@ -87,9 +87,7 @@ std::set<std::string, std::less<>> numbers_of(const CellOperations& operations) 
 void apply(const CellOperations& operations, Particles& particles, int threads) {
   const char* const key = needs_cell(operations);
   if (key == nullptr) return;
-  if (!particles.cell) {
-    throw SourceError(key, "the file has no box and no cell: leave it out");
-  }
+  if (!particles.cell) throw SourceError(key, "the file has no box and no cell: leave it out");
   Molecules molecules;
   if (operations.whole) molecules = joined_molecules(particles);
   if (!operations.center.empty()) {

@@ -110,9 +110,7 @@ std::optional<std::size_t> place_of(std::string_view symbol) {
 
 std::array<std::uint8_t, symbol_places> numbers_by_symbol() {
   std::array<std::uint8_t, symbol_places> numbers{};
-  for (std::uint8_t i = 1; i <= last_element; ++i) {
-    numbers[*place_of(periodic_table[i].symbol)] = i;
-  }
+  for (std::uint8_t i = 1; i <= last_element; ++i) numbers[*place_of(periodic_table[i].symbol)] = i;
   numbers[*place_of("D")] = numbers[*place_of("T")] = 1;
   return numbers;
 }

@@ -48,9 +48,7 @@ fs::path temporary_folder() {
 OpenFile nameless_file(const fs::path& folder, const FilePlace& place) {
   std::string name = (folder / "parray-XXXXXX").string();
   OpenFile file(mkostemp(name.data(), O_CLOEXEC));
-  if (file.number() < 0) {
-    fail_to_keep(folder, place);
-  }
+  if (file.number() < 0) fail_to_keep(folder, place);
   unlink(name.c_str());
   return file;
 }

@@ -24,8 +24,7 @@ void resize_column(std::vector<T>& column, std::size_t count, std::size_t expect
   column.resize(count);
 }
 
-template <typename Predicate>
-bool any_component(const Vec3d& v, const Predicate& predicate) {
+bool any_component(const Vec3d& v, const auto& predicate) {
   return predicate(v.x) || predicate(v.y) || predicate(v.z);
 }
 

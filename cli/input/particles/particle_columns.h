@@ -76,8 +76,7 @@ class ParticleColumns {
   /// colours (if any) and all numbers into the columns from `first` on. It returns false for an
   /// invalid value. Then rows() adds no particle and returns false. `write` checks the values, and
   /// the caller reports the error.
-  template <typename Write>
-  bool rows(std::size_t count, bool have_radii, bool have_colors, const Write& write) {
+  bool rows(std::size_t count, bool have_radii, bool have_colors, const auto& write) {
     const std::size_t first = this->count();
     resize(first + count, have_radii, have_colors);
     if (write(particles_, first)) return true;

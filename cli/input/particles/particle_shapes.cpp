@@ -22,9 +22,7 @@ bool is_inside(const Vec3d& p) {
 ParticleShapes::ParticleShapes(const SelectedParticles& selected, const ParticleSource& source,
                                Scene& scene)
     : selected_(selected), source_(source), scene_(scene), first_(scene.spheres.size()) {
-  if (!selected.bonds.empty() || !selected.arrows.arrows.empty()) {
-    particles_.resize(selected.count);
-  }
+  if (!selected.bonds.empty() || !selected.arrows.arrows.empty()) particles_.resize(selected.count);
 }
 
 void ParticleShapes::add_part(const SelectedPart& part) {

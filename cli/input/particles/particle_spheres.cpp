@@ -120,16 +120,11 @@ class MaterialLookup {
   /// Returns the kind of a particle. All particles of a kind have the same material.
   [[nodiscard]] std::size_t kind_of(std::size_t particle) const {
     switch (material_.rule) {
-      case MaterialRule::by_element:
-        return particles_.elements[particle];
-      case MaterialRule::by_type:
-        return particles_.types.index[particle];
-      case MaterialRule::column:
-        return particle;
-      case MaterialRule::color_by:
-        return colors_.index[particle];
-      default:
-        return 0;
+      case MaterialRule::by_element: return particles_.elements[particle];
+      case MaterialRule::by_type: return particles_.types.index[particle];
+      case MaterialRule::column: return particle;
+      case MaterialRule::color_by: return colors_.index[particle];
+      default: return 0;
     }
   }
 
@@ -144,14 +139,10 @@ class MaterialLookup {
 
 double radius_of(const Particles& particles, const ParticleRadius& radius, std::size_t particle) {
   switch (radius.rule) {
-    case RadiusRule::column:
-      return particles.radii[particle];
-    case RadiusRule::by_element:
-      return element(particles.elements[particle]).radius;
-    case RadiusRule::covalent:
-      return crystal_radius(particles.elements[particle]);
-    default:
-      return radius.value;
+    case RadiusRule::column: return particles.radii[particle];
+    case RadiusRule::by_element: return element(particles.elements[particle]).radius;
+    case RadiusRule::covalent: return crystal_radius(particles.elements[particle]);
+    default: return radius.value;
   }
 }
 
@@ -224,14 +215,10 @@ std::string problem_with(const ParticleMaterial& material, const Particles& part
                  ? ""
                  : "color_by cannot colour glass: choose another material";
     }
-    case MaterialRule::by_element:
-      return particles.elements.empty() ? without("elements") : "";
-    case MaterialRule::by_type:
-      return particles.types.empty() ? without("types") : "";
-    case MaterialRule::column:
-      return particles.colors.empty() ? without("colours") : "";
-    case MaterialRule::automatic:
-      break;
+    case MaterialRule::by_element: return particles.elements.empty() ? without("elements") : "";
+    case MaterialRule::by_type: return particles.types.empty() ? without("types") : "";
+    case MaterialRule::column: return particles.colors.empty() ? without("colours") : "";
+    case MaterialRule::automatic: break;
   }
   return without("colours, elements or types");
 }
@@ -245,15 +232,11 @@ std::string problem_with(const ParticleRadius& radius, const Particles& particle
         "a number");
   };
   switch (radius.rule) {
-    case RadiusRule::fixed:
-      return "";
+    case RadiusRule::fixed: return "";
     case RadiusRule::by_element:
-    case RadiusRule::covalent:
-      return particles.elements.empty() ? without("elements") : "";
-    case RadiusRule::column:
-      return particles.radii.empty() ? without("radii") : "";
-    case RadiusRule::automatic:
-      break;
+    case RadiusRule::covalent: return particles.elements.empty() ? without("elements") : "";
+    case RadiusRule::column: return particles.radii.empty() ? without("radii") : "";
+    case RadiusRule::automatic: break;
   }
   return without("radii or elements");
 }

@@ -19,8 +19,7 @@ namespace parray::input {
 namespace {
 
 /// Calls `work` for each column, which may be empty.
-template <typename Work>
-void for_each_column(Particles& particles, const Work& work) {
+void for_each_column(Particles& particles, const auto& work) {
   work(particles.radii);
   work(particles.colors);
   work(particles.elements);

@@ -18,10 +18,7 @@ namespace {
 double along(const Vec3d& v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 /// Returns the vector of f(0), f(1), f(2).
-template <typename F>
-Vec3d by_axis(const F& f) {
-  return {f(0), f(1), f(2)};
-}
+Vec3d by_axis(const auto& f) { return {f(0), f(1), f(2)}; }
 
 Vec3d as_vector(const CellImage& image) {
   return by_axis([&](std::size_t i) { return static_cast<double>(image[i]); });

@@ -32,8 +32,7 @@ std::vector<ParticlePart> split(Particles& particles, const ParticleSource& sour
                                 int threads = 1);
 
 /// Runs `work`. Adds the number of the representation to each SourceError.
-template <typename Work>
-void in_representation(const std::optional<std::size_t>& number, const Work& work) {
+void in_representation(const std::optional<std::size_t>& number, const auto& work) {
   try {
     work();
   } catch (const SourceError& error) {

@@ -26,9 +26,8 @@ namespace {
 
 /// Runs `work`. If it needs an unknown number, throws an error that lists the valid names: the
 /// `words` that `key` accepts and the numbers of the file.
-template <typename Work>
 void with_remedy(const char* key, std::span<const std::string_view> words, PackedFile& file,
-                 ParticleRequest request, const Work& work) {
+                 ParticleRequest request, const auto& work) {
   try {
     work();
   } catch (const UnknownNumber& error) {
@@ -46,9 +45,8 @@ ParticleMaterial decided_material(const ParticleLook& look, const Particles& par
   using Choice = ParticleMaterial::Rule;
   const Choice rule = look.material.rule;
   if (rule != Choice::automatic && rule != Choice::named && rule != Choice::color_by) {
-    throw SourceError("color_by",
-                      "\"material\" is " + text_of(look.material) +
-                          ", which also sets the colour: leave out one of them");
+    throw SourceError("color_by", "\"material\" is " + text_of(look.material) +
+                                      ", which also sets the colour: leave out one of them");
   }
   return {ParticleMaterial::Rule::color_by, look.material.name};
 }

@@ -49,14 +49,10 @@ double share_of_ball(const ParticleLook& look, double angstrom) {
   constexpr double share = 0.25;             // of a van der Waals radius
   constexpr double share_of_covalent = 0.5;  // about the same size
   switch (look.radius.rule) {
-    case ParticleRadius::Rule::by_element:
-      return share * angstrom;
-    case ParticleRadius::Rule::covalent:
-      return share_of_covalent * angstrom;
-    case ParticleRadius::Rule::column:
-      return look.radius_by.empty() ? share : 1;
-    default:
-      return 1;
+    case ParticleRadius::Rule::by_element: return share * angstrom;
+    case ParticleRadius::Rule::covalent: return share_of_covalent * angstrom;
+    case ParticleRadius::Rule::column: return look.radius_by.empty() ? share : 1;
+    default: return 1;
   }
 }
 

@@ -103,9 +103,7 @@ class Parts {
     std::size_t sum = 0;
     for (std::size_t part = 0; part < count(); ++part) {
       begins_.push_back(sum);
-      for (std::vector<std::size_t>& of_band : next) {
-        sum += std::exchange(of_band[part], sum);
-      }
+      for (std::vector<std::size_t>& of_band : next) sum += std::exchange(of_band[part], sum);
     }
     begins_.push_back(sum);
     bands_.run([&](std::size_t band, std::size_t begin, std::size_t end) {

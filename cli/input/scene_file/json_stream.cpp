@@ -304,9 +304,7 @@ std::string SaxHandler::pointer() const {
 
 bool SaxHandler::parse_error(std::size_t, const std::string& last_token,
                              const Json::exception& error) {
-  if (started_ && frames_.empty()) {
-    fail("text follows the end of the JSON object: remove it");
-  }
+  if (started_ && frames_.empty()) fail("text follows the end of the JSON object: remove it");
   if (source_.end_was_reached()) {
     fail(started_ ? "the file ends within the JSON object: check that the file is complete"
                   : "the file ends before a JSON object begins: write a JSON object");
@@ -339,9 +337,7 @@ bool ByteSource::refill() {
 /// Fills the rest of the block from the stream.
 void ByteSource::load() {
   stream_->read(block_.data() + filled_, static_cast<std::streamsize>(block_.size() - filled_));
-  if (stream_->bad()) {
-    fail_at(file_, line_, "", "reading failed here: check the file and the disk");
-  }
+  if (stream_->bad()) fail_at(file_, line_, "", "reading failed here: check the file and the disk");
   const auto got = static_cast<std::size_t>(stream_->gcount());
   filled_ += got;
   blocks_total_ += got;

@@ -39,10 +39,7 @@ struct HiddenClasses {};    ///< words of selection_classes(): a list in JSON
 namespace particle_rules {
 
 inline std::string same_text(const std::string& text) { return text; }
-template <typename T>
-std::string text_by_overload(const T& value) {
-  return text_of(value);
-}
+std::string text_by_overload(const auto& value) { return text_of(value); }
 
 /// The names of materials that options accept.
 inline constexpr std::array<std::string_view, 4> material_words{"by-element", "by-type", "column",

@@ -101,33 +101,23 @@ ParticleRadius particle_radius_from(std::string_view text) {
 
 std::string text_of(const ParticleMaterial& material) {
   switch (material.rule) {
-    case ParticleMaterial::Rule::automatic:
-      break;
+    case ParticleMaterial::Rule::automatic: break;
     case ParticleMaterial::Rule::named:
-    case ParticleMaterial::Rule::color_by:
-      return material.name;
-    case ParticleMaterial::Rule::by_element:
-      return "by-element";
-    case ParticleMaterial::Rule::by_type:
-      return "by-type";
-    case ParticleMaterial::Rule::column:
-      return "column";
+    case ParticleMaterial::Rule::color_by: return material.name;
+    case ParticleMaterial::Rule::by_element: return "by-element";
+    case ParticleMaterial::Rule::by_type: return "by-type";
+    case ParticleMaterial::Rule::column: return "column";
   }
   return {};
 }
 
 std::string text_of(const ParticleRadius& radius) {
   switch (radius.rule) {
-    case ParticleRadius::Rule::automatic:
-      break;
-    case ParticleRadius::Rule::fixed:
-      return number_text(radius.value);
-    case ParticleRadius::Rule::by_element:
-      return "by-element";
-    case ParticleRadius::Rule::covalent:
-      return "covalent";
-    case ParticleRadius::Rule::column:
-      return "column";
+    case ParticleRadius::Rule::automatic: break;
+    case ParticleRadius::Rule::fixed: return number_text(radius.value);
+    case ParticleRadius::Rule::by_element: return "by-element";
+    case ParticleRadius::Rule::covalent: return "covalent";
+    case ParticleRadius::Rule::column: return "column";
   }
   return {};
 }

@@ -186,8 +186,7 @@ class SectionReader {
 };
 
 /// Returns the keys that `describe(visitor)` visits and that belong to `section`.
-template <typename Describe>
-std::vector<std::string_view> keys_of(const Describe& describe, unsigned section = 0) {
+std::vector<std::string_view> keys_of(const auto& describe, unsigned section = 0) {
   std::vector<std::string_view> keys;
   describe([&](const Setting& setting, const auto&... /*rule and values*/) {
     if (is_in(section, setting)) keys.emplace_back(setting.key);

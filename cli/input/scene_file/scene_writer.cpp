@@ -86,9 +86,7 @@ std::string text_of(Representations /*rule*/, const std::vector<Representation>&
 
 /// Returns the JSON object, on one line, of the members that `describe(visitor)` visits for
 /// `section`. 0: all members.
-template <typename Describe>
-std::string object_text(const Describe& describe, const char* separator = ", ",
-                        unsigned section = 0) {
+std::string object_text(const auto& describe, const char* separator = ", ", unsigned section = 0) {
   std::string object;
   describe([&](const Setting& setting, const auto& rule, const auto& value) {
     using T = std::decay_t<decltype(value)>;

@@ -25,16 +25,11 @@ struct ParticleNames {
 
 bool is_of(ParticleClass wanted, const ParticleNames& names) {
   switch (wanted) {
-    case ParticleClass::water:
-      return is_water(names.residue);
-    case ParticleClass::protein:
-      return is_amino_acid(names.residue);
-    case ParticleClass::nucleic:
-      return is_nucleotide(names.residue);
-    case ParticleClass::ion:
-      return is_ion(names.residue, names.atom);
-    case ParticleClass::virtual_site:
-      break;
+    case ParticleClass::water: return is_water(names.residue);
+    case ParticleClass::protein: return is_amino_acid(names.residue);
+    case ParticleClass::nucleic: return is_nucleotide(names.residue);
+    case ParticleClass::ion: return is_ion(names.residue, names.atom);
+    case ParticleClass::virtual_site: break;
   }
   return is_virtual_site(names.residue, names.atom, names.element);
 }
@@ -147,24 +142,17 @@ Condition::Condition(const Expression& expression, const Particles& particles, i
 
 void Condition::bind() {
   switch (expression_->kind) {
-    case Kind::names:
-      return bind_names();
-    case Kind::elements:
-      return bind_elements();
+    case Kind::names: return bind_names();
+    case Kind::elements: return bind_elements();
     case Kind::residues:
       if (particles_->residue_names.empty()) fail_without("residue names");
       return bind_class(class_of(expression_->word));
-    case Kind::sites:
-      return bind_class(ParticleClass::virtual_site);
-    case Kind::within:
-      return bind_within();
-    case Kind::same_residue:
-      return bind_same_residue();
+    case Kind::sites: return bind_class(ParticleClass::virtual_site);
+    case Kind::within: return bind_within();
+    case Kind::same_residue: return bind_same_residue();
     case Kind::ranges:
-    case Kind::property:
-      return bind_number();
-    default:
-      return;
+    case Kind::property: return bind_number();
+    default: return;
   }
 }
 
@@ -259,10 +247,8 @@ void Condition::holds(std::size_t begin, std::span<std::uint8_t> out) const {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = holds_for(begin + i) ? 1 : 0;
   };
   switch (expression_->kind) {
-    case Kind::all:
-      return each([](std::size_t) { return true; });
-    case Kind::none:
-      return each([](std::size_t) { return false; });
+    case Kind::all: return each([](std::size_t) { return true; });
+    case Kind::none: return each([](std::size_t) { return false; });
     case Kind::both:
     case Kind::either: {
       const bool both = expression_->kind == Kind::both;
@@ -280,8 +266,7 @@ void Condition::holds(std::size_t begin, std::span<std::uint8_t> out) const {
       parts_.front().holds(begin, out);
       for (std::uint8_t& value : out) value ^= 1U;
       return;
-    case Kind::names:
-      return each([&](std::size_t i) { return table_[(*index_)[i]] != 0; });
+    case Kind::names: return each([&](std::size_t i) { return table_[(*index_)[i]] != 0; });
     case Kind::elements:
       return each([&](std::size_t i) { return table_[particles_->elements[i]] != 0; });
     case Kind::ranges: {
@@ -292,10 +277,8 @@ void Condition::holds(std::size_t begin, std::span<std::uint8_t> out) const {
     case Kind::residues:
     case Kind::sites:
     case Kind::within:
-    case Kind::same_residue:
-      return each([&](std::size_t i) { return mask_[i] != 0; });
-    default:
-      return compare(begin, out);
+    case Kind::same_residue: return each([&](std::size_t i) { return mask_[i] != 0; });
+    default: return compare(begin, out);
   }
 }
 
@@ -308,14 +291,10 @@ void Condition::compare(std::size_t begin, std::span<std::uint8_t> out) const {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = holds_for(left[i], right[i]) ? 1 : 0;
   };
   switch (expression_->kind) {
-    case Kind::less:
-      return each([](double a, double b) { return a < b; });
-    case Kind::less_equal:
-      return each([](double a, double b) { return a <= b; });
-    case Kind::equal:
-      return each([](double a, double b) { return a == b; });
-    default:
-      return each([](double a, double b) { return a < b || a > b; });
+    case Kind::less: return each([](double a, double b) { return a < b; });
+    case Kind::less_equal: return each([](double a, double b) { return a <= b; });
+    case Kind::equal: return each([](double a, double b) { return a == b; });
+    default: return each([](double a, double b) { return a < b || a > b; });
   }
 }
 
@@ -332,22 +311,14 @@ void Condition::numbers(std::size_t begin, std::span<double> out) const {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = result(out[i], right[i]);
   };
   switch (expression_->kind) {
-    case Kind::add:
-      return each([](double a, double b) { return a + b; });
-    case Kind::subtract:
-      return each([](double a, double b) { return a - b; });
-    case Kind::multiply:
-      return each([](double a, double b) { return a * b; });
-    case Kind::divide:
-      return each([](double a, double b) { return a / b; });
-    case Kind::remainder:
-      return each([](double a, double b) { return std::fmod(a, b); });
-    case Kind::negate:
-      return each([](double a, double /*b*/) { return -a; });
-    case Kind::absolute:
-      return each([](double a, double /*b*/) { return std::abs(a); });
-    default:
-      return each([](double a, double /*b*/) { return square_root(a); });
+    case Kind::add: return each([](double a, double b) { return a + b; });
+    case Kind::subtract: return each([](double a, double b) { return a - b; });
+    case Kind::multiply: return each([](double a, double b) { return a * b; });
+    case Kind::divide: return each([](double a, double b) { return a / b; });
+    case Kind::remainder: return each([](double a, double b) { return std::fmod(a, b); });
+    case Kind::negate: return each([](double a, double /*b*/) { return -a; });
+    case Kind::absolute: return each([](double a, double /*b*/) { return std::abs(a); });
+    default: return each([](double a, double /*b*/) { return square_root(a); });
   }
 }
 

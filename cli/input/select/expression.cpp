@@ -114,8 +114,7 @@ class SelectionParser {
   }
 
   /// Parses parts that are separated by the word, or by the sign once or twice.
-  template <typename Part>
-  Expression series(Kind kind, std::string_view word, std::string_view sign, const Part& part) {
+  Expression series(Kind kind, std::string_view word, std::string_view sign, const auto& part) {
     const std::size_t column = scanner_.column();
     std::vector<Expression> parts;
     parts.push_back(part());

@@ -77,9 +77,7 @@ class Shown {
     if (mask.empty()) return;
     if (mask_.empty()) mask_.assign(particles_.count(), 1);
     const std::uint64_t taken = take_out(mask, mask_);
-    if (taken > 0) {
-      notes_.push_back({std::move(key), taken, particles_word(taken) + " " + reason});
-    }
+    if (taken > 0) notes_.push_back({std::move(key), taken, particles_word(taken) + " " + reason});
   }
   [[nodiscard]] std::uint64_t left() const {
     return mask_.empty() ? particles_.count() : count_of(mask_);
@@ -141,9 +139,7 @@ void apply(const ParticleFilter& filter, Particles& particles, int threads) {
   if (!filter.slice.empty()) {
     shown.select("slice", slice_as_selection(filter.slice), "outside the slice");
   }
-  if (!filter.select.empty()) {
-    shown.select("select", filter.select, "not selected");
-  }
+  if (!filter.select.empty()) shown.select("select", filter.select, "not selected");
   shown.finish();
 }
 

@@ -25,8 +25,7 @@ class UnknownNumber : public InputError {
 };
 
 /// Runs `work`. Turns InputErrors other than UnknownNumber into SourceErrors of `key`.
-template <typename Work>
-auto blaming(const char* key, const Work& work) {
+auto blaming(const char* key, const auto& work) {
   try {
     return work();
   } catch (const UnknownNumber&) {

@@ -48,12 +48,9 @@ Postprocessing postprocessing_of(Style style) {
   const LineWidth automatic{LineWidth::Unit::automatic, 0};
   switch (style) {
     case Style::publication:
-    case Style::flat:
-      return {automatic, 0};
-    case Style::night:
-      return {{}, usual_depth_cue, {}};
-    case Style::studio:
-      break;
+    case Style::flat: return {automatic, 0};
+    case Style::night: return {{}, usual_depth_cue, {}};
+    case Style::studio: break;
   }
   return {};
 }

@@ -214,24 +214,18 @@ std::string_view name_of(View view) { return view_names[static_cast<std::size_t>
 
 Axes axes_of(View view) {
   switch (view) {  // no negative zeros, because files do not keep their sign
-    case View::front:
-      return {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {}};
-    case View::back:
-      return {{-1, 0, 0}, {0, 0, 1}, {0, 1, 0}, {}};
-    case View::left:
-      return {{0, -1, 0}, {0, 0, 1}, {-1, 0, 0}, {}};
-    case View::right:
-      return {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}, {}};
-    case View::bottom:
-      return {{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {}};
+    case View::front: return {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {}};
+    case View::back: return {{-1, 0, 0}, {0, 0, 1}, {0, 1, 0}, {}};
+    case View::left: return {{0, -1, 0}, {0, 0, 1}, {-1, 0, 0}, {}};
+    case View::right: return {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}, {}};
+    case View::bottom: return {{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {}};
     case View::iso: {
       const Vec3d right = normalize(Vec3d{3, 2, 0});
       const Vec3d back = normalize(Vec3d{4, -6, 3});
       return {right, cross(back, right), back, {}};
     }
     case View::top:
-    case View::automatic:
-      break;
+    case View::automatic: break;
   }
   return coordinates;
 }

@@ -20,8 +20,7 @@ constexpr double search_begin = -7;  ///< limits of every search: logarithms of 
 constexpr double search_end = 60;
 
 /// Returns the number of samples at which a falling function has the value `wanted`.
-template <typename Falling>
-double samples_where(const Falling& falling, double wanted) {
+double samples_where(const auto& falling, double wanted) {
   double low = search_begin;
   double high = search_end;
   for (int step = 0; step < 60; ++step) {
@@ -95,9 +94,7 @@ ErrorModel::ErrorModel(ModelError model, std::span<const MeasuredError> measured
                       1 / (relative * relative + doubt * doubt)});
   }
   fit_exponent(exponent);
-  if (exponent.deviation == 0) {
-    average_gains();
-  }
+  if (exponent.deviation == 0) average_gains();
 }
 
 double ErrorModel::points_of(double samples) const {
@@ -106,9 +103,7 @@ double ErrorModel::points_of(double samples) const {
 
 void ErrorModel::fit_exponent(ExponentPrior prior) {
   exponent_ = prior.mean;
-  if (prior.deviation == 0) {
-    return;
-  }
+  if (prior.deviation == 0) return;
   double weights = 0;
   double middle = 0;
   for (const Gain& one : gains_) {
@@ -191,9 +186,7 @@ Forecast forecast_target(const TargetLaws& laws, double target, double most_samp
   for (bool placed = false;; ++now.passes) {
     now.rmse = (placed ? laws.placed : laws.even).at(now.samples);
     const double high = (placed ? laws.stated_placed : laws.stated_even).of(now.rmse, now.samples);
-    if (high <= target || now.samples >= most_samples) {
-      return now;
-    }
+    if (high <= target || now.samples >= most_samples) return now;
     const double share = share_to_go_for(target * target / (high * high), laws.sampler);
     const double lacking =
         std::min(wanted(laws, now.samples, share, placed), most_samples - now.samples);
@@ -223,9 +216,7 @@ Forecast forecast_time(const PassCosts& costs, double seconds, double most_sampl
     const auto affordable =
         static_cast<std::uint64_t>(std::min(left / sample, most_samples) * unit);
     const std::uint64_t more = within_time(part_of(lacking, traced), traced, affordable);
-    if (more == 0) {
-      break;
-    }
+    if (more == 0) break;
     const double samples = static_cast<double>(more) / unit;
     now.samples += samples;
     left -= samples * costs.later_sample + costs.pass;

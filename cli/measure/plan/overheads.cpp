@@ -71,9 +71,7 @@ Collecting effort_of_collecting(const Framebuffer& traced) {
   settings.height = traced.height();
   const auto most = *std::max_element(traced.samples().begin(), traced.samples().end());
   Pass pass{{{0, most}}, {}};
-  for (const std::uint32_t count : traced.samples()) {
-    pass.samples.push_back({0, count});
-  }
+  for (const std::uint32_t count : traced.samples()) pass.samples.push_back({0, count});
   const auto plan = std::make_shared<const WorkPlan>(settings, std::move(pass));
   const CellBatch batch = plan->batch({0, plan->cells()});
   const TracedCells cells = as_cells(traced, batch);

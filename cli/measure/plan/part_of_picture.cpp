@@ -55,14 +55,11 @@ PartOfPicture::PartOfPicture(const PathTracer& tracer, std::uint32_t width, std:
 
 std::uint32_t PartOfPicture::side_by_side(std::uint32_t x, std::uint32_t end) const {
   std::uint32_t next = x + 1;
-  while (next < end && column_[next] == column_[next - 1] + 1) {
-    ++next;
-  }
+  while (next < end && column_[next] == column_[next - 1] + 1) ++next;
   return next;
 }
 
-template <typename Visit>
-void PartOfPicture::for_stretches(const PixelRun& run, const Visit& visit) const {
+void PartOfPicture::for_stretches(const PixelRun& run, const auto& visit) const {
   for (std::uint32_t x = run.x_begin; x < run.x_end;) {
     const std::uint32_t end = side_by_side(x, run.x_end);
     visit(PixelRun{row_[run.y], column_[x], column_[x] + (end - x)}, x - run.x_begin);

@@ -267,9 +267,7 @@ std::vector<Choice> choices(const Probe& probe, const RenderSettings& settings, 
     all.push_back(chooser.uniform(sampler));
   }
   const auto unsure = [&](const Choice& choice) { return choice.keeps < goal.confidence - 1e-6; };
-  if (goal.seconds > 0 && !std::all_of(all.begin(), all.end(), unsure)) {
-    std::erase_if(all, unsure);
-  }
+  if (goal.seconds > 0 && !std::all_of(all.begin(), all.end(), unsure)) std::erase_if(all, unsure);
   const auto cost = [&](const Choice& choice) {
     return std::tuple(choice.samples_per_pixel > 0, unsure(choice),
                       goal.error > 0 ? choice.seconds.value : choice.error.value);

@@ -68,9 +68,7 @@ UpperBound stated_high(const FramebufferView& state, double pixels) {
   const double own = static_cast<double>(state.counts.size());
   const double relative = (std::sqrt(2 * factor - 1) - 1) * std::sqrt(own / pixels);
   double seldom = 0;
-  for (const std::uint32_t count : state.counts) {
-    seldom += 1.0 / count;
-  }
+  for (const std::uint32_t count : state.counts) seldom += 1.0 / count;
   const double unseen =
       3 * state.largest_radiance * state.largest_radiance / pixels * (seldom / own);
   return {1 + relative + relative * relative / 2, unseen};
@@ -80,9 +78,7 @@ UpperBound stated_high(const FramebufferView& state, double pixels) {
 Stage stage_of(const FramebufferView& state) {
   const ErrorEstimate error = estimate_rmse(state);
   const double least = RadianceScale(state.largest_radiance).mean(1, 1) / 2;
-  if (error.rmse < least) {
-    return {0, least, 0, {}};
-  }
+  if (error.rmse < least) return {0, least, 0, {}};
   return {0, error.rmse, std::log(error.rmse / error.low) / normal_95, {}};
 }
 
@@ -125,15 +121,11 @@ class Prober {
     cost_scale_ = rays_ / rays_of(*render_);
     result_.stated_uniform = stated_high(render_->state(), pixels_);
     std::vector<Stage> other;
-    if (other_) {
-      other = stages(*other_, false, {comparison});
-    }
+    if (other_) other = stages(*other_, false, {comparison});
     const std::vector<Stage> adaptive = stages(main_, true, adaptive_passes());
     result_.stated_adaptive = stated_high(render_->state(), pixels_);
     add_main(uniform, adaptive);
-    if (other_) {
-      add_other(other);
-    }
+    if (other_) add_other(other);
     result_.pixels = static_cast<std::uint64_t>(pixels_of_part());
     result_.seconds = (effort_now() - began_).wall;
     return std::move(result_);
@@ -157,9 +149,7 @@ class Prober {
                                     settings.isa, {request_.threads});
     main_ = candidate(request_.samplers.back());
     result_.fixed = effort_now() - began_;
-    if (request_.samplers.size() > 1) {
-      other_ = candidate(request_.samplers.front());
-    }
+    if (request_.samplers.size() > 1) other_ = candidate(request_.samplers.front());
     tracing_began_ = effort_now();
   }
 
@@ -176,9 +166,7 @@ class Prober {
       one.part = std::make_unique<PartOfPicture>(*one.tracer, s.width, s.height, most, noise_tile);
     };
     cut(main_);
-    if (other_) {
-      cut(*other_);
-    }
+    if (other_) cut(*other_);
   }
 
   /// Chooses the size of the part. A larger part represents the picture better; the pixels of a
@@ -186,9 +174,7 @@ class Prober {
   void choose_part() {
     cut_part(least_pixels);
     stages(main_, false, {look_samples});  // touches memory for the first time
-    if (other_) {
-      stages(*other_, false, {look_samples});
-    }
+    if (other_) stages(*other_, false, {look_samples});
     survey();
     allowed_ = std::min(request_.seconds, std::max(always_allowed, share_of_render * expected()));
     const double each = 48 + (other_ ? comparison : 0) + 1.3 * adaptive_depth();
@@ -197,9 +183,7 @@ class Prober {
 
   /// Returns the approximate time of the render in seconds.
   [[nodiscard]] double expected() const {
-    if (request_.error <= 0) {
-      return request_.goal_seconds;
-    }
+    if (request_.error <= 0) return request_.goal_seconds;
     return samples_wanted() * pixels_ * sample_.wall + result_.fixed.wall + result_.overheads.wall;
   }
 
@@ -306,17 +290,13 @@ class Prober {
       found.push_back(stage_of(now.state()));
       found.back().samples = now.samples_per_pixel();
       found.back().pass = {samples - samples_before, took};
-      if (adaptive && found.size() == 1) {
-        measure_deciding(now.state(), settings);
-      }
+      if (adaptive && found.size() == 1) measure_deciding(now.state(), settings);
       samples_before = samples;
       last = Effort{now.seconds, now.cpu_seconds} + (effort_now() - noting);
     };
     counting_ = {};
     render_ = render_directly(part, *request_.scene, settings, request_.threads, stop_, note);
-    if (!render_) {
-      throw Stopped{};
-    }
+    if (!render_) throw Stopped{};
     sample_ = 1 / found.back().pass.samples * found.back().pass.effort;
     result_.samples += render_->framebuffer.counts().samples;
     return found;
@@ -408,9 +388,7 @@ class Prober {
   static std::vector<TracedPass> passes_of(const std::vector<Stage>& stages) {
     std::vector<TracedPass> passes;
     passes.reserve(stages.size());
-    for (const Stage& stage : stages) {
-      passes.push_back(stage.pass);
-    }
+    for (const Stage& stage : stages) passes.push_back(stage.pass);
     return passes;
   }
 

@@ -9,8 +9,7 @@ namespace {
 
 double root(double square) { return square > 0 ? std::sqrt(square) : 0; }
 
-template <typename Value>
-double mean_of(const std::vector<const Run*>& runs, Value Run::*member) {
+double mean_of(const std::vector<const Run*>& runs, auto Run::* member) {
   double sum = 0;
   for (const Run* run : runs) sum += run->*member;
   return sum / static_cast<double>(runs.size());
@@ -25,8 +24,7 @@ double deviation_of(const std::vector<double>& values) {
   return std::sqrt(squares / static_cast<double>(values.size() - 1));
 }
 
-template <typename Function>
-std::vector<double> values_of(const std::vector<const Run*>& runs, const Function& function) {
+std::vector<double> values_of(const std::vector<const Run*>& runs, const auto& function) {
   std::vector<double> values;
   values.reserve(runs.size());
   for (const Run* run : runs) values.push_back(function(*run));

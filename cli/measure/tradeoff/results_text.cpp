@@ -158,9 +158,7 @@ std::string calibration_text(const TradeoffResults& results) {
 /// Returns the table of farms: the time of each point on the front, for each number of workers.
 std::string farms_text(const TradeoffResults& results) {
   std::vector<std::string> header = {"RMSE"};
-  for (const FarmFront& farm : results.farms) {
-    header.push_back(counted(farm.workers, "worker"));
-  }
+  for (const FarmFront& farm : results.farms) header.push_back(counted(farm.workers, "worker"));
   header.emplace_back("settings");
   std::map<double, std::vector<std::string>, std::greater<>> lines;
   for (std::size_t farm = 0; farm < results.farms.size(); ++farm) {

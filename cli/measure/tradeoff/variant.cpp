@@ -56,9 +56,7 @@ std::string options_where(const RenderSettings& s, const auto& named) {
 /// Returns the FNV-1a hash of a text. It is the same on every machine.
 std::uint64_t hash_of(const std::string& text) {
   std::uint64_t hash = 0xCBF29CE484222325;
-  for (const char letter : text) {
-    hash = (hash ^ static_cast<unsigned char>(letter)) * 0x100000001B3;
-  }
+  for (const char letter : text) hash = (hash ^ static_cast<unsigned char>(letter)) * 0x100000001B3;
   return hash;
 }
 

@@ -43,12 +43,10 @@ float scale_of(const Replicates& replicates) {
 void (*filter_for(Isa isa))(const FilterPlanes&, int, int, float*) {
   switch (isa == Isa::automatic ? best_isa() : isa) {
 #define PARRAY_FILTER_OF(isa) \
-  case Isa::isa:              \
-    return isa::filter_tile;
+  case Isa::isa: return isa::filter_tile;
     PARRAY_FOR_EACH_ISA(PARRAY_FILTER_OF)
 #undef PARRAY_FILTER_OF
-    default:
-      return scalar::filter_tile;
+    default: return scalar::filter_tile;
   }
 }
 

@@ -204,9 +204,8 @@ class FeatureRows {
 };
 
 /// Calls visit(y, hits) for all rows. Each thread has its own `hits`.
-template <typename Visit>
 void for_rows(const RenderSettings& settings, int threads,
-              const std::function<void()>& between_bands, Visit&& visit) {
+              const std::function<void()>& between_bands, auto&& visit) {
   constexpr std::uint32_t band_samples = 1U << 18;
   const std::uint32_t band =
       std::max(band_samples / (own_feature_samples + many_steady_samples) / settings.width,
@@ -260,9 +259,7 @@ void Plane::repeat_border() {
   const auto row_size = static_cast<std::ptrdiff_t>(stride_);
   const auto top = values_.begin() + static_cast<std::ptrdiff_t>(margin) * row_size;
   const auto bottom = top + (static_cast<std::ptrdiff_t>(height_) - 1) * row_size;
-  for (auto to = values_.begin(); to != top; to += row_size) {
-    std::copy(top, top + row_size, to);
-  }
+  for (auto to = values_.begin(); to != top; to += row_size) std::copy(top, top + row_size, to);
   for (auto to = bottom + row_size; to != values_.end(); to += row_size) {
     std::copy(bottom, bottom + row_size, to);
   }

@@ -66,9 +66,8 @@ double depth_at(const CellLine& line, double share, bool perspective) {
 
 /// Calls `visit` for every pixel of the picture in which the line, `width` pixels wide, covers a
 /// share and is visible or hidden, as `wanted` says.
-template <typename Visit>
 void each_pixel(const Canvas& canvas, const CellLine& line, bool perspective, const DepthMap& map,
-                double width, Part wanted, const Visit& visit) {
+                double width, Part wanted, const auto& visit) {
   const double reach = width / 2 + 1;
   const auto inside = part_inside(line, canvas, reach);
   const double dx = line.to.x - line.from.x;

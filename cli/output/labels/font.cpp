@@ -60,8 +60,7 @@ struct Font::Library {
 
   /// Loads each letter and calls `visit(x)` with its position, from 0 on. Returns the position
   /// after the last letter.
-  template <typename Visit>
-  double each_letter(std::string_view text, const Visit& visit) const {
+  double each_letter(std::string_view text, const auto& visit) const {
     double x = 0;
     FT_UInt before = 0;
     while (!text.empty()) {

@@ -30,9 +30,7 @@ Aovs aovs_from(std::string_view names) {
 
 std::string text_of(const Aovs& aovs) {
   std::string text;
-  for (const Aov aov : aovs) {
-    text += (text.empty() ? "" : ",") + std::string(name_of(aov));
-  }
+  for (const Aov aov : aovs) text += (text.empty() ? "" : ",") + std::string(name_of(aov));
   return text;
 }
 

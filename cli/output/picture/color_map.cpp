@@ -149,14 +149,10 @@ bool is_diverging(ColorMap map) { return map == ColorMap::blue_red; }
 
 Vec3d color_at(ColorMap map, double share) {
   switch (map) {
-    case ColorMap::blue_red:
-      return blue_to_red(share);
-    case ColorMap::grey:
-      return dark_to_light(share);
-    case ColorMap::violet_yellow:
-      return violet_to_yellow(share);
-    default:
-      return from_table(map_tables[static_cast<std::size_t>(map)], share);
+    case ColorMap::blue_red: return blue_to_red(share);
+    case ColorMap::grey: return dark_to_light(share);
+    case ColorMap::violet_yellow: return violet_to_yellow(share);
+    default: return from_table(map_tables[static_cast<std::size_t>(map)], share);
   }
 }
 

@@ -137,9 +137,7 @@ ImageFile read(const std::string& path) {
   if (!in->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, values.data())) {
     throw InputError(path + ": " + one_line(in->geterror()));
   }
-  if (!file.high_dynamic_range) {
-    undo_curve(values, stride, spec.format.size() == 1 ? 255 : 65535);
-  }
+  if (!file.high_dynamic_range) undo_curve(values, stride, spec.format.size() == 1 ? 255 : 65535);
   take_pixels(values, stride, !file.high_dynamic_range, file);
   file.metadata = metadata_of(spec);
   return file;

@@ -51,9 +51,7 @@ std::optional<std::uint64_t> whole_in(const ImageMetadata& metadata, std::string
   const MetadataValue* const value = value_in(metadata, name);
   if (value == nullptr) return std::nullopt;
   if (const auto* const whole = std::get_if<std::uint64_t>(value)) return *whole;
-  if (const auto* const text = std::get_if<std::string>(value)) {
-    return parsed<std::uint64_t>(*text);
-  }
+  if (const auto* const text = std::get_if<std::string>(value)) return parsed<std::uint64_t>(*text);
   const double real = std::get<double>(*value);
   const bool exact = real >= 0 && real <= static_cast<double>(most_exact);
   const auto whole = static_cast<std::uint64_t>(exact ? real : 0);

@@ -38,9 +38,7 @@ void check_output_path(const fs::path& path) {
   const std::string name = path.string();
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (fs::is_directory(status)) {
-    throw InputError(name + " is a directory: name a file in it");
-  }
+  if (fs::is_directory(status)) throw InputError(name + " is a directory: name a file in it");
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     throw InputError(name + " is not a regular file: name another file");
   }

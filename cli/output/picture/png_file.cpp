@@ -80,8 +80,7 @@ class PngWriter {
   }
 
  private:
-  template <typename Step>
-  void attempt(const Step& step) {
+  void attempt(const auto& step) {
     // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
     if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
   }
@@ -176,8 +175,7 @@ class PngReader {
   }
 
  private:
-  template <typename Step>
-  void attempt(const Step& step) {
+  void attempt(const auto& step) {
     // NOLINTNEXTLINE(cert-err52-cpp): the library's way to report
     if (problem_.empty() && setjmp(png_jmpbuf(png_)) == 0) step();
   }

@@ -9,8 +9,7 @@ namespace parray::postprocess {
 namespace {
 
 /// Returns whether the test is true for a pixel and its left, right, upper and lower neighbours.
-template <typename Test>
-bool all_around(std::size_t pixel, std::size_t width, std::size_t count, const Test& test) {
+bool all_around(std::size_t pixel, std::size_t width, std::size_t count, const auto& test) {
   return test(pixel) && (pixel % width == 0 || test(pixel - 1)) &&
          (pixel % width == width - 1 || test(pixel + 1)) &&
          (pixel < width || test(pixel - width)) && (pixel + width >= count || test(pixel + width));

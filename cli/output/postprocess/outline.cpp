@@ -160,8 +160,7 @@ class Outliner {
   }
 
   /// Calls `use` with the sphere in the pixel of a point and in its neighbours inside the picture.
-  template <typename Use>
-  void around(const Point& point, const Use& use) const {
+  void around(const Point& point, const auto& use) const {
     const int x = static_cast<int>(std::floor(point.x));
     const int y = static_cast<int>(std::floor(point.y));
     for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height_ - 1); ++v) {

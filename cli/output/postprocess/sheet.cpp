@@ -17,9 +17,7 @@ void place(const ShownPicture& picture, std::size_t left, std::size_t top, Image
       const std::size_t from = y * image.width + x;
       const std::size_t to = (top + y) * sheet.width + left + x;
       const float white = picture.alpha.empty() ? 0 : 1 - picture.alpha[from];
-      for (std::size_t c = 0; c < 3; ++c) {
-        sheet.rgb[3 * to + c] = image.rgb[3 * from + c] + white;
-      }
+      for (std::size_t c = 0; c < 3; ++c) sheet.rgb[3 * to + c] = image.rgb[3 * from + c] + white;
     }
   }
 }

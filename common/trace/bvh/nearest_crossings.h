@@ -31,9 +31,8 @@ class NearestCrossings {
   /// Takes in the shapes that ray `i` enters at `t`: the lanes with set bits in `candidates`.
   /// `before` is the ray's nearest crossing, in every lane. Returns the new nearest crossing.
   /// `slot_of(lane)` returns a shape's slot.
-  template <typename SlotOf>
   PARRAY_INLINE L take(std::uint32_t i, const L& t, std::uint32_t candidates, const L& before,
-                       const SlotOf& slot_of) {
+                       const auto& slot_of) {
     const L valid = select_bits(candidates, t, L(infinity));
     const L nearest = least_of(valid);
     const std::uint32_t equal = bits_of(valid == nearest) & candidates;
@@ -55,8 +54,7 @@ class NearestCrossings {
 
  private:
   /// Does the same if several shapes are equally near.
-  template <typename SlotOf>
-  void take_tied(std::uint32_t i, Real nearest, std::uint32_t equal, const SlotOf& slot_of) {
+  void take_tied(std::uint32_t i, Real nearest, std::uint32_t equal, const auto& slot_of) {
     for (; equal != 0; equal &= equal - 1) {
       const std::uint32_t slot = slot_of(static_cast<std::uint32_t>(__builtin_ctz(equal)));
       const Real before = queries_.t[i];

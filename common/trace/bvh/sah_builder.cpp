@@ -176,9 +176,7 @@ class Builder {
     BinaryNode<Store>& made = tree_.nodes[node];
     made = {narrow(range.box), range.begin, range.end, 0, 0};
     note_depth(level);
-    if (range.count() <= leaf_size_) {
-      return;
-    }
+    if (range.count() <= leaf_size_) return;
     Range left;
     Range right;
     split(range, level, left, right);
@@ -227,9 +225,7 @@ class Builder {
     if (level < halving_from) {
       fill(range, binning, parts, bins);
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (binning.useful[axis]) {
-          sweep(bins[axis], static_cast<int>(axis), best);
-        }
+        if (binning.useful[axis]) sweep(bins[axis], static_cast<int>(axis), best);
       }
     }
     if (best.axis < 0) {  // coincident centres, or too deep
@@ -254,9 +250,7 @@ class Builder {
   void fill_blocks(std::size_t axis, Range& left, Range& right) {
     const std::uint32_t left_more = left.count() % leaf_size_;
     const std::uint32_t right_more = right.count() % leaf_size_;
-    if (left_more == 0 || right_more == 0 || left_more + right_more > leaf_size_) {
-      return;
-    }
+    if (left_more == 0 || right_more == 0 || left_more + right_more > leaf_size_) return;
     const bool to_left =
         left.count() == left_more || (right.count() > right_more && right_more < left_more);
     const std::uint32_t middle = to_left ? left.end + right_more : left.end - left_more;
@@ -365,9 +359,7 @@ class Builder {
   /// most one thread's share of all shapes.
   [[nodiscard]] Parts parts_of(const Range& range) const {
     const std::size_t share = shapes_.size() / static_cast<std::size_t>(std::max(threads_, 1));
-    if (range.count() <= std::max<std::size_t>(task_size, share)) {
-      return {};
-    }
+    if (range.count() <= std::max<std::size_t>(task_size, share)) return {};
     const Bands bands(range.count(), threads_);
     Parts parts(bands.count());
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -378,8 +370,7 @@ class Builder {
   }
 
   /// Calls work(part) for all parts, as tasks.
-  template <typename Work>
-  static void side_by_side(Parts& parts, const Work& work) {
+  static void side_by_side(Parts& parts, const auto& work) {
     for (Part& part : parts) {
       Part* const mine = &part;
 #pragma omp task default(none) shared(work) firstprivate(mine)
@@ -392,9 +383,7 @@ class Builder {
   [[nodiscard]] Range measured_side_by_side() const {
     Range all{0, static_cast<std::uint32_t>(shapes_.size())};
     Parts parts = parts_of(all);
-    if (parts.empty()) {
-      return measured(all.begin, all.end);
-    }
+    if (parts.empty()) return measured(all.begin, all.end);
     side_by_side(parts,
                  [&](Part& part) { part.range = measured(part.range.begin, part.range.end); });
     for (const Part& part : parts) {
@@ -460,13 +449,9 @@ class Builder {
     for (std::size_t b = 1; b < bin_count; ++b) {
       box.include(bins[b - 1].box);
       count += bins[b - 1].count;
-      if (count == 0 || count == total) {
-        continue;
-      }
+      if (count == 0 || count == total) continue;
       const Store cost = box.half_area() * blocks(count) + right_cost[b];
-      if (cost < best.cost) {
-        best = {axis, b, cost};
-      }
+      if (cost < best.cost) best = {axis, b, cost};
     }
   }
 

@@ -47,9 +47,7 @@ class Traversal {
   /// inside a shape. `Mixed`: this may be a capsule.
   template <bool InsideStack, bool Mixed = false>
   PARRAY_INLINE void find_all() {
-    for (std::uint32_t i = 0; i < rays_.count; i += L::count) {
-      prepare(i);
-    }
+    for (std::uint32_t i = 0; i < rays_.count; i += L::count) prepare(i);
     const bool beams = !Mixed && space_.beam >= width;
     const std::uint32_t done = beams ? BeamSearch<L, B>(bvh_, rays_, space_).find() : 0;
     for (std::uint32_t i = 0; node_count_ > 0 && i < rays_.count; i += B::count) {
@@ -66,9 +64,7 @@ class Traversal {
   /// spheres are in a tree, too.
   template <bool InsideStack>
   PARRAY_INLINE void find_nearer(bool boxes_prepared) {
-    for (std::uint32_t i = 0; !boxes_prepared && i < rays_.count; i += B::count) {
-      prepare_boxes(i);
-    }
+    for (std::uint32_t i = 0; !boxes_prepared && i < rays_.count; i += B::count) prepare_boxes(i);
     find_in_tree<InsideStack, true>();
   }
 
@@ -123,9 +119,7 @@ class Traversal {
     queries_.inverse.store(i, Vec3<B>{x.inverse, y.inverse, z_inverse});
     queries_.near_shift.store(i, Vec3<B>{x.near, y.near, select(number, z.near, nowhere)});
     queries_.far_shift.store(i, Vec3<B>{x.far, y.far, select(number, z.far, -nowhere)});
-    if constexpr (screened) {
-      prepare_screen(queries_.screen, i, o, d, reach, extent_);
-    }
+    if constexpr (screened) prepare_screen(queries_.screen, i, o, d, reach, extent_);
     using Uint = typename B::Uint;
     const auto bit = [](const auto& down, std::uint32_t value) {
       return select(down, Uint(value), Uint(0U));
@@ -353,9 +347,7 @@ class Traversal {
     Passages passages[group_size];
     std::uint32_t top[group_size];  // places of each ray's last child in the stacks of the space
     enter_root(group, top);
-    for (std::uint32_t k = 0; k < group.count; ++k) {
-      wait_for_next(k, top[k], nodes[0], blocks[0]);
-    }
+    for (std::uint32_t k = 0; k < group.count; ++k) wait_for_next(k, top[k], nodes[0], blocks[0]);
     for (int now = 0; nodes[now].count + blocks[now].count > 0; now ^= 1) {
       nodes[now ^ 1].count = 0;
       blocks[now ^ 1].count = 0;

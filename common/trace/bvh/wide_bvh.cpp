@@ -118,9 +118,7 @@ std::size_t WideBvh<Store, W, Block>::move_giants(Items& items) {
       static_cast<Store>(giant) * middling_radius<Store>(std::span<const Item>(all));
   const auto is_giant = [limit](const auto& sphere) { return sphere.radius > limit; };
   const auto count = static_cast<std::size_t>(std::count_if(all.begin(), all.end(), is_giant));
-  if (count > W) {
-    return 0;
-  }
+  if (count > W) return 0;
   auto next = all.begin();  // place of the next one: they stay in input order
   for (std::size_t moved = 0; moved < count; ++moved, ++next) {
     std::iter_swap(next, std::find_if(next, all.end(), is_giant));
@@ -183,9 +181,7 @@ void WideBvh<Store, W, Block>::count(const Tree& tree, const Wide& wide, std::ui
   }
   ++places.node;
   const auto children = wide.children(below);
-  for (int k = 0; k < children.count; ++k) {
-    count(tree, wide, children.node[k], places);
-  }
+  for (int k = 0; k < children.count; ++k) count(tree, wide, children.node[k], places);
 }
 
 /// Writes all nodes and their blocks. The nodes below the root begin at `next`, one child of the
@@ -197,9 +193,7 @@ void WideBvh<Store, W, Block>::emit(const Tree& tree, const Wide& wide, const It
   const auto children = wide.children(0);
   Places places[W];
 #pragma omp parallel for num_threads(threads) if (threads > 1) schedule(dynamic)
-  for (int k = 0; k < children.count; ++k) {
-    count(tree, wide, children.node[k], places[k]);
-  }
+  for (int k = 0; k < children.count; ++k) count(tree, wide, children.node[k], places[k]);
   for (int k = 0; k < children.count; ++k) {
     const Places counted = places[k];
     places[k] = next;
@@ -215,9 +209,7 @@ void WideBvh<Store, W, Block>::emit(const Tree& tree, const Wide& wide, const It
     nodes_[0].child[k] = reference(tree.nodes[children.node[k]], places[k]);
     emit(tree, wide, items, children.node[k], 2, places[k]);
   }
-  for (int k = 0; k < children.count; ++k) {
-    depth_ = std::max(depth_, places[k].depth);
-  }
+  for (int k = 0; k < children.count; ++k) depth_ = std::max(depth_, places[k].depth);
 }
 
 /// Writes a binary node and the nodes below it, from `next` on.

@@ -52,8 +52,7 @@ class WideBvh {
       : WideBvh(
             shapes.size(), [&](std::size_t i) { return shapes[i]; }, tree, threads) {}
   /// Does the same with `count` shapes; all threads call shape_at(i) for them.
-  template <typename ShapeAt>
-  WideBvh(std::size_t count, const ShapeAt& shape_at, bool tree, int threads)
+  WideBvh(std::size_t count, const auto& shape_at, bool tree, int threads)
       : WideBvh(items_of(count, shape_at, threads), tree, threads) {}
 
   /// Returns a view of this object's tables.
@@ -89,8 +88,7 @@ class WideBvh {
   using Items = AlignedArray<Item>;
 
   WideBvh(Items items, bool tree, int threads);
-  template <typename ShapeAt>
-  static Items items_of(std::size_t count, const ShapeAt& shape_at, int threads) {
+  static Items items_of(std::size_t count, const auto& shape_at, int threads) {
     Items items(count);
     Bands(count, threads).run([&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {

@@ -70,10 +70,7 @@ class BlockWriter {
 };
 
 /// Returns whether the pending children of a ray fit the stack of a kernel.
-template <typename Tree>
-bool fits_stack(const Tree& tree) {
-  return tree.depth() * (device_width - 1) + 1 <= device_stack;
-}
+bool fits_stack(const auto& tree) { return tree.depth() * (device_width - 1) + 1 <= device_stack; }
 
 template <typename Store, typename Shape>
 auto stored_shapes(const std::vector<Shape>& shapes, const Vec3d& origin) {
@@ -146,15 +143,11 @@ AlignedArray<std::byte> picture_block(const DeviceScene& scene, const Camera& ca
 }
 
 /// Calls visit<Real, Store>() with the types of a precision.
-template <typename Visit>
-auto with_types(Precision precision, const Visit& visit) {
+auto with_types(Precision precision, const auto& visit) {
   switch (precision) {
-    case Precision::f64:
-      return visit.template operator()<double, double>();
-    case Precision::mixed:
-      return visit.template operator()<double, float>();
-    default:
-      return visit.template operator()<float, float>();
+    case Precision::f64: return visit.template operator()<double, double>();
+    case Precision::mixed: return visit.template operator()<double, float>();
+    default: return visit.template operator()<float, float>();
   }
 }
 

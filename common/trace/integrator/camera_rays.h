@@ -66,18 +66,12 @@ class CameraRays {
     const L film_y = (real_from<L>(y) + u.b) * L(inverse_height_);
     const Vec3<L> film = vec_cast<L>(film_corner_) + film_x * vec_cast<L>(film_right_) +
                          film_y * vec_cast<L>(film_down_);
-    if (kind_ == Kind::pinhole) {
-      return {vec_cast<L>(eye_), normalize(film)};
-    }
-    if (kind_ == Kind::parallel) {
-      return {film, vec_cast<L>(ahead_)};
-    }
+    if (kind_ == Kind::pinhole) return {vec_cast<L>(eye_), normalize(film)};
+    if (kind_ == Kind::parallel) return {film, vec_cast<L>(ahead_)};
     const Disc<L> point = uniform_disc(u.c, u.d);
     const Vec3<L> offset = point.x * vec_cast<L>(lens_right_) + point.y * vec_cast<L>(lens_up_);
     const Vec3<L> aside = L(inverse_focus_) * offset;
-    if (kind_ == Kind::lens) {
-      return {vec_cast<L>(eye_) + offset, normalize(film - aside)};
-    }
+    if (kind_ == Kind::lens) return {vec_cast<L>(eye_) + offset, normalize(film - aside)};
     return {film + offset, normalize(vec_cast<L>(ahead_) - aside)};
   }
 

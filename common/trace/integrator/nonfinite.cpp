@@ -20,13 +20,9 @@ std::vector<ExcludedSamples> locate_nonfinite(const PathTracer& tracer, const Pi
     const PixelRun pixel{run.y, x, x + 1};
     const SampleRange range = samples[x - run.x_begin];
     const std::uint64_t count = nonfinite_samples(tracer, pixel, range);
-    if (count == 0) {
-      continue;
-    }
+    if (count == 0) continue;
     std::uint32_t first = range.begin;
-    while (nonfinite_samples(tracer, pixel, {first, first + 1}) == 0) {
-      ++first;
-    }
+    while (nonfinite_samples(tracer, pixel, {first, first + 1}) == 0) ++first;
     found.push_back({run.y, x, first, static_cast<std::uint32_t>(count)});
   }
   return found;

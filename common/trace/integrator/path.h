@@ -24,8 +24,7 @@ concept PathScene = requires(const S& scene, std::uint32_t i) {
 };
 
 /// Returns the number of the first capsule.
-template <typename Scene>
-std::uint32_t sphere_count(const Scene& scene) {
+std::uint32_t sphere_count(const auto& scene) {
   return static_cast<std::uint32_t>(scene.spheres.size());
 }
 
@@ -55,9 +54,7 @@ Hit<Real> first_crossing(const Scene& scene, const Search& search, const Ray<Rea
   Hit<Real> best;
   for (const std::uint32_t index : sides.inside()) {
     const Real t = exit_of(scene, ray, sides, index);
-    if (best.loses_to(t, index)) {
-      best = {t, index, true};
-    }
+    if (best.loses_to(t, index)) best = {t, index, true};
   }
   search.enter(ray, sides, best);
   if constexpr (requires { search.enter_capsules(ray, sides, best); }) {
@@ -170,9 +167,7 @@ PARRAY_INLINE bool advance(const Scene& scene, const Ends& ends, const Search& s
   auto scattering = scatter(surface, ray.direction, hit.leaving ? -normal : normal, hit.leaving,
                             random, path.bounce);
   if (is_within_body(scene, sides, hit.shape)) scattering = {Event::refracted, ray.direction};
-  if (scattering.event == Event::absorbed) {
-    return false;
-  }
+  if (scattering.event == Event::absorbed) return false;
   if (scattering.event == Event::refracted) {
     sides.cross(hit.shape, hit.leaving);
   } else {

@@ -98,9 +98,7 @@ PARRAY_INLINE void add_samples(const SampleBatch& batch, const BatchRadiance& ra
   for (std::uint32_t i = 0; i < batch.count;) {
     const std::uint32_t begin = i;
     const std::uint32_t x = batch.column[i];
-    while (i < batch.count && batch.column[i] == x) {
-      ++i;
-    }
+    while (i < batch.count && batch.column[i] == x) ++i;
     RunSums sums = sums_of_run(batch, radiance, begin, i);
     if (!RunSums::is_number(sums.used)) [[unlikely]] {
       sums = sums_of_numbers(batch, radiance, begin, i, counts);

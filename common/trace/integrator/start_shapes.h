@@ -82,8 +82,7 @@ class StartShapes {
   explicit StartShapes(std::vector<std::uint32_t> everywhere);
   /// Selects the numbers in 0 .. count - 1 of the shapes for which `box_of(number)`, a result of
   /// RayStarts::inside(), is not empty.
-  template <typename BoxOf>
-  StartShapes(const RayStarts& starts, std::uint32_t count, const BoxOf& box_of) {
+  StartShapes(const RayStarts& starts, std::uint32_t count, const auto& box_of) {
     std::vector<Candidate> candidates;
     for (std::uint32_t number = 0; number < count; ++number) {
       const std::optional<PixelBox> box = box_of(number);

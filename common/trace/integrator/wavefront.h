@@ -33,9 +33,7 @@ class Wavefront {
       add_sky();
       scatter_all_diffuse(bounce);
       scatter_all_metal(bounce);
-      if constexpr (InsideStack) {
-        scatter_all_dielectric(bounce);
-      }
+      if constexpr (InsideStack) scatter_all_dielectric(bounce);
     }
     count_lost(counts);
     add_samples(batch, space_.radiance, row, counts);
@@ -115,9 +113,7 @@ class Wavefront {
   /// Finds the next surface of all paths that bounds a body, and moves every path to the hits of
   /// its material's type or of the sky.
   PARRAY_INLINE void find_surfaces(TraceCounts& counts) {
-    for (Hits<Real>& hits : space_.hits) {
-      hits.count = 0;
-    }
+    for (Hits<Real>& hits : space_.hits) hits.count = 0;
     for (std::uint32_t crossed = 0;; ++crossed) {
       counts.rays += space_.paths.count;
       find();
@@ -208,9 +204,7 @@ class Wavefront {
     move_to_sky(i, present & ~hit);
     for (std::uint32_t kind = 0; kind < Space::sky; ++kind) {
       const std::uint32_t moved = bits_of(equal(type, Uint(kind))) & hit;
-      if (moved != 0) {
-        move(space_.hits[kind], i, moved, slot, material >> MaterialRef::type_bits);
-      }
+      if (moved != 0) move(space_.hits[kind], i, moved, slot, material >> MaterialRef::type_bits);
     }
   }
 

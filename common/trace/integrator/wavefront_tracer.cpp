@@ -123,8 +123,7 @@ class WavefrontAccelerator final : public Accelerator {
 
   /// Stores the materials by slot, those of `shapes` from `first_slot` on. `references` holds the
   /// MaterialRef of each shape of the input.
-  template <typename Shapes>
-  void note_materials(const AlignedArray<std::uint32_t>& references, Shapes& shapes,
+  void note_materials(const AlignedArray<std::uint32_t>& references, auto& shapes,
                       std::uint32_t first_slot, int threads) {
 #pragma omp parallel for num_threads(threads) if (threads > 1) schedule(static)
     for (std::uint32_t slot = 0; slot < shapes.slot_count(); ++slot) {
@@ -174,9 +173,7 @@ class WavefrontTracer final : public PathTracer {
       tables_.features.sides = tables_.features.sides || !start_.empty();
     }
     tables_.bvh = scene.spheres_.view();
-    if (scene.capsules_) {
-      tables_.capsules = scene.capsules_->view();
-    }
+    if (scene.capsules_) tables_.capsules = scene.capsules_->view();
     tables_.capsules.first_slot = scene.spheres_.slot_count();
     tables_.capsules.end_slot = scene.slot_count();
     tables_.surfaces = scene.surfaces_.data();
@@ -220,8 +217,7 @@ class WavefrontTracer final : public PathTracer {
 
  private:
   /// Calls visit(batch) for batches that together contain all samples of the run.
-  template <typename Visit>
-  static void for_batches(const PixelRun& run, const RunSamples& samples, const Visit& visit) {
+  static void for_batches(const PixelRun& run, const RunSamples& samples, const auto& visit) {
     SampleBatch batch;
     batch.y = run.y;
     for (std::uint32_t x = run.x_begin; x < run.x_end; ++x) {
@@ -296,8 +292,7 @@ std::shared_ptr<const Accelerator> make_wavefront_accelerator(const Scene& scene
         {isa::trace, isa::begin, isa::find}, {isa::trace, isa::begin, isa::find});
     PARRAY_FOR_EACH_ISA(PARRAY_ACCELERATOR_OF)
 #undef PARRAY_ACCELERATOR_OF
-    default:
-      throw std::logic_error("this machine lacks the instruction set of the kernels");
+    default: throw std::logic_error("this machine lacks the instruction set of the kernels");
   }
 }
 

@@ -15,9 +15,7 @@ class Linear {
   explicit Linear(const std::vector<SphereShape<Real>>& spheres) : spheres_(spheres) {}
 
   void enter(const Ray<Real>& ray, const InsideStack<Real>& sides, Hit<Real>& best) const {
-    for (std::uint32_t i = 0; i < spheres_.size(); ++i) {
-      try_shape(ray, spheres_[i], i, sides, best);
-    }
+    for (std::uint32_t i = 0; i < spheres_.size(); ++i) try_shape(ray, spheres_[i], i, sides, best);
   }
 
   [[nodiscard]] std::size_t bytes() const { return spheres_.size() * sizeof(SphereShape<Real>); }

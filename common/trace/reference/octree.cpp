@@ -51,9 +51,7 @@ void Octree<Real>::enter(const Ray<Real>& ray, const InsideStack<Real>& sides,
     Real t;
     bool operator<(const Pending& other) const { return t > other.t; }  // the nearest on top
   };
-  if (cells_.empty()) {
-    return;
-  }
+  if (cells_.empty()) return;
   // Enough for nearly every search. A scene in which very many cells overlap also uses the heap.
   alignas(Pending) std::array<std::byte, 256 * sizeof(Pending)> room;
   std::pmr::monotonic_buffer_resource memory(room.data(), room.size());
@@ -65,9 +63,7 @@ void Octree<Real>::enter(const Ray<Real>& ray, const InsideStack<Real>& sides,
   const Probe probe(ray);
   const auto offer = [&](std::uint32_t cell) {
     const Real t = probe.reach(cells_[cell].extent, best.t);
-    if (t != miss) {
-      queue.push({cell, t});
-    }
+    if (t != miss) queue.push({cell, t});
   };
   offer(0);
   while (!queue.empty() && queue.top().t <= best.t) {  // <=: an equal distance may win by its index

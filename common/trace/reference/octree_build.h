@@ -42,9 +42,7 @@ class Octree<Real>::Builder {
     divide(0, {0, static_cast<std::uint32_t>(spheres_.size())}, cube_around_centers(), 1);
     tree_.cells_.shrink_to_fit();
     tree_.spheres_.reserve(spheres_.size());
-    for (const std::uint32_t index : indices_) {
-      tree_.spheres_.push_back(spheres_[index]);
-    }
+    for (const std::uint32_t index : indices_) tree_.spheres_.push_back(spheres_[index]);
     bound_cells();
     tree_.indices_ = std::move(indices_);
   }
@@ -140,9 +138,7 @@ class Octree<Real>::Builder {
       return cube.octant_of(spheres_[indices_[place]].center);
     };
     std::array<std::uint32_t, octants> counts{};
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      ++counts[octant_at(i)];
-    }
+    for (std::uint32_t i = range.begin; i < range.end; ++i) ++counts[octant_at(i)];
     Parts parts;
     std::uint32_t place = range.begin;
     for (std::size_t octant = 0; octant < octants; ++octant) {
@@ -200,9 +196,7 @@ class Octree<Real>::Builder {
 
 template <typename Real>
 Octree<Real>::Octree(const std::vector<SphereShape<Real>>& spheres) {
-  if (!spheres.empty()) {
-    Builder(spheres, *this).run();
-  }
+  if (!spheres.empty()) Builder(spheres, *this).run();
 }
 
 }  // namespace parray::trace

@@ -49,9 +49,7 @@ const std::vector<LinkCosts>& known_links() {
 const LinkCosts& link_from(std::string_view name) {
   std::string names;
   for (const LinkCosts& link : known_links()) {
-    if (link.name == name) {
-      return link;
-    }
+    if (link.name == name) return link;
     names += (names.empty() ? "" : ", ") + link.name;
   }
   throw InputError("no link is called '" + std::string(name) + "'; known: " + names);

@@ -32,9 +32,7 @@ SeedJob seed_job(const JobOptions& job, SchedulePolicy policy) {
   const double row_bytes = job.settings.width * 3.0 * sizeof(float);
   using Free = std::pair<double, std::uint32_t>;  // when, which rank
   std::priority_queue<Free, std::vector<Free>, std::greater<>> free_at;
-  for (std::uint32_t rank = 0; rank < job.ranks; ++rank) {
-    free_at.emplace(0, rank);
-  }
+  for (std::uint32_t rank = 0; rank < job.ranks; ++rank) free_at.emplace(0, rank);
   SeedJob result;
   result.work = std::accumulate(job.row_seconds.begin(), job.row_seconds.end(), 0.0);
   result.leases = starts.size() - 1;
@@ -51,9 +49,7 @@ SeedJob seed_job(const JobOptions& job, SchedulePolicy policy) {
     result.seconds = std::max(result.seconds, end);
     free_at.emplace(end, rank);
   }
-  for (double& seconds : result.normalized) {
-    seconds /= result.seconds;
-  }
+  for (double& seconds : result.normalized) seconds /= result.seconds;
   return result;
 }
 

@@ -30,9 +30,7 @@ class WatchedSource final : public LeaseSource {
   WatchedSource(LeaseSource& source, SimCellTeam& team) : source_(source), team_(team) {}
   Taken take(Time now, double samples_per_second, bool idle) override {
     Taken taken = source_.take(now, samples_per_second, idle);
-    if (taken.answer == Answer::wait) {
-      team_.note_waiting();
-    }
+    if (taken.answer == Answer::wait) team_.note_waiting();
     return taken;
   }
   void complete(Time now, LeaseResult finished) override {
@@ -99,9 +97,7 @@ struct SimJob::Rank {
 
   LedgerWindows reach_ledgers(SimJob& job) {
     std::vector<Window*> windows;
-    if (job.kept_.empty()) {
-      windows.push_back(&window);
-    }
+    if (job.kept_.empty()) windows.push_back(&window);
     for (const auto& ledger : job.kept_) {
       ledgers.push_back(
           std::make_unique<SimWindow>(ledger->memory, number, clock, job.options_.host));
@@ -151,18 +147,14 @@ SimJob::~SimJob() = default;
 /// When a rank that is stopped at `at` goes on.
 Time SimJob::running_again(std::uint32_t rank, Time at) const {
   for (const Stop& stop : options_.stops) {
-    if (stop.rank == rank && stop.begin <= at && at < stop.end) {
-      at = stop.end;
-    }
+    if (stop.rank == rank && stop.begin <= at && at < stop.end) at = stop.end;
   }
   return at;
 }
 
 void SimJob::schedule(std::uint32_t rank, Time at) {
   at = running_again(rank, at);
-  if (at != never) {
-    events_.push({at, events_scheduled_++, rank});
-  }
+  if (at != never) events_.push({at, events_scheduled_++, rank});
 }
 
 bool SimJob::run() {
@@ -176,16 +168,12 @@ bool SimJob::run() {
     }
     memory_.settle(event.at);
     if (event.order % events_until_settled == 0) {
-      for (const auto& ledger : kept_) {
-        ledger->memory.settle(event.at);
-      }
+      for (const auto& ledger : kept_) ledger->memory.settle(event.at);
     }
     end_ = event.at;
     turn(*ranks_[event.rank], event.at);
   }
-  for (const auto& rank : ranks_) {
-    spent_.push_back(rank->team.finish(end_));
-  }
+  for (const auto& rank : ranks_) spent_.push_back(rank->team.finish(end_));
   return collector_.done();
 }
 
@@ -208,9 +196,7 @@ void SimJob::turn(Rank& rank, Time now) {
   const Time begin = rank.clock.now();
   const Time due = rank.runner.tick(begin);
   rank.team.share_core(begin, rank.clock.now(), SimCellTeam::Other::leases);
-  if (rank.runner.over()) {
-    return;
-  }
+  if (rank.runner.over()) return;
   Time next = std::min(due, rank.team.due());
   if (rank.number == 0) {
     memory_.occupy(rank.clock.now());

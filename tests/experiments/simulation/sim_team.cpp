@@ -48,9 +48,7 @@ SimCellTeam::SimCellTeam(const WorkPlan& plan, const std::vector<double>& costs,
 SimCellTeam::Dealt SimCellTeam::deal(const CellRange& range) const {
   const std::uint64_t piece = plan_.grid()->shape().piece_cells;
   std::priority_queue<double, std::vector<double>, std::greater<>> free_at;
-  for (std::uint32_t thread = 0; thread < options_.threads; ++thread) {
-    free_at.push(0);
-  }
+  for (std::uint32_t thread = 0; thread < options_.threads; ++thread) free_at.push(0);
   const auto cost = [this](std::uint64_t i) {
     return costs_.begin() + static_cast<std::ptrdiff_t>(i);
   };
@@ -82,9 +80,7 @@ void SimCellTeam::set_due() {
     if (stop.end > begun_ && stop.begin < due_) {
       due_ = stop.end == never ? never : due_ + (stop.end - std::max(stop.begin, begun_));
     }
-    if (due_ == never) {
-      return;
-    }
+    if (due_ == never) return;
   }
 }
 
@@ -102,9 +98,7 @@ void SimCellTeam::start(LeaseWork assignment) {
 
 void SimCellTeam::share_core(Time begin, Time end, Other what, std::uint32_t cores) {
   begin = std::max(begin, begun_);
-  if (!lease_ || due_ == never || begin >= std::min(end, due_)) {
-    return;
-  }
+  if (!lease_ || due_ == never || begin >= std::min(end, due_)) return;
   // Where no core is left the two take turns; else the threads have the other cores.
   const double rate =
       options_.threads > cores ? 1 - static_cast<double>(cores) / options_.threads : 0.5;
@@ -115,9 +109,7 @@ void SimCellTeam::share_core(Time begin, Time end, Other what, std::uint32_t cor
 }
 
 std::optional<LeaseResult> SimCellTeam::take() {
-  if (!lease_ || clock_.now() < due_) {
-    return {};
-  }
+  if (!lease_ || clock_.now() < due_) return {};
   const LeaseWork lease = *std::exchange(lease_, std::nullopt);
   const CellRange& range = lease.cells.range;
   const std::size_t size = record_bytes(plan_.grid()->shape().cell_pixels);
@@ -157,9 +149,7 @@ std::optional<LeaseResult> SimCellTeam::take() {
 
 std::uint64_t SimCellTeam::traced() const {
   const Time now = std::min(clock_.now(), due_);
-  if (!lease_ || now <= built_at_) {
-    return samples_;
-  }
+  if (!lease_ || now <= built_at_) return samples_;
   const double cells = to_seconds(now - built_at_) / std::max(dealt_.length, 1e-9) *
                        static_cast<double>(lease_->cells.range.count());
   return samples_ + static_cast<std::uint64_t>(cells * plan_.cell_samples());

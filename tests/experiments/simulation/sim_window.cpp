@@ -16,9 +16,7 @@ Time Resource::book(Time from, double seconds) {
     const double taken = std::clamp(width - std::max(used, begins), 0.0, left);
     left -= taken;
     used += taken;
-    if (left <= 0) {
-      return std::max(from + to_time(seconds), number * slot + to_time(used));
-    }
+    if (left <= 0) return std::max(from + to_time(seconds), number * slot + to_time(used));
   }
 }
 
@@ -29,9 +27,7 @@ void SimMemory::settle(Time now) {
   atomics_.forget(now);
   while (!later_.empty() && later_.top().at <= now) {
     const Write& write = later_.top();
-    if (!dead(write.rank, write.at)) {
-      view_.put(write.offset, write.bytes);
-    }
+    if (!dead(write.rank, write.at)) view_.put(write.offset, write.bytes);
     later_.pop();
   }
 }
@@ -47,18 +43,14 @@ Time SimMemory::reach_target(Time now) const {
 }
 
 Time SimMemory::atomic(std::uint32_t rank, Time now) {
-  if (rank == owner_) {
-    return now + to_time(link_.own_atomic);
-  }
+  if (rank == owner_) return now + to_time(link_.own_atomic);
   return atomics_.book(reach_target(now), link_.atomic_service) +
          to_time(link_.atomic - link_.atomic_service);
 }
 
 Time SimMemory::put(std::uint32_t rank, Time now, std::size_t bytes) {
   const auto size = static_cast<double>(bytes);
-  if (rank == owner_) {
-    return now + to_time(size / link_.own_bytes_per_second);
-  }
+  if (rank == owner_) return now + to_time(size / link_.own_bytes_per_second);
   return put_lane_.book(reach_target(now), size / link_.bytes_per_second) + to_time(link_.put);
 }
 

@@ -14,9 +14,7 @@
 
 namespace parray::simulation {
 
-inline Time to_time(double seconds) {
-  return from_seconds(seconds);
-}
+inline Time to_time(double seconds) { return from_seconds(seconds); }
 
 /// A rank's own time: operations move it on.
 class RankClock final : public Clock {

@@ -45,31 +45,19 @@ std::string pack(const json& map) {
 /// Numbers and texts that are invalid for most fields.
 json odd_value(Dice& dice, int depth = 0) {
   switch (dice.below(depth < 3 ? 12 : 9)) {
-    case 0:
-      return nullptr;
-    case 1:
-      return dice.one_in(2);
-    case 2:
-      return dice.bits();
-    case 3:
-      return static_cast<std::int64_t>(dice.bits());
-    case 4:
-      return dice.below(70);
-    case 5:
-      return dice.ten_to(-320, 308);
-    case 6:
-      return std::string(dice.below(200), static_cast<char>(dice.below(256)));
-    case 7:
-      return std::string(64, 'b');
-    case 8:
-      return -static_cast<std::int64_t>(dice.below(1000));
-    case 9:
-      return {{"a", odd_value(dice, depth + 1)}, {"width", odd_value(dice, depth + 1)}};
+    case 0: return nullptr;
+    case 1: return dice.one_in(2);
+    case 2: return dice.bits();
+    case 3: return static_cast<std::int64_t>(dice.bits());
+    case 4: return dice.below(70);
+    case 5: return dice.ten_to(-320, 308);
+    case 6: return std::string(dice.below(200), static_cast<char>(dice.below(256)));
+    case 7: return std::string(64, 'b');
+    case 8: return -static_cast<std::int64_t>(dice.below(1000));
+    case 9: return {{"a", odd_value(dice, depth + 1)}, {"width", odd_value(dice, depth + 1)}};
     default: {
       json list = json::array();
-      for (std::uint64_t i = dice.below(6); i > 0; --i) {
-        list.push_back(odd_value(dice, depth + 1));
-      }
+      for (std::uint64_t i = dice.below(6); i > 0; --i) list.push_back(odd_value(dice, depth + 1));
       return list;
     }
   }
@@ -80,21 +68,11 @@ void damage(Dice& dice, std::string& bytes) {
   for (std::uint64_t i = 1 + dice.below(4); i > 0 && !bytes.empty(); --i) {
     const std::size_t at = dice.below(bytes.size());
     switch (dice.below(5)) {
-      case 0:
-        bytes[at] = static_cast<char>(dice.below(256));
-        break;
-      case 1:
-        bytes[at] = static_cast<char>(bytes[at] ^ (1 << dice.below(8)));
-        break;
-      case 2:
-        bytes.erase(at, 1 + dice.below(8));
-        break;
-      case 3:
-        bytes.insert(at, bytes.substr(at / 2, 1 + dice.below(12)));
-        break;
-      default:
-        bytes.insert(at, 1, static_cast<char>(dice.below(256)));
-        break;
+      case 0: bytes[at] = static_cast<char>(dice.below(256)); break;
+      case 1: bytes[at] = static_cast<char>(bytes[at] ^ (1 << dice.below(8))); break;
+      case 2: bytes.erase(at, 1 + dice.below(8)); break;
+      case 3: bytes.insert(at, bytes.substr(at / 2, 1 + dice.below(12))); break;
+      default: bytes.insert(at, 1, static_cast<char>(dice.below(256))); break;
     }
   }
 }
@@ -230,9 +208,7 @@ TEST_CASE("a control frame nested 100 000 deep is refused without recursion") {
     std::string bytes;
     for (int i = 0; i < 100'000; ++i) {
       bytes += opening;
-      if (opening == '\x81') {
-        bytes += "\xa1k";
-      }
+      if (opening == '\x81') bytes += "\xa1k";
     }
     CHECK(refused({bytes}));
     CHECK(refused({bytes + '\xc0'}));
@@ -279,9 +255,7 @@ TEST_CASE("a map or list that is passed on unchanged has no text that JSON canno
   for (const Message& message : sample_messages()) {
     json map = json::from_msgpack(encode(message)[0].view());
     for (const char* key : {"job", "jobs", "workers", "report"}) {
-      if (!map.contains(key) || !map[key].is_structured()) {
-        continue;
-      }
+      if (!map.contains(key) || !map[key].is_structured()) continue;
       for (const json& odd : {json{{"a", {{"b", "\xff"}}}}, json{{"\xc3", 1}}}) {
         CAPTURE(key);
         json damaged = map;
@@ -297,9 +271,7 @@ TEST_CASE("a map or list that is passed on unchanged has no text that JSON canno
 TEST_CASE("any flipped bit of bulk data or its checksum is detected, at the latest by the reader") {
   for (const Message& message : sample_messages()) {
     const Frames frames = encode(message);
-    if (frames.size() == 1) {
-      continue;
-    }
+    if (frames.size() == 1) continue;
     CAPTURE(message.index());
     for (std::size_t at = 0; at < frames[1].size(); ++at) {
       for (int bit = 0; bit < 8; ++bit) {
@@ -385,9 +357,7 @@ TEST_CASE("20 000 random mutations give a message or a protocol error, nothing e
     CAPTURE(round);
     Frames frames = encode(samples[dice.below(samples.size())]);
     switch (dice.below(4)) {
-      case 0:
-        damage(dice, frames[dice.below(frames.size())]);
-        break;
+      case 0: damage(dice, frames[dice.below(frames.size())]); break;
       case 1:  // past the checksum
         if (frames.size() > 1) {
           std::string data(frames[1].view());

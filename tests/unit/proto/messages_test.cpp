@@ -43,9 +43,7 @@ Frames with(Frames frames, const std::function<void(json&)>& change) {
 
 /// Encodes a decoded message again. A decoded result lacks the grid of its cells.
 Frames encoded_again(Message message) {
-  if (auto* result = std::get_if<msg::Result>(&message)) {
-    result->grid = test::sample_batch().grid;
-  }
+  if (auto* result = std::get_if<msg::Result>(&message)) result->grid = test::sample_batch().grid;
   return encode(message);
 }
 
@@ -62,9 +60,7 @@ std::string problem_of(const Frames& frames) {
 Frames frames_of(const std::string& type) {
   for (const Message& message : sample_messages()) {
     Frames frames = encode(message);
-    if (map_of(frames)["type"] == type) {
-      return frames;
-    }
+    if (map_of(frames)["type"] == type) return frames;
   }
   FAIL("no sample of ", type);
   return {};
@@ -116,9 +112,7 @@ TEST_CASE("every message is equal after encoding and decoding") {
 
 /// Optional keys, which older programs do not send.
 static bool may_be_missing(const std::string& type, const std::string& key) {
-  if (type == "hello") {
-    return key == "release" || key == "processors" || key == "memory_bytes";
-  }
+  if (type == "hello") return key == "release" || key == "processors" || key == "memory_bytes";
   return ((type == "list_jobs" || type == "list_workers" || type == "show_farm") &&
           key != "request") ||
          (type == "heartbeat" && key == "load") || (type == "jobs" && key == "total") ||
@@ -167,9 +161,7 @@ TEST_CASE("unknown keys are ignored, at any level") {
     const Frames frames = encode(message);
     const Frames more = with(frames, [](json& map) {
       map["colour"] = {{"deep", {1, 2, {3}}}};
-      if (map.contains("settings")) {
-        map["settings"]["mood"] = "blue";
-      }
+      if (map.contains("settings")) map["settings"]["mood"] = "blue";
     });
     CHECK(encoded_again(decode(more)) == frames);
   }
@@ -211,9 +203,7 @@ TEST_CASE("a number out of its range is refused, and the bounds are accepted") {
     CAPTURE(range.key);
     CHECK(problem_with(range.type, range.key, range.low) == "");
     CHECK(problem_with(range.type, range.key, range.high) == "");
-    if (range.low > 0) {
-      CHECK(problem_with(range.type, range.key, range.low - 1) != "");
-    }
+    if (range.low > 0) CHECK(problem_with(range.type, range.key, range.low - 1) != "");
     if (range.high < UINT64_MAX) {
       CHECK(problem_with(range.type, range.key, range.high + 1) != "");
       CHECK(problem_with(range.type, range.key, UINT64_MAX) != "");
@@ -260,9 +250,7 @@ TEST_CASE("times lie between 0 and ten years, so that no speed is below 0 or inf
 }
 
 TEST_CASE("a load lies between 0 and a million; a worker that does not know it sends none") {
-  for (const double good : {0.0, 0.25, 1e6}) {
-    CHECK(problem_with("heartbeat", "load", good) == "");
-  }
+  for (const double good : {0.0, 0.25, 1e6}) CHECK(problem_with("heartbeat", "load", good) == "");
   for (const double bad : {-0.5, 1.1e6, std::numeric_limits<double>::quiet_NaN()}) {
     CHECK(problem_with("heartbeat", "load", bad) != "");
   }
@@ -316,9 +304,7 @@ TEST_CASE("a text that is unprintable or too long arrives escaped or cut") {
   CHECK(arrives("two\nlines") == "two\\x0alines");
   CHECK(arrives("\xff") == "\\xff");
   std::string umlauts;
-  for (int i = 0; i < 1200; ++i) {
-    umlauts += "\xc3\xa4";
-  }
+  for (int i = 0; i < 1200; ++i) umlauts += "\xc3\xa4";
   const std::string cut = arrives(umlauts);
   CHECK(cut.size() <= max_line);
   CHECK(cut.substr(cut.size() - 3) == "...");
@@ -398,9 +384,7 @@ TEST_CASE("a grid with too many cells is refused before it is built") {
 
 TEST_CASE("a heartbeat lists at most 64 leases, in pairs") {
   json epochs = json::array();
-  for (int i = 0; i < 64; ++i) {
-    epochs.push_back({1, i});
-  }
+  for (int i = 0; i < 64; ++i) epochs.push_back({1, i});
   CHECK(problem_with("heartbeat", "epochs", epochs) == "");
   CHECK(problem_with("heartbeat", "epochs", json::array()) == "");
   epochs.push_back({1, 64});

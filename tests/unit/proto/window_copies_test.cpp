@@ -42,9 +42,7 @@ TEST_CASE("corrupt copies of merged cells change neither picture nor store") {
     for (const CellRange& range : ranges) {
       rig.put(range);
       rig.collect(now);
-      if (dice.one_in(3)) {
-        rig.put_corrupt(ranges[dice.below(ranges.size())]);
-      }
+      if (dice.one_in(3)) rig.put_corrupt(ranges[dice.below(ranges.size())]);
       now += milliseconds(300);
       rig.collect(now);
     }
@@ -74,9 +72,7 @@ TEST_CASE("claimed blocks of the log that stay empty stop nothing") {
 
 TEST_CASE("a lost entry hides later ones only until ranks have no work left") {
   Rig rig(test::made_settings(30, 9, 400));
-  for (std::uint64_t cell = 0; cell < rig.cells; ++cell) {
-    rig.put({cell, cell + 1});
-  }
+  for (std::uint64_t cell = 0; cell < rig.cells; ++cell) rig.put({cell, cell + 1});
   REQUIRE(rig.cells > 2 * WindowLayout::block_entries);
   const std::size_t lost = rig.layout.log_word(1);
   const std::uint64_t range = rig.window.load(lost);
@@ -113,9 +109,7 @@ TEST_CASE("rank 0's threads merge results of many ranks together and detect corr
       } else {
         rig.put(range);
       }
-      if (dice.one_in(8)) {
-        collector.collect(Time(0), 1 + dice.below(50));
-      }
+      if (dice.one_in(8)) collector.collect(Time(0), 1 + dice.below(50));
     }
     for (int turn = 0; turn < 3; ++turn) {
       collector.collect(arrival_time, UINT64_MAX);

@@ -93,9 +93,7 @@ TEST_CASE("a request outside a window's memory is refused and changes nothing") 
     CHECK_THROWS_AS(
         perform(request, memory.bytes(), [](std::span<std::byte>) { FAIL("received"); }), RunError);
   }
-  for (std::size_t word = 0; word < 8; ++word) {
-    CHECK(LocalWindow(memory.bytes()).load(word) == 0);
-  }
+  for (std::size_t word = 0; word < 8; ++word) CHECK(LocalWindow(memory.bytes()).load(word) == 0);
   CHECK(perform({Operation::put, 64, 0}, memory.bytes(),
                 [](std::span<std::byte> bytes) { CHECK(bytes.empty()); }) == 0);
 }
@@ -108,9 +106,7 @@ TEST_CASE("additions of many threads to a local window are atomic") {
   std::vector<std::thread> threads;
   for (auto& mine : drawn) {
     threads.emplace_back([&] {
-      for (std::uint64_t i = 0; i < each; ++i) {
-        mine.push_back(window.fetch_add(0, 1));
-      }
+      for (std::uint64_t i = 0; i < each; ++i) mine.push_back(window.fetch_add(0, 1));
     });
   }
   std::set<std::uint64_t> all;

@@ -30,9 +30,7 @@ class ScriptedSource final : public LeaseSource {
   Taken take(Time now, double samples_per_second, bool idle) override {
     asked.push_back({now, samples_per_second, idle});
     clock_.go_on(take_time);
-    if (answers.empty()) {
-      return {otherwise};
-    }
+    if (answers.empty()) return {otherwise};
     Taken answer = std::move(answers.front());
     answers.pop_front();
     return answer;
@@ -60,9 +58,7 @@ class ScriptedSource final : public LeaseSource {
   void say(Answer answer) { answers.push_back({answer}); }
   [[nodiscard]] std::vector<CellRange> ranges() const {
     std::vector<CellRange> ranges;
-    for (const LeaseResult& finished : done) {
-      ranges.push_back(finished.cells->range);
-    }
+    for (const LeaseResult& finished : done) ranges.push_back(finished.cells->range);
     return ranges;
   }
   static RenderSettings made_settings() { return test::made_settings(1000, 1000, 500); }
@@ -94,9 +90,7 @@ struct Rig {
   void run(Time end) {
     while (clock.now() < end) {
       const Time due = runner.tick(clock.now());
-      if (runner.over()) {
-        return;
-      }
+      if (runner.over()) return;
       const Time next = std::min({due, team.due(), end});
       clock.go_on(std::max(next - clock.now(), microsecond));
       idle += team.idle() ? std::max(next - clock.now(), microsecond) : Time(0);
@@ -187,9 +181,7 @@ TEST_CASE("further parts of a lease are neither counted nor timed as leases") {
 TEST_CASE("without the length of a lease, a runner takes the next one after its end") {
   Rig rig;
   rig.source.otherwise = Answer::none;
-  for (std::uint64_t i = 0; i < 5; ++i) {
-    rig.source.lease(100 * i, 100 * i + 100, true, false);
-  }
+  for (std::uint64_t i = 0; i < 5; ++i) rig.source.lease(100 * i, 100 * i + 100, true, false);
   rig.run(6 * time_of(100));
   CHECK(rig.source.done.size() == 5);
   REQUIRE(rig.source.asked.size() > 5);
@@ -250,9 +242,7 @@ TEST_CASE(
 
 TEST_CASE("a lease after a wait is traced at once") {
   Rig rig;
-  for (int i = 0; i < 5; ++i) {
-    rig.source.say(Answer::wait);
-  }
+  for (int i = 0; i < 5; ++i) rig.source.say(Answer::wait);
   rig.source.lease(7, 9);
   rig.run(milliseconds(100));
   CHECK(rig.source.ranges() == std::vector<CellRange>{{7, 9}});

@@ -155,12 +155,8 @@ TEST_CASE("only a lease that cannot be traced fails, and the team continues") {
       2, [] {}, std::make_shared<AcceleratorCache>(),
       [&](const LeaseWork& lease, int threads) -> std::shared_ptr<const PathTracer> {
         ++built;
-        if (lease.scene_id == "poison") {
-          fail();
-        }
-        if (lease.scene_id == "slow poison") {
-          return std::make_shared<const ThrowingTracer>(fail);
-        }
+        if (lease.scene_id == "poison") fail();
+        if (lease.scene_id == "slow poison") return std::make_shared<const ThrowingTracer>(fail);
         return make_path_tracer(*lease.scene, lease.settings, {threads});
       });
   const RenderSettings settings = sized(20, 13, 6);
@@ -240,9 +236,7 @@ TEST_CASE("leases started, abandoned and taken in any order neither hang nor mix
     REQUIRE(eventually([&] { return team.idle(); }));
     if (dice.one_in(2)) {
       team.start(assignment(epoch, settings));
-      for (std::uint64_t spin = dice.below(3); spin > 0; --spin) {
-        std::this_thread::yield();
-      }
+      for (std::uint64_t spin = dice.below(3); spin > 0; --spin) std::this_thread::yield();
       team.abandon();
       continue;
     }
@@ -277,9 +271,7 @@ TEST_CASE("teams over a window make the picture of one thread, for all policies 
         ThreadTeam team(1);
         for (int lease = 0;; ++lease) {
           auto taken = source.take(Time(0), lease == 0 ? 0 : 1e6, false);
-          if (taken.answer != LeaseSource::Answer::lease || (rank == 0 && lease > 2)) {
-            break;
-          }
+          if (taken.answer != LeaseSource::Answer::lease || (rank == 0 && lease > 2)) break;
           source.complete(Time(0), finished_by(team, std::move(taken.lease)));
           CHECK_FALSE(rig.job.scene);
         }

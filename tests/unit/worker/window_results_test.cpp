@@ -66,9 +66,7 @@ TEST_CASE("a rank that has filled its block of the log claims a new one") {
 TEST_CASE("a full log stays unchanged") {
   Rig rig(made_settings(8, 2, 3), 1, weighted);
   WindowSource rank = rig.rank(0);
-  for (std::uint64_t entry = 0; entry < WindowLayout::block_entries; ++entry) {
-    rank.log({0, 1}, 5);
-  }
+  for (std::uint64_t entry = 0; entry < WindowLayout::block_entries; ++entry) rank.log({0, 1}, 5);
   rig.window.store(Word::log_head, rig.layout.log_blocks());
   const auto before = std::vector(rig.memory.bytes().begin(), rig.memory.bytes().end());
   rank.log({0, 1}, 5);

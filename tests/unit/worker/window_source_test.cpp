@@ -125,9 +125,7 @@ TEST_CASE("a chunk computed from its step equals the one of a coordinator") {
         begin += units;
         job.remaining -= units;
       }
-      for (WindowSource& rank : ranks) {
-        REQUIRE(rank.take_part(0, false).answer == Answer::wait);
-      }
+      for (WindowSource& rank : ranks) REQUIRE(rank.take_part(0, false).answer == Answer::wait);
     }
   }
 }
@@ -142,9 +140,7 @@ TEST_CASE("ranks with different numbers of threads compute the same chunks") {
   std::vector<CellRange> all;
   for (int i = 0;; ++i) {
     const auto part = (i % 2 == 0 ? small : large).take_part(0, false);
-    if (part.answer != Answer::lease) {
-      break;
-    }
+    if (part.answer != Answer::lease) break;
     all.push_back(part.cells);
   }
   CHECK(is_partition(all, rig.plan().cells()));
@@ -203,9 +199,7 @@ TEST_CASE("only idle ranks get copies, one for each ticket") {
   WindowSource other = rig.rank(0);
   take_all(rank, 1e6);
   take_all(other, 1e6);
-  for (int i = 0; i < 3; ++i) {
-    CHECK(rank.take_part(1e6, false).answer == Answer::wait);
-  }
+  for (int i = 0; i < 3; ++i) CHECK(rank.take_part(1e6, false).answer == Answer::wait);
   CHECK(rig.window.load(Word::copy_requests) == 0);
   for (int i = 0; i < 3; ++i) {
     CHECK(rank.take_part(1e6, true).answer == Answer::wait);

@@ -75,9 +75,7 @@ TEST_CASE("the map's colours rise evenly in lightness, look evenly apart and can
     const Lab lab = lab_of(colour);
     CHECK(lab[0] == doctest::Approx(16 + 74 * share).epsilon(0.01));  // seen by any eye
     CHECK(distance(lab, lab_of(unknown_colour)) > 30);
-    if (i > 0) {
-      apart.push_back(distance(lab, lab_of(error_colour(share - 1.0 / steps))));
-    }
+    if (i > 0) apart.push_back(distance(lab, lab_of(error_colour(share - 1.0 / steps))));
   }
   const auto [least, most] = std::minmax_element(apart.begin(), apart.end());
   CHECK(*most < 1.1 * *least);

@@ -35,9 +35,7 @@ struct Picture {
   /// False: complete.
   bool trace_pass(const PassTimes& times = {}) {
     const auto pass = passes.next(framebuffer, times);
-    if (!pass) {
-      return false;
-    }
+    if (!pass) return false;
     latest = pass->stages;
     std::vector<SampleRange> ranges(framebuffer.pixels().size());
     for (const Stage& stage : pass->stages) {
@@ -45,9 +43,7 @@ struct Picture {
         const bool has = i % settings.width % stage.lattice.step == stage.lattice.x &&
                          i / settings.width % stage.lattice.step == stage.lattice.y;
         ranges[i] = has ? SampleRange(stage) : SampleRange{};
-        if (has && !pass->samples.empty()) {
-          ranges[i] = common_of(stage, pass->samples[i]);
-        }
+        if (has && !pass->samples.empty()) ranges[i] = common_of(stage, pass->samples[i]);
       }
       trace_into(framebuffer, *tracer, ranges);
     }
@@ -201,9 +197,7 @@ TEST_CASE("passes of an earlier life are repeated and not decided anew; the next
   begun.resize(2);
   begun[1] += 100;  // not what would be decided now
   Picture second(adaptive_settings(), begun);
-  for (int pass = 0; second.trace_pass(); ++pass) {
-    CHECK(second.passes.repeats() == (pass < 2));
-  }
+  for (int pass = 0; second.trace_pass(); ++pass) CHECK(second.passes.repeats() == (pass < 2));
   CHECK(second.passes.begun()[1] == begun[1]);
   CHECK(second.passes.begun().size() > 2);
   RenderSettings settings = adaptive_settings();
@@ -226,9 +220,7 @@ TEST_CASE("a picture with a target is expected to end as soon as its first pass 
   }
   REQUIRE(progress.size() >= 2);
   CHECK(progress.front() > 0.01);
-  for (std::size_t i = 1; i < progress.size(); ++i) {
-    CHECK(progress[i] > progress[i - 1]);
-  }
+  for (std::size_t i = 1; i < progress.size(); ++i) CHECK(progress[i] > progress[i - 1]);
   CHECK(progress.back() < 1);
   CHECK(picture.passes.stopped_by() == StopReason::error);
   CHECK(picture.passes.expected_samples() == picture.samples());
@@ -286,9 +278,7 @@ TEST_CASE("the error that decides on a pass can be asked for, from the first dec
   settings.target_error = 0;  // nobody asks: nothing is estimated
   settings.samples_per_pixel = 64;
   Picture picture(settings);
-  while (picture.trace_pass()) {
-    CHECK_FALSE(picture.passes.error().known());
-  }
+  while (picture.trace_pass()) CHECK_FALSE(picture.passes.error().known());
 }
 
 TEST_CASE("passes under a time limit are sized by the speed of the pass before") {
@@ -326,9 +316,7 @@ TEST_CASE(
     }
     CHECK(limited.passes.stopped_by() == StopReason::time);
     const std::vector<std::uint64_t>& passes = limited.passes.begun();
-    if (passes.size() > 1) {
-      CHECK(total <= settings.time_limit);
-    }
+    if (passes.size() > 1) CHECK(total <= settings.time_limit);
     // A lattice more would have taken too long, or half of what is left would not have held it.
     CHECK(limited.samples() >= 0.2 * speed * settings.time_limit);
     RenderSettings again = settings;
@@ -384,9 +372,7 @@ TEST_CASE("what was merged of an earlier life does not count as this life's spee
   const auto second_pass = [&](bool replayed) {
     Picture picture(settings);
     REQUIRE(picture.trace_pass());
-    if (replayed) {
-      picture.passes.begin_timing(picture.framebuffer);
-    }
+    if (replayed) picture.passes.begin_timing(picture.framebuffer);
     return picture.passes.next(picture.framebuffer, {10, 1}) ? picture.passes.begun()[1] : 0;
   };
   CHECK(second_pass(true) < second_pass(false));

@@ -195,9 +195,7 @@ TEST_CASE("passes: a target error is met, with little more than it takes") {
       const double high = estimate_rmse(picture.state()).high;
       CHECK(high <= target);
       CHECK(passes <= 14);
-      if (picture.samples() >= 18 * 64 * 48) {
-        CHECK(high > 0.97 * target);
-      }
+      if (picture.samples() >= 18 * 64 * 48) CHECK(high > 0.97 * target);
     }
   }
 }

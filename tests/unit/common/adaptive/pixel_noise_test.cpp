@@ -25,9 +25,7 @@ GrowingPicture speckled(std::uint32_t width, std::uint32_t height, std::uint64_t
   GrowingPicture picture(settings, 1);
   Dice dice(seed);
   std::vector<std::uint32_t> counts(picture.counts.size());
-  for (std::uint32_t& count : counts) {
-    count = 2 + 2 * dice.below32(10);
-  }
+  for (std::uint32_t& count : counts) count = 2 + 2 * dice.below32(10);
   picture.make_up(counts, [&](auto, auto) {
     const double value = dice.unit() < 0.05 ? 1 : 0;
     return Vec3d{value, 0, value};

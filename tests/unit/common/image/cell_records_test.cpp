@@ -15,9 +15,7 @@ using test::Dice;
 
 std::vector<std::byte> random_records(Dice& dice, std::size_t bytes) {
   std::vector<std::byte> records(bytes);
-  for (std::byte& byte : records) {
-    byte = static_cast<std::byte>(dice.below(256));
-  }
+  for (std::byte& byte : records) byte = static_cast<std::byte>(dice.below(256));
   return records;
 }
 
@@ -50,9 +48,7 @@ TEST_CASE("one changed bit anywhere but in the time changes the digest of that c
 
 TEST_CASE("no record has digest 0, and the digest of a range knows their order and number") {
   const std::vector<std::byte> zeros(4 * 72);
-  for (const std::uint64_t digest : cell_digests(zeros, 72)) {
-    CHECK(digest != 0);
-  }
+  for (const std::uint64_t digest : cell_digests(zeros, 72)) CHECK(digest != 0);
   const std::vector<std::uint64_t> some = {1, 2, 3};
   CHECK(range_digest(some) != range_digest(std::vector<std::uint64_t>{1, 3, 2}));
   CHECK(range_digest(some) != range_digest(std::vector<std::uint64_t>{1, 2}));

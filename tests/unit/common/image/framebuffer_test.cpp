@@ -83,18 +83,12 @@ TEST_CASE("any split into runs of pixels and samples, added in any order, gives 
     std::vector<Run> pieces;
     for (std::uint32_t y = 0; y < height; ++y) {
       Run row{y, 0, std::vector<SampleRange>(width)};
-      for (SampleRange& pixel : row.ranges) {
-        pixel.end = dice.below32(17);
-      }
+      for (SampleRange& pixel : row.ranges) pixel.end = dice.below32(17);
       add(at_once, row);
       cut(dice, row, pieces);
     }
-    for (std::size_t i = pieces.size(); i > 1; --i) {
-      std::swap(pieces[i - 1], pieces[dice.below(i)]);
-    }
-    for (const Run& piece : pieces) {
-      add(merged, piece);
-    }
+    for (std::size_t i = pieces.size(); i > 1; --i) std::swap(pieces[i - 1], pieces[dice.below(i)]);
+    for (const Run& piece : pieces) add(merged, piece);
     REQUIRE(std::ranges::equal(merged.pixels(), at_once.pixels()));
     REQUIRE(merged.counts() == at_once.counts());
     REQUIRE(std::ranges::equal(merged.samples(), at_once.samples()));
@@ -210,9 +204,7 @@ TEST_CASE("fixed point adds exactly where a float stops counting") {
 TEST_CASE("the largest radiance maps into (2^31, 2^32], by a power of two") {
   Dice dice(2);
   std::vector<double> largest{1e-50, 0x1p-20, 0.5, 1, 1 + 0x1p-52, 2, 3, 1e6};
-  for (int i = 0; i < 1000; ++i) {
-    largest.push_back(dice.ten_to(-12, 6));
-  }
+  for (int i = 0; i < 1000; ++i) largest.push_back(dice.ten_to(-12, 6));
   for (const double value : largest) {
     CAPTURE(value);
     const RadianceScale scale(value);

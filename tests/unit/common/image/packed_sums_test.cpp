@@ -103,9 +103,7 @@ TEST_CASE("packed sums come back, whatever the widths of their columns") {
   }
   for (int trial = 0; trial < 500; ++trial) {
     std::array<std::size_t, 9> widths{};
-    for (std::size_t& width : widths) {
-      width = dice.one_in(4) ? 64 - dice.below(9) : dice.below(65);
-    }
+    for (std::size_t& width : widths) width = dice.one_in(4) ? 64 - dice.below(9) : dice.below(65);
     std::array<std::uint64_t, 9> high{};
     for (std::size_t c = 0; c < 9 && dice.one_in(2); ++c) {
       high[c] = dice.bits() & ~(widths[c] == 64 ? most : (1ULL << widths[c]) - 1);
@@ -227,12 +225,8 @@ TEST_CASE("noise is refused, or it is what some sums are packed as") {
   Dice dice(10);
   for (int trial = 0; trial < 20000; ++trial) {
     std::string bytes(dice.below(200), '\0');
-    for (char& byte : bytes) {
-      byte = static_cast<char>(dice.one_in(3) ? dice.bits() : dice.below(5));
-    }
-    if (const auto some = unpacked(bytes, dice.below(20))) {
-      CHECK(bytes.starts_with(packed(*some)));
-    }
+    for (char& byte : bytes) byte = static_cast<char>(dice.one_in(3) ? dice.bits() : dice.below(5));
+    if (const auto some = unpacked(bytes, dice.below(20))) CHECK(bytes.starts_with(packed(*some)));
   }
 }
 

@@ -13,9 +13,7 @@ TEST_CASE("the last lines of a log are kept, oldest first, without their ends") 
   spdlog::logger log("test", std::make_shared<spdlog::sinks::null_sink_st>());
   const auto lines = keep_lines(log, 3);
   CHECK(lines().empty());
-  for (int i = 0; i < 5; ++i) {
-    log.warn("line {}", i);
-  }
+  for (int i = 0; i < 5; ++i) log.warn("line {}", i);
   log.debug("below the level of the log");
   const std::vector<std::string> kept = lines();
   REQUIRE(kept.size() == 3);

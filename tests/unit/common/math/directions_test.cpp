@@ -135,9 +135,7 @@ TEST_CASE_TEMPLATE("turn is exact at the quarter turns and within bounds around 
   for (int eighth = 0; eighth < 8; ++eighth) {  // odd ones: where the quadrant changes
     for (int step = -64; step <= 64; ++step) {
       const Real u = static_cast<Real>(eighth) / 8 + static_cast<Real>(step) * Real(0x1p-24);
-      if (u >= 0) {
-        CHECK(turn_error(u) <= 2);
-      }
+      if (u >= 0) CHECK(turn_error(u) <= 2);
     }
   }
 }

@@ -42,14 +42,10 @@ T hard(Dice& dice) {
                                   Limits::max(),
                                   Limits::epsilon()};
   switch (dice.below(4)) {
-    case 0:
-      return std::copysign(special[dice.below(special.size())], static_cast<T>(dice.sign()));
-    case 1:
-      return static_cast<T>(dice.sign() * dice.ten_to(-3, 3));
-    case 2:
-      return static_cast<T>(dice.below(5)) - 2;  // often equal
-    default:
-      return std::bit_cast<T>(static_cast<BitsOf<T>>(dice.bits()));
+    case 0: return std::copysign(special[dice.below(special.size())], static_cast<T>(dice.sign()));
+    case 1: return static_cast<T>(dice.sign() * dice.ten_to(-3, 3));
+    case 2: return static_cast<T>(dice.below(5)) - 2;  // often equal
+    default: return std::bit_cast<T>(static_cast<BitsOf<T>>(dice.bits()));
   }
 }
 
@@ -78,9 +74,7 @@ LaneInputs<T> inputs(Dice& dice, std::uint32_t lanes) {
     in.shift[i] = dice.one_in(2) ? dice.below32(64) : any_uint(dice);
     in.order[i] = static_cast<std::uint8_t>(dice.below(lanes));
   }
-  for (T& entry : in.table) {
-    entry = hard<T>(dice);
-  }
+  for (T& entry : in.table) entry = hard<T>(dice);
   in.set = static_cast<std::uint32_t>(dice.bits()) & ((1U << lanes) - 1);
   return in;
 }
@@ -89,17 +83,13 @@ template <typename T, typename Output>
 void compress(const T* from, std::uint32_t set, Output& to) {
   int next = 0;
   for (int i = 0; i < most_lanes; ++i) {
-    if ((set >> i & 1) != 0) {
-      to[next++] = from[i];
-    }
+    if ((set >> i & 1) != 0) to[next++] = from[i];
   }
 }
 
 template <typename T>
 bool agree(T found, T expected, Free free) {
-  if (free == Free::nan && std::isnan(expected)) {
-    return std::isnan(found);
-  }
+  if (free == Free::nan && std::isnan(expected)) return std::isnan(found);
   return free == Free::zero ? found == expected
                             : std::bit_cast<BitsOf<T>>(found) == std::bit_cast<BitsOf<T>>(expected);
 }
@@ -140,9 +130,7 @@ void expect_reals(const LaneInputs<T>& in, const LaneResults<T>& found, int lane
         in.table[in.index[i]],
         static_cast<T>(in.small[i]),
         in.a[in.order[i]]};
-    for (std::size_t row = 0; row < values.size(); ++row) {
-      out.real[row][i] = values[row];
-    }
+    for (std::size_t row = 0; row < values.size(); ++row) out.real[row][i] = values[row];
     least = in.ordered[i] < least ? in.ordered[i] : least;
   }
   compress(in.a, in.set, out.real[real_rows - 3]);
@@ -152,9 +140,7 @@ void expect_reals(const LaneInputs<T>& in, const LaneResults<T>& found, int lane
 
 template <typename T>
 void expect_masks(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
-  for (std::uint32_t& mask : out.mask) {
-    mask = 0;
-  }
+  for (std::uint32_t& mask : out.mask) mask = 0;
   for (int i = 0; i < lanes; ++i) {
     const T a = in.a[i];
     const T b = in.b[i];
@@ -198,9 +184,7 @@ void expect_uints(const LaneInputs<T>& in, int lanes, LaneResults<T>& out) {
                                                       block.c,
                                                       block.d,
                                                       in.shift[i] < 32 ? 1U << in.shift[i] : 0U};
-    for (std::size_t row = 0; row < values.size(); ++row) {
-      out.uint[row][i] = values[row];
-    }
+    for (std::size_t row = 0; row < values.size(); ++row) out.uint[row][i] = values[row];
   }
   constexpr int compressed = 18;
   compress(in.p, in.set, out.uint[compressed]);
@@ -238,9 +222,7 @@ void compare(const LaneResults<T>& found, const LaneResults<T>& expected, int la
     for (int i = 0; i < lanes_of(uint_operations[row], lanes, set); ++i) {
       wrong.uint[row] += found.uint[row][i] == expected.uint[row][i] ? 0 : 1;
     }
-    for (int i = lanes; i < most_lanes; ++i) {
-      wrong.uint[row] += found.uint[row][i] == 0 ? 0 : 1;
-    }
+    for (int i = lanes; i < most_lanes; ++i) wrong.uint[row] += found.uint[row][i] == 0 ? 0 : 1;
   }
 }
 
@@ -259,8 +241,7 @@ LanesOfIsa<T> lanes_of_isa(Isa isa) {
     return {test::isa::operate, single ? trace::isa::float_width : trace::isa::double_width};
     PARRAY_FOR_EACH_ISA(PARRAY_LANES_OF)
 #undef PARRAY_LANES_OF
-    default:
-      throw std::logic_error("lanes of an instruction set that this machine lacks");
+    default: throw std::logic_error("lanes of an instruction set that this machine lacks");
   }
 }
 

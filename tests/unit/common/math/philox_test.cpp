@@ -36,9 +36,7 @@ std::array<double, 4> numbers(const SampleRandom& random, std::uint32_t bounce, 
 std::size_t repeats(std::vector<std::array<double, 4>>& blocks) {
   std::sort(blocks.begin(), blocks.end());
   std::size_t count = 0;
-  for (std::size_t i = 1; i < blocks.size(); ++i) {
-    count += blocks[i] == blocks[i - 1] ? 1U : 0U;
-  }
+  for (std::size_t i = 1; i < blocks.size(); ++i) count += blocks[i] == blocks[i - 1] ? 1U : 0U;
   return count;
 }
 
@@ -133,9 +131,7 @@ TEST_CASE("no two of pixel, sample, bounce and purpose share their random number
     for (std::uint32_t sample = 0; sample < 10; ++sample) {
       const SampleRandom random(1, pixel, sample);
       for (std::uint32_t bounce = 0; bounce < 10; ++bounce) {
-        for (const Purpose purpose : purposes) {
-          blocks.push_back(numbers(random, bounce, purpose));
-        }
+        for (const Purpose purpose : purposes) blocks.push_back(numbers(random, bounce, purpose));
       }
     }
   }
@@ -176,9 +172,7 @@ TEST_CASE("random numbers are uniform and uncorrelated along every part of their
     const std::uint32_t pixel = i % 500;
     const std::uint32_t sample = i / 500;
     const auto here = numbers(SampleRandom(1, pixel, sample), 0, Purpose::scatter);
-    for (std::size_t k = 0; k < 4; ++k) {
-      counts[k][test::bin_of(here[k], bins)] += 1;
-    }
+    for (std::size_t k = 0; k < 4; ++k) counts[k][test::bin_of(here[k], bins)] += 1;
     within.add(here[0], here[1]);
     const auto other = [&](std::uint64_t seed, std::uint32_t p, std::uint32_t s, std::uint32_t b,
                            Purpose purpose) {
@@ -190,9 +184,7 @@ TEST_CASE("random numbers are uniform and uncorrelated along every part of their
     next_purpose.add(here[0], other(1, pixel, sample, 0, Purpose::fuzz));
     next_seed.add(here[0], other(2, pixel, sample, 0, Purpose::scatter));
   }
-  for (const auto& channel : counts) {
-    CHECK(std::abs(test::chi_square_z(channel)) < z_limit);
-  }
+  for (const auto& channel : counts) CHECK(std::abs(test::chi_square_z(channel)) < z_limit);
   for (const Correlation& correlation :
        {next_pixel, next_sample, next_bounce, next_purpose, next_seed, within}) {
     CHECK(std::abs(correlation.z()) < z_limit);

@@ -52,9 +52,7 @@ bool is_net(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t
 std::vector<std::uint32_t> coordinate(const PointOrder& order, std::size_t part,
                                       std::uint32_t first, int k) {
   std::vector<std::uint32_t> result;
-  for (std::uint32_t i = 0; i < 1U << k; ++i) {
-    result.push_back(digits_of(order, first + i)[part]);
-  }
+  for (std::uint32_t i = 0; i < 1U << k; ++i) result.push_back(digits_of(order, first + i)[part]);
   return result;
 }
 

@@ -18,9 +18,7 @@ using test::small_settings;
 Scene moved(Scene scene, const Vec3d& by) {
   scene.camera.look_from = scene.camera.look_from + by;
   scene.camera.look_at = scene.camera.look_at + by;
-  for (Sphere& sphere : scene.spheres) {
-    sphere.center = sphere.center + by;
-  }
+  for (Sphere& sphere : scene.spheres) sphere.center = sphere.center + by;
   return scene;
 }
 
@@ -51,9 +49,7 @@ TEST_CASE("where a scene lies does not change its picture by more than noise") {
       std::vector<PixelSums> row(settings.width);
       TraceCounts counts;
       tracer->trace({y, 0, settings.width}, {0, 64}, row, counts);
-      for (const PixelSums& pixel : row) {
-        sum += pixel.sum[0] + pixel.sum[1] + pixel.sum[2];
-      }
+      for (const PixelSums& pixel : row) sum += pixel.sum[0] + pixel.sum[1] + pixel.sum[2];
     }
     return static_cast<double>(sum);
   };

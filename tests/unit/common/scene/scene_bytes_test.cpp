@@ -74,9 +74,7 @@ bool can_be_traced(const Scene& scene) {
     std::vector<PixelSums> sums(2);
     TraceCounts counts;
     tracer->trace({1, 0, 2}, {0, 2}, sums, counts);
-    if (counts.samples != 4 || counts.nonfinite != 0) {
-      return false;
-    }
+    if (counts.samples != 4 || counts.nonfinite != 0) return false;
   }
   return true;
 }
@@ -232,9 +230,7 @@ TEST_CASE("random bytes are refused and cost no more than their length") {
     for (std::uint64_t i = 1 + dice.below(6); i > 0; --i) {
       damaged[dice.below(damaged.size())] = static_cast<char>(dice.below(256));
     }
-    if (dice.one_in(4)) {
-      damaged.resize(dice.below(damaged.size()));
-    }
+    if (dice.one_in(4)) damaged.resize(dice.below(damaged.size()));
     const auto scene = decoded(damaged);
     CHECK_UNARY((!scene || scene_to_bytes(*scene) == damaged));
   }
@@ -283,9 +279,7 @@ TEST_CASE("a number that the kernel could not bear is refused") {
     CHECK_FALSE(refused(with(bytes, range.at, range.high)));
     CHECK(refused(with(bytes, range.at, std::nextafter(range.high, inf))));
     CHECK(refused(with(bytes, range.at, std::nextafter(range.low, -inf))));
-    for (const double bad : {nan, -nan, inf, -inf}) {
-      CHECK(refused(with(bytes, range.at, bad)));
-    }
+    for (const double bad : {nan, -nan, inf, -inf}) CHECK(refused(with(bytes, range.at, bad)));
   }
   for (const double radius : {0.0, -0.0, -1.0}) {
     CHECK(refused(with(bytes, spheres_at + 24, radius)));

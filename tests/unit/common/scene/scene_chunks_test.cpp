@@ -61,9 +61,7 @@ TEST_CASE("a chunk that is packed comes out as it was, wherever in a sphere it b
 TEST_CASE("a chunk of noise is left as it is") {
   test::Dice dice(1);
   std::string noise(10000, '\0');
-  for (char& c : noise) {
-    c = static_cast<char>(dice.below(256));
-  }
+  for (char& c : noise) c = static_cast<char>(dice.below(256));
   CHECK(pack_chunk(noise).empty());
   CHECK(pack_chunk("x").empty());
 }

@@ -62,9 +62,7 @@ TEST_CASE("the chunks of every policy add up to the job, whatever the numbers") 
     for (const SchedulePolicy policy : {static_split, guided, factoring, weighted}) {
       CAPTURE(name_of(policy));
       std::uint64_t sum = 0;
-      for (const std::uint64_t chunk : chunks_of(policy, request)) {
-        sum += chunk;
-      }
+      for (const std::uint64_t chunk : chunks_of(policy, request)) sum += chunk;
       REQUIRE(sum == request.total);
     }
   }
@@ -236,9 +234,7 @@ std::uint32_t largest_gap(const std::vector<std::uint32_t>& order, std::size_t b
   std::sort(window.begin(), window.end());
   const auto height = static_cast<std::uint32_t>(order.size());
   std::uint32_t gap = std::max(window.front() + 1, height - window.back());
-  for (std::size_t i = 1; i < window.size(); ++i) {
-    gap = std::max(gap, window[i] - window[i - 1]);
-  }
+  for (std::size_t i = 1; i < window.size(); ++i) gap = std::max(gap, window[i] - window[i - 1]);
   return gap;
 }
 
@@ -247,9 +243,7 @@ bool is_spread(const std::vector<std::uint32_t>& order) {
   const std::size_t height = order.size();
   for (const std::size_t size : {2U, 3U, 4U, 5U, 8U, 13U, 16U, 31U, 32U, 64U, 100U, 200U}) {
     for (std::size_t begin = 0; begin + size <= height; ++begin) {
-      if (largest_gap(order, begin, size) * size > 3 * height) {
-        return false;
-      }
+      if (largest_gap(order, begin, size) * size > 3 * height) return false;
     }
   }
   return true;
@@ -258,9 +252,7 @@ bool is_spread(const std::vector<std::uint32_t>& order) {
 bool is_permutation_of_rows(std::vector<std::uint32_t> order, std::uint32_t height) {
   std::sort(order.begin(), order.end());
   for (std::uint32_t i = 0; i < order.size(); ++i) {
-    if (order[i] != i) {
-      return false;
-    }
+    if (order[i] != i) return false;
   }
   return order.size() == height;
 }

@@ -166,9 +166,7 @@ TEST_CASE("bytes at random are refused without memory that they ask for") {
   const std::uint64_t before = test::peak_address_space();
   for (int round = 0; round < 20'000; ++round) {
     std::string bytes(dice.below(200), '\0');
-    for (char& byte : bytes) {
-      byte = static_cast<char>(dice.one_in(3) ? 0xFF : dice.below(256));
-    }
+    for (char& byte : bytes) byte = static_cast<char>(dice.one_in(3) ? 0xFF : dice.below(256));
     CHECK_UNARY(refused(bytes, batch));
   }
   CHECK(test::peak_address_space() - before < std::uint64_t{16} << 20);

@@ -70,18 +70,14 @@ class Samples {
         times_(std::size_t{settings.width} * settings.height * spp_) {}
   void add(std::uint32_t y, std::uint32_t x, const SampleRange& samples) {
     const std::size_t first = (std::size_t{y} * width_ + x) * spp_;
-    for (std::uint32_t s = samples.begin; s < samples.end; ++s) {
-      ++times_.at(first + s);
-    }
+    for (std::uint32_t s = samples.begin; s < samples.end; ++s) ++times_.at(first + s);
   }
   void add(const WorkPlan& plan) {
     const CellBatch batch = plan.batch({0, plan.cells()});
     for (std::uint64_t index = 0; index < plan.cells(); ++index) {
       const Cell cell = plan.cell(index);
       const auto ranges = batch.ranges_of(index);
-      for (std::uint32_t i = 0; i < cell.pixels(); ++i) {
-        add(cell.y, cell.x_begin + i, ranges[i]);
-      }
+      for (std::uint32_t i = 0; i < cell.pixels(); ++i) add(cell.y, cell.x_begin + i, ranges[i]);
     }
   }
   friend bool operator==(const Samples&, const Samples&) = default;
@@ -178,9 +174,7 @@ TEST_CASE("cells come in the order of stages, samples, bands, columns and rows")
     const WorkPlan plan = trial.plan();
     const auto row_at = make_row_order(trial.settings.row_order, trial.settings.height);
     std::vector<std::uint32_t> position(row_at.size());
-    for (std::uint32_t p = 0; p < row_at.size(); ++p) {
-      position[row_at[p]] = p;
-    }
+    for (std::uint32_t p = 0; p < row_at.size(); ++p) position[row_at[p]] = p;
     const auto order_of = [&](std::uint64_t index) {
       const Cell cell = plan.cell(index);
       const std::uint32_t band = position[cell.y] / plan.grid()->shape().band_rows;

@@ -112,9 +112,7 @@ void check_equal(const std::string& name, const Stored<P>& spheres, Dice& dice, 
   CAPTURE(name);
   const auto all = trial<P>(spheres, dice, rays);
   const auto outside = all.outside();
-  if (spheres.size() > 2) {
-    check_hits(all);
-  }
+  if (spheres.size() > 2) check_hits(all);
   for (const Isa isa : instruction_sets()) {
     CAPTURE(name_of(isa));
     for (const bool tree : {true, false}) {
@@ -159,9 +157,7 @@ TEST_CASE_TEMPLATE("where there is no sphere, none is hit", P, SinglePrecision, 
         Query<typename P::Real> query;
         query.sides.start({});
         const auto found = search->find(std::vector(500, query));
-        for (const auto& hit : found) {
-          CHECK_UNARY(hit.shape == no_shape);
-        }
+        for (const auto& hit : found) CHECK_UNARY(hit.shape == no_shape);
       }
     }
   }

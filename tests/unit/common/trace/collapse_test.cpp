@@ -57,9 +57,7 @@ float area_of(const Tree& tree, const Collapse<float, W>& collapse, std::uint32_
       sum += area_of(tree, collapse, child, met);
       continue;
     }
-    for (std::uint32_t i = tree.nodes[child].begin; i < tree.nodes[child].end; ++i) {
-      ++met.at(i);
-    }
+    for (std::uint32_t i = tree.nodes[child].begin; i < tree.nodes[child].end; ++i) ++met.at(i);
   }
   return sum;
 }
@@ -69,9 +67,7 @@ int children_of(const Tree& tree, const std::vector<std::uint32_t>& inner, std::
                 std::uint32_t node, bool first = true) {
   const auto bit =
       static_cast<std::size_t>(std::find(inner.begin(), inner.end(), node) - inner.begin());
-  if (!first && (bit == inner.size() || (kept >> bit & 1) != 0)) {
-    return 1;
-  }
+  if (!first && (bit == inner.size() || (kept >> bit & 1) != 0)) return 1;
   return children_of(tree, inner, kept, tree.nodes[node].left, false) +
          children_of(tree, inner, kept, tree.nodes[node].right, false);
 }

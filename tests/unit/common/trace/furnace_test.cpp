@@ -136,24 +136,16 @@ bool alternates(const TracedPicture<Real>& scene, const S& search, Ray<Real> ray
   InsideStack<Real> sides;
   start_sides(scene, scene, 0, 0, ray.origin, sides);
   std::vector<bool> inside(scene.shape_count(), false);
-  for (const std::uint32_t index : sides.inside()) {
-    inside[index] = true;
-  }
+  for (const std::uint32_t index : sides.inside()) inside[index] = true;
   for (std::uint32_t bounce = 0; bounce < scene.max_depth; ++bounce) {
     const Hit<Real> hit = first_crossing(scene, search, ray, sides);
-    if (hit.shape == no_shape) {
-      return sides.inside().empty();
-    }
-    if (hit.leaving != inside[hit.shape] || !(hit.t >= 0)) {
-      return false;
-    }
+    if (hit.shape == no_shape) return sides.inside().empty();
+    if (hit.leaving != inside[hit.shape] || !(hit.t >= 0)) return false;
     const SurfacePoint<Real> point = surface_point(scene, ray, sides, hit);
     const Vec3<Real>& normal = point.normal;
     const auto scattering = scatter(scene.surfaces[scene.material_of[hit.shape]], ray.direction,
                                     hit.leaving ? -normal : normal, hit.leaving, random, bounce);
-    if (scattering.event == Event::absorbed) {
-      return true;
-    }
+    if (scattering.event == Event::absorbed) return true;
     if (scattering.event == Event::refracted) {
       sides.cross(hit.shape, hit.leaving);
       inside[hit.shape] = !hit.leaving;
@@ -162,9 +154,7 @@ bool alternates(const TracedPicture<Real>& scene, const S& search, Ray<Real> ray
     sides.stand_on(hit.shape, normal);
     ray = {point.position(), scattering.direction};
     const auto depth = static_cast<std::size_t>(std::count(inside.begin(), inside.end(), true));
-    if (depth != sides.inside().size()) {
-      return false;
-    }
+    if (depth != sides.inside().size()) return false;
   }
   return true;
 }

@@ -65,9 +65,7 @@ class Model {
   }
   [[nodiscard]] bool all_good() const {
     for (std::size_t path = 0; path < heads_.size(); ++path) {
-      if (!good(path)) {
-        return false;
-      }
+      if (!good(path)) return false;
     }
     return true;
   }
@@ -128,9 +126,7 @@ TEST_CASE("a list keeps its spheres when the pool grows under it") {
 TEST_CASE("links that were given back are used again before the pool grows") {
   InsideLists lists;
   std::uint32_t head = InsideLists::none;
-  for (std::uint32_t sphere = 0; sphere < 10; ++sphere) {
-    head = lists.push(head, sphere);
-  }
+  for (std::uint32_t sphere = 0; sphere < 10; ++sphere) head = lists.push(head, sphere);
   lists.release(head);
   std::set<std::uint32_t> links;
   head = InsideLists::none;

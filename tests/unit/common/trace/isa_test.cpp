@@ -23,9 +23,7 @@ std::set<std::string> processor_flags() {
     if (line.starts_with("flags")) {
       std::istringstream words(line.substr(line.find(':') + 1));
       std::set<std::string> flags;
-      for (std::string word; words >> word;) {
-        flags.insert(word);
-      }
+      for (std::string word; words >> word;) flags.insert(word);
       return flags;
     }
   }
@@ -44,9 +42,7 @@ TEST_CASE("an instruction set runs only where the processor has all that its ker
   // What common/CMakeLists.txt lets the compiler use, as the operating system names it.
   const std::set<std::string> v3{"avx2", "bmi1", "bmi2", "popcnt"};
   const std::set<std::string> v4{"avx512f", "avx512bw", "avx512dq", "avx512vl"};
-  if (runs_on_this_machine(Isa::avx2)) {
-    CHECK(has_all(flags, v3));
-  }
+  if (runs_on_this_machine(Isa::avx2)) CHECK(has_all(flags, v3));
   if (runs_on_this_machine(Isa::avx512)) {
     CHECK(has_all(flags, v4));
     CHECK(runs_on_this_machine(Isa::avx2));

@@ -33,9 +33,7 @@ Scene shipped(const std::string& name) {
 Scene all_of(const Material& material) {
   Scene scene = small_scene();
   scene.materials = {material};
-  for (Sphere& sphere : scene.spheres) {
-    sphere.material = 0;
-  }
+  for (Sphere& sphere : scene.spheres) sphere.material = 0;
   return scene;
 }
 
@@ -58,9 +56,7 @@ Scene crowded_glass() {
   for (int i = 0; i < 30; ++i) {
     const Vec3d center = dice.in_cube(1.5);
     const double radius = dice.between(0.3, 2);
-    for (int copy = 0; copy < 3; ++copy) {
-      scene.spheres.push_back({center, radius, 2});
-    }
+    for (int copy = 0; copy < 3; ++copy) scene.spheres.push_back({center, radius, 2});
   }
   return scene;
 }
@@ -195,9 +191,7 @@ void for_all_kernels(const Scene& scene, RenderSettings settings,
         CAPTURE(name_of(accelerator));
         CAPTURE(general);
         const bool scalar = accelerator == AcceleratorKind::octree;  // whatever is asked for
-        if (scalar && (isa != Isa::scalar || general)) {
-          continue;
-        }
+        if (scalar && (isa != Isa::scalar || general)) continue;
         settings.isa = isa;
         settings.accelerator = accelerator;
         const auto built =
@@ -247,12 +241,9 @@ bool same_hit(FirstHit a, FirstHit b) {
 
 std::vector<FirstHit> reference_hits(const Scene& scene, const RenderSettings& settings) {
   switch (settings.precision) {
-    case Precision::f64:
-      return reference_hits_in<double, double>(scene, settings);
-    case Precision::mixed:
-      return reference_hits_in<double, float>(scene, settings);
-    default:
-      return reference_hits_in<float, float>(scene, settings);
+    case Precision::f64: return reference_hits_in<double, double>(scene, settings);
+    case Precision::mixed: return reference_hits_in<double, float>(scene, settings);
+    default: return reference_hits_in<float, float>(scene, settings);
   }
 }
 

@@ -160,9 +160,7 @@ TEST_CASE_TEMPLATE("beyond the critical angle all is reflected, within it never 
   Dice dice(9);
   for (int k = 1; k <= 60; ++k) {
     const double away = std::ldexp(1.0, -k);
-    if (away < 16 * static_cast<double>(ulp<Real>)) {
-      break;
-    }
+    if (away < 16 * static_cast<double>(ulp<Real>)) break;
     int passed_within = 0;
     for (std::uint32_t i = 0; i < 200; ++i) {
       const SampleRandom random(10, i, static_cast<std::uint32_t>(k));
@@ -212,9 +210,7 @@ TEST_CASE_TEMPLATE("glass of index 1 lets rays pass straight on", Real, float, d
     const Vec3<Real> m = random_normal<Real>(dice);
     const Vec3<Real> in = incoming_at(m, dice.between(0.2, 1), dice);
     const auto out = scatter(surface, in, m, dice.one_in(2), SampleRandom(13, i, 0), 0);
-    if (out.event == Event::refracted) {
-      CHECK_UNARY(length(out.direction - in) <= 32 * ulp<Real>);
-    }
+    if (out.event == Event::refracted) CHECK_UNARY(length(out.direction - in) <= 32 * ulp<Real>);
   }
 }
 

@@ -88,9 +88,7 @@ std::uint64_t holes() {
   std::uint64_t count = 0;
   for (std::uint32_t y = 0; y < height; ++y) {
     for (std::uint32_t x = 0; x < width; ++x) {
-      for (std::uint32_t s = 0; s < spp; ++s) {
-        count += HoleyTracer::hole(x, y, s) ? 1U : 0U;
-      }
+      for (std::uint32_t s = 0; s < spp; ++s) count += HoleyTracer::hole(x, y, s) ? 1U : 0U;
     }
   }
   return count;

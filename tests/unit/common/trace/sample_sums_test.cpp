@@ -20,16 +20,11 @@ double shifted(double value) { return value + RadianceScale::shift; }
 
 double any_value(Dice& dice) {
   switch (dice.below(8)) {
-    case 0:
-      return 0;
-    case 1:
-      return RadianceScale::one;
-    case 2:
-      return RadianceScale::one - 1;
-    case 3:
-      return dice.one_in(4) ? std::numeric_limits<double>::quiet_NaN() : 1;
-    default:
-      return static_cast<double>(dice.below(std::uint64_t{1} << 32));
+    case 0: return 0;
+    case 1: return RadianceScale::one;
+    case 2: return RadianceScale::one - 1;
+    case 3: return dice.one_in(4) ? std::numeric_limits<double>::quiet_NaN() : 1;
+    default: return static_cast<double>(dice.below(std::uint64_t{1} << 32));
   }
 }
 
@@ -48,9 +43,7 @@ std::unique_ptr<Batch> batch(Dice& dice) {
     const std::uint32_t i = samples.count++;
     samples.column[i] = x;
     samples.sample[i] = sample++;
-    for (double& channel : made->radiance.of[i]) {
-      channel = shifted(any_value(dice));
-    }
+    for (double& channel : made->radiance.of[i]) channel = shifted(any_value(dice));
     made->radiance.of[i][3] = shifted(0);
     x += dice.one_in(20) ? 1 : 0;
   }

@@ -45,9 +45,7 @@ Spheres<Store> cloud(Dice& dice, int count) {
 template <typename Store>
 Spheres<Store> fewer_than_a_block(Dice& dice, std::size_t width) {
   Spheres<Store> spheres = coincident<Store>(width - 1);
-  for (int i = 0; i < 2; ++i) {
-    spheres.push_back(shape<Store>(dice.in_cube(10), 1e3));
-  }
+  for (int i = 0; i < 2; ++i) spheres.push_back(shape<Store>(dice.in_cube(10), 1e3));
   return spheres;
 }
 
@@ -94,9 +92,7 @@ class Walk {
       : tables_(tables),
         block_met_(tables.slot_count() / F::width),
         node_met_(tables.node_count()) {
-    if (tables.node_count() > 0) {
-      depth_ = visit(0, {});
-    }
+    if (tables.node_count() > 0) depth_ = visit(0, {});
   }
 
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
@@ -109,9 +105,7 @@ class Walk {
 
   static Box box_of(const WideNode<Store, F::width>& node, int k) {
     Box box;
-    for (std::size_t p = 0; p < 6; ++p) {
-      box[p] = node.planes[p % 3][p / 3][k];
-    }
+    for (std::size_t p = 0; p < 6; ++p) box[p] = node.planes[p % 3][p / 3][k];
     return box;
   }
 
@@ -275,9 +269,7 @@ TEST_CASE_TEMPLATE("every octant's order names each child once, farther ones fir
         double before = std::numeric_limits<double>::infinity();
         for (const std::uint8_t k : node.order[octant]) {
           ++met.at(k);
-          if (node.planes[0][0][k] > node.planes[0][1][k]) {
-            continue;
-          }
+          if (node.planes[0][0][k] > node.planes[0][1][k]) continue;
           double along = 0;  // of the middle, in the direction that the octant's rays take
           double size = 0;
           for (int axis = 0; axis < 3; ++axis) {

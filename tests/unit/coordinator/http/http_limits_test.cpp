@@ -222,9 +222,7 @@ TEST_CASE("a connection has one deadline for the whole head and one for idle tim
 
 TEST_CASE("the longest idle connection of an address makes room for its next connection") {
   Seats seats{few};
-  for (ConnectionId id = 1; id <= 3; ++id) {
-    CHECK_FALSE(seats.enter(seconds(id), id, "a").displaced);
-  }
+  for (ConnectionId id = 1; id <= 3; ++id) CHECK_FALSE(seats.enter(seconds(id), id, "a").displaced);
   seats.has_asked(1);
   const auto next = seats.enter(seconds(4), 4, "a");
   CHECK(next.displaced == 2);

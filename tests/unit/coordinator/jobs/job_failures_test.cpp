@@ -30,9 +30,7 @@ Failure died(int number, CellRange range, TracerKey worker) {
 /// Returns one worker on each of the machines [begin, end).
 std::vector<AbleWorker> able(int begin, int end) {
   std::vector<AbleWorker> able;
-  for (int i = begin; i < end; ++i) {
-    able.push_back({machine(i), static_cast<TracerKey>(i)});
-  }
+  for (int i = begin; i < end; ++i) able.push_back({machine(i), static_cast<TracerKey>(i)});
   return able;
 }
 
@@ -92,13 +90,9 @@ TEST_CASE("fewer machines than --max-failures must each fail twice") {
 TEST_CASE("a machine has failed only if all its workers have failed") {
   JobFailures failures;
   std::vector<AbleWorker> nine;
-  for (TracerKey worker = 1; worker <= 9; ++worker) {
-    nine.push_back({machine(1), worker});
-  }
+  for (TracerKey worker = 1; worker <= 9; ++worker) nine.push_back({machine(1), worker});
   for (int round = 0; round < 50; ++round) {
-    for (TracerKey sick = 1; sick <= 3; ++sick) {
-      failures.add(said(1, {0, 1}, sick));
-    }
+    for (TracerKey sick = 1; sick <= 3; ++sick) failures.add(said(1, {0, 1}, sick));
   }
   CHECK_FALSE(failures.verdict({0, 1}, nine, 3));
 }

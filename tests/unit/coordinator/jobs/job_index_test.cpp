@@ -45,9 +45,7 @@ TEST_CASE("the index lists the frames of a series under one number, by frame") {
   Job second = make_job(11, "ann", 10, 2);
   Job first = make_job(12, "ann", 10, 1);
   Job alone = make_job(13, "ann");
-  for (Job* job : {&second, &first, &alone}) {
-    index.add(*job);
-  }
+  for (Job* job : {&second, &first, &alone}) index.add(*job);
   REQUIRE(index.listed().size() == 2);
   REQUIRE(index.listed_as(10) != nullptr);
   CHECK(series_of(*index.listed_as(10)) == Series{&first, &second});
@@ -64,9 +62,7 @@ TEST_CASE("a series counts as one job of its user, with the pixels of its larges
   Job large = make_job(12, "ann", 10, 2);
   large.record.settings->width = 20;
   Job alone = make_job(13, "ann");
-  for (Job* job : {&small, &large, &alone}) {
-    index.add(*job);
-  }
+  for (Job* job : {&small, &large, &alone}) index.add(*job);
   CHECK(index.open_of("ann", 0).jobs == 2);
   CHECK(index.open_of("ann", 0).pixels == 300);
   CHECK(index.open_of("ann", 10).jobs == 1);

@@ -38,13 +38,9 @@ struct Life {
   explicit Life(const RenderSettings& settings, const Log& its_log = {},
                 std::vector<std::uint64_t> begun = {})
       : picture(settings, SceneFacts(test::small_scene()), std::move(begun)), log(its_log) {
-    for (const std::string& entry : log) {
-      picture.replay(entry);
-    }
+    for (const std::string& entry : log) picture.replay(entry);
     picture.end_replay();
-    if (!picture.has_begun() || picture.collector().done()) {
-      complete = !picture.begin_pass();
-    }
+    if (!picture.has_begun() || picture.collector().done()) complete = !picture.begin_pass();
   }
 
   void take(TracerKey tracer, const CellRange& range) {
@@ -64,9 +60,7 @@ struct Life {
     take(tracer, {begin, begin + 1 + dice.below(all.end - begin)});
   }
   void take_missing() {
-    for (const CellRange& range : picture.collector().missing()) {
-      take(honest, range);
-    }
+    for (const CellRange& range : picture.collector().missing()) take(honest, range);
   }
   void finish() {
     while (!complete) {
@@ -167,9 +161,7 @@ TEST_CASE("a picture in passes restarts if a faulty worker traced a part of any 
   for (const int lying_pass : {0, 1}) {
     Life life(in_passes());
     for (int pass = 0; pass < 2; ++pass) {
-      if (pass == lying_pass) {
-        life.take(faulty, {1, 3});
-      }
+      if (pass == lying_pass) life.take(faulty, {1, 3});
       life.take_missing();
       life.picture.begin_pass();
     }
@@ -195,9 +187,7 @@ TEST_CASE("replay refuses entries that no process can have written") {
     Life fresh(one_pass());
     CHECK_THROWS_AS(fresh.picture.replay(damaged), DecodeError);
   };
-  for (std::size_t size = 0; size < entry.size(); ++size) {
-    refused(entry.substr(0, size));
-  }
+  for (std::size_t size = 0; size < entry.size(); ++size) refused(entry.substr(0, size));
   refused(entry + '\0');
   refused(with(entry, 0, std::uint32_t{3}));  // unknown kind
   refused(with(entry, 4, std::uint32_t{1}));  // a pass that has not begun

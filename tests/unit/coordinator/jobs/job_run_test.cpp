@@ -60,9 +60,7 @@ struct Life : JobRun {
     take(tracer, cells, pack_cells(cells, *picture().plan()->grid()));
   }
   void trace_missing() {
-    for (const CellRange& range : picture().collector().missing()) {
-      trace(range);
-    }
+    for (const CellRange& range : picture().collector().missing()) trace(range);
   }
   void trace_all() {
     while (!complete) {
@@ -137,9 +135,7 @@ TEST_CASE("a run that crashes at any moment repeats its passes and begins each o
       const CellRange& range = missing[dice.below(missing.size())];
       life.trace({range.begin, range.begin + 1 + dice.below(range.count())});
       life.complete = !life.begin_pass({}, 1e9);
-      if (dice.one_in(2)) {
-        life.commit();
-      }
+      if (dice.one_in(2)) life.commit();
     }
     complete = life.complete;
     if (complete) {
@@ -147,9 +143,7 @@ TEST_CASE("a run that crashes at any moment repeats its passes and begins each o
       CHECK(test::same_sums(life.picture().framebuffer(), whole.picture().framebuffer()));
       std::vector<std::uint32_t> begun;
       for (const auto& entry : read_journal(life.picture().journal().bytes())) {
-        if (const auto* pass = std::get_if<JournalPass>(&entry)) {
-          begun.push_back(pass->pass);
-        }
+        if (const auto* pass = std::get_if<JournalPass>(&entry)) begun.push_back(pass->pass);
       }
       CHECK(std::ranges::adjacent_find(begun, std::greater_equal()) == begun.end());
     }
@@ -202,9 +196,7 @@ TEST_CASE("at a damaged entry, a run fails or traces the rest again") {
     CAPTURE(bad);
     OneJob damaged(one_pass());
     const std::vector<std::string> rows = rows_of(store, job);
-    for (const std::string& sound : rows) {
-      damaged.append_rows(job, sound);
-    }
+    for (const std::string& sound : rows) damaged.append_rows(job, sound);
     damaged.append_rows(job, bad);
     damaged.append_rows(job, entry);
     damaged.commit();

@@ -102,9 +102,7 @@ TEST_CASE("without a start there are no times") {
   job.record.course.submitted = 1e9;
   const json map = job_summary(job, seconds(1), "");
   CHECK(map.at("submitted") == 1e9);
-  for (const char* key : {"started", "finished", "seconds_taken"}) {
-    CHECK(map.at(key).is_null());
-  }
+  for (const char* key : {"started", "finished", "seconds_taken"}) CHECK(map.at(key).is_null());
   CHECK(map.at("has_picture") == false);
 }
 

@@ -57,9 +57,7 @@ TEST_CASE("a journal is read as it was written, by one process or by two") {
   entries.emplace_back(JournalGrid{0, grid(RowOrder::interleaved)});
   Journal journal;
   Journal second;
-  for (const JournalEntry& entry : entries) {
-    second.replay(journal.add(entry));
-  }
+  for (const JournalEntry& entry : entries) second.replay(journal.add(entry));
   CHECK(second.bytes() == journal.bytes());
   CHECK(second.knows(1));
   CHECK_FALSE(second.knows(3));
@@ -75,9 +73,7 @@ TEST_CASE("a journal is read as it was written, by one process or by two") {
 
 TEST_CASE("a journal that is cut or damaged is refused") {
   Journal journal;
-  for (const JournalEntry& entry : whole()) {
-    journal.add(entry);
-  }
+  for (const JournalEntry& entry : whole()) journal.add(entry);
   const std::string& bytes = journal.bytes();
   CHECK_THROWS_AS(read_journal(std::string_view(bytes).substr(0, bytes.size() - 1)), DecodeError);
   CHECK_THROWS_AS(read_journal(std::string(4, '\x09')), DecodeError);

@@ -84,31 +84,22 @@ class History {
       case 1:
       case 2:
       case 3:
-      case 4:
-        return grant(some_worker());
+      case 4: return grant(some_worker());
       case 5:
-      case 6:
-        return copy(some_worker());
+      case 6: return copy(some_worker());
       case 7:
       case 8:
       case 9:
-      case 10:
-        return result();
+      case 10: return result();
       case 11:
       case 12:
-      case 13:
-        return merged();
-      case 14:
-        return pass_time();
-      case 15:
-        return lose_worker(some_worker());
+      case 13: return merged();
+      case 14: return pass_time();
+      case 15: return lose_worker(some_worker());
       case 16:
-      case 17:
-        return heartbeat();
-      case 18:
-        return want_check();
-      default:
-        return put_back();
+      case 17: return heartbeat();
+      case 18: return want_check();
+      default: return put_back();
     }
   }
 
@@ -210,9 +201,7 @@ class History {
     ++tally_.arrivals[arrived.kind];
     REQUIRE(arrived.kind == expected);
     REQUIRE(std::set<WorkerId>(arrived.dropped.begin(), arrived.dropped.end()) == dropped);
-    if (expected != Arrival::stale) {
-      REQUIRE(arrived.range == found->second.range);
-    }
+    if (expected != Arrival::stale) REQUIRE(arrived.range == found->second.range);
   }
 
   /// Returns the workers that held a copy.
@@ -222,9 +211,7 @@ class History {
     r.range.end = rest.begin;
     REQUIRE(move(rest, State::leased, State::pending));
     std::set<WorkerId> others;
-    for (const auto& [holder, deadline] : r.holders) {
-      others.insert(holder);
-    }
+    for (const auto& [holder, deadline] : r.holders) others.insert(holder);
     r.holders.clear();
     return others;
   }
@@ -232,9 +219,7 @@ class History {
   /// Merges an arrived result, or discards it as invalid.
   void merged() {
     for (auto& [epoch, r] : records_) {
-      if (r.over || r.arrived == 0 || dice_.one_in(3)) {
-        continue;
-      }
+      if (r.over || r.arrived == 0 || dice_.one_in(3)) continue;
       const WorkerId worker = std::exchange(r.arrived, 0);
       if (dice_.one_in(4)) {
         ++tally_.no_good;
@@ -244,9 +229,7 @@ class History {
         continue;
       }
       std::set<WorkerId> others;
-      for (const auto& [holder, deadline] : r.holders) {
-        others.insert(holder);
-      }
+      for (const auto& [holder, deadline] : r.holders) others.insert(holder);
       const auto named = table_.finish(epoch);
       REQUIRE(std::set<WorkerId>(named.begin(), named.end()) == others);
       REQUIRE(move(r.range, r.check ? State::done : State::leased, State::done));
@@ -258,15 +241,11 @@ class History {
   }
 
   void retire_if_unheld(Record& r, bool lost) {
-    if (r.over || r.arrived != 0 || !r.holders.empty()) {
-      return;
-    }
+    if (r.over || r.arrived != 0 || !r.holders.empty()) return;
     r.over = true;
     if (r.check) {
       Record failed{r.range, {}, 0, {}, true, r.by, r.not_by};
-      if (!lost || ++losses_[r.by] >= LeaseTable::most_losses) {
-        failed.not_by.insert(r.by);
-      }
+      if (!lost || ++losses_[r.by] >= LeaseTable::most_losses) failed.not_by.insert(r.by);
       failed_.push_back(failed);
     } else {
       REQUIRE(move(r.range, State::leased, State::pending));
@@ -287,13 +266,9 @@ class History {
       std::erase_if(r.holders, [&](const auto& holder) { return holder.second <= now_; });
     }
     std::sort(order.begin(), order.end());
-    for (const auto& [deadline, epoch] : order) {
-      retire_if_unheld(records_.at(epoch), true);
-    }
+    for (const auto& [deadline, epoch] : order) retire_if_unheld(records_.at(epoch), true);
     std::set<std::pair<Epoch, WorkerId>> expired;
-    for (const auto& gone : table_.expire(now_)) {
-      expired.emplace(gone.lease.epoch, gone.worker);
-    }
+    for (const auto& gone : table_.expire(now_)) expired.emplace(gone.lease.epoch, gone.worker);
     tally_.expired += static_cast<int>(expired.size());
     REQUIRE(expired == expected);
   }
@@ -308,9 +283,7 @@ class History {
       }
     }
     std::vector<Epoch> dropped;
-    for (const Lease& lease : table_.drop_worker(worker)) {
-      dropped.push_back(lease.epoch);
-    }
+    for (const Lease& lease : table_.drop_worker(worker)) dropped.push_back(lease.epoch);
     tally_.dropped += static_cast<int>(dropped.size());
     REQUIRE(dropped == expected);
   }
@@ -333,9 +306,7 @@ class History {
   CellRange some_done() {
     const std::uint64_t begin = dice_.below(cells_.size());
     std::uint64_t end = begin;
-    while (end < cells_.size() && cells_[end] == State::done && !dice_.one_in(4)) {
-      ++end;
-    }
+    while (end < cells_.size() && cells_[end] == State::done && !dice_.one_in(4)) ++end;
     return end > begin ? CellRange{begin, end} : CellRange{};
   }
 
@@ -355,9 +326,7 @@ class History {
   void place_orphans(const std::set<MachineKey>& able, MachineKey by) {
     std::vector<Record> expected = std::exchange(failed_, {});
     for (const Record& check : checks_) {
-      if (!able.contains(check.by)) {
-        expected.push_back(check);
-      }
+      if (!able.contains(check.by)) expected.push_back(check);
     }
     std::erase_if(checks_, [&](const Record& check) { return !able.contains(check.by); });
     const auto orphans = table_.take_orphans(able);
@@ -415,9 +384,7 @@ class History {
 
   /// Lets one working worker complete the history.
   void finish() {
-    for (WorkerId worker = 1; worker <= 5; ++worker) {
-      lose_worker(worker);
-    }
+    for (WorkerId worker = 1; worker <= 5; ++worker) lose_worker(worker);
     for (int turn = 0; !table_.idle(); ++turn) {
       REQUIRE(turn < 1000);
       merged();

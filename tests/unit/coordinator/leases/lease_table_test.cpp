@@ -49,9 +49,7 @@ struct OneLease {
 
 std::vector<Epoch> epochs_of(const std::vector<Lease>& leases) {
   std::vector<Epoch> epochs;
-  for (const Lease& lease : leases) {
-    epochs.push_back(lease.epoch);
-  }
+  for (const Lease& lease : leases) epochs.push_back(lease.epoch);
   return epochs;
 }
 

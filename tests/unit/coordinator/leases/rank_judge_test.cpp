@@ -35,9 +35,7 @@ struct Rig : test::WindowRig {
   explicit Rig(const RenderSettings& its_settings = even_settings(),
                const std::vector<CellRange>& done = {}, const std::vector<std::string>& hosts = {})
       : WindowRig(its_settings, ranks, 0, done, hosts), cells(plan().cells()) {
-    for (std::uint32_t rank = 0; rank < ranks; ++rank) {
-      sources.push_back(source_of(rank));
-    }
+    for (std::uint32_t rank = 0; rank < ranks; ++rank) sources.push_back(source_of(rank));
   }
   void put(std::uint32_t rank, const CellRange& range) {
     sources[rank].put(range, test::made_records(plan(), range));
@@ -61,9 +59,7 @@ struct Rig : test::WindowRig {
     CHECK(same_sums(picture.framebuffer(), test::made_framebuffer(settings)));
     // A later process has the same picture, from the log.
     JobPicture next(settings, picture.scene());
-    for (const std::string& entry : log) {
-      next.replay(entry);
-    }
+    for (const std::string& entry : log) next.replay(entry);
     CHECK(same_sums(next.framebuffer(), picture.framebuffer()));
   }
 
@@ -169,9 +165,7 @@ TEST_CASE("before the pass ends, rank 0 traces cells that only a faulty rank had
   SUBCASE("and they are right") {
     rig.lie(2, {35, 38});
     CHECK_FALSE(rig.collector.done());
-    for (int turn = 0; turn < 10; ++turn) {
-      rig.collect();
-    }
+    for (int turn = 0; turn < 10; ++turn) rig.collect();
     CHECK(rig.traced_in_rank_0 == before + 1 + 30);
     check_verdict(rig, 2, 0);
     CHECK(rig.missing().empty());
@@ -180,9 +174,7 @@ TEST_CASE("before the pass ends, rank 0 traces cells that only a faulty rank had
   SUBCASE("unless another rank has checked them") {
     rig.put(3, {0, 30});
     rig.lie(2, {35, 38});
-    for (int turn = 0; turn < 10; ++turn) {
-      rig.collect();
-    }
+    for (int turn = 0; turn < 10; ++turn) rig.collect();
     CHECK(rig.traced_in_rank_0 == before + 1);
     rig.finish_and_check();
   }
@@ -196,9 +188,7 @@ TEST_CASE("two ranks with the same wrong bits confirm each other until one is fo
   CHECK(rig.judge.verdicts().empty());
   CHECK(rig.collector.done());
   rig.lie(2, {5, 9});
-  for (int turn = 0; turn < 10; ++turn) {
-    rig.collect();
-  }
+  for (int turn = 0; turn < 10; ++turn) rig.collect();
   REQUIRE(rig.judge.verdicts().size() == 2);
   CHECK(rig.judge.left_out(1));
   CHECK(rig.judge.left_out(2));
@@ -278,9 +268,7 @@ TEST_CASE("a picture in passes restarts if a faulty rank's bits influenced its p
   CHECK(rig.picture.framebuffer().counts().samples == 0);
   rig.collector.issue_copies(seconds(1));
   rig.collector.finish();
-  for (std::uint32_t rank = 0; rank < ranks; ++rank) {
-    CHECK(rig.told_to_stop(rank));
-  }
+  for (std::uint32_t rank = 0; rank < ranks; ++rank) CHECK(rig.told_to_stop(rank));
   rig.collector.finish();
 }
 

@@ -53,16 +53,12 @@ struct Rig {
                         record_bytes(plan->grid()->shape().cell_pixels));
   }
   void take_missing(TracerKey tracer) {
-    for (const CellRange& range : collector.missing()) {
-      take(tracer, range);
-    }
+    for (const CellRange& range : collector.missing()) take(tracer, range);
   }
   [[nodiscard]] bool complete() const {
     Framebuffer expected(settings.width, settings.height);
     std::vector<SampleRange> ranges = plan->pixel_samples();
-    if (ranges.empty()) {
-      ranges.assign(480, {0, 300});
-    }
+    if (ranges.empty()) ranges.assign(480, {0, 300});
     test::make_into(expected, ranges);
     return collector.done() && test::same_sums(framebuffer, expected);
   }
@@ -75,9 +71,7 @@ struct Rig {
 
 std::uint64_t cells_in(const Ranges& ranges) {
   std::uint64_t cells = 0;
-  for (const CellRange& range : ranges) {
-    cells += range.count();
-  }
+  for (const CellRange& range : ranges) cells += range.count();
   return cells;
 }
 

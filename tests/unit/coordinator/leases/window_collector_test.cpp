@@ -30,9 +30,7 @@ TEST_CASE("results of any size in any order make the same picture") {
     for (const CellRange& range : ranges) {
       CHECK_FALSE(rig.collector.done());
       rig.put(range);
-      if (dice.one_in(2)) {
-        CHECK(rig.collect());
-      }
+      if (dice.one_in(2)) CHECK(rig.collect());
     }
     rig.collect();
     rig.check_picture();
@@ -152,9 +150,7 @@ TEST_CASE("an entry that is written late is merged") {
 TEST_CASE("collect() merges about as many cells as requested") {
   Rig rig(fixed_settings());
   REQUIRE(rig.cells > 20);
-  for (std::uint64_t cell = 0; cell < rig.cells; ++cell) {
-    rig.put({cell, cell + 1});
-  }
+  for (std::uint64_t cell = 0; cell < rig.cells; ++cell) rig.put({cell, cell + 1});
   for (const std::uint64_t done : {10U, 20U}) {
     CHECK(rig.collector.collect(Time(0), 10));
     CHECK(rig.picture.collector().done_cells() == done);
@@ -171,9 +167,7 @@ TEST_CASE("the time of a row is the sum of its cells' times, each counted once")
   rig.put({0, rig.cells / 2}, 500);
   rig.collect();
   std::vector<std::uint64_t> expected(rig.settings.height);
-  for (std::uint64_t cell = 0; cell < rig.cells; ++cell) {
-    expected[rig.plan().cell(cell).y] += 1000;
-  }
+  for (std::uint64_t cell = 0; cell < rig.cells; ++cell) expected[rig.plan().cell(cell).y] += 1000;
   CHECK(rig.totals.row_nanoseconds == expected);
 }
 
@@ -222,9 +216,7 @@ TEST_CASE("passes with different samples per pixel work over windows and are res
     }
     CHECK(picture.passes().begun() == settings.passes);
     JobPicture next(settings, facts, picture.passes().begun());
-    for (const std::string& entry : log) {
-      next.replay(entry);
-    }
+    for (const std::string& entry : log) next.replay(entry);
     CHECK(same_sums(next.framebuffer(), expected));
   }
 }

@@ -191,9 +191,7 @@ TEST_CASE("a drained worker contributes nothing, although its speed is known") {
 TEST_CASE("a worker's last 20 failures are listed, the newest first, and all are counted") {
   FarmRig rig;
   WorkerRecord& worker = rig.join("peer", "one");
-  for (std::uint64_t i = 0; i < 30; ++i) {
-    worker.note_failure(seconds(i), i, std::string(3000, 'x'));
-  }
+  for (std::uint64_t i = 0; i < 30; ++i) worker.note_failure(seconds(i), i, std::string(3000, 'x'));
   const json map = worker_map(rig, "one");
   CHECK(map.at("failures") == 30);
   REQUIRE(map.at("recent_failures").size() == 20);

@@ -37,9 +37,7 @@ TEST_CASE("ten thousand cancelled frames of a series are one event") {
 
 TEST_CASE("single jobs stay separate events") {
   FarmWatch watch;
-  for (int i = 0; i < 3; ++i) {
-    watch.note({seconds(i), FarmEventKind::job_done, "", 7, "done"});
-  }
+  for (int i = 0; i < 3; ++i) watch.note({seconds(i), FarmEventKind::job_done, "", 7, "done"});
   CHECK(watch.events().size() == 3);
 }
 
@@ -54,18 +52,14 @@ TEST_CASE("a worker that left is remembered for an hour, or until it joins again
   CHECK(watch.left().size() == 1);
   watch.forget_old(seconds(3601));
   CHECK(watch.left().empty());
-  for (int i = 0; i < 1000; ++i) {
-    watch.note_left({seconds(i), "w" + std::to_string(i)});
-  }
+  for (int i = 0; i < 1000; ++i) watch.note_left({seconds(i), "w" + std::to_string(i)});
   CHECK(watch.left().size() == 200);
 }
 
 TEST_CASE("invented users do not fill the memory: accounts without time are dropped first") {
   FarmWatch watch;
   watch.account("ann").thread_seconds = 5;
-  for (int i = 0; i < 5000; ++i) {
-    watch.account("user " + std::to_string(i));
-  }
+  for (int i = 0; i < 5000; ++i) watch.account("user " + std::to_string(i));
   CHECK(watch.accounts().size() == FarmWatch::most_users);
   CHECK(watch.account("ann").thread_seconds == 5);
 }

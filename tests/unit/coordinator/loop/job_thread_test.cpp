@@ -99,9 +99,7 @@ TEST_CASE("completions run in run_finished() and may queue tasks") {
     int left = 10;
     std::function<JobThread::Completion()> task = [&]() -> JobThread::Completion {
       return {[&] {
-                if (--left > 0) {
-                  loop.give(task);
-                }
+                if (--left > 0) loop.give(task);
               },
               {}};
     };
@@ -124,9 +122,7 @@ TEST_CASE("`kept` is called only after the commit") {
     CrashStore store(0, 1);
     Room loop(&store, threaded);
     std::size_t kept = 0;
-    for (JobId id = 1; id <= 50; ++id) {
-      loop.give(put(store, id, {{}, [&] { ++kept; }}));
-    }
+    for (JobId id = 1; id <= 50; ++id) loop.give(put(store, id, {{}, [&] { ++kept; }}));
     loop.run_until([&] { return kept == 50; });
     store.crash();
     CHECK(store.jobs().size() == 50);

@@ -83,9 +83,7 @@ TEST_CASE("a loopback worker serves only its machine; a worker that does not sha
 
 TEST_CASE("a failed source is replaced, in the end by the coordinator") {
   SceneService service;
-  for (WorkerId id = 1; id <= 10; ++id) {
-    ask(service, single(id));
-  }
+  for (WorkerId id = 1; id <= 10; ++id) ask(service, single(id));
   const WorkerRecord child = single(10);
   std::set<WorkerId> tried{ask(service, child)};
   CHECK(*tried.begin() != 0);
@@ -107,23 +105,17 @@ TEST_CASE("a source that failed for two workers serves no others") {
   REQUIRE(ask(service, single(4)) == 1);
   ask(service, single(3), 1);
   ask(service, single(4), 1);
-  for (WorkerId id = 5; id <= 30; ++id) {
-    CHECK(ask(service, single(id)) != 1);
-  }
+  for (WorkerId id = 5; id <= 30; ++id) CHECK(ask(service, single(id)) != 1);
 }
 
 TEST_CASE("a worker whose source left gets another, and the place of that source is free") {
   SceneService service;
-  for (WorkerId id = 1; id <= 30; ++id) {
-    ask(service, single(id));
-  }
+  for (WorkerId id = 1; id <= 30; ++id) ask(service, single(id));
   service.forget_worker(1);
   service.forget_worker(5);
   std::map<WorkerId, int> served;
   for (WorkerId id = 2; id <= 30; ++id) {
-    if (id == 5) {
-      continue;
-    }
+    if (id == 5) continue;
     const WorkerId source = ask(service, single(id), 1);
     CHECK(source < id);
     CHECK(source != 1);

@@ -97,9 +97,7 @@ TEST_CASE("a request about an unknown worker says what became of it") {
 
 TEST_CASE("only a few requests wait for workers; a further client may try again later") {
   LogRig rig;
-  for (std::uint64_t i = 0; i < WorkerLogs::most_waiting; ++i) {
-    CHECK(rig.ask("client", i) != 0);
-  }
+  for (std::uint64_t i = 0; i < WorkerLogs::most_waiting; ++i) CHECK(rig.ask("client", i) != 0);
   CHECK(rig.ask("client", 1000) == 0);
   const auto errors = rig.sent<msg::Error>();
   REQUIRE(errors.size() == 1);

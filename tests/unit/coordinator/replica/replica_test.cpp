@@ -58,19 +58,14 @@ class Work {
         store.put_scene(digest('b'), "scene b");
         store.put_job(stored_job(other, JobState::queued, 'b'));
         break;
-      case 1:
-        store.drop_job(other);
-        break;
+      case 1: store.drop_job(other); break;
       case 2:
         store.put_job(stored_job(other, JobState::done));
         put_picture(store, other, "picture " + std::to_string(random_()));
         store.drop_work(other);
         break;
-      case 3:
-        store.put_note("workers", std::to_string(random_()));
-        break;
-      default:
-        store.append_rows(1, std::to_string(rows));
+      case 3: store.put_note("workers", std::to_string(random_())); break;
+      default: store.append_rows(1, std::to_string(rows));
     }
   }
 
@@ -134,9 +129,7 @@ bool live(std::uint64_t seed) {
     if (standby.replica().in_step()) {
       const std::vector<std::string> rows = kept(second).committed_rows(1);
       CHECK(rows.size() >= acknowledged);
-      for (std::size_t i = 0; i < rows.size(); ++i) {
-        CHECK(rows[i] == std::to_string(i));
-      }
+      for (std::size_t i = 0; i < rows.size(); ++i) CHECK(rows[i] == std::to_string(i));
     }
   }
   const bool in_step = standby.replica().in_step();
@@ -144,9 +137,7 @@ bool live(std::uint64_t seed) {
   standby.heal();
   second.fill(false);
   bool committed = false;
-  for (int i = 0; i < 20 && !committed; ++i) {
-    committed = commits(*primary);
-  }
+  for (int i = 0; i < 20 && !committed; ++i) committed = commits(*primary);
   CHECK(committed);
   check_same(first, second);
   return in_step;
@@ -203,9 +194,7 @@ TEST_CASE("changes that wait for a standby survive a full copy to another standb
       standby.cut_off = under_way;
       primary.append_rows(1, "row");
       CHECK(commits(primary) == !under_way);
-      if (!under_way) {
-        primary.append_rows(1, "another");
-      }
+      if (!under_way) primary.append_rows(1, "another");
       standby.become(third);
       standby.cut_off = false;
       standby.last_call = standby.calls + answered;
@@ -226,9 +215,7 @@ TEST_CASE("a restarted standby gets no full copy, a new one does") {
   Standby standby(second);
   ReplicatedStore primary(first, standby, numbers(1));
   primary.put_job(stored_job(1));
-  for (int i = 0; i < 100; ++i) {
-    primary.append_rows(1, std::string(1 << 20, 'x'));
-  }
+  for (int i = 0; i < 100; ++i) primary.append_rows(1, std::string(1 << 20, 'x'));
   primary.commit();
   standby.restart();
   standby.calls = 0;
@@ -315,9 +302,7 @@ TEST_CASE("a primary that was set back overwrites its standby only with --overwr
     primary.commit();
   }
   const auto refusal = [&](CrashStore store, bool alone_meanwhile) {
-    if (alone_meanwhile) {
-      serve_alone(store);
-    }
+    if (alone_meanwhile) serve_alone(store);
     ReplicatedStore set_back(store, standby, numbers(2));
     const std::string message = message_of<RunError>([&] { set_back.commit(); });
     CHECK(kept(second).jobs().size() == 4);
@@ -422,9 +407,7 @@ TEST_CASE("a standby without room reports that, and commits the batch when there
   primary.append_rows(1, "row");
   primary.put_scene(digest('a'), "scene a");  // fails in the middle of the batch
   primary.append_rows(1, "another");
-  for (int i = 0; i < 3; ++i) {
-    CHECK_THROWS_AS(primary.commit(), StorageFull);
-  }
+  for (int i = 0; i < 3; ++i) CHECK_THROWS_AS(primary.commit(), StorageFull);
   second.fill(false);
   primary.commit();
   check_same(first, second);

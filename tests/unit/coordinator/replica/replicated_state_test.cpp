@@ -103,9 +103,7 @@ TEST_CASE("a standby whose files were replaced by directories gets them again be
       twins.work();
       twins.stop();
       put_directory_in_place_of(twins.second() / file);
-      if (started_twice) {
-        const DiskStore moves_it_away(twins.second());
-      }
+      if (started_twice) const DiskStore moves_it_away(twins.second());
       twins.start();
       twins.primary->commit();
       CHECK(twins.line->replica().in_step());

@@ -186,9 +186,7 @@ TEST_CASE(
       const StoredState& whole_job = left.records.at(id) == before.records.at(id) ? before : after;
       CHECK(left.rows.at(id).size() <= after.rows.at(id).size());
       CHECK(left.rows.at(id).size() >= before.rows.at(id).size());
-      if (id == 1) {
-        CHECK(left.rows.at(id) == whole_job.rows.at(id));
-      }
+      if (id == 1) CHECK(left.rows.at(id) == whole_job.rows.at(id));
     }
     disk.room = FaultyDisk::endless;
     store.commit();  // once more, with room
@@ -196,9 +194,7 @@ TEST_CASE(
     put_picture(store, 2, "picture 2, again");
     store.put_scene(digest('c'), "scene c");
     store.put_job(stored_job(3, JobState::queued, 'c'));
-    if (rows_of(store, 3).empty()) {
-      store.append_rows(3, "row of 3");
-    }
+    if (rows_of(store, 3).empty()) store.append_rows(3, "row of 3");
     store.commit();
     CHECK(stored_state(store) == after);
     copy_state(state, crashed);
@@ -285,9 +281,7 @@ TEST_CASE("a process killed while many jobs are committed leaves all of them or 
     CHECK(find_damage(crashed) == Strings{});
     left.push_back(DiskStore(crashed).jobs().size());
   };
-  for (JobId id = 3; id < 3 + jobs; ++id) {
-    store.put_job(stored_job(id));
-  }
+  for (JobId id = 3; id < 3 + jobs; ++id) store.put_job(stored_job(id));
   store.commit();
   const auto first_after = std::ranges::find(left, jobs + 2);
   CHECK(std::count(left.begin(), first_after, 2) == first_after - left.begin());
@@ -310,13 +304,9 @@ TEST_CASE("a killed process keeps every commit that it reported") {
       store.put_job(stored_job(1));
       for (std::uint64_t row = next;; ++row) {
         store.append_rows(1, std::to_string(row) + std::string(row % 7 * 1000, '.'));
-        if (row % 5 == 0) {
-          put_picture(store, 1, "picture of " + std::to_string(row));
-        }
+        if (row % 5 == 0) put_picture(store, 1, "picture of " + std::to_string(row));
         store.commit();
-        if (write(ends[1], &row, sizeof(row)) != sizeof(row)) {
-          _exit(1);
-        }
+        if (write(ends[1], &row, sizeof(row)) != sizeof(row)) _exit(1);
       }
     }
     close(ends[1]);
@@ -325,9 +315,7 @@ TEST_CASE("a killed process keeps every commit that it reported") {
     std::this_thread::sleep_for(std::chrono::milliseconds(3 * life));
     kill(child, SIGKILL);
     REQUIRE(waitpid(child, nullptr, 0) == child);
-    for (std::uint64_t row = 0; read(ends[0], &row, sizeof(row)) == sizeof(row);) {
-      told = row;
-    }
+    for (std::uint64_t row = 0; read(ends[0], &row, sizeof(row)) == sizeof(row);) told = row;
     close(ends[0]);
     DiskStore store(directory.path());
     const Strings rows = rows_of(store, 1);

@@ -152,9 +152,7 @@ TEST_CASE("files that no record names move to lost/, and foreign files stay") {
     write_bytes(directory.path() / name, "somebody else's");
   }
   { const DiskStore store(directory.path()); }
-  for (const std::string& name : foreign) {
-    CHECK(std::filesystem::exists(directory.path() / name));
-  }
+  for (const std::string& name : foreign) CHECK(std::filesystem::exists(directory.path() / name));
 }
 
 TEST_CASE("files in lost/ are removed after the given uptime") {

@@ -20,9 +20,7 @@ using Strings = std::vector<std::string>;
 
 std::uint64_t total_bytes(const std::filesystem::path& directory) {
   std::uint64_t total = 0;
-  for (const auto& [name, size] : files_below(directory)) {
-    total += size;
-  }
+  for (const auto& [name, size] : files_below(directory)) total += size;
   return total;
 }
 
@@ -234,9 +232,7 @@ TEST_CASE("keep_rows() keeps the first entries, and later entries follow them") 
   {
     DiskStore store(directory.path());
     store.put_job(stored_job(1));
-    for (const char* row : {"one", "two", "damaged", "four"}) {
-      store.append_rows(1, row);
-    }
+    for (const char* row : {"one", "two", "damaged", "four"}) store.append_rows(1, row);
     store.commit();
     store.keep_rows(1, 2);
     store.append_rows(1, "3");
@@ -298,9 +294,7 @@ TEST_CASE("a commit frees the room of a dropped job, also in the database") {
   };
   put_all();
   CHECK(total_bytes(directory.path()) > 12'000'000);
-  for (JobId id = 1; id <= 200; ++id) {
-    store.drop_job(id);
-  }
+  for (JobId id = 1; id <= 200; ++id) store.drop_job(id);
   store.commit();
   CHECK(bulk_files(directory.path()).empty());
   store.put_job(stored_job(1));  // the write empties the database's log
@@ -329,32 +323,16 @@ TEST_CASE("any sequence of puts, drops, commits and crashes agrees with a model"
       const auto state = static_cast<JobState>(roll(6));
       switch (roll(12)) {
         case 0:
-        case 1:
-          both([&](Store& s) { s.put_job(stored_job(id, state, scene)); });
-          break;
-        case 2:
-          both([&](Store& s) { s.put_scene(digest(scene), "scene"); });
-          break;
+        case 1: both([&](Store& s) { s.put_job(stored_job(id, state, scene)); }); break;
+        case 2: both([&](Store& s) { s.put_scene(digest(scene), "scene"); }); break;
         case 3:
         case 4:
-        case 5:
-          both([&](Store& s) { s.append_rows(id, bytes); });
-          break;
-        case 6:
-          both([&](Store& s) { s.drop_rows(id); });
-          break;
-        case 7:
-          both([&](Store& s) { put_picture(s, id, bytes); });
-          break;
-        case 8:
-          both([&](Store& s) { s.drop_work(id); });
-          break;
-        case 9:
-          both([&](Store& s) { s.drop_job(id); });
-          break;
-        case 10:
-          both([&](Store& s) { s.commit(); });
-          break;
+        case 5: both([&](Store& s) { s.append_rows(id, bytes); }); break;
+        case 6: both([&](Store& s) { s.drop_rows(id); }); break;
+        case 7: both([&](Store& s) { put_picture(s, id, bytes); }); break;
+        case 8: both([&](Store& s) { s.drop_work(id); }); break;
+        case 9: both([&](Store& s) { s.drop_job(id); }); break;
+        case 10: both([&](Store& s) { s.commit(); }); break;
         default:
           store.reset();
           store = std::make_unique<DiskStore>(directory.path());

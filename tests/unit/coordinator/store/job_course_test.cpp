@@ -17,9 +17,7 @@ using nlohmann::json;
 
 TEST_CASE("the curve of the error is bounded, and keeps its order and its last point") {
   JobCourse course;
-  for (int i = 1; i <= 5000; ++i) {
-    course.add({static_cast<double>(i), 2.0 * i, 1.0 / i});
-  }
+  for (int i = 1; i <= 5000; ++i) course.add({static_cast<double>(i), 2.0 * i, 1.0 / i});
   CHECK(course.curve.size() <= JobCourse::most_points);
   CHECK(course.curve.size() >= JobCourse::most_points / 2);
   CHECK(course.curve.back().samples == 10000);
@@ -30,9 +28,7 @@ TEST_CASE("the curve of the error is bounded, and keeps its order and its last p
 
 TEST_CASE("a picture that lost samples loses the points of its curve that had them") {
   JobCourse course;
-  for (const double samples : {2.0, 4.0, 8.0}) {
-    course.add({samples, samples, 0.5});
-  }
+  for (const double samples : {2.0, 4.0, 8.0}) course.add({samples, samples, 0.5});
   course.add({9, 4, 0.25});
   REQUIRE(course.curve.size() == 2);
   CHECK(course.curve[1].rmse == 0.25);

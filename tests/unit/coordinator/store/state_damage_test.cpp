@@ -203,9 +203,7 @@ TEST_CASE("after any damage every acknowledged job is correct or reported") {
     copy_state(seed % 2 == 0 ? killed : closed, damaged);
     Damage damage(damaged, seed);
     std::string done;
-    for (std::uint64_t blows = 1 + seed % 3; blows > 0; --blows) {
-      done += damage.strike() + "; ";
-    }
+    for (std::uint64_t blows = 1 + seed % 3; blows > 0; --blows) done += damage.strike() + "; ";
     CAPTURE(done);
     Strings lines;
     try {

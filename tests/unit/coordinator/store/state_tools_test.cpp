@@ -37,9 +37,7 @@ TEST_CASE("--check refuses a served state and changes nothing") {
   CHECK(find_damage(directory.path()) == Strings{});
   CHECK(repair_state(directory.path(), 0) == Strings{});
   CHECK(files_below(directory.path()).size() == before.size());
-  for (const auto& [name, bytes] : before) {
-    CHECK(file_bytes(directory.path() / name) == bytes);
-  }
+  for (const auto& [name, bytes] : before) CHECK(file_bytes(directory.path() / name) == bytes);
   CHECK_THROWS_AS(find_damage(directory.path() / "jobs"), InputError);
   CHECK_THROWS_AS(find_damage(directory.path() / "nowhere"), InputError);
 }
@@ -97,9 +95,7 @@ TEST_CASE("a backup of a busy state has every job that was acknowledged before")
       Acknowledged fresh;
       submit(store, fresh, id);
       trace(store, fresh, id);
-      if (id % 2 == 0) {
-        finish(store, fresh, id);
-      }
+      if (id % 2 == 0) finish(store, fresh, id);
       const std::scoped_lock lock(mutex);
       acknowledged.rows.merge(fresh.rows);
       acknowledged.pictures.merge(fresh.pictures);
@@ -117,12 +113,8 @@ TEST_CASE("a backup of a busy state has every job that was acknowledged before")
     CHECK(find_damage(copy) == Strings{});
     DiskStore restored(copy);
     CHECK(restored.reports() == Strings{});
-    for (const auto& [id, picture] : before.pictures) {
-      CHECK(restored.picture(id) == picture);
-    }
-    for (const auto& [id, rows] : before.rows) {
-      CHECK(rows_of(restored, id) == rows);
-    }
+    for (const auto& [id, picture] : before.pictures) CHECK(restored.picture(id) == picture);
+    for (const auto& [id, rows] : before.rows) CHECK(rows_of(restored, id) == rows);
   }
   stop = true;
   CHECK_THROWS_AS(back_up_state(state, directory.path() / "copy0", 1e9), InputError);

@@ -18,9 +18,7 @@ Image drawn(std::uint32_t width, std::uint32_t height, const Value& value) {
   Image image{width, height, {}};
   for (std::uint32_t y = 0; y < height; ++y) {
     for (std::uint32_t x = 0; x < width; ++x) {
-      for (std::uint32_t c = 0; c < 3; ++c) {
-        image.rgb.push_back(static_cast<float>(value(x, y, c)));
-      }
+      for (std::uint32_t c = 0; c < 3; ++c) image.rgb.push_back(static_cast<float>(value(x, y, c)));
     }
   }
   return image;

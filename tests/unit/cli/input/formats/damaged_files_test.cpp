@@ -26,24 +26,12 @@ void damage(std::string& text, Dice& dice) {
     const std::size_t length = 1 + dice.below(12);
     constexpr std::string_view likely = "0123456789-+.eE,;:\"'# \t\n\r\0nN\xFF_";
     switch (dice.below(7)) {
-      case 0:
-        text[place] = static_cast<char>(dice.below(256));
-        break;
-      case 1:
-        text[place] = static_cast<char>(text[place] ^ (1 << dice.below(8)));
-        break;
-      case 2:
-        text[place] = likely[dice.below(likely.size())];
-        break;
-      case 3:
-        text.erase(place, length);
-        break;
-      case 4:
-        text.insert(place, text.substr(dice.below(text.size()), length));
-        break;
-      case 5:
-        text.insert(place, std::string(length, likely[dice.below(likely.size())]));
-        break;
+      case 0: text[place] = static_cast<char>(dice.below(256)); break;
+      case 1: text[place] = static_cast<char>(text[place] ^ (1 << dice.below(8))); break;
+      case 2: text[place] = likely[dice.below(likely.size())]; break;
+      case 3: text.erase(place, length); break;
+      case 4: text.insert(place, text.substr(dice.below(text.size()), length)); break;
+      case 5: text.insert(place, std::string(length, likely[dice.below(likely.size())])); break;
       default:
         if (dice.one_in(3)) text.resize(place);
     }

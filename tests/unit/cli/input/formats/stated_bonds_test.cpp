@@ -103,9 +103,7 @@ TEST_CASE("PDB: CONECT after the last model gives each model its bonds") {
   const std::string remark(5000, ' ');
   const std::string long_models = model + "REMARK" + remark + "\n" + model + model;
   for (const std::string& text : {model + model + model + shared, long_models + shared}) {
-    for (std::uint64_t frame = 0; frame < 3; ++frame) {
-      CHECK(bonds_in(text, frame) == Bonds{{0, 1}});
-    }
+    for (std::uint64_t frame = 0; frame < 3; ++frame) CHECK(bonds_in(text, frame) == Bonds{{0, 1}});
   }
   CHECK(bonds_in(long_models + "END\n", 0).empty());
   // Records inside or right after a model belong to this model alone.

@@ -127,9 +127,7 @@ TEST_CASE("too many copies are refused before memory is allocated, without overf
 TEST_CASE("an atom on a corner is drawn on all eight, one on a face on two, one inside once") {
   Particles corner = in_cube({{0, 0, 0}});
   CHECK(add_boundary_copies(corner, {1e-3, 1e-3, 1e-3}) == 7);
-  for (int n = 0; n < 8; ++n) {
-    CHECK(has(corner, {4.0 * (n % 2), 4.0 * (n / 2 % 2), 4.0 * (n / 4)}));
-  }
+  for (int n = 0; n < 8; ++n) CHECK(has(corner, {4.0 * (n % 2), 4.0 * (n / 2 % 2), 4.0 * (n / 4)}));
   CHECK(corner.elements == std::vector<std::uint8_t>(8, 1));
   Particles face = in_cube({{2, 2, 0.003}});
   CHECK(add_boundary_copies(face, {1e-3, 1e-3, 1e-3}) == 1);

@@ -49,9 +49,7 @@ constexpr std::uint32_t glass = 2;
 /// A ground, and before it one sphere for each of these materials, all in one place.
 Scene in_one_place(const std::vector<std::uint32_t>& materials) {
   Scene scene = with_spheres({{{0, -1000, 0}, 1000, diffuse}});
-  for (const std::uint32_t material : materials) {
-    scene.spheres.push_back({{0, 1, 0}, 1, material});
-  }
+  for (const std::uint32_t material : materials) scene.spheres.push_back({{0, 1, 0}, 1, material});
   return scene;
 }
 
@@ -142,9 +140,7 @@ TEST_CASE("the result equals a comparison of all pairs") {
     const Duplicates duplicates = remove_duplicates(scene);
     CHECK(duplicates.count == spheres.size() - expected.size());
     REQUIRE(scene.spheres.size() == expected.size());
-    for (std::size_t i = 0; i < expected.size(); ++i) {
-      CHECK(same(scene.spheres[i], expected[i]));
-    }
+    for (std::size_t i = 0; i < expected.size(); ++i) CHECK(same(scene.spheres[i], expected[i]));
     if (duplicates.count > 0) {
       CHECK(duplicates.first_of < duplicates.first);
       CHECK(same(spheres[duplicates.first], spheres[duplicates.first_of]));
@@ -193,9 +189,7 @@ TEST_CASE("a grid of a million spheres, each twice, loses its copies") {
   for (int copy = 0; copy < 2; ++copy) {
     for (int x = 0; x < side; ++x) {
       for (int y = 0; y < side; ++y) {
-        for (int z = 0; z < side; ++z) {
-          spheres.push_back({{1.0 * x, 1.0 * y, 1.0 * z}, 0.5, 0});
-        }
+        for (int z = 0; z < side; ++z) spheres.push_back({{1.0 * x, 1.0 * y, 1.0 * z}, 0.5, 0});
       }
     }
   }

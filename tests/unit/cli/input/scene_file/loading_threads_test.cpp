@@ -66,9 +66,7 @@ std::string ply(std::endian order, std::size_t rows, const std::vector<std::size
       bytes += bytes_of(static_cast<float>(dice.between(-9, 9)), order);
     }
     bytes += bytes_of(is_bad ? -1.0 : dice.between(0.1, 1), order);
-    for (int channel = 0; channel < 3; ++channel) {
-      bytes += static_cast<char>(dice.below(5) * 60);
-    }
+    for (int channel = 0; channel < 3; ++channel) bytes += static_cast<char>(dice.below(5) * 60);
   }
   return bytes;
 }

@@ -387,21 +387,11 @@ TEST_CASE("a randomly damaged scene loads or is refused, and nothing else") {
     for (std::size_t damage = below(4) + 1; damage > 0 && !text.empty(); --damage) {
       const std::size_t place = below(text.size());
       switch (below(5)) {
-        case 0:
-          text[place] = static_cast<char>(text[place] ^ (1 << below(8)));
-          break;
-        case 1:
-          text.erase(place, below(12) + 1);
-          break;
-        case 2:
-          text.insert(place, 1, static_cast<char>(below(256)));
-          break;
-        case 3:
-          text.insert(place, text.substr(below(text.size()), below(40)));
-          break;
-        default:
-          text.resize(place == 0 || below(4) != 0 ? text.size() : place);
-          break;
+        case 0: text[place] = static_cast<char>(text[place] ^ (1 << below(8))); break;
+        case 1: text.erase(place, below(12) + 1); break;
+        case 2: text.insert(place, 1, static_cast<char>(below(256))); break;
+        case 3: text.insert(place, text.substr(below(text.size()), below(40))); break;
+        default: text.resize(place == 0 || below(4) != 0 ? text.size() : place); break;
       }
     }
     CAPTURE(seed);

@@ -62,9 +62,7 @@ TEST_CASE("with a known exponent of 0 the law contains the single measurement") 
 TEST_CASE("with a very weak prior, exact measurements determine the exponent") {
   // E = 0.3 n^-0.7
   std::vector<MeasuredError> measured;
-  for (const double n : {8.0, 32.0, 128.0}) {
-    measured.push_back({n, 0.3 * std::pow(n, -0.7), 0.01});
-  }
+  for (const double n : {8.0, 32.0, 128.0}) measured.push_back({n, 0.3 * std::pow(n, -0.7), 0.01});
   const ErrorModel law = law_of(1, measured, {0, 100});
   CHECK(law.exponent() == Approx(0.2));
   CHECK(law.at(1000) == Approx(0.3 * std::pow(1000, -0.7)));

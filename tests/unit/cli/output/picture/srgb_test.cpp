@@ -17,9 +17,7 @@ void check_codes(const std::vector<float>& values) {
   const std::vector<std::uint8_t> bytes = srgb_bytes(values);
   REQUIRE(bytes.size() == values.size());
   std::size_t wrong = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    wrong += bytes[i] == srgb_byte(values[i]) ? 0 : 1;
-  }
+  for (std::size_t i = 0; i < values.size(); ++i) wrong += bytes[i] == srgb_byte(values[i]) ? 0 : 1;
   CHECK(wrong == 0);
 }
 
