@@ -74,7 +74,7 @@ class MpiCase(unittest.TestCase):
 
     @classmethod
     def take_passes(cls):
-        samples = int(0.4 * core_speed()) // 2 * 2
+        samples = int(0.2 * core_speed()) // 2 * 2
         adaptive = [*size(200, 150, 10 * samples // (200 * 150) + 1), "--adaptive", "on"]
         cls.one_pass = [*adaptive, "--passes", samples]
         cls.passes = [*adaptive, "--passes", ",".join([str(samples)] * 10)]

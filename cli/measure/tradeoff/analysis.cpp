@@ -9,7 +9,7 @@ namespace {
 
 double root(double square) { return square > 0 ? std::sqrt(square) : 0; }
 
-double mean_of(const std::vector<const Run*>& runs, auto Run::* member) {
+double mean_of(const std::vector<const Run*>& runs, auto Run::*member) {
   double sum = 0;
   for (const Run* run : runs) sum += run->*member;
   return sum / static_cast<double>(runs.size());
