@@ -36,10 +36,11 @@ template <typename Target>
 Option add_whole_number(Command& command, const std::string& names, std::uint64_t least,
                         std::uint64_t most, Target& target, const std::string& description) {
   const auto set = [&target](std::uint64_t value) {
-    if constexpr (std::is_integral_v<Target>)
+    if constexpr (std::is_integral_v<Target>) {
       target = static_cast<Target>(value);
-    else
+    } else {
       target = static_cast<typename Target::value_type>(value);
+    }
   };
   return add_whole_number(command, names, least, most, std::function<void(std::uint64_t)>(set),
                           description);
