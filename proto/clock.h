@@ -18,6 +18,7 @@ inline constexpr Time never = Time::max();
 
 /// Returns seconds as a real number, for rates and reports.
 inline double to_seconds(Time t) { return std::chrono::duration<double>(t).count(); }
+/// Returns a duration. `t`: seconds, less than 2^63 nanoseconds (292 years).
 inline Time from_seconds(double t) {
   return std::chrono::duration_cast<Time>(std::chrono::duration<double>(t));
 }

@@ -46,7 +46,8 @@ Option add_whole_number(Command& command, const std::string& names, std::uint64_
                           description);
 }
 
-/// The largest number of threads of a worker or rank; the protocol has the same limit.
+/// The largest number of threads of a command or a rank. PROTOCOL.md has the same limit for
+/// workers.
 inline constexpr std::uint32_t most_threads = 4096;
 
 /// Declares the argument for the scene: a scene file or a file of particles.

@@ -230,7 +230,7 @@ void add_tradeoff(CommandLine& line, Action& chosen) {
       "Pixels across during the measurement (default: the scene's shape, with at most 200 pixels "
       "on the shorter side; the error hardly depends on the number of pixels)");
   number("--height", limits::max_image_side, options->height, "Pixels down");
-  number("--threads", 4096, options->threads,
+  number("--threads", most_threads, options->threads,
          "Number of threads that trace (default: all available processors)");
   command
       .option("--also", options->also,

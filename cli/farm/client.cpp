@@ -21,9 +21,19 @@ namespace {
 /// Longest time between two calls of the poll function.
 constexpr Time nap = milliseconds(50);
 
-// The remedies of unreadable messages, which follow the problem in parentheses.
-const std::string of_another_release = "): use parray and parray-coordinator of the same release";
-const std::string damaged_on_the_way = "): check the network and the memory of both machines";
+/// Calls `read`. If it throws because a message is unreadable, stores why, and the remedy.
+void note_unreadable(std::string& unreadable, const auto& read) {
+  const auto store = [&unreadable](const std::string& why, const char* remedy) {
+    unreadable = "(" + why + "): " + remedy;
+  };
+  try {
+    read();
+  } catch (const ProtocolError& error) {
+    store(error.what(), "use parray and parray-coordinator of the same release");
+  } catch (const ChecksumError& error) {
+    store(error.what(), "check the network and the memory of both machines");
+  }
+}
 
 /// Returns a name for a job that has no number yet. It is random, so that no other job has it.
 std::string random_token() {
@@ -174,13 +184,7 @@ void Client::repeat_submits(Time now) {
 /// Handles all messages that have arrived. Ignores late answers; notes why a message is unreadable.
 void Client::receive_outcomes() {
   while (auto delivery = link_.receive()) {
-    try {
-      note_outcome(delivery->content.open());
-    } catch (const ProtocolError& error) {
-      unreadable_ = error.what() + of_another_release;
-    } catch (const ChecksumError& error) {
-      unreadable_ = error.what() + damaged_on_the_way;
-    }
+    note_unreadable(unreadable_, [&] { note_outcome(delivery->content.open()); });
   }
 }
 
@@ -361,9 +365,10 @@ static void check_bulk(const Answer& answer) {
 template <typename Answer>
 bool Client::take_answer(Answer& answer) {
   while (auto delivery = link_.receive()) {
-    try {
+    bool answered = false;
+    note_unreadable(unreadable_, [&] {
       Message message = delivery->content.open();
-      if (note_outcome(message)) continue;
+      if (note_outcome(message)) return;
       if (const auto* error = std::get_if<msg::Error>(&message);
           error != nullptr && error->request == request_) {
         throw_answered(*error);
@@ -372,20 +377,17 @@ bool Client::take_answer(Answer& answer) {
           found != nullptr && found->request == request_) {
         check_bulk(*found);
         answer = std::move(*found);
-        return true;
+        answered = true;
       }
-    } catch (const ProtocolError& error) {
-      unreadable_ = error.what() + of_another_release;
-    } catch (const ChecksumError& error) {
-      unreadable_ = error.what() + damaged_on_the_way;
-    }
+    });
+    if (answered) return true;
   }
   return false;
 }
 
 std::string Client::silence_text() const {
   if (!unreadable_.empty()) {
-    return "cannot read the answers of the coordinator at " + options_.address + " (" + unreadable_;
+    return "cannot read the answers of the coordinator at " + options_.address + " " + unreadable_;
   }
   return "no answer from the coordinator at " + options_.address +
          ": is parray-coordinator running there?" + (answered_ ? "" : options_.silence_hint);

@@ -35,9 +35,9 @@ class QuarantineLedger {
   bool add(Quarantine quarantine);
   /// Finds a machine. Null: it is not in quarantine.
   [[nodiscard]] const Quarantine* find(std::uint64_t machine) const;
-  /// Ends the quarantines that `name` describes: if `host`, the host of its worker; otherwise a
-  /// worker key's name, an address, text_of() the machine, or the name of its worker. Returns the
-  /// machines.
+  /// Ends the quarantines of some machines, and returns these machines. If `host`, `name` is the
+  /// host of the machine's worker. Otherwise it is the name of a worker key, an address, text_of()
+  /// the machine, or the name of its worker.
   std::vector<std::uint64_t> readmit(std::string_view name, bool host);
   /// Ends the quarantine of one machine. False: there was none.
   bool readmit(std::uint64_t machine) { return machines_.erase(machine) > 0; }

@@ -19,7 +19,7 @@ struct JobList {
 /// jobs, plus the time to sort the jobs up to the end of the page.
 JobList list_of(const JobIndex& index, const msg::ListJobs& request, Time now);
 
-/// Shortens the texts of a job map, so that a message has room for `count` of them, at most
+/// Returns a job map with shorter texts: `count` such maps fit into one message. `count`: 1 to
 /// msg::most_listed.
 nlohmann::json short_map(nlohmann::json map, std::size_t count);
 

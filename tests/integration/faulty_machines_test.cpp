@@ -1,4 +1,5 @@
-// Which machines are found to be faulty, and how long they get no leases.
+// Tests that the coordinator finds faulty machines, and that they get no leases until their
+// quarantine ends.
 #include <doctest/doctest.h>
 
 #include <memory>

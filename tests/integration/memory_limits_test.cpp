@@ -1,4 +1,4 @@
-// What the coordinator's memory may contain: waiting jobs, scenes and finished pictures.
+// Tests that waiting jobs, scenes and finished pictures stay within the coordinator's --memory.
 #include <doctest/doctest.h>
 
 #include "common/scene/settings.h"

@@ -180,7 +180,7 @@ class OneHash(MpiCase):
             def is_read():
                 try:
                     return os.open(scene, os.O_WRONLY | os.O_NONBLOCK)
-                except OSError:  # nobody reads it yet
+                except OSError:  # no process has opened the pipe for reading yet
                     return None
             os.write(wait_for(is_read, "a reader of the scene"), b"{")
             job.process.send_signal(signal.SIGINT)

@@ -13,7 +13,7 @@
 
 namespace parray::test {
 
-/// Returns the options of a service with a share of checked leases.
+/// Returns options of a coordinator that lets a second machine check a share of all leases.
 inline CoordinatorOptions with_checks(double share) {
   CoordinatorOptions options = service_options();
   options.checks.share = share;

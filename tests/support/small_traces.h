@@ -61,7 +61,7 @@ inline std::vector<std::byte> without_times(const TracedCells& cells) {
   return records;
 }
 
-/// Returns the records that a tracer makes without a team, sample by sample.
+/// Returns the expected records: one thread traces each sample by a call of its own.
 inline std::vector<std::byte> plain_records(const RenderSettings& settings,
                                             const CellBatch& batch) {
   const FloatMode ieee;

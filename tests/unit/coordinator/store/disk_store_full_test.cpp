@@ -1,4 +1,4 @@
-// What a DiskStore does on a disk that is full or cannot be written.
+// Tests that a DiskStore loses nothing on a disk that is full or read-only.
 #include <doctest/doctest.h>
 #include <sys/resource.h>
 
