@@ -33,7 +33,8 @@ struct Merged {
   Kind kind = Kind::late;
   std::string fault;  ///< what is wrong with a damaged or invalid result, for people
   ResultCollector::Taken taken;
-  /// One per cell of the result; empty unless it was compared.
+  /// Digests of the result's cells, from ResultCollector::digests_of(). Empty unless it was
+  /// compared.
   std::vector<std::uint64_t> digests;
   std::vector<ResultCollector::Differing> differing;  ///< the merged cells that differ from it
   bool whole = false;  ///< every pixel of the picture has a sample now

@@ -49,7 +49,7 @@ class JobPicture {
   ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced) {
     return collector_->take(tracer, traced);
   }
-  /// Does the same if the digests and cells of `traced` are known already.
+  /// Does the same with `digests` and `cells`: see ResultCollector::take().
   ResultCollector::Taken take(TracerKey tracer, const TracedCells& traced,
                               std::vector<std::uint64_t> digests, std::span<const Cell> cells) {
     return collector_->take(tracer, traced, std::move(digests), cells);
@@ -64,7 +64,7 @@ class JobPicture {
   /// Removes the cells that `tracer` has traced, because it returned wrong bits. A picture in
   /// passes restarts, because the wrong sums have influenced its passes.
   Retraction retract(TracerKey tracer);
-  /// Notes that `tracer` has checked the range and got the merged bits.
+  /// Calls ResultCollector::note_check().
   void note_check(TracerKey tracer, const CellRange& range) {
     collector_->note_check(tracer, range);
   }

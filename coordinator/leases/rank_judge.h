@@ -61,10 +61,10 @@ class RankJudge {
   /// decides no more disputes, its cells are retracted, and admit() returns false.
   [[nodiscard]] bool self_doubt() const { return self_doubt_; }
 
-  /// Returns whether a result of `rank` for the current pass may be merged. `digests`: one per
-  /// cell. If the result differs from merged cells, first decides who is wrong and retracts the
-  /// wrong merged cells, so that no merged cell differs afterwards. False: `rank` or rank 0 is
-  /// faulty, or the picture has restarted.
+  /// Returns whether a result of `rank` for the current pass may be merged. `digests`: from
+  /// ResultCollector::digests_of(). If the result differs from merged cells, first decides who
+  /// is wrong and retracts the wrong merged cells, so that no merged cell differs afterwards.
+  /// False: `rank` or rank 0 is faulty, or the picture has restarted.
   bool admit(std::uint32_t rank, const TracedCells& traced,
              const std::vector<std::uint64_t>& digests);
   /// Notes that `rank` returned the merged bits of the cells `were_in`, which other ranks had

@@ -46,10 +46,12 @@ class ResultCollector {
   [[nodiscard]] std::vector<std::uint64_t> digests_of(const TracedCells& traced) const {
     return digests_of(traced, cell_digests(traced.records, record_size()));
   }
-  /// Counts the merged cells of the range that agree with `digests`, one per cell of the range, and
-  /// those that differ. Ignores cells that are not merged. Merges nothing.
+  /// Counts the merged cells of the range that agree with `digests`, and those that differ.
+  /// `digests`: from digests_of(), one per cell of the range. Ignores cells that are not
+  /// merged. Merges nothing.
   Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests) const;
-  /// Notes that `tracer` also traced the range and got the bits of the cells that are merged now.
+  /// Notes that `tracer` also traced the range. The merged cells that another tracer traced then
+  /// count as checked. The caller compares the bits. Ignores cells that are not merged.
   void note_check(TracerKey tracer, const CellRange& range);
   /// Notes that a check of the range is wanted.
   void note_wanted(const CellRange& range) { wanted_.push_back(range); }
@@ -65,7 +67,7 @@ class ResultCollector {
   };
   /// Returns all merged cells that are not checked, in ranges of at most `most` cells.
   [[nodiscard]] std::vector<Unchecked> unchecked_cells(std::uint64_t most) const;
-  /// Returns those of which a check is wanted.
+  /// Returns the cells of unchecked_cells() for which note_wanted() was called.
   [[nodiscard]] std::vector<Unchecked> wanted_cells(std::uint64_t most) const;
 
   /// A merged cell whose bits differ from a digest.
@@ -73,20 +75,20 @@ class ResultCollector {
     std::uint64_t cell = 0;
     TracerKey tracer = 0;  ///< the tracer of the merged bits
   };
-  /// Returns the merged cells of the range that differ from `digests`.
+  /// Returns the merged cells of the range that differ from `digests`: see compare().
   [[nodiscard]] std::vector<Differing> differing(const CellRange& range,
                                                  const std::vector<std::uint64_t>& digests) const;
 
   /// What retract() changed.
   struct Retraction {
-    /// Cells that are no longer merged: all cells of the cleared pixels.
+    /// Cells whose results this call has removed: all merged cells of the cleared pixels.
     std::vector<CellRange> cells;
     std::vector<Unchecked> unchecked;  ///< merged cells that the retracted tracer had checked
   };
   /// Clears all pixels of which `tracer` has traced a merged cell, and forgets its checks. (Sums of
   /// single cells are not kept, so all cells of such a pixel must be traced again.)
   Retraction retract(TracerKey tracer);
-  /// Clears the pixels of these cells. Returns all cells that are no longer merged.
+  /// Clears the pixels of these cells. Returns the cells whose results this call has removed.
   std::vector<CellRange> retract(const std::vector<CellRange>& ranges);
   /// Returns whether `tracer` traced a merged cell.
   [[nodiscard]] bool has_cells_of(TracerKey tracer) const;
