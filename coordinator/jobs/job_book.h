@@ -38,10 +38,11 @@ class JobBook {
   void finish_job(Job& job);
   /// Ends a job as failed.
   void fail_job(Job& job, const std::string& reason);
-  /// Traces all cells again, because the run began the picture again. `state`: of the run.
+  /// Leases all cells of the first pass again, because a retraction has restarted the picture (see
+  /// JobPicture::Retraction). `state`: the new state of the job's run.
   void restart_leases(Job& job, const RunState& state);
-  /// Returns a queue for tasks of the job's JobWork. If one throws, the job fails. `doing`:
-  /// what the tasks do, for the reason of the failure.
+  /// Returns a queue for tasks that work on the job. If a task throws, the job fails. `doing`: what
+  /// the tasks do, for the reason of the failure.
   [[nodiscard]] JobThread::Guarded for_job(const Job& job, const std::string& doing);
 
   /// Finds the frames of a series, in order. Empty: no series has this number.
@@ -62,8 +63,9 @@ class JobBook {
   /// Throws InputError if one more job like this would exceed a limit; NoRoom if waiting may help.
   void check_limits(const JobRecord& record) const;
 
-  /// Changes a job as a client requested, but for `forget` only checks it. Throws InputError if the
-  /// job's state does not permit the change. The caller calls list_open_jobs() afterwards.
+  /// Changes a job as a client requested. Throws InputError if the job's state does not permit the
+  /// change. `forget` changes nothing here: the caller then calls forget_all() or forget_job(). The
+  /// caller calls list_open_jobs() afterwards.
   void steer(Job& job, const msg::SteerJob& m);
   /// Returns a name for the client of the current message, for a job's history.
   [[nodiscard]] std::string asker() const;
