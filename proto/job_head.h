@@ -9,7 +9,7 @@
 
 namespace parray::proto {
 
-/// Longest texts on the wire, in bytes.
+/// Longest texts on the wire, in bytes: names, lines for people, and JobHead::drawing.
 inline constexpr std::size_t max_name = 128;
 inline constexpr std::size_t max_line = 2000;
 inline constexpr std::size_t max_drawing = 12000;
@@ -18,7 +18,7 @@ inline constexpr std::size_t max_drawing = 12000;
 /// the stored record contain them.
 struct JobHead {
   std::string name;                ///< name for people: that of the scene file
-  std::uint32_t priority = 50;     ///< 0 to 100; the highest of a user's jobs begins first
+  std::uint32_t priority = 50;     ///< 0 to 100; a user's job with the highest one begins first
   Boxed<RenderSettings> settings;  ///< resolved: no value is `automatic`, except perhaps `isa`
   std::string precision_reason;    ///< why the settings have this precision, for people
   double load_seconds = 0;         ///< time in which the client loaded the scene
@@ -26,10 +26,12 @@ struct JobHead {
   /// The coordinator ends the job so much earlier.
   double reserved_seconds = 0;
   std::uint64_t duplicates_removed = 0;  ///< spheres of the scene file that the scene leaves out
-  std::uint32_t max_failures = 0;        ///< see PROTOCOL.md; 0: the coordinator's own setting
+  /// Number of different machines that must fail at the same cells before the job fails. 0: the
+  /// coordinator's --max-failures.
+  std::uint32_t max_failures = 0;
   /// For a frame of a series: the series' token (at most 64 bytes), the frame's number and the
   /// expected number of frames. The job of a frame exists once, even if the client submits it
-  /// several times.
+  /// several times. Empty and 0 for a single job.
   std::string series{};
   std::uint32_t frame = 0;
   std::uint32_t frames = 0;
