@@ -28,20 +28,23 @@ class ConnectionManager {
 
   struct Callbacks {
     /// Returns a reply to send at once, or nothing if the request goes to hand_over. Called by the
-    /// manager's thread; must not block. `reserve`: the connection exceeds the regular limit.
+    /// manager's thread; must not block. `reserve`: the connection is one of SeatLimits::reserve,
+    /// because no regular one was free.
     std::function<std::optional<Reply>(const RequestHead&, const std::string& address,
                                        bool reserve)>
         answer_early;
     /// Takes over a connection with a request until give_back(). Must not block. The request is
     /// complete unless its body is large, or the client has stopped sending.
     std::function<void(SharedConnection, const RequestHead&)> hand_over;
-    /// Logs a warning about connections that were refused or closed.
+    /// Logs a warning about connections that wait, or were refused or closed. Called by the
+    /// manager's thread.
     std::function<void(const std::string&)> warn;
     /// Called with the status of each answer that the manager itself sends.
     std::function<void(int)> answered;
   };
 
-  /// Takes over `listener`, a listening socket. Throws RunError.
+  /// Takes over `listener`, a listening socket. Throws RunError if the system lacks descriptors or
+  /// memory.
   ConnectionManager(int listener, SeatLimits limits, Callbacks callbacks);
   /// Closes all connections.
   ~ConnectionManager();

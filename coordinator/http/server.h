@@ -14,13 +14,16 @@ namespace parray::http {
 
 /// Limits of Server.
 struct ServerLimits {
-  std::size_t threads = 80;  ///< requests that are answered at the same time
-  std::size_t bodies = 40;   ///< limit of threads for large bodies; must exceed `most_uploads`
+  std::size_t threads = 80;  ///< limit of threads for requests with small bodies or none
+  /// Limit of further threads, for requests with large bodies. Must exceed most_uploads
+  /// (upload_reader.h).
+  std::size_t bodies = 40;
   SeatLimits seats{};
 };
 
 /// Speaks HTTP/1.1: a connection manager holds the connections, and threads answer requests.
-/// Requests with large bodies, and /readyz, which waits for the loop, have separate threads.
+/// Requests with large bodies have separate threads. So has /readyz, because it waits for the
+/// coordinator's loop.
 class Server {
  public:
   struct Callbacks {
@@ -30,6 +33,7 @@ class Server {
     std::function<std::optional<Reply>(const RequestHead&, const std::string& address,
                                        bool reserve)>
         answer_early;
+    /// As in ConnectionManager::Callbacks.
     std::function<void(const std::string&)> warn;
     /// Called with the status of each answer. Callable from any thread.
     std::function<void(int)> answered;
