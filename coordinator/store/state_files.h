@@ -19,16 +19,17 @@ namespace parray::store {
 /// The plain files below a state directory:
 ///
 ///     scenes/DIGEST
-///     jobs/ID/rows      jobs/ID/rows.1 ...      log of results; a new file has another number
-///     jobs/ID/picture   jobs/ID/picture.1 ...   than the one that it replaces at the commit
+///     jobs/ID/rows      jobs/ID/rows.1 ...      log of results
+///     jobs/ID/picture   jobs/ID/picture.1 ...   finished picture
 ///     jobs/ID/job.json   notes.json             copies of the database's content, see job_file.h
 ///     jobs/ID/job.next   notes.next             copies written by an unfinished commit
 ///     jobs/ID/job.dropped                       job.json of a job that is being dropped
 ///     commits                                   number of completed commits
-///     lost/SECONDS/...                          set aside, not deleted; SECONDS: uptime
+///     lost/SECONDS/...                          set aside, not deleted; SECONDS: farm's uptime
 ///     reserve                                   room that a commit on a full disk can use
 ///
-/// The database defines which files count, and how many bytes of a rows file. Each function returns
+/// A new log or picture has another number than the file that it replaces at the commit. The
+/// database defines which files count, and how many bytes of a log count. Each function returns
 /// when the data is on the disk. Only names of new files and the data of overwrite() wait for
 /// sync(), and overwrite_later() promises nothing.
 ///
@@ -70,8 +71,9 @@ class StateFiles {
   /// necessary. Changes nothing if it fails.
   WholeFile write(const std::filesystem::path& file, std::span<const std::string_view> pieces);
 
-  /// Writes the pieces to the file from `offset` on. Creates the file and its directory if
-  /// necessary. After a failure or crash, the content beyond `offset` is undefined.
+  /// Writes the pieces to the file from `offset` on. Creates the file if necessary. At offset 0,
+  /// also creates its directory. After a failure or crash, the content beyond `offset` is
+  /// undefined.
   void write_at(const std::filesystem::path& file, std::uint64_t offset,
                 std::span<const std::string_view> pieces);
 
