@@ -23,7 +23,7 @@ namespace parray::worker {
 struct RankJob {
   Boxed<RenderSettings> settings;  ///< resolved
   std::string scene_id;
-  std::shared_ptr<const Scene> scene;  ///< released with the first result
+  std::shared_ptr<const Scene> scene;  ///< null from the rank's first result on
 };
 
 /// A pass. It is the same on every rank.
@@ -49,15 +49,17 @@ struct LedgerWindows {
   std::vector<Window*> windows;
 };
 
-/// Takes leases over a window: the rank takes a step number, or a run of cells, by an atomic
-/// addition and computes its chunk. Weighted leases come from the ledger of the rank's group. If
-/// that is empty, they come from three others at most. Long leases come in parts, so that results
-/// arrive steadily and buffers stay small. If no work is left, the rank draws a ticket and waits
-/// for a copy of unfinished cells. A rank makes one object for each window, and logs its results
-/// where only it writes.
+/// Takes leases over a window, by atomic additions. PROTOCOL.md, "The window", explains the words.
+/// With the policy `weighted`, the rank takes a run of cells from the ledger of its group. If that
+/// ledger is empty, it tries three others at most. With other policies, the rank takes the number
+/// of a chunk and computes the chunk's cells. Long leases come in parts, so that results arrive
+/// steadily and buffers stay small. If no work is left, the rank draws a ticket and waits for a
+/// copy of unfinished cells. A rank makes one object for each window. Its log entries go where no
+/// other rank writes.
 class WindowSource final : public LeaseSource {
  public:
-  /// The references must outlive the object. `window` is rank 0's, and the ledger by default.
+  /// The references must outlive the object. `window` is rank 0's. Without `ledgers`, it is also
+  /// the only ledger.
   WindowSource(RankJob& job, const RankPass& pass, const WindowLayout& layout, Window& window,
                const WindowOptions& options, std::optional<LedgerWindows> ledgers = {});
 
@@ -71,16 +73,17 @@ class WindowSource final : public LeaseSource {
   struct Part {
     Answer answer = Answer::none;
     CellRange cells;
-    bool fresh = true;
+    bool fresh = true;  ///< false: a further part of the previous lease
   };
   /// Takes a part with the arguments of take().
   Part take_part(double samples_per_second, bool idle);
-  /// Hands in the records of a part.
+  /// Writes the records of a part to the window, then their log entry.
   void put(const CellRange& cells, std::span<const std::byte> records);
   /// Writes one of this rank's words. After a heartbeat it also reads whether rank 0 stops this
   /// rank.
   void publish(WindowLayout::RankWord word, std::uint64_t value);
-  /// Writes the log entry of `cells` after their records: the second half of put().
+  /// Writes the log entry of `cells`, whose records are in the window. `digest`: range_digest() of
+  /// the records. put() calls it.
   void log(const CellRange& cells, std::uint64_t digest);
 
  private:
