@@ -26,7 +26,7 @@ inline constexpr std::size_t category_color_count = 24;
 /// deficiency", IEEE TVCG 15(6), 2009).
 Vec3d category_color(std::size_t number);
 
-/// Returns the numbers of the names in the order of a legend: numbers by value, then texts
+/// Returns the indices of the names, sorted as in a legend: numbers by value, then texts
 /// alphabetically, then the empty name.
 std::vector<std::size_t> reading_order(const std::vector<std::string>& names);
 
@@ -48,21 +48,23 @@ struct ParticleColors {
   std::vector<Vec3d> palette;        ///< linear RGB in [0, 1]
   std::vector<std::uint32_t> index;  ///< into `palette`, one per particle; empty: no colours
   Legend legend;
-  /// Numbers at the ends of the map; equal if all numbers are. Empty: no map.
+  /// Numbers at the ends of the map. Both are equal if all numbers are equal. Empty: the colours
+  /// are those of categories.
   NumberBounds numbers{};
 
   [[nodiscard]] bool empty() const { return index.empty(); }
 };
 
-/// Colours `particles`, at least one. On a linear or logarithmic scale, notes count particles
-/// without a number ("unknown_numbers"). They also count particles outside the range, which get the
-/// colour of the nearer end ("clipped"). The result is the same for any number of threads.
+/// Colours `particles`, at least one. On a linear or logarithmic scale, adds notes to them. The
+/// note "unknown_numbers" counts particles without a number. The note "clipped" counts particles
+/// outside the range, which get the colour of the nearer end. The result is the same for any number
+/// of threads.
 ///
 /// An open end of the range is the least or largest number. The range is symmetric if both ends are
 /// open, the map has a middle and numbers lie on both sides of 0. Percentiles are by nearest rank.
 ///
-/// Throws SourceError, which names a member of the colouring. Throws UnknownNumber for the member
-/// `by`.
+/// Throws UnknownNumber if `coloring.by` is a number that the particles lack. For other problems,
+/// throws SourceError with the key "color_by", "color_scale" or "range".
 ParticleColors colors_of(const ParticleColoring& coloring, Particles& particles, int threads = 1);
 
 }  // namespace parray::input

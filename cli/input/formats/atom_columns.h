@@ -28,10 +28,12 @@ struct Atom {
   char insertion = ' ';
   char alternative = ' ';                 ///< letter of the alternative location; blank: none
   bool doubtful_alternative = false;      ///< the letter may belong to the residue's name
-  bool two_letters = false;               ///< the columns indicate a two-letter symbol
+  bool two_letters = false;               ///< the name begins in the column of two-letter symbols
   double occupancy = 1;                   ///< NaN: not known
   std::optional<std::uint8_t> element{};  ///< 0: no element; not given: guess it
-  std::string_view type{};  ///< empty for all atoms: the elements' symbols, else the names
+  /// Type. If it is empty for all atoms of a frame, the types are the symbols of the elements. If
+  /// no atom has an element either, they are the names of the atoms.
+  std::string_view type{};
 };
 
 /// A column whose values are mostly equal. It stores the values up to the last unusual one.
@@ -48,6 +50,7 @@ class SparseColumn {
   [[nodiscard]] T at(std::size_t particle) const {
     return particle < values_.size() ? values_[particle] : usual_;
   }
+  /// Makes an unusual value usual.
   void reset(std::size_t particle) { values_[particle] = usual_; }
   [[nodiscard]] bool empty() const { return values_.empty(); }
   /// Returns the values of `count` particles. Returns none if no unusual value was set.
@@ -70,8 +73,9 @@ struct AlternativeColumns {
   std::vector<std::size_t> doubtful;  ///< particles with doubtful letters
 };
 
-/// Collects the atoms of a frame. At the end of the frame, it guesses missing elements from residue
-/// and name, and chooses among alternative locations. Notes count both.
+/// Collects the atoms of one frame. At the end of the frame, it guesses missing elements from
+/// residue and name, and chooses among alternative locations. Notes count the guessed elements and
+/// the locations that were left out. The last call is finish_frame() or finish().
 class AtomColumns {
  public:
   /// `names` are the numbers of the format. Those that the request wants become columns. `place` is
@@ -79,7 +83,7 @@ class AtomColumns {
   AtomColumns(const FilePlace& place, const ParticleRequest& request,
               std::initializer_list<const char*> names = {});
 
-  /// Corrects wrong elements in the file, such as "Ca" for CA in ALA.
+  /// Makes finish_frame() correct wrong elements of the file, such as "Ca" for CA in ALA.
   void doubt_elements() { doubt_elements_ = true; }
   /// Reserves memory for `count` atoms. Call it only if the file can contain so many atoms.
   void expect(std::uint64_t count) { columns_.expect(count); }
@@ -88,6 +92,7 @@ class AtomColumns {
   void numbers(std::span<const double> values);
   /// Sets the radius of the last atom. 0 means the radius of the element.
   void radius(double radius);
+  /// Adds a note, unless `count` is 0.
   void note(std::string key, std::uint64_t count, std::string text);
   void note(ParticleNote note) { notes_.push_back(std::move(note)); }
   /// Adds a bond between two different atoms, which count from 0 in the order of add().
@@ -132,8 +137,8 @@ class AtomColumns {
   bool all_bonds_ = false;
 };
 
-/// Parses the number of a residue: 12, "A000" (hybrid-36: 10000), "27a1" (hexadecimal). Returns
-/// nothing for "****" and other texts.
+/// Parses the number of a residue: "12", "A000" (hybrid-36: 10000), "27a1" (hexadecimal). Returns
+/// nothing for texts that are no number, such as "****".
 std::optional<std::int32_t> residue_number_in(std::string_view text);
 
 /// Parses the serial number of an atom in the same way. Hybrid-36 has five characters: "A0000" is

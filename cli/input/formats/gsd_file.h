@@ -33,7 +33,7 @@ enum class GsdType : std::uint8_t {
 struct GsdChunk {
   std::uint64_t frame = 0;  ///< below 2^63
   std::uint64_t rows = 0;
-  std::uint64_t location = 0;  ///< byte of the file; not checked before check()
+  std::uint64_t location = 0;  ///< its first byte in the file; next_chunk() does not check it
   std::uint32_t columns = 0;
   std::uint16_t name = 0;  ///< index of GsdFile::names()
   GsdType type{};
@@ -45,8 +45,9 @@ struct GsdChunk {
 
 /// The file layer of GSD (gsd.readthedocs.io, "File layer"), versions 0.3, 1 and 2: a header, a
 /// list of names, an index sorted by frames, and chunks. Reads the index from front to back, and
-/// chunks in any order. A packed file may jump back 64 times. Keeps one block of the index in
-/// memory. All members throw InputError for damaged files.
+/// chunks in any order. To go back in a packed file, it unpacks the file again from the beginning.
+/// It does so 64 times and then throws InputError. Keeps one block of the index in memory. All
+/// members throw InputError for damaged files.
 class GsdFile {
  public:
   /// Reads the header and the names. `file` must outlive this object.
@@ -58,7 +59,7 @@ class GsdFile {
   /// Returns the next entry of the index; nothing after the last one. The frames never descend.
   std::optional<GsdChunk> next_chunk();
   /// Fails for more than limits::max_shapes rows, and if the file is known to end before the end of
-  /// the chunk. Only reading finds the end of a packed file.
+  /// the chunk. Only reading finds the end of a packed file. numbers() and texts() call check().
   void check(const GsdChunk& chunk) const;
   /// Calls `put(value)` with each number of the chunk as a double, row by row.
   template <typename Put>
@@ -71,7 +72,9 @@ class GsdFile {
   /// Returns the number of bytes of the file; nothing for packed files.
   [[nodiscard]] std::optional<std::uint64_t> size() const { return file_.size(); }
   [[nodiscard]] const FilePlace& place() const { return place_; }
+  /// Throws InputError with the file, the place and `problem`.
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }
+  /// Does the same and adds that the file is probably damaged.
   [[noreturn]] void fail_damaged(std::string_view problem) const;
 
  private:

@@ -18,10 +18,10 @@ namespace parray::input {
 /// Classes of particles in molecules. residues.h defines them by residue and atom names.
 enum class ParticleClass : std::uint8_t { water, protein, nucleic, ion, virtual_site };
 
-/// Returns the particles of a class. Returns an empty mask if no particle belongs to the class.
+/// Returns the particles of a class. Returns a mask of size 0 if no particle belongs to the class.
 ParticleMask class_mask(ParticleClass wanted, const Particles& particles);
 
-/// An expression that is bound to the columns of particles. Refers to both.
+/// An expression that is bound to the columns of particles. Both must outlive it.
 class Condition {
  public:
   /// Throws the errors of Selection::mask().
