@@ -25,9 +25,10 @@ struct ProgressOptions {
   [[nodiscard]] bool shows_picture() const { return !preview.empty() || !display.empty(); }
 };
 
-/// Decides when to write previews. The first complete one follows when every pixel has a sample. If
-/// that takes longer than a tenth of a second, an incomplete one comes before. Later previews
-/// follow at most ten times a second and take at most a fiftieth of the time.
+/// Decides when to write previews. A preview is whole if every pixel has a sample. The first whole
+/// one follows at once. If it takes longer than a tenth of a second, a partial preview comes
+/// before. Later previews follow at most ten times a second. Together they take at most a fiftieth
+/// of the time since the first sample.
 ///
 /// Reads no clock.
 class PreviewPace {
@@ -35,7 +36,7 @@ class PreviewPace {
   /// Returns whether it is time for a preview. `elapsed`: seconds since the first sample was
   /// noticed. `whole`: every pixel has a sample.
   [[nodiscard]] bool due(double elapsed, bool whole) const;
-  /// Records a preview that took `cost` seconds and was complete at `elapsed`.
+  /// Records a preview whose writing took `cost` seconds and ended at `elapsed`.
   void wrote(double elapsed, bool whole, double cost);
 
  private:
@@ -45,8 +46,9 @@ class PreviewPace {
   bool shown_whole_ = false;
 };
 
-/// Updates a file and a viewer with the unfinished picture of a job. The file always contains a
-/// whole picture. Pixels without a sample are filled. At the end, write_outputs() writes the file.
+/// Updates a file and a viewer with the unfinished picture of a job. Each update replaces the file
+/// at once, so that readers never see half a file. Pixels without a sample are filled. The caller
+/// writes the finished picture to the file.
 class Preview {
  public:
   /// Uses preview and display of `following`. The preview file must be writable
@@ -57,7 +59,8 @@ class Preview {
 
   [[nodiscard]] bool wanted() const { return !file_.empty() || display_; }
 
-  /// Writes the current picture if it is time. `clock` gives the current time.
+  /// Writes the current picture, the result of `partial`, if it is time. `clock` gives the current
+  /// time. Throws RunError if the file cannot be written.
   void follow(const Clock& clock, const JobStatus& status, const std::function<Image()>& partial);
   /// Shows the finished picture if a viewer has been sent an unfinished one.
   void finish(const Image& image);

@@ -12,12 +12,12 @@ namespace parray::output {
 enum class ProgressStyle {
   none,
   lines,  ///< a line every 10 s, and the last one: for logs
-  bar,    ///< one line, redrawn
-  json    ///< for programs: a line of progress_json() whenever `bar` would be drawn
+  bar,    ///< one line, redrawn at most five times a second
+  json    ///< for programs: a line of progress_json() at most five times a second
 };
 
-/// Returns the style for `wanted`: "bar", "lines" or "json". Empty: a bar on a terminal that can
-/// return to the start of a line, otherwise lines.
+/// Returns `none` if `quiet`, otherwise the style for `wanted`: "bar", "lines" or "json". Empty: a
+/// bar on a terminal that can return to the start of a line, otherwise lines.
 ProgressStyle progress_style(bool quiet, std::string_view wanted = {});
 
 /// Returns the number of columns of the terminal of stderr. Returns 80 if it is unknown.
@@ -31,9 +31,10 @@ std::string frames_text(const JobStatus& job);
 /// colours and control characters.
 std::string bar_text(const JobStatus& job, std::size_t columns);
 
-/// Returns one line of JSON with the changing members of `show --json`: `state`, `progress`,
-/// `samples_per_second`, `seconds_left`, `waits_for`, `error`. For a series also `frames` and
-/// `frames_done`. Unlike there, `seconds_left` is null if it is unknown, and 0 after the end.
+/// Returns one line of JSON, without a line end, with the changing members of `show --json`:
+/// `state`, `progress`, `samples_per_second`, `seconds_left`, `waits_for`, `error`. For a series
+/// also `frames` and `frames_done`. Unlike there, `seconds_left` is null if it is unknown, and 0
+/// after the end.
 std::string progress_json(const JobStatus& job);
 
 /// Shows the progress of a job. Uses no colours, so NO_COLOR does not matter. Not thread-safe.

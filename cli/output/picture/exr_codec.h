@@ -12,11 +12,12 @@ namespace parray::picture {
 
 struct ExrCodec {
   /// Writes a file. Returns "" on success, otherwise the reason. write_image() has checked the
-  /// arguments. `metadata` has the form of as_kept(). Passes on exceptions of `between_strips`.
+  /// arguments. `metadata` has the form of as_kept(). `fast`: no compression. Passes on exceptions
+  /// of `between_strips`.
   std::string (*write)(const std::string& file, const Image& image, const ImageMetadata& metadata,
                        const Channels& channels, const std::function<void()>& between_strips,
                        bool fast);
-  /// Reads the first part of an EXR file, like read_image().
+  /// Reads the first part of an EXR file. Throws the errors of read_image().
   ImageFile (*read)(const std::string& file);
   /// Returns the version of OpenEXR: "3.1.5".
   std::string (*version)();

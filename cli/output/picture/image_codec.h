@@ -28,7 +28,7 @@ struct OtherPicture {
 struct ImageCodec {
   /// Writes a file. Returns "" on success, otherwise the reason.
   std::string (*write)(const std::string& file, const OtherPicture& picture);
-  /// Reads any file that the library supports, like read_image().
+  /// Reads any file that the library supports. Throws the errors of read_image().
   ImageFile (*read)(const std::string& file);
   /// Returns the value of image_library_version().
   std::string (*version)();
