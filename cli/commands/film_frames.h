@@ -18,7 +18,7 @@ namespace parray::commands {
 struct FilmCourse {
   std::string scene;                     ///< with #### if each frame has its own file
   std::optional<ChosenFrames> frames{};  ///< of --frames
-  std::optional<std::uint32_t> count{};  ///< of --count: number of frames of a still
+  std::optional<std::uint32_t> count{};  ///< of --count: number of frames if the scene has one
   double turntable = 0;                  ///< degrees over the film; 0: the camera does not turn
   std::string camera_path{};             ///< file of --camera-path; empty: none
 };
@@ -28,14 +28,15 @@ class FilmFrames {
  public:
   using OnRead = FrameScenes::OnRead;
 
-  /// Decides which frames the film has, and makes them alike. `course` and `options` must outlive
-  /// this object. Calls `on_read`, if set, after each frame that it reads. Throws InputError.
+  /// Decides which frames the film has. Calls FrameScenes::fix(), so that all frames have one
+  /// camera and their colours and radii the same meaning. `course` and `options` must outlive this
+  /// object. Calls `on_read`, if set, after each frame that it reads. Throws InputError.
   FilmFrames(const FilmCourse& course, const RenderOptions& options, const OnRead& on_read = {});
 
   /// Returns the numbers of the frames, ascending.
   [[nodiscard]] const std::vector<std::uint32_t>& numbers() const { return numbers_; }
   [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(numbers_.size()); }
-  /// Returns the place of a frame in the film, from 0.
+  /// Returns the place in the film, from 0, of a frame in numbers().
   [[nodiscard]] std::uint32_t place_of(std::uint32_t frame) const;
   /// Returns all files that determine the frames.
   [[nodiscard]] std::vector<std::string> files() const;
