@@ -19,7 +19,7 @@ class Sha256 {
   Sha256& operator=(const Sha256&) = delete;
 
   void add(std::span<const std::byte> bytes);
-  /// Returns 64 lower-case hexadecimal digits. Nothing can be added afterwards.
+  /// Returns 64 lower-case hexadecimal digits. Must be the last call, and the only one.
   std::string hex();
 
  private:

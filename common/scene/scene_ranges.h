@@ -3,7 +3,8 @@
 #include "common/scene/limits.h"
 #include "common/scene/number_range.h"
 
-/// The ranges of a scene's numbers, which are the same in every format of scenes.
+/// The ranges of a scene's numbers, which are the same in every format of scenes. Both ends belong
+/// to a range.
 namespace parray::scene::ranges {
 
 inline constexpr NumberRange coordinate{-limits::max_length, limits::max_length};

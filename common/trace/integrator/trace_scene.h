@@ -7,7 +7,7 @@
 #include "common/trace/integrator/material.h"
 #include "common/trace/integrator/start_shapes.h"
 
-/// The parameters of path.h in containers of the host.
+/// The parameters of path.h in containers of the host, which means: not on a device.
 namespace parray::trace {
 
 /// Everything that a path can meet. Immutable; all threads and all pictures of the scene share it.
@@ -15,7 +15,7 @@ template <typename Real>
 struct TraceScene {
   std::vector<SphereShape<Real>> spheres;
   std::vector<CapsuleShape<Real>> capsules;  ///< numbered after the spheres
-  std::vector<std::uint32_t> material_of;    ///< material of each shape
+  std::vector<std::uint32_t> material_of;    ///< index in `surfaces`, per shape
   std::vector<MaterialParameters<Real>> surfaces;
   SkyGradient<Real> sky;
 
@@ -24,13 +24,12 @@ struct TraceScene {
   }
 };
 
-/// The camera, start spheres and maximum depth of a picture's paths. Immutable; all threads share
-/// it.
+/// How the paths of a picture begin and end. Immutable; all threads share it.
 template <typename Real>
 struct PathEnds {
   CameraRays<Real> view;
-  StartShapes start;  ///< nearly always empty
-  std::uint32_t max_depth = 1;
+  StartShapes start;            ///< shapes that a path may begin inside of; nearly always empty
+  std::uint32_t max_depth = 1;  ///< ray segments of the longest path
 };
 
 }  // namespace parray::trace
