@@ -28,9 +28,10 @@ class FilmFrames {
  public:
   using OnRead = FrameScenes::OnRead;
 
-  /// Decides which frames the film has. Calls FrameScenes::fix(), so that all frames have one
-  /// camera and their colours and radii the same meaning. `course` and `options` must outlive this
-  /// object. Calls `on_read`, if set, after each frame that it reads. Throws InputError.
+  /// Decides which frames the film has. FrameScenes::fix() gives the frames one camera, and
+  /// their colours and radii the same meaning. Numbered scene files stay as they are. `course` and
+  /// `options` must outlive this object. Calls `on_read`, if set, after each frame that it reads.
+  /// Throws InputError.
   FilmFrames(const FilmCourse& course, const RenderOptions& options, const OnRead& on_read = {});
 
   /// Returns the numbers of the frames, ascending.

@@ -37,10 +37,11 @@ class FrameScenes {
   /// Counts the frames of the trajectory. Throws InputError if the scene names no trajectory, or
   /// chooses a frame itself.
   [[nodiscard]] std::uint64_t count() const;
-  /// Gives the frames one camera, and their colours and radii the same meaning (see above). Reads
-  /// each of them once, unless there is one and nothing turns. Reads the particles of automatic
-  /// scenes again if shapes change their sizes. `turns`: the camera of an automatic scene will turn
-  /// around it. `still`: all frames show the same scene. Call before at().
+  /// Gives the frames one camera, and their colours and radii the same meaning. Numbered scene
+  /// files stay as they are. Reads each of them once, unless there is one and nothing turns. Reads
+  /// the particles of automatic scenes again if shapes change their sizes. `turns`: the camera of
+  /// an automatic scene will turn around it. `still`: all frames show the same scene. Call before
+  /// at().
   void fix(const std::vector<std::uint32_t>& frames, bool turns = false, bool still = false);
   /// Takes how many frames were read, and how many in all. Frames that are read twice count twice.
   using OnRead = std::function<void(std::size_t read, std::size_t all)>;
