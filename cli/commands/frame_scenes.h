@@ -38,7 +38,7 @@ class FrameScenes {
   /// chooses a frame itself.
   [[nodiscard]] std::uint64_t count() const;
   /// Gives the frames one camera, and their colours and radii the same meaning. Numbered scene
-  /// files stay as they are. Reads each of them once, unless there is one and nothing turns. Reads
+  /// files stay as they are. Reads each frame once, unless there is one and nothing turns. Reads
   /// the particles of automatic scenes again if shapes change their sizes. `turns`: the camera of
   /// an automatic scene will turn around it. `still`: all frames show the same scene. Call before
   /// at().
