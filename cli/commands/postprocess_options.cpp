@@ -30,7 +30,7 @@ double pixels_of(const LineWidth& width, std::uint32_t height, double dpi) {
       if (dpi == 0) {
         throw InputError("outline of " + number_text(width.value) +
                          "pt: points need the size in print: add --dpi or --width-mm, or give "
-                         "the width in pixels");
+                         "the outline's width in pixels");
       }
       return width.value / points_an_inch * dpi;
     case LineWidth::Unit::none: break;

@@ -47,7 +47,7 @@ struct ListedFrame {
 std::vector<ListedFrame> listed_frames(const json& map) {
   if (!map.contains("frame_list")) {
     throw InputError("job " + map.value("id", json()).dump() +
-                     " is not a series of frames: use the name of one picture, without #");
+                     " is not a series of frames: give a file name without #");
   }
   std::vector<ListedFrame> frames;
   try {

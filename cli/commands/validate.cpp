@@ -236,7 +236,7 @@ std::string format_text(const json& facts) {
   if (format == "particles") {
     return particle_format(facts["particle_files"][0]) + ": particles, in an automatic scene";
   }
-  return format == "seed" ? "the seed program's" : "scene JSON v1";
+  return format == "seed" ? "seed format ({\"sphere\": ...})" : "scene JSON v1";
 }
 
 /// Returns the reports of the scene's files of particles, with all of their columns.

@@ -48,7 +48,7 @@ PassController::PassController(const RenderSettings& settings, double largest_ra
       begun_(std::move(begun)),
       judge_(std::move(judge)) {
   if (settings_->target_denoised && settings_->passes.empty() && !judge_) {
-    throw std::logic_error("a target for the denoised picture needs a judge");
+    throw std::logic_error("a target for the denoised picture needs a PictureJudge");
   }
 }
 

@@ -1,5 +1,7 @@
 #include "coordinator/disputes/referee_desk.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -22,7 +24,9 @@ CellRange first_run(const std::vector<std::uint64_t>& cells, std::uint64_t most)
   return run;
 }
 
-std::string mebibytes(std::uint64_t bytes) { return std::to_string(bytes >> 20) + " MiB"; }
+std::string gigabytes(std::uint64_t bytes) {
+  return fmt::format("{:.3f} GiB", static_cast<double>(bytes) * 0x1p-30);
+}
 
 }  // namespace
 
@@ -161,8 +165,8 @@ void RefereeDesk::ask_next(Time now, std::uint64_t memory_left) {
   }
   if (entry->content.memory > memory_left) {
     fail(now, entry,
-         "the scene needs about " + mebibytes(entry->content.memory) +
-             " of memory, and --memory leaves " + mebibytes(memory_left) + ": raise --memory");
+         "the scene needs about " + gigabytes(entry->content.memory) +
+             " of memory, and --memory leaves " + gigabytes(memory_left) + ": raise --memory");
     return;
   }
   entry->asked = first_run(entry->content.cells, entry->content.cells_at_once);

@@ -1,5 +1,7 @@
 #include "coordinator/http/upload_reader.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -179,8 +181,9 @@ class Parts final : public BodySink {
   }
   void begin_part(const std::string& name, const std::string& file_name) override {
     if (++parts_ > limits_.parts) {
-      throw Problem(413, "the form has more than " + std::to_string(limits_.parts) +
-                             " parts, the limit of this server (--http-parts)");
+      throw Problem(413, fmt::format("the form has more than {} parts, the limit of this server: "
+                                     "send fewer, or raise --http-parts of parray-coordinator",
+                                     limits_.parts));
     }
     add_to_digest(std::to_string(name.size()) + " " + name + std::to_string(file_name.size()) +
                   " " + file_name);
@@ -227,8 +230,9 @@ class Parts final : public BodySink {
 
  private:
   [[noreturn]] void refuse_length() const {
-    throw Problem(413, "the request body is larger than " + std::to_string(limits_.body_bytes) +
-                           " bytes, the limit of this server (--http-body)");
+    throw Problem(413, fmt::format("the request body is larger than {:g} MiB, the limit of this "
+                                   "server: send less, or raise --http-body of parray-coordinator",
+                                   static_cast<double>(limits_.body_bytes) * 0x1p-20));
   }
   /// Writes the rest of the current file, which the stream may still hold.
   void close() {
@@ -462,8 +466,10 @@ void UploadReader::fail(const ChildEnd& end, const std::vector<std::string>& wor
   if (end.message.empty() && fs::space(directory_, ignored).available < too_little) fail_storing();
   if (end.timed_out) {
     throw Problem(422,
-                  "reading the scene took more than " + std::to_string(limits.seconds) +
-                      " seconds, the limit of this server (--http-scene-seconds)",
+                  fmt::format("reading the scene took more than {} seconds, the limit of this "
+                              "server: send a smaller scene, or raise --http-scene-seconds of "
+                              "parray-coordinator",
+                              limits.seconds),
                   2);
   }
   if (end.status == 2) throw Problem(422, message_about_options(end.message, words), 2);
@@ -473,10 +479,11 @@ void UploadReader::fail(const ChildEnd& end, const std::vector<std::string>& wor
   }
   const bool says_so = end.message == "out of memory" || end.message.starts_with("libgomp");
   throw Problem(422,
-                std::string(says_so ? "reading the scene took more than "
-                                    : "reading the scene ended abruptly: it may need more than ") +
-                    std::to_string(limits.memory >> 20) +
-                    " MiB of memory, the limit of this server (--http-scene-memory)",
+                fmt::format("{} {:g} GiB of memory, the limit of this server: send a smaller "
+                            "scene, or raise --http-scene-memory of parray-coordinator",
+                            says_so ? "reading the scene took more than"
+                                    : "reading the scene ended abruptly. It may need more than",
+                            static_cast<double>(limits.memory) * 0x1p-30),
                 2);
 }
 

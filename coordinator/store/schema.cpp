@@ -24,7 +24,7 @@ void make_tables(Database& database) { database.run(tables); }
 std::string other_version_text(const std::filesystem::path& directory, std::uint64_t version) {
   return "the state in " + directory.string() + " is of version " + std::to_string(version) +
          ", and this program reads version " + std::to_string(present_version) +
-         ": use the version of ParRay that wrote it, or another directory";
+         ": use the version of ParRay that wrote the state, or name another directory";
 }
 
 void ready_database(Database& database, const StateFiles& files, const FoundFiles& found) {

@@ -154,6 +154,8 @@ constexpr std::array<RequiredKey, 4> required_keys{{
     {"spheres", "[ ... ], which may be empty", true},
 }};
 
+constexpr std::string_view write_spheres =
+    "write spheres as {\"center\": [X, Y, Z], \"radius\": R, \"material\": NAME}";
 constexpr std::string_view too_many_materials =
     "the scene has too many distinct materials: let spheres share materials";
 
@@ -171,9 +173,9 @@ JsonDelivery SceneBuilder::on_key(const std::string& key, std::uint64_t line) {
   if (key == "spheres") return JsonDelivery::by_item;
   if (format_ == Format::seed) {
     place.fail(
-        line,
-        "this key belongs to version 1, but the spheres have the seed program's format: write "
-        "spheres as {\"center\", \"radius\", \"material\"}");
+        line, std::string("this key belongs to scene JSON version 1, but the spheres have the seed "
+                          "format ({\"sphere\": ...}): ")
+                  .append(write_spheres));
   }
   format_ = Format::version_1;
   if (key == "particles" || key == "capsules") return JsonDelivery::by_item;
@@ -284,8 +286,9 @@ void SceneBuilder::add_seed_sphere(const JsonValue& value, const JsonPlace& plac
 void SceneBuilder::add_named_sphere(const JsonValue& value, const JsonPlace& place) {
   if (is_seed_sphere(value)) {
     place.fail(value.line,
-               "the sphere has the seed program's format, but the scene has version 1: write "
-               "it as {\"center\", \"radius\", \"material\"}");
+               std::string("the sphere has the seed format ({\"sphere\": ...}), but the scene has "
+                           "version 1: ")
+                   .append(write_spheres));
   }
   const NamedSphere read = read_sphere(value, place);
   const std::size_t index = out_.scene.spheres.size();

@@ -374,10 +374,13 @@ void Session::find_answer(TradeoffResults& results) {
       "For an RMSE of " + formatted("%.3g", answer.error) + ", no measured settings suffice; ";
   if (candidates.empty()) {
     const double systematic = std::hypot(scene_row.budget.depth, scene_row.budget.precision);
-    results.answer += systematic >= answer.error
-                          ? "the scene's own path depth and precision alone cause an error of " +
-                                formatted("%.2g", systematic) + "."
-                          : "use a longer --time-budget to measure more.";
+    results.answer +=
+        systematic >= answer.error
+            ? "path depth and precision of the scene's own settings alone cause an error of " +
+                  formatted("%.2g", systematic) +
+                  ": allow a larger --error, or measure deeper paths with --also "
+                  "'--max-depth N --precision f64'."
+            : "use a longer --time-budget to measure more.";
     return;
   }
   const Candidate& best = candidates.front();

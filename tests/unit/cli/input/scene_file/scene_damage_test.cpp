@@ -264,8 +264,9 @@ TEST_CASE("errors that a schema cannot express are refused") {
       {"version 1 among spheres of the seed's format",
        R"({"spheres": [{"sphere": {"location": {"x": 0, "y": 0, "z": 0}, "radius": 1,
            "material": {"type": "dielectric", "refraction_index": 1.5}}}], "version": 1})",
-       "s.json:2: /version: this key belongs to version 1, but the spheres have the seed program's "
-       "format: write spheres as {\"center\", \"radius\", \"material\"}"},
+       "s.json:2: /version: this key belongs to scene JSON version 1, but the spheres have the "
+       "seed format ({\"sphere\": ...}): write spheres as {\"center\": [X, Y, Z], "
+       "\"radius\": R, \"material\": NAME}"},
   });
 }
 
