@@ -48,8 +48,8 @@ class ShortList {
 /// thread-safe.
 ///
 /// Bodies of the same glass that overlap are one body: a path goes straight on through a surface
-/// that lies inside another body of its own material. These crossings do not count as segments of
-/// the path, except for each one after most_crossings others. So tracing ends even if thousands of
+/// that lies inside another body of its own material. Up to most_crossings such crossings in a row
+/// do not count as segments of the path; the next one does. So tracing ends even if thousands of
 /// bodies overlap.
 ///
 /// `List` stores the shapes that a path is inside of: a vector, or a ShortList.
