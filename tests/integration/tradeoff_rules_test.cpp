@@ -201,11 +201,12 @@ TEST_CASE("trade: the cheapest settings for an error, sampler by sampler") {
   CHECK(candidates_for(0.02, {}, base_settings(), {}).empty());
 }
 
-TEST_CASE("trade: another depth is chosen if it is clearly faster and has little bias") {
+TEST_CASE(
+    "trade: another depth is chosen if it is clearly faster, or the scene's own cannot suffice") {
   std::vector<Row> rows = known_rows();
-  RenderSettings shallow = sampled(Sampler::independent, 64);
-  shallow.max_depth = 5;
-  rows.push_back(row(shallow, 0.032, 0.125, VariedSetting::depth));  // half the time
+  RenderSettings other = sampled(Sampler::independent, 64);
+  other.max_depth = 5;
+  rows.push_back(row(other, 0.032, 0.125, VariedSetting::depth));  // half the time
   PairedBiases biases;
   biases.depth[5] = {1e-6, 1e-9, 0};  // RMSE 0.001
   const auto depth_for = [&](double error) {
@@ -213,8 +214,13 @@ TEST_CASE("trade: another depth is chosen if it is clearly faster and has little
   };
   CHECK(depth_for(0.02) == 5);
   CHECK(depth_for(0.002) == 10);  // a quarter of the mean square
-  rows.back() = row(shallow, 0.062, 0.125, VariedSetting::depth);
+  rows.back() = row(other, 0.062, 0.125, VariedSetting::depth);
   CHECK(depth_for(0.02) == 10);
+  other.max_depth = 20;
+  rows.back() = row(other, 0.1, 0.125, VariedSetting::depth);
+  CHECK(depth_for(0.005) == 10);
+  biases.depth[10] = {1e-4, 1e-9, 0};  // RMSE 0.01
+  CHECK(depth_for(0.005) == 20);
 }
 
 TEST_CASE("trade: a target is rounded down, so that the error stays within the goal") {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "cli/output/text.h"
 #include "common/base/printable.h"
@@ -169,9 +170,9 @@ std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows
   const std::vector<Change> changes = changes_of(rows, base, biases);
   std::vector<Candidate> candidates;
   for (const Family& family : measured_families(rows, base)) {
+    // Nothing, if the bias of the scene's own depth or precision alone exceeds the error.
     auto best = candidate_of(family, changes[0], error);
-    if (!best) continue;
-    double limit = 0.95 * best->seconds;
+    double limit = best ? 0.95 * best->seconds : std::numeric_limits<double>::infinity();
     for (std::size_t i = 1; i < changes.size() && !family.settings.replicates; ++i) {
       if (changes[i].bias_square > square(error) / 10) continue;
       const auto other = candidate_of(family, changes[i], error);
@@ -180,7 +181,7 @@ std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows
         limit = other->seconds;
       }
     }
-    candidates.push_back(*best);
+    if (best) candidates.push_back(*best);
   }
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.seconds < b.seconds; });

@@ -20,9 +20,9 @@ struct Candidate {
 /// each way to sample, the fastest first. A way to sample is a sampler with equal numbers of
 /// samples, with adaptive passes to a target error, or with equal numbers and denoising. Ways with
 /// too few measurements are left out. A candidate has the scene's own depth, precision and
-/// accelerator, unless others are predicted to be at least 5 % faster. The square of the systematic
-/// error of such others may be at most a tenth of the square of `error`. Denoised pictures always
-/// keep the scene's own.
+/// accelerator, unless others are predicted to be at least 5 % faster, or the systematic error of
+/// the scene's own alone exceeds `error`. The square of the systematic error of such others may be
+/// at most a tenth of the square of `error`. Denoised pictures always keep the scene's own.
 std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows,
                                       const RenderSettings& base, const PairedBiases& biases);
 
