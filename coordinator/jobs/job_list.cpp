@@ -36,7 +36,9 @@ std::string in_lower_case(std::string text) {
 /// `part`: in lower case.
 bool contains(std::string_view text, std::string_view part) {
   const auto same = [](char a, char b) { return in_lower_case(a) == b; };
-  return part.empty() || !std::ranges::search(text, part, same).empty();
+  // Not std::ranges::search: Clang 14 cannot compile its result, a subrange.
+  return std::search(text.begin(), text.end(), part.begin(), part.end(), same) != text.end() ||
+         part.empty();
 }
 
 /// A job or series with the values that a list needs.
