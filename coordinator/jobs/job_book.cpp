@@ -201,11 +201,8 @@ void JobBook::trace_prepared(Job& job, Prepared& prepared) {
   for (const auto& [range, tracer] : prepared.unchecked) {
     work.leases->want_check({range, 0, {tracer}});  // place_orphans() finds a machine
   }
-  if (prepared.complete) {
-    work.started = work.started == never ? farm_.now : work.started;
-    if (work.tasks == 0) {  // else disputes_.note_retracted() finishes it
-      finish_job(job);
-    }
+  if (prepared.complete && work.tasks == 0) {  // else disputes_.note_retracted() finishes it
+    finish_job(job);
   }
 }
 
@@ -213,6 +210,7 @@ void JobBook::begin_tracing(Job& job, const RunState& state,
                             const std::vector<CellRange>& missing) {
   JobWork& work = *job.work;
   const bool began_again = state.samples < work.samples;
+  const bool next_pass = work.pass_ended != never;
   work.pass_progress = began_again ? 0 : job.progress(farm_.now);
   static_cast<RunState&>(work) = state;
   work.pass_samples = state.samples;
@@ -234,7 +232,9 @@ void JobBook::begin_tracing(Job& job, const RunState& state,
   work.leases.emplace(ChunkSizer(job.record.settings->schedule, *work.plan, length), missing,
                       job.next_epoch, most_cells_of_result(*work.plan));
   farm_.grants_due = true;
-  if (state.error.known() && work.started != never && work.pass > 0) note_error(job, work.samples);
+  const bool traced =
+      work.started != never || next_pass;  // since the last start of the coordinator
+  if (state.error.known() && traced && work.pass > 0) note_error(job, work.samples);
   disputes_.retract_later_faulty(job);
 }
 
@@ -263,7 +263,6 @@ void JobBook::end_pass_if_done(Job& job) {
         work.unchecked);
     farm_.note(job, job.record.flag);
   }
-  work.started = std::min(work.started, farm_.now);
   if (job.record.settings->has_passes()) {
     next_pass(job);
   } else {
@@ -305,7 +304,8 @@ static void note_done(JobRun& run, double at, const std::string& report) {
 
 void JobBook::finish_job(Job& job) {
   job.phase = JobPhase::finishing;
-  job.work->facts.render_seconds = to_seconds(farm_.now - job.work->started);
+  const Time started = std::min(job.work->started, farm_.now);  // never: all came from the store
+  job.work->facts.render_seconds = to_seconds(farm_.now - started);
   job.count_time(farm_.now, false);
   const auto finished = std::make_shared<FinishedJob>();
   for_job(job, "finishing the picture")

@@ -151,6 +151,29 @@ TEST_CASE("a coordinator that was killed makes the checks that had waited") {
   }
 }
 
+TEST_CASE("a time limit counts after a restart in which only checks of a pass remained") {
+  CrashStore store(0, 1);
+  CoordinatorOptions options = always_with_referee();
+  options.referee = nullptr;
+  Service service(options, &store);
+  Hand ann(service, "ann");
+  Hand bob(service, "bob");
+  RenderSettings settings = in_passes();
+  settings.passes.clear();
+  settings.samples_per_pixel = 100'000;
+  settings.time_limit = 5;
+  const JobId job = service.submit(small_scene(), settings);
+  work(service, {{&ann, honest}, {&bob, idle}}, job, 20);
+  REQUIRE(service.tally().accepted > 0);
+  const auto samples = service.job(job).at("samples_taken").get<double>();
+  store.crash();
+  service.restart();
+  ann.join();
+  work(service, {{&ann, honest}}, job, 500, milliseconds(200));
+  CHECK(service.job(job).at("samples_taken").get<double>() > samples);
+  CHECK(service.job(job).at("ended_by") == "time_limit");
+}
+
 TEST_CASE("a coordinator that was killed makes the drawn checks that had waited, and no others") {
   for (const bool passes : {false, true}) {
     for (const int rounds : {2, 5, 100}) {
