@@ -71,7 +71,8 @@ class TableRows {
 
   /// Goes to the next line with a row. Returns false at the end of the file.
   bool next_line();
-  /// Returns the fields of the line. They are valid until the next call.
+  /// Returns the fields of the line. They are valid until the next call. Throws the errors of
+  /// FieldSplitter::split() and DecimalCommas::replace().
   [[nodiscard]] const std::vector<std::string_view>& split();
   /// Goes to the next row and splits it. Returns nullptr at the end of the file.
   const std::vector<std::string_view>* next() { return next_line() ? &split() : nullptr; }
