@@ -8,7 +8,8 @@
 
 namespace parray::input {
 
-/// A bond between two atoms. `image` brings `to` beside `from`.
+/// A bond between two atoms, by their indices. `image` is the number of cell edges to add to the
+/// position of `to`, so that it lies beside `from`.
 struct PeriodicBond {
   std::uint32_t from = 0;
   std::uint32_t to = 0;

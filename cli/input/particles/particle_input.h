@@ -38,6 +38,7 @@ class ParticleInput {
   [[nodiscard]] std::string_view line() const { return line_; }
 
   /// Returns the next `count` bytes, at most max_bytes_at_once; nullptr if the file ends before.
+  /// Valid until the next call that reads.
   const char* next_bytes(std::size_t count) {
     place_.unit = FilePlace::Unit::byte;
     place_.number = taken_;
