@@ -30,8 +30,8 @@ struct ParticleColoring {
   /// shown particles. An open end is the least or largest of these numbers.
   TextRange range{};
   std::optional<NumberScale> scale{};  ///< not given: linear
-  /// Categories that take part in the choice of colours even if no particle belongs to them: those
-  /// of other frames. Scene files do not contain them.
+  /// Categories, by their names in legends, that take part in the choice of colours even if no
+  /// particle belongs to them: those of other frames. Scene files do not contain them.
   std::vector<std::string> names{};
 
   [[nodiscard]] bool empty() const { return by.empty(); }

@@ -26,7 +26,7 @@ struct LineWidth {
 };
 
 struct Postprocessing {
-  LineWidth outline{};  ///< width of lines around spheres in front of something farther away
+  LineWidth outline{};  ///< width of lines around shapes in front of something farther away
   /// Share of the background in the colour of the farthest surface; it is 0 at the nearest surface.
   /// 0: off.
   double depth_cue = 0;

@@ -25,7 +25,7 @@ ParticleMask class_mask(ParticleClass wanted, const Particles& particles);
 /// An expression that is bound to the columns of particles. Both must outlive it.
 class Condition {
  public:
-  /// Throws the errors of Selection::mask().
+  /// Throws the errors of Selection::mask() (selection.h).
   Condition(const Expression& expression, const Particles& particles, int threads);
 
   /// Returns 1 for each particle that satisfies the expression. It must not be a number.

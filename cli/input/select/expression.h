@@ -57,7 +57,7 @@ struct Expression {
   std::size_t depth = 1;   ///< depth of this tree, including this node
   double number = 0;
   std::string word{};
-  std::vector<std::string> words{};  ///< names, in which '*' stands for any characters
+  std::vector<std::string> words{};  ///< names; '*' stands for any characters, letter case matters
   std::vector<WholeRange> ranges{};  ///< ascending and disjoint
   std::vector<Expression> parts{};
 

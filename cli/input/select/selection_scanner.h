@@ -49,6 +49,7 @@ class SelectionScanner {
   /// Throw InputError "character N: PROBLEM". The first takes byte `at`, the second the column.
   [[noreturn]] void fail(std::size_t at, const std::string& problem) const;
   [[noreturn]] static void fail_at_column(std::size_t column, const std::string& problem);
+  /// Returns the column of byte `at`.
   [[nodiscard]] std::size_t column_of(std::size_t at) const;
 
  private:

@@ -21,7 +21,7 @@ Boxed<RenderSettings> auto_scene_settings();
 /// that may stop a picture at an error use it instead of the number of samples.
 inline constexpr double auto_scene_error = 0.02;
 
-/// Name of the only material of particles in an automatic scene.
+/// Name of plain_material (surroundings.h) in automatic scenes.
 inline constexpr std::string_view plain_material_name = "plain";
 
 /// A scene that was made from a particle file.
@@ -32,14 +32,14 @@ struct AutoScene {
 };
 
 /// Makes a scene from a particle file: spheres and surroundings. The width and height of `settings`
-/// give the shape of the picture. `source` determines what is shown; its `file` is ignored. If the
-/// file supports no `automatic` rule, particles have the plain material and the radius
-/// lattice_radius(), or half of it as balls between sticks. `source` may name plain_material_name
-/// and the materials of the scenery. The automatic view treats particles as a molecule if they have
-/// elements and either no cell, or residue names and a cell that they do not fill. They fill a cell
-/// if they extend over three quarters of each edge. Pictures of crystals, which is_crystal()
-/// recognises if `source` does not tell, have the label `cell`. Small molecules are drawn as balls
-/// and sticks: see decide_style() in sticks.h.
+/// give the shape of the picture. `source` determines what is shown; its `file` is ignored. If
+/// neither `source` nor the file determines a look, particles have the plain material and the
+/// radius lattice_radius(), or half of it as balls between sticks. `source` may name
+/// plain_material_name and the materials of the scenery. The automatic view treats particles as a
+/// molecule if they have elements and either no cell, or residue names and a cell that they do not
+/// fill. They fill a cell if they extend over three quarters of each edge. Pictures of crystals,
+/// which is_crystal() recognises if `source` does not tell, have the label `cell`. Small molecules
+/// are drawn as balls and sticks: see decide_style() in sticks.h.
 ///
 /// Throws InputError "FILE: problem: remedy".
 AutoScene auto_scene(const std::filesystem::path& path, const ParticleSource& source,

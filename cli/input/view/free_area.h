@@ -28,6 +28,7 @@ struct LabelPlaces {
 
 /// Share of the picture's width or height that particles fill without labels.
 inline constexpr double filled_share = 0.85;
+/// The area that particles fill without labels.
 inline constexpr PictureArea usual_area{-filled_share, filled_share, -filled_share, filled_share};
 
 /// Returns the part of usual_area, outside of boxes and margins, in which a group of particles can

@@ -82,7 +82,7 @@ struct Surroundings {
   TurnAxis axis{};
 };
 
-/// The material of particles that have only positions.
+/// The material of particles in files without colours, elements and types.
 inline constexpr Material plain_material{MaterialType::diffuse, {0.35, 0.48, 0.65}, 0, 1};
 
 /// Returns the surroundings of `spheres`, which are not empty. `aspect` (> 0) is the width of the
