@@ -30,7 +30,7 @@ struct CifLinkEnd {
 /// The tables of bonds in a block.
 class CifLinks {
  public:
-  /// Returns whether a plain tag (see plain_tag()) belongs to a table of bonds.
+  /// Returns whether a plain tag (plain_tag() in cif_atoms.h) belongs to a table of bonds.
   static bool is_table(std::string_view plain_tag);
 
   /// Begins a table with these plain tags, one or more.

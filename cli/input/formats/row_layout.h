@@ -26,7 +26,9 @@ struct RowLayout {
   std::optional<std::array<std::size_t, 3>> color;
   std::optional<std::size_t> element;
   std::optional<std::size_t> type;
-  double radius_factor = 1;  ///< 0.5 if the file contains diameters
+  /// Factor that turns a value of the column `radius` into a radius: 0.5 for diameters, and another
+  /// one if the radii have another unit than the positions.
+  double radius_factor = 1;
   ColorScale color_scale = ColorScale::linear;
   std::vector<NumberField> numbers;  ///< in the order of the numeric columns of ParticleColumns
   /// True: texts that are not elements are errors, not "unknown". X, 0 and empty texts are unknown.
@@ -42,7 +44,7 @@ Vec3d position_of(const Fields& row, const RowLayout& layout, const FilePlace& p
 /// Uses the column `diameter` if there is no column of radii.
 void use_diameters(const std::vector<std::string>& names, RowLayout& layout);
 
-/// Adds the fields that the request wants to `layout` and `columns`.
+/// For each field that the request wants, adds a number to `layout` and a column to `columns`.
 void want_numbers(const std::vector<NumberField>& fields, const ParticleRequest& request,
                   RowLayout& layout, ParticleColumns& columns);
 

@@ -23,8 +23,8 @@ double angstrom_of(const Particles& particles);
 /// Finds bonds, also across periodic faces of the cell, if the particles have a cell. Two atoms
 /// bond if their distance is at most the sum of their covalent radii and 0.4 angstrom: Meng and
 /// Lewis, J. Comput. Chem. 12 (1991) 891. Atoms of unknown elements, is_ionic() elements and pairs
-/// of hydrogen do not bond. Takes time in proportion to the atoms. Returns the same bonds in the
-/// same order for the same particles.
+/// of hydrogen do not bond. Returns none without a column of elements. Takes time in proportion to
+/// the atoms. Returns the same bonds in the same order for the same particles.
 ///
 /// Throws InputError, which names no place, if the atoms are so close that their unit cannot be
 /// right.

@@ -65,6 +65,7 @@ class ParticleInput {
   [[nodiscard]] std::uint64_t position() const { return taken_; }
   /// Returns the place of the line or bytes that were read last.
   [[nodiscard]] const FilePlace& place() const { return place_; }
+  /// Throws InputError with place() and `problem`.
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }
 
  private:

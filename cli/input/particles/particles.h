@@ -56,7 +56,7 @@ inline std::string in_number(std::uint64_t count, const char* one, const char* s
 /// Facts about a particle file that was read.
 struct ParticleFacts {
   std::string format;                     ///< "PDB"
-  std::string packing{};                  ///< "gzip"; empty: not packed
+  std::string packing{};                  ///< PackedFile::packing(): "gzip"; empty: not packed
   std::uint64_t frame = 0;                ///< number of the frame that was read, from 0
   std::optional<std::uint64_t> frames{};  ///< number of frames in the file, if they were counted
   std::optional<double> time{};           ///< time, step or number, as the file has it

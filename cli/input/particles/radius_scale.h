@@ -31,9 +31,9 @@ std::string text_of(const RadiusScale& scale);
 std::set<std::string, std::less<>> numbers_of(const RadiusScale& scale);
 
 /// Sets the radii of `particles`. With `low` and `high`, a radius is a linear function of the
-/// number, between `low` and `high`. If all numbers are equal, the radius is their mean. Returns
-/// the numbers whose radii are `low` and `high`. Returns empty bounds if the number itself is the
-/// radius.
+/// number, between `low` and `high`. If all numbers are equal, the radius is the mean of `low` and
+/// `high`. Returns the numbers whose radii are `low` and `high`. Returns empty bounds if the number
+/// itself is the radius.
 ///
 /// Throws UnknownNumber (selection.h) if `scale.by` is a numeric column that the particles lack.
 /// Throws SourceError with the key "radius_by" for another missing column, for a number that is not

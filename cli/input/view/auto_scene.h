@@ -34,12 +34,12 @@ struct AutoScene {
 /// Makes a scene from a particle file: spheres and surroundings. The width and height of `settings`
 /// give the shape of the picture. `source` determines what is shown; its `file` is ignored. If
 /// neither `source` nor the file determines a look, particles have the plain material and the
-/// radius lattice_radius(), or half of it as balls between sticks. `source` may name
-/// plain_material_name and the materials of the scenery. The automatic view treats particles as a
-/// molecule if they have elements and either no cell, or residue names and a cell that they do not
-/// fill. They fill a cell if they extend over three quarters of each edge. Pictures of crystals,
-/// which is_crystal() recognises if `source` does not tell, have the label `cell`. Small molecules
-/// are drawn as balls and sticks: see decide_style() in sticks.h.
+/// radius lattice_radius(), or half of it as balls between sticks. `source` may name the material
+/// plain_material_name. The automatic view treats particles as a molecule if they have elements and
+/// either no cell, or residue names and a cell that they do not fill. They fill a cell if they
+/// extend over three quarters of each edge. Pictures of crystals, which is_crystal() recognises if
+/// `source` does not tell, have the label `cell`. Small molecules are drawn as balls and sticks:
+/// see decide_style() in sticks.h.
 ///
 /// Throws InputError "FILE: problem: remedy".
 AutoScene auto_scene(const std::filesystem::path& path, const ParticleSource& source,
