@@ -14,7 +14,8 @@ struct LegendEntry {
   std::string name;         ///< UTF-8, as people read it; not empty
   Vec3d color{};            ///< linear RGB in [0, 1]: the particles' albedo
   std::uint64_t count = 0;  ///< number of particles with this colour
-  bool arrow = false;       ///< explains the length of arrows, which have any colour
+  /// True: the entry states the value of the longest arrow. It then has no colour and no count.
+  bool arrow = false;
 
   friend bool operator==(const LegendEntry&, const LegendEntry&) = default;
 };
@@ -25,7 +26,7 @@ struct LegendEntry {
 /// - Categories: `entries`, in display order. Next to a scale, they explain colours outside the
 /// scale, such as "not known".
 struct Legend {
-  std::string title{};  ///< "element", "type", "chain" or a column's name
+  std::string title{};  ///< "element", "type", "chain", a column's name or the arrows' vector
   std::string unit{};   ///< of the numbers; empty: unknown or none
   double low = 0;       ///< finite, below `high`
   double high = 0;
@@ -37,11 +38,11 @@ struct Legend {
   friend bool operator==(const Legend&, const Legend&) = default;
 };
 
-/// Adds a legend to a list. Legends with the same title and scale become one; it adds the counts of
-/// entries with equal names and colours. Ignores an empty legend.
+/// Adds a legend to a list. Merges it with a legend of the same title, unit and scale. Then entries
+/// with equal names and colours become one, and their counts add up. Ignores an empty legend.
 void add_legend(std::vector<Legend>& legends, Legend more);
 
-/// Number of entries that legends_text() lists. It counts the rest as "left_out".
+/// Number of entries that legends_text() lists of each legend. "left_out" counts the rest.
 inline constexpr std::size_t most_listed_entries = 256;
 
 /// Returns the legends as JSON, with colours in linear RGB. It is a list of {"title", "unit"?,

@@ -7,7 +7,7 @@
 
 namespace parray::input {
 
-/// The least and the largest of some numbers.
+/// The least and the largest of the numbers that were added. Empty before the first one.
 struct NumberBounds {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();

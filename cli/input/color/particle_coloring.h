@@ -26,11 +26,12 @@ inline constexpr std::array<std::string_view, 3> number_scale_words{"linear", "l
 struct ParticleColoring {
   std::string by;                 ///< one of color_by_words, or the name of a number; empty: none
   std::optional<ColorMap> map{};  ///< colour map for numbers; not given: viridis
-  TextRange
-      range{};  ///< numbers at the ends of the map; percent: of the particles shown; open: all
+  /// Numbers at the ends of the map. A percentage is a percentile of the known numbers of all
+  /// shown particles. An open end is the least or largest of these numbers.
+  TextRange range{};
   std::optional<NumberScale> scale{};  ///< not given: linear
-  /// Categories that take part in the choice of colours even if no particle belongs to them: those
-  /// of other frames. Scene files do not contain them.
+  /// Categories, by their names in legends, that take part in the choice of colours even if no
+  /// particle belongs to them: those of other frames. Scene files do not contain them.
   std::vector<std::string> names{};
 
   [[nodiscard]] bool empty() const { return by.empty(); }
@@ -41,7 +42,8 @@ struct ParticleColoring {
 inline constexpr std::array<std::string_view, 5> color_by_words{"element", "type", "chain",
                                                                 "residue", "atom"};
 
-/// Parse the texts of the members. Throw InputError, which names no place, for invalid texts.
+/// Parse the texts of the members. The results always have a value. Throw InputError, which names
+/// no place, for invalid texts.
 std::string color_by_from(std::string_view text);
 std::optional<ColorMap> color_map_from(std::string_view text);
 TextRange color_range_from(std::string_view text);
@@ -51,14 +53,15 @@ std::string text_of(const std::optional<ColorMap>& map);
 /// Returns the text that number_scale_from() parses to `scale`. Returns "" if no scale is chosen.
 std::string text_of(const std::optional<NumberScale>& scale);
 
-/// A contradiction between the members, and the member that is wrong.
+/// A contradiction between the members.
 struct ColoringProblem {
-  std::string key;
-  std::string text;
+  std::string key;   ///< the wrong member's key in a scene file: "colormap", "range"
+  std::string text;  ///< problem and remedy, to follow the key in a message
 };
+/// Returns the first contradiction. Returns nothing if the members agree.
 std::optional<ColoringProblem> problem_with(const ParticleColoring& coloring);
 
-/// Returns the numeric columns of the file that the colouring needs.
+/// Returns the names of the file's numeric columns that the colouring needs.
 std::set<std::string, std::less<>> numbers_of(const ParticleColoring& coloring);
 
 }  // namespace parray::input

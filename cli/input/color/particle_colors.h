@@ -17,7 +17,7 @@ namespace parray::input {
 /// Number of distinct colours of categories. Further categories repeat them.
 inline constexpr std::size_t category_color_count = 24;
 
-/// Returns the linear RGB of a category by its number. The first seven colours are those of Okabe
+/// Returns the linear RGB of category `number`, from 0. The first seven colours are those of Okabe
 /// and Ito ("Color Universal Design", 2008) without black, which shows no shape on a ball. Each
 /// further colour comes from a grid in sRGB. It is the one that lies farthest, in Oklab, from all
 /// previous colours and from the grey of unknown categories. The distance is the least of four
@@ -48,8 +48,8 @@ struct ParticleColors {
   std::vector<Vec3d> palette;        ///< linear RGB in [0, 1]
   std::vector<std::uint32_t> index;  ///< into `palette`, one per particle; empty: no colours
   Legend legend;
-  /// Numbers at the ends of the map. Both are equal if all numbers are equal. Empty: the colours
-  /// are those of categories.
+  /// Numbers at the ends of the map. Both may be equal, such as for equal numbers. The legend's
+  /// scale is wider then. Empty: the colours are those of categories.
   NumberBounds numbers{};
 
   [[nodiscard]] bool empty() const { return index.empty(); }
@@ -61,10 +61,15 @@ struct ParticleColors {
 /// of threads.
 ///
 /// An open end of the range is the least or largest number. The range is symmetric if both ends are
-/// open, the map has a middle and numbers lie on both sides of 0. Percentiles are by nearest rank.
+/// open, the map has a middle and numbers lie on both sides of 0. Percentiles are by nearest rank
+/// among the known numbers.
 ///
-/// Throws UnknownNumber if `coloring.by` is a number that the particles lack. For other problems,
-/// throws SourceError with the key "color_by", "color_scale" or "range".
+/// Throws UnknownNumber (selection.h) if `coloring.by` is a numeric column that the particles lack.
+/// Throws SourceError (file_place.h) in the following cases:
+/// - "color_by": the particles lack the column, or no number is known.
+/// - "color_scale": a number for each category takes more than 1000 different values.
+/// - "range": the low end is above the high end for these particles, or not above 0 on a
+///   logarithmic scale.
 ParticleColors colors_of(const ParticleColoring& coloring, Particles& particles, int threads = 1);
 
 }  // namespace parray::input

@@ -50,7 +50,7 @@ class SparseColumn {
   [[nodiscard]] T at(std::size_t particle) const {
     return particle < values_.size() ? values_[particle] : usual_;
   }
-  /// Makes an unusual value usual.
+  /// Makes the value of a particle usual. It must have been set to an unusual one.
   void reset(std::size_t particle) { values_[particle] = usual_; }
   [[nodiscard]] bool empty() const { return values_.empty(); }
   /// Returns the values of `count` particles. Returns none if no unusual value was set.
@@ -88,9 +88,11 @@ class AtomColumns {
   /// Reserves memory for `count` atoms. Call it only if the file can contain so many atoms.
   void expect(std::uint64_t count) { columns_.expect(count); }
   void add(const Atom& atom);
-  /// Sets the numbers of the last atom, in the order of `names`. NaN: not known.
+  /// Sets the numbers of the last atom, in the order of `names`. NaN: not known. Call it after each
+  /// add() unless `names` is empty.
   void numbers(std::span<const double> values);
-  /// Sets the radius of the last atom. 0 means the radius of the element.
+  /// Sets the radius of the last atom. 0 means the van der Waals radius of the element. Call it
+  /// after each add(), or never.
   void radius(double radius);
   /// Adds a note, unless `count` is 0.
   void note(std::string key, std::uint64_t count, std::string text);
@@ -105,7 +107,7 @@ class AtomColumns {
 
   /// Returns the atoms of a frame, which may be empty.
   Particles finish_frame();
-  /// Returns the atoms. Fails if there are none.
+  /// Does the same. Fails at `place` if there are no atoms.
   Particles finish();
 
  private:

@@ -11,33 +11,35 @@
 /// Bonds in the text of files.
 namespace parray::input {
 
-/// Parses the numbers of two bonded atoms, from 1 to `atoms`. Fails at `place` for other texts and
-/// for a bond of an atom to itself.
+/// Parses the numbers of two bonded atoms, from 1 to `atoms`. The result counts atoms from 0. Fails
+/// at `place` for other texts and for a bond of an atom to itself.
 StatedBond bond_field(std::string_view one, std::string_view other, std::uint64_t atoms,
                       const FilePlace& place);
 
-/// Returns the note that `count` (> 0) bonds name atoms that the file does not have exactly once.
+/// Returns the note that `count` (> 0) bonds were left out, because each needs two different atoms
+/// that the file has exactly once.
 ParticleNote unknown_bonds_note(std::uint64_t count);
 
 /// The numbers that a file gives to its atoms. Takes little memory if most atoms have the number
 /// after that of the atom before.
 class AtomNumbers {
  public:
-  /// Adds the number of the next atom; nothing: it has none.
+  /// Adds the number of the next atom; nothing: it has none. Atoms have the indices 0, 1, 2 ... in
+  /// the order of these calls.
   void add(std::optional<std::int64_t> number);
   void clear() { *this = {}; }
-  /// Returns the place of the atom with this number. Returns nothing if no atom has it, or several
+  /// Returns the index of the atom with this number. Returns nothing if no atom has it, or several
   /// have it.
   [[nodiscard]] std::optional<std::uint32_t> find(std::int64_t number);
-  /// Returns the bond of the atoms with two numbers. Fails at `place` for numbers that not exactly
-  /// one atom has, and for a bond of an atom to itself.
+  /// Parses two numbers and returns the bond between the indices of their atoms. Fails at `place`
+  /// for numbers that not exactly one atom has, and for a bond of an atom to itself.
   StatedBond bond(std::string_view one, std::string_view other, const FilePlace& place);
 
  private:
   /// Atoms whose numbers ascend in steps of 1.
   struct Run {
     std::int64_t number = 0;  ///< of the first atom
-    std::uint32_t place = 0;  ///< of the first atom
+    std::uint32_t place = 0;  ///< index of the first atom
     std::uint32_t count = 0;
     std::int64_t end_so_far = 0;  ///< after the largest number of this and the runs before
 

@@ -25,8 +25,8 @@ enum class CifItem : std::uint8_t {
   ideal_x,  // of an isolated component, angstrom
   ideal_y,
   ideal_z,
-  symbol,
-  auth_chain,
+  symbol,      // of the element
+  auth_chain,  // auth: names that the authors chose; label: names of the database
   label_chain,
   auth_number,
   label_number,
@@ -35,15 +35,15 @@ enum class CifItem : std::uint8_t {
   label_residue,
   auth_name,
   label_name,
-  alternative,
-  assembly,
+  alternative,  // alternative location, or group of disorder
+  assembly,     // of groups of disorder: see CrystalSite
   occupancy,
-  b_factor,
+  b_factor,  // isotropic displacement, angstrom^2: B = 8 pi^2 U
   u_factor,
-  charge,
-  calculated,
-  model,
-  count
+  charge,      // elementary charges
+  calculated,  // "dum" marks a dummy site
+  model,       // number of the model, which is a frame
+  count        // number of items; also means that a column is not used
 };
 
 /// The kinds of tables that contain atoms.
@@ -66,15 +66,15 @@ class CifRow {
   /// Begins a table with these plain tags.
   void start(const std::vector<std::string>& tags);
 
-  /// Adds the next value of the row in the form of the file. Returns true for the last value of a
-  /// row.
+  /// Adds the next value of the row as in the file, with its quotes. Returns true for the last
+  /// value of a row.
   bool add(std::string_view value) {
     const auto item = items_[next_];
     if (item != CifItem::count) texts_[static_cast<std::size_t>(item)].assign(value);
     next_ = next_ + 1 == items_.size() ? 0 : next_ + 1;
     return next_ == 0;
   }
-  /// Returns the number of values of an incomplete row.
+  /// Returns the number of values of an incomplete row. 0: the last row is complete.
   [[nodiscard]] std::size_t begun() const { return next_; }
   [[nodiscard]] std::size_t width() const { return items_.size(); }
 
@@ -90,6 +90,7 @@ class CifRow {
   /// Returns the value without quotes. Returns "" for missing values, '.' and '?'. Valid until the
   /// next add() and the next call for the same item.
   [[nodiscard]] std::string_view text(CifItem item) const;
+  /// Returns the value of `item`, or that of `other` if it is missing.
   [[nodiscard]] std::string_view text(CifItem item, CifItem other) const {
     const std::string_view preferred = text(item);
     return preferred.empty() ? text(other) : preferred;
@@ -121,14 +122,16 @@ class CifSites {
   CifSites(const ParticleRequest& request, const FilePlace& place)
       : request_(request), place_(&place) {}
 
-  /// Begins a table with the columns of `row`.
+  /// Begins the table. `table` is not `other`. The columns of `row` decide whether the positions
+  /// are Cartesian.
   void start(CifTable table, const CifRow& row);
   [[nodiscard]] bool has_table() const { return kind_ != Kind::none; }
   [[nodiscard]] bool is_component() const { return kind_ == Kind::component; }
   void add(const CifRow& row);
 
-  /// Returns the model that the request chooses. For a crystal, returns the content of the cell.
-  /// `crystal` gives the cell and the symmetry.
+  /// Returns the model that the request chooses. For a crystal, returns the content of the cell:
+  /// see unit_cell(). `crystal` gives the cell and the symmetry, and may be empty afterwards. Fails
+  /// at `place` if the file lacks the model, if no atom has a position, or as unit_cell() does.
   Particles finish(Crystal& crystal);
 
  private:

@@ -23,13 +23,14 @@ struct CifLinkEnd {
   std::string label_number = "1";  ///< instead of an empty `residue_number`; 1 in components
   std::string insertion;
   std::string alternative;
+  /// The symmetry operation that gives the image of the atom: "1_555".
   std::string symmetry;
 };
 
 /// The tables of bonds in a block.
 class CifLinks {
  public:
-  /// Returns whether a plain tag (see plain_tag()) belongs to a table of bonds.
+  /// Returns whether a plain tag (plain_tag() in cif_atoms.h) belongs to a table of bonds.
   static bool is_table(std::string_view plain_tag);
 
   /// Begins a table with these plain tags, one or more.
@@ -37,9 +38,9 @@ class CifLinks {
   /// Adds the next value of the table, without quotes.
   void add(std::string value);
 
-  /// Adds bonds to the particles: those of a component, or covalent, disulfide and metal bonds
-  /// inside one asymmetric unit. A note counts bonds whose two atoms are not both found exactly
-  /// once.
+  /// Adds bonds to the particles. `component` true: those of chem_comp_bond. False: covalent,
+  /// disulfide and metal bonds of struct_conn whose ends have the same symmetry operation. A note
+  /// counts bonds whose two atoms are not both found exactly once.
   void finish(bool component, Particles& particles) const;
 
  private:

@@ -15,7 +15,7 @@ namespace parray::input {
 /// Serial numbers may be hexadecimal or hybrid-36.
 class ConectBonds {
  public:
-  /// Notes the serial number in the record of the next atom.
+  /// Records the serial number in the ATOM or HETATM record of the next atom.
   void add_atom(std::string_view record);
   /// Reads a CONECT record: the serial number of an atom in columns 7 to 11, and those of up to
   /// four bonded atoms in columns of the same width. Blanks separate numbers outside these columns.
@@ -23,8 +23,9 @@ class ConectBonds {
   [[nodiscard]] bool empty() const { return pairs_.empty(); }
   /// Takes over the bonds of `other`, not its atoms.
   void take_bonds(const ConectBonds& other) { pairs_ = other.pairs_; }
-  /// Adds the bonds to the atoms and forgets bonds and atoms. Leaves out bonds whose serial numbers
-  /// no atom has, or several atoms have, and counts them in a note.
+  /// Adds the bonds to `atoms`, which were added in the order of add_atom(). Then forgets bonds and
+  /// atoms. Leaves out bonds of an atom to itself, and bonds whose serial numbers no atom has, or
+  /// several atoms have. A note counts them.
   void finish(AtomColumns& atoms);
   /// Forgets bonds and atoms.
   void clear();

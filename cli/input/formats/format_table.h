@@ -71,7 +71,7 @@ extern const ParticleFormat mol2_format;
 extern const ParticleFormat cif_format;
 extern const ParticleFormat csv_format;
 
-/// Returns all formats.
+/// Returns all formats, in the order in which their recognisers run.
 std::span<const ParticleFormat* const> particle_formats();
 
 /// Returns the format with the extension of the file's name, or with the beginning of the name, or

@@ -19,8 +19,8 @@ namespace parray::input {
 /// empty list for other texts.
 std::vector<std::array<double, 12>> operations_of_space_group(const std::string& name);
 
-/// Receives the content of a CIF file in order. `text` includes its quotes. `line`: where it
-/// begins, from 1.
+/// Receives the content of a CIF file in order. Outside of loops, each tag is followed by its
+/// value. `text` includes its quotes. `line`: where it begins, from 1.
 class CifVisitor {
  public:
   virtual ~CifVisitor() = default;
@@ -41,6 +41,7 @@ class CifError : public std::runtime_error {
   std::size_t line_;
 };
 
+/// Largest size of a value, a tag or a series of comments, in bytes.
 inline constexpr std::size_t max_cif_text_bytes = std::size_t{1} << 22;
 
 /// Parses CIF with gemmi's grammar. `read(to, bytes)` returns the number of the next bytes of the

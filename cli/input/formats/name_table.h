@@ -28,9 +28,9 @@ class NameTable {
   explicit NameTable(const FilePlace& place) : place_(place) {}
 
   void add(const NamedAtom& atom);
-  /// Returns the atoms with all positions 0. Elements come from `elements`. If that is empty, they
-  /// come from the masses, and then from the names. Adds the columns charge and mass if the request
-  /// wants them. Fails if there are no atoms.
+  /// Returns the atoms with all positions 0. Elements come from `elements`, one per atom. If it is
+  /// empty, they come from the masses, and then from the names; notes count these guesses. Adds the
+  /// columns charge and mass if the request wants them. Fails at `place` if there are no atoms.
   Particles finish(const ParticleRequest& request, std::vector<std::uint8_t> elements = {});
 
  private:

@@ -18,7 +18,7 @@ void note_ellipsoids(std::uint64_t count, ParticleFacts& facts);
 /// Adds the note "COUNT line segments, triangles or bodies shown as spheres". Does nothing for 0.
 void note_bodies(std::uint64_t count, ParticleFacts& facts);
 
-/// Adds the note that `count` bonds of _geom_bond are not read. Does nothing for 0.
+/// Adds the note that `count` bonds of CIF's table _geom_bond are not read. Does nothing for 0.
 void note_geometry_bonds(std::uint64_t count, ParticleFacts& facts);
 
 /// Counts the ellipsoids in the rows of a table whose columns have LAMMPS's names: shapex, shapey,

@@ -11,22 +11,22 @@
 namespace parray::input {
 
 /// The content of an ATOM or HETATM line in PDB, PDBQT or PQR. Readers use one object for all
-/// lines.
+/// lines. Atom describes the members that it has, too. not_known: the line lacks the number.
 struct AtomRecord {
   Vec3d position;
   std::string name;
   std::string residue_name;
   std::string chain;
-  std::string type;  ///< type of AutoDock
+  std::string type;  ///< type of AutoDock; only in PDBQT
   std::int32_t residue_number = 0;
   char insertion = ' ';
   char alternative = ' ';
   bool doubtful_alternative = false;
   bool two_letters = false;
   double occupancy = not_known;
-  double b_factor = not_known;
-  double charge = not_known;
-  double radius = not_known;
+  double b_factor = not_known;  ///< angstrom^2
+  double charge = not_known;    ///< elementary charges: formal in PDB, partial in the others
+  double radius = not_known;    ///< angstrom; only in PQR
   std::optional<std::uint8_t> element;
 
   [[nodiscard]] Atom atom() const {
@@ -36,8 +36,8 @@ struct AtomRecord {
   }
 };
 
-/// Returns whether the line begins with "ATOM" or "HETATM", in any letter case, and has a further
-/// field.
+/// Returns whether the line begins with "HETATM", or with "ATOM" before a blank or a digit, in any
+/// letter case, and has at least seven characters.
 bool is_atom_record(std::string_view line);
 
 /// Reads a PDB record by columns: "Atomic Coordinate Entry Format Description" 3.3
@@ -48,16 +48,20 @@ bool is_atom_record(std::string_view line);
 /// - columns 73 to 76 as the chain if column 22 is blank (CHARMM's segments);
 /// - residue numbers as hybrid-36 (cci.lbl.gov/hybrid_36), in hexadecimal, or missing ("****": 0);
 /// - serial numbers of more than five digits, which shift the line, and tabs (eight columns);
-/// - lines with blanks between fields, as in PQR, if columns 31 to 54 do not contain three numbers.
+/// - lines with blanks between fields, as in PQR, if columns 31 to 54 do not contain three numbers;
+///   occupancy and temperature factor must follow the position.
+///
+/// Fails at `place` for lines without a position.
 void read_pdb_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
 /// Reads a PDBQT record (AutoDock 4.2 User Guide): PDB with the partial charge in columns 67 to 76.
-/// AutoDock's atom type begins in column 78 and gives the element.
+/// AutoDock's atom type begins in column 78 and gives the element. Fails as read_pdb_record() does.
 void read_pdbqt_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
 /// Reads a PQR record ("PQR molecular structure format", pdb2pqr.readthedocs.io). Blanks separate
 /// the fields: serial, name, residue, chain (optional), residue number, x, y, z, charge, radius. If
-/// blanks are missing, the columns of PDB separate the fields up to z.
+/// blanks are missing, the columns of PDB separate the fields up to z. Fails at `place` for lines
+/// without position, charge and radius.
 void read_pqr_record(std::string_view line, const FilePlace& place, AtomRecord& record);
 
 }  // namespace parray::input

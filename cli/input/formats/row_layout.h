@@ -26,34 +26,40 @@ struct RowLayout {
   std::optional<std::array<std::size_t, 3>> color;
   std::optional<std::size_t> element;
   std::optional<std::size_t> type;
-  double radius_factor = 1;  ///< 0.5 if the file contains diameters
+  /// Factor that turns a value of the column `radius` into a radius: 0.5 for diameters, and another
+  /// one if the radii have another unit than the positions.
+  double radius_factor = 1;
   ColorScale color_scale = ColorScale::linear;
   std::vector<NumberField> numbers;  ///< in the order of the numeric columns of ParticleColumns
-  bool strict_elements = false;  ///< true: texts that are not elements are errors, not "unknown"
+  /// True: texts that are not elements are errors, not "unknown". X, 0 and empty texts are unknown.
+  bool strict_elements = false;
 };
 
 using Fields = std::vector<std::string_view>;
 
-/// Returns the position in a row. The row must have all columns of `layout`.
+/// Returns the position in a row. The row must have all columns of `layout`, also in the functions
+/// below. Fails at `place` for texts that are not numbers.
 Vec3d position_of(const Fields& row, const RowLayout& layout, const FilePlace& place);
 
 /// Uses the column `diameter` if there is no column of radii.
 void use_diameters(const std::vector<std::string>& names, RowLayout& layout);
 
-/// Adds the fields that the request wants to `layout` and `columns`.
+/// For each field that the request wants, adds a number to `layout` and a column to `columns`.
 void want_numbers(const std::vector<NumberField>& fields, const ParticleRequest& request,
                   RowLayout& layout, ParticleColumns& columns);
 
-/// Returns the columns that `layout` does not use, under their own names.
+/// Returns the columns that `layout` does not use, under their own names. Leaves out columns with
+/// an empty name or the name of an earlier column.
 std::vector<NumberField> other_fields(const std::vector<std::string>& names,
                                       const RowLayout& layout);
 
 /// Adds all values of a particle except its position. If the layout has no types, the texts of the
-/// elements are the types.
+/// elements are the types. Fails at `place` for radii, colours and (if strict) elements that are
+/// not valid. In numeric columns, texts that are not numbers mean "not known".
 void add_attributes(const Fields& row, const RowLayout& layout, const FilePlace& place,
                     ParticleColumns& columns);
 
-/// Adds a particle. In numeric columns, texts that are not numbers mean "not known".
+/// Adds a particle: its position, then the values of add_attributes().
 void add_row(const Fields& row, const RowLayout& layout, const FilePlace& place,
              ParticleColumns& columns);
 

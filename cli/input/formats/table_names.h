@@ -12,15 +12,15 @@ namespace parray::input {
 
 struct TableNames {
   std::vector<std::string> names;  ///< lower case, without units; positions are x, y and z
-  std::vector<std::string> units;  ///< one per name; empty: unknown. Lengths: see LengthUnit
-  bool has_positions = false;
+  std::vector<std::string> units;  ///< one per name, from readable_unit(); empty: unknown
+  bool has_positions = false;      ///< x, y and z are among the names
 };
 
 /// Returns the names of the columns in the form that layout_of() knows. A unit is in brackets at
 /// the end ("x [nm]", "vx (m/s)"). Positions and radii may have the name of a unit of length after
 /// a mark ("x_pc", "radius_mm"). Renames position columns to x, y and z. Programs call them pos_x,
-/// PositionX, x_coord, Points:0 (ParaView), Position.X (OVITO), Rx and so on. If a column is called
-/// x, y or z, it is the position.
+/// PositionX, x_coord, Points:0 (ParaView), Position.X (OVITO), Rx and so on. If any column is
+/// called x, y or z, no other column becomes a position.
 TableNames table_names(const std::vector<std::string_view>& header);
 
 /// Returns the words of a header line without quotes. A tab, comma or semicolon separates names, or
@@ -32,7 +32,8 @@ std::vector<std::string_view> words_of_header(std::string_view line);
 void join_units(std::vector<std::string_view>& words);
 
 /// Takes units from a row of units, such as "m", "(m)", "[m/s]", one per name. Returns false, and
-/// takes none, if those of x, y and z are not the same known unit of length.
+/// takes none, if the row has another number of fields, if the table has no positions, or if x, y
+/// and z do not have the same known unit of length.
 bool take_units(const std::vector<std::string_view>& row, TableNames& table);
 
 /// Returns the unit of the positions. Empty: unknown. Fails at `place` if x, y and z have different

@@ -14,13 +14,14 @@ namespace parray::input {
 /// Returns whether a line is a comment: it begins with #, // or %.
 bool is_table_comment(std::string_view line);
 
+/// Means that any number of blanks and tabs separates two fields.
 inline constexpr char blank_separator = ' ';
 
 /// Splits lines at a separator. Removes quotes and blanks around fields. A quote within quotes is
 /// written twice.
 class FieldSplitter {
  public:
-  /// `separator`: a character, or blank_separator for any number of blanks and tabs.
+  /// `separator`: a character, or blank_separator.
   explicit FieldSplitter(char separator) : separator_(separator) {}
 
   /// Replaces `fields` by those of `line`. They are valid until the next call, as long as `line`
@@ -71,7 +72,8 @@ class TableRows {
 
   /// Goes to the next line with a row. Returns false at the end of the file.
   bool next_line();
-  /// Returns the fields of the line. They are valid until the next call.
+  /// Returns the fields of the line. They are valid until the next call. Throws the errors of
+  /// FieldSplitter::split() and DecimalCommas::replace().
   [[nodiscard]] const std::vector<std::string_view>& split();
   /// Goes to the next row and splits it. Returns nullptr at the end of the file.
   const std::vector<std::string_view>* next() { return next_line() ? &split() : nullptr; }

@@ -13,7 +13,8 @@ namespace parray::input {
 /// it after the recognisers of all supported formats.
 std::string unsupported_format(const FileStart& start, const std::filesystem::path& name);
 
-/// Returns the first printable words of a text, in quotes, or a description of binary data.
+/// Returns a description of a file for messages: "text that begins with 'ABC'", "only blanks" or
+/// "binary data of an unknown kind".
 std::string first_words(const FileStart& start);
 
 }  // namespace parray::input

@@ -21,17 +21,19 @@ inline constexpr std::array<std::string_view, 2> arrow_words{"velocity", "force"
 /// Default length of the longest arrow, in typical_distance() of the particles.
 inline constexpr double longest_arrow = 2;
 
-/// Parses arrow_words, the name of a vector, or three names of columns separated by commas. Throws
-/// InputError, which names no place, for other texts.
+/// Parses arrow_words, the name of a vector, or three names of columns separated by commas. Returns
+/// the text in lower case. Throws InputError, which names no place, for other texts.
 std::string arrows_from(std::string_view text);
 
-/// Returns the numeric columns that may hold the vectors. For "velocity": vx, velocity_x and so on.
+/// Returns the names of numeric columns that may hold the vectors. For "velocity": vx, velocity_x
+/// and so on. For another NAME: NAMEx, NAME_x and so on. `arrows` is a result of arrows_from(), or
+/// empty.
 std::set<std::string, std::less<>> numbers_of_arrows(std::string_view arrows);
 
 /// The numbers that set the scale and the width of arrows. All frames of a film have the same ones.
 struct ArrowMeasure {
-  double longest = 0;  ///< length of the longest vector
-  double spacing = 0;  ///< distance of typical neighbours; 0: there are none
+  double longest = 0;  ///< length of the longest vector, in the unit of the vectors
+  double spacing = 0;  ///< typical_distance() of the particles; 0: there are no neighbours
 
   /// Adds a later frame: takes the longest vector of all frames and the first spacing.
   void add(const ArrowMeasure& frame);
@@ -51,8 +53,8 @@ struct ParticleArrows {
 /// neighbours. Particles whose vector is not known have no arrow, and a note counts them.
 /// `measure`: of all frames of a film. Not given: that of the particles.
 ///
-/// Throws UnknownNumber if the particles lack the columns. Throws SourceError for "arrow_scale" if
-/// arrows are too long, or if particles without neighbours need a scale.
+/// Throws UnknownNumber (selection.h) if the particles lack the columns. Throws SourceError for
+/// "arrow_scale" if arrows are too long, or if particles without neighbours need a scale.
 ParticleArrows arrows_of(std::string_view arrows, const std::optional<double>& scale,
                          Particles& particles, const std::optional<ArrowMeasure>& measure = {});
 

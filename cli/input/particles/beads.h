@@ -20,9 +20,9 @@ bool are_beads(const Particles& particles);
 /// particles. Returns 0 for fewer than two particles.
 double typical_distance(std::span<const Vec3d> positions);
 
-/// If the particles are beads, sets those rules of `source` that are open: colours by name, and the
-/// radius with which typical neighbours touch, or half of it between sticks. Then one note replaces
-/// the notes about elements.
+/// If the particles are beads, sets those rules of the look of `source` that are open: colours by
+/// name, and the radius with which typical neighbours touch. Balls between sticks get half of this
+/// radius. Then one note replaces the notes about elements.
 void decide_for_beads(Particles& particles, ParticleSource& source);
 
 }  // namespace parray::input

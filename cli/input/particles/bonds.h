@@ -8,7 +8,8 @@
 
 namespace parray::input {
 
-/// A bond between two atoms. `image` brings `to` beside `from`.
+/// A bond between two atoms, by their indices. `image` is the number of cell edges to add to the
+/// position of `to`, so that it lies beside `from`.
 struct PeriodicBond {
   std::uint32_t from = 0;
   std::uint32_t to = 0;
@@ -22,8 +23,8 @@ double angstrom_of(const Particles& particles);
 /// Finds bonds, also across periodic faces of the cell, if the particles have a cell. Two atoms
 /// bond if their distance is at most the sum of their covalent radii and 0.4 angstrom: Meng and
 /// Lewis, J. Comput. Chem. 12 (1991) 891. Atoms of unknown elements, is_ionic() elements and pairs
-/// of hydrogen do not bond. Takes time in proportion to the atoms. Returns the same bonds in the
-/// same order for the same particles.
+/// of hydrogen do not bond. Returns none without a column of elements. Takes time in proportion to
+/// the atoms. Returns the same bonds in the same order for the same particles.
 ///
 /// Throws InputError, which names no place, if the atoms are so close that their unit cannot be
 /// right.

@@ -16,7 +16,7 @@ struct CellOperations {
   /// Whether particles are drawn as a crystal. Not given: automatic scenes follow is_crystal(),
   /// scene files draw none.
   std::optional<bool> crystal{};
-  Replicas replicate{};
+  Replicas replicate{};  ///< how often the cell is repeated along its edges
   bool wrap = false;     ///< moves particles into the cell
   bool whole = false;    ///< joins molecules that the faces of the cell break
   std::string center{};  ///< selection whose centroid moves to the centre of the cell; empty: none
@@ -31,15 +31,16 @@ inline constexpr std::size_t most_crystal_atoms = 500;
 /// residues, no chains and at most most_crystal_atoms atoms.
 bool is_crystal(const Particles& particles);
 
-/// Returns the numeric columns of the file that the operations use.
+/// Returns the names of the file's numeric columns that the operations use.
 std::set<std::string, std::less<>> numbers_of(const CellOperations& operations);
 
 /// Applies the operations in this order: whole, center, wrap, replicate, copies of a crystal's
 /// atoms on opposite faces. `center` also wraps. With `whole`, wrapping moves whole molecules.
 /// Notes count copies ("boundary_copies") and endless molecules ("endless_molecules").
 ///
-/// Throws UnknownNumber for `center`. Throws SourceError if the particles lack what an operation
-/// needs, or if there would be too many copies.
+/// Throws UnknownNumber if `center` uses a numeric column that the particles lack. Throws
+/// SourceError with the key of an operation if the particles lack what it needs, if there would be
+/// too many copies, or if a coordinate would be above limits::max_length.
 void apply(const CellOperations& operations, Particles& particles, int threads = 1);
 
 }  // namespace parray::input

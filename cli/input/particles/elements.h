@@ -16,8 +16,8 @@ struct Element {
 
 inline constexpr std::uint8_t last_element = 118;
 
-/// Returns an element by its atomic number. 0 and numbers above last_element give the element
-/// "unknown", which has its own radius and colour.
+/// Returns an element by its atomic number. 0 and numbers above last_element give the unknown
+/// element, which has the symbol "X" and its own radius and colour.
 const Element& element(std::uint8_t atomic_number);
 
 /// Returns the atomic number of a symbol in any letter case ("CL", "cl", "Cl"). Returns 0 for other

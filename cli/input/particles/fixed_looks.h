@@ -18,13 +18,15 @@ void add_names(const ParticleLook& look, Particles& particles);
 /// Collects what looks depend on over the frames of a film, and fixes it.
 class FixedLooks {
  public:
-  /// Adds the particle files of a frame, in the order of the scene's sources.
+  /// Adds the particle files of a frame, in the order of the scene's sources: file i belongs to
+  /// source i.
   void add(const std::vector<ParticleFile>& files);
   /// Makes the looks of the sources independent of the frame. Numbers at the ends of a colour map,
   /// or with the least and the largest radius, become the extremes of those of all frames. With
   /// percentages, each frame contributes its own percentiles. Sticks without elements get the
-  /// default radius of the first frame that has some. Arrows get the scale of ArrowMeasure::add().
-  /// Returns whether the sizes of shapes may have changed.
+  /// default radius of the first frame that has some. Arrows get the ArrowMeasure of all frames.
+  /// `sources` are those of a frame, in the same order. Returns whether the sizes of shapes may
+  /// have changed.
   bool apply_to(std::vector<ParticleSource>& sources) const;
 
  private:

@@ -16,7 +16,7 @@ class FrameReader {
  public:
   virtual ~FrameReader() = default;
 
-  /// Goes to the next frame, where skip() or read() begins. Returns false if there is none.
+  /// Goes to the next frame. Then call either skip() or read(). Returns false if there is no frame.
   virtual bool next() = 0;
   /// Skips the frame and returns its number of particles.
   virtual std::uint64_t skip() = 0;
@@ -44,7 +44,8 @@ using OpenFrames = std::function<std::unique_ptr<FrameReader>(const ParticleRequ
 /// order reads the file once. Belongs to one PackedFile.
 class FrameCursor {
  public:
-  /// Returns whether the reader can go on to the frame of the request without rewinding the file.
+  /// Returns whether read() can go on to the frame of the request without rewinding the file. That
+  /// frame must be later, the columns and alternatives the same, and the file not rewound since.
   [[nodiscard]] bool leads_to(const PackedFile& file, const ParticleRequest& request) const;
   /// Reads the frame that the request chooses by its number. The file must be rewound unless
   /// leads_to() is true. Throws the errors of read_frame().
@@ -58,7 +59,8 @@ class FrameCursor {
 };
 
 /// Returns the frame of `file` that the request chooses. Without a choice, returns the first frame
-/// with particles. `last` counts the frames first and chooses the last complete one. Sets
+/// with particles. `last` counts the frames first and chooses the last complete one. If
+/// request.continues(), reads on from its cursor. Otherwise `file` must be at its front. Sets
 /// facts.frame. Sets facts.frames if it counted the frames, that is for `last` and for
 /// `request.all`.
 ///

@@ -31,7 +31,7 @@ std::uint8_t element_of_columns(const AtomName& atom);
 /// symbols ("CA  ALA", "C1  LIG"). The name has fewer than four characters and starts in column 13.
 bool shows_flush_left(std::string_view residue, std::string_view name);
 
-/// Returns the atomic numbers for masses in unified atomic mass units. 0: no element. The masses
+/// Returns an atomic number for each mass in unified atomic mass units. 0: no element. The masses
 /// are those of IUPAC, "Standard atomic weights of the elements 2021", rounded as programs do.
 /// Returns only 0 if no mass belongs to an element beyond helium, because such files use reduced
 /// units with masses of 1.

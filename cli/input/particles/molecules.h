@@ -18,17 +18,17 @@ struct Molecules {
   std::uint64_t endless = 0;      ///< molecules that bond to their own images, as in crystals
 };
 
-/// Moves particles by whole edges of their cell, so that no molecule is broken by its faces. The
-/// first particle of each molecule stays where it is. Endless molecules stay as they are, and
-/// each of their atoms counts as a molecule.
+/// Moves particles by whole edges of their cell, which they must have, so that no molecule is
+/// broken by its faces. The first particle of each molecule stays where it is. Endless molecules
+/// stay as they are, and each of their atoms counts as a molecule.
 ///
 /// If the file has elements, molecules follow from covalent_bonds(). Otherwise they follow from the
 /// numbers `mol` or `molecule`, or from residues. In these cases each particle moves to the image
 /// nearest to the particle before it in the same molecule, in the order of the numbers `id`, if the
 /// particles have them.
 ///
-/// Throws InputError, which names no place, if the particles have none of these columns, and the
-/// errors of covalent_bonds().
+/// Throws InputError, which names no place, if the particles have none of these columns. Passes on
+/// the errors of covalent_bonds().
 Molecules make_whole(Particles& particles);
 
 }  // namespace parray::input

@@ -91,7 +91,7 @@ class PackedFile {
   /// beyond limits::max_scene_file_bytes unpacked bytes.
   std::size_t read(char* to, std::size_t bytes);
   /// Skips `bytes` bytes. Returns false if the file ends before. Takes no time unless the data are
-  /// packed.
+  /// packed or in an archive; then it throws as read() does.
   bool skip(std::uint64_t bytes);
   /// Returns to the front of the file.
   void rewind();
@@ -105,7 +105,8 @@ class PackedFile {
   /// neither.
   [[nodiscard]] std::string_view packing() const { return packing_; }
 
-  /// Returns the total number of bytes that read() gives. Returns nothing for packed data.
+  /// Returns the total number of bytes that read() gives. Returns nothing for packed data and for
+  /// archives.
   [[nodiscard]] std::optional<std::uint64_t> size() const { return size_; }
   /// Returns the path, or "standard input", for messages.
   [[nodiscard]] const std::string& name() const { return place_.file; }

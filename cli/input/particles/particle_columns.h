@@ -16,7 +16,7 @@ namespace parray::input {
 struct NameHash : std::hash<std::string_view> {
   using is_transparent = void;  // NOLINT(readability-identifier-naming): the library's name
 };
-/// A map from names to numbers.
+/// A map from names to their places in a list of names.
 using NumbersByName = std::unordered_map<std::string, std::uint32_t, NameHash, std::equal_to<>>;
 
 /// Builds a NameColumn, which stores each name once.
@@ -26,9 +26,9 @@ class NameIndex {
 
   /// Appends a particle with this name. Fails at `place` if the name has more than max_bytes bytes.
   void add(std::string_view name, const FilePlace& place);
-  /// Returns the number of a name. Adds unknown names.
+  /// Returns the place of a name in column().names. Adds unknown names there.
   std::uint32_t number_of(std::string_view name);
-  /// Renames a particle.
+  /// Renames a particle, which is counted from 0.
   void rename(std::size_t particle, std::string_view name) {
     column_.index[particle] = number_of(name);
   }
@@ -61,8 +61,8 @@ enum class ColorScale : std::uint8_t {
 /// for every particle.
 class ParticleColumns {
  public:
-  static constexpr std::size_t max_types = std::size_t{1} << 16;
-  static constexpr std::size_t max_type_bytes = 256;
+  static constexpr std::size_t max_types = std::size_t{1} << 16;  ///< distinct types of a file
+  static constexpr std::size_t max_type_bytes = 256;              ///< of the name of a type
 
   /// `place` is the position of the reader and must outlive this object.
   explicit ParticleColumns(const FilePlace& place) : place_(&place) {}

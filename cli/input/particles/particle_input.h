@@ -38,6 +38,7 @@ class ParticleInput {
   [[nodiscard]] std::string_view line() const { return line_; }
 
   /// Returns the next `count` bytes, at most max_bytes_at_once; nullptr if the file ends before.
+  /// Valid until the next call that reads.
   const char* next_bytes(std::size_t count) {
     place_.unit = FilePlace::Unit::byte;
     place_.number = taken_;
@@ -64,6 +65,7 @@ class ParticleInput {
   [[nodiscard]] std::uint64_t position() const { return taken_; }
   /// Returns the place of the line or bytes that were read last.
   [[nodiscard]] const FilePlace& place() const { return place_; }
+  /// Throws InputError with place() and `problem`.
   [[noreturn]] void fail(std::string_view problem) const { place_.fail(problem); }
 
  private:

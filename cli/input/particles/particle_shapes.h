@@ -21,8 +21,8 @@ class ParticleShapes {
   /// `part`.
   void add_part(const SelectedPart& part);
 
-  /// Appends the capsules after the last part: two for each bond, in the order of bonds, then those
-  /// of the arrows in the order of particles, then the edges of the cell.
+  /// Appends the capsules after the last part: those of bonds (append_sticks()), then those of the
+  /// arrows in the order of particles, then the edges of the cell if `solid_cell` is set.
   ///
   /// Throws SourceError for "solid_cell" without a cell. Throws InputError "FILE: problem: remedy"
   /// if shapes exceed limits.h; the scene is unusable then.

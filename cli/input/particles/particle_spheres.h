@@ -21,7 +21,8 @@ ParticleRadius decided(const ParticleRadius& asked, const Particles& particles,
                        bool crystal = false);
 
 /// Return why the columns of the file `name` do not support a decided rule: "NAME has no ...: use
-/// A, B or ...". Return an empty text if they do. `otherwise` is a choice that is always possible.
+/// A, B or ...". Return an empty text if they do. `otherwise` is a text for the message that names
+/// a choice that is always possible.
 std::string problem_with(const ParticleMaterial& material, const Particles& particles,
                          const MaterialNames& materials, const std::string& name,
                          std::string_view otherwise = "the name of a material");
@@ -37,7 +38,8 @@ Legend legend_of(const Particles& particles, const ParticleMaterial& material,
 
 /// Appends a sphere for each particle, in order, to `scene`. Materials of the scene stay distinct
 /// and in the order of their first use. The rules of `look` must be decided and supported.
-/// `colors` belong to the particles if the rule is `color_by`.
+/// `colors` belong to the particles if the rule of the material is `color_by`; otherwise they are
+/// not used. `file` is the name of the file for messages.
 ///
 /// Frees columns that the rules do not need before it allocates. Throws InputError "FILE: problem:
 /// remedy" if spheres or distinct materials exceed limits.h; `scene` is unusable then.

@@ -36,7 +36,7 @@ struct ParticleSummary {
 };
 
 /// Returns whether two particles have the same chain, residue number, insertion code and residue
-/// name.
+/// name. Columns that the file lacks are the same for all particles.
 bool same_residue(const Particles& particles, std::size_t i, std::size_t j);
 
 /// Returns whether a residue begins at particle i.

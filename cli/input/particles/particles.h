@@ -56,11 +56,11 @@ inline std::string in_number(std::uint64_t count, const char* one, const char* s
 /// Facts about a particle file that was read.
 struct ParticleFacts {
   std::string format;                     ///< "PDB"
-  std::string packing{};                  ///< "gzip"; empty: not packed
+  std::string packing{};                  ///< PackedFile::packing(): "gzip"; empty: not packed
   std::uint64_t frame = 0;                ///< number of the frame that was read, from 0
   std::optional<std::uint64_t> frames{};  ///< number of frames in the file, if they were counted
   std::optional<double> time{};           ///< time, step or number, as the file has it
-  std::string length_unit{};              ///< of positions and radii, if the file says so
+  std::string length_unit{};              ///< of positions and radii; empty: the file names none
   std::vector<ParticleNote> notes{};
 };
 
@@ -103,12 +103,12 @@ using ParticleMask = std::vector<std::uint8_t>;
 /// Removes the particles whose mask is 0. Keeps the order.
 void keep(Particles& particles, const ParticleMask& mask);
 
-/// Repeats all particles: there are `times` (> 0) as many, in the order of the file, again and
-/// again. Bonds stay those of the first copy; replicate() repeats them.
+/// Repeats all particles, so that there are `times` (> 0) as many: copy after copy, each in the
+/// same order. Bonds stay those of the first copy; replicate() repeats them.
 void repeat(Particles& particles, std::uint64_t times);
 
-/// Appends copies of the particles with these indices. A copy bonds to the particles that bond to
-/// its source, and to their copies.
+/// Appends copies of the particles with the indices `sources`. A copy bonds to the particles that
+/// bond to its source, and to their copies.
 void append_copies(Particles& particles, const std::vector<std::size_t>& sources);
 
 /// Which alternative locations of an atom are read.

@@ -13,7 +13,8 @@
 /// Operations on particles in a periodic cell.
 namespace parray::input {
 
-using CellImage = std::array<std::int64_t, 3>;  ///< whole numbers of edges a, b, c
+/// An image of the cell: whole numbers of edges a, b, c by which it is shifted.
+using CellImage = std::array<std::int64_t, 3>;
 
 /// Positions as fractions of the edges of a cell, which has a volume.
 class CellFractions {
@@ -30,7 +31,8 @@ class CellFractions {
   /// Returns the image of the cell that contains the fractions: 0 along edges that are not
   /// periodic. A fraction just below a whole number counts as that number.
   [[nodiscard]] CellImage image_of(const Vec3d& fractions) const;
-  /// Returns the image that brings `to` nearest to `from`.
+  /// Returns the image whose translation brings `to` nearest to `from`: 0 along edges that are not
+  /// periodic.
   [[nodiscard]] CellImage nearest(const Vec3d& from, const Vec3d& to) const;
 
  private:
@@ -46,8 +48,8 @@ struct Replicas {
   friend bool operator==(const Replicas&, const Replicas&) = default;
 };
 
-/// Parses "3x3x2": three whole numbers above 0. Throws InputError, which names no place, for other
-/// texts.
+/// Parses "3x3x2": three whole numbers from 1 to limits::max_shapes. Throws InputError, which names
+/// no place, for other texts.
 Replicas replicas_from(std::string_view text);
 /// Returns the text that replicas_from() parses to `replicas`. Returns "" for 1x1x1.
 std::string text_of(const Replicas& replicas);

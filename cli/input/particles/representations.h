@@ -13,7 +13,7 @@ namespace parray::input {
 
 /// Particles of a file that have one look.
 struct ParticlePart {
-  Particles particles;  ///< its notes are about this part; of other facts, it has the unit
+  Particles particles;  ///< of its facts, only the unit and the notes on this part are set
   ParticleLook look;    ///< complete: see completed()
   /// Number of the representation, from 0. Nothing: the source has no representations.
   std::optional<std::size_t> representation{};
@@ -26,8 +26,9 @@ struct ParticlePart {
 /// the cell in `particles`, and adds notes there: "shown_twice" counts particles in several
 /// selections, "not_shown" those in none. The result is the same for any number of threads.
 ///
-/// Throws UnknownNumber. Throws SourceError for a selection that needs a missing column or that
-/// selects no particle.
+/// Throws UnknownNumber (selection.h) if a selection needs a numeric column that the particles
+/// lack. Throws SourceError with the key "select" and the representation for a selection that needs
+/// another missing column or that selects no particle.
 std::vector<ParticlePart> split(Particles& particles, const ParticleSource& source,
                                 int threads = 1);
 

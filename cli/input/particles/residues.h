@@ -36,8 +36,8 @@ bool is_nucleotide(std::string_view residue);
 /// "Na". Returns 0 for other names.
 std::uint8_t ion_element(std::string_view name);
 
-/// Returns true for a monatomic ion. Both names must be those of the ion, because "CLA" alone may
-/// be a chlorophyll, or the residue is "ION".
+/// Returns true for a monatomic ion: both names are those of the same ion, or the residue is "ION".
+/// One name does not suffice, because "CLA" may be a chlorophyll.
 bool is_ion(std::string_view residue, std::string_view atom);
 
 /// Returns true for points that carry charge or constrain motion but are not atoms. Examples are
@@ -46,7 +46,7 @@ bool is_ion(std::string_view residue, std::string_view atom);
 /// a point with a known element is an atom.
 bool is_virtual_site(std::string_view residue, std::string_view atom, std::uint8_t element);
 
-/// Returns the names of residue groups, in the order of their category_color(). The residues of a
+/// Returns the names of residue groups: group i has the colour category_color(i). The residues of a
 /// group have a similar role in a molecule.
 std::span<const std::string_view> residue_groups();
 

@@ -34,10 +34,10 @@ struct SelectedParticles {
   std::optional<ParticleCell> cell;
   std::vector<SelectedPart> parts{};
   double angstrom = 1;             ///< length of 1 angstrom in the unit of the particles
-  std::size_t count = 0;           ///< of the particles of all parts and those not shown
-  std::vector<DrawnBond> bonds{};  ///< of the particles, as numbered before they were split
+  std::size_t count = 0;           ///< of all particles, also those that no part shows
+  std::vector<DrawnBond> bonds{};  ///< particles have the numbers from before they were split
   double stick_radius = 0;         ///< default of the looks; 0: no look draws sticks
-  ParticleArrows arrows{};
+  ParticleArrows arrows{};         ///< of all particles, as for `bonds`; empty: none
 };
 
 /// Returns what must be read from the file of `source`. A relative name of the topology is relative
@@ -46,7 +46,8 @@ ParticleRequest request_of(const ParticleSource& source, const std::filesystem::
                            int threads = 1);
 
 /// Applies the operations of the cell to the particles of the open file, read as request_of() says.
-/// Removes what the filter hides. If `source` leaves `crystal` open, decides it by is_crystal().
+/// Removes what the filter hides. If `source` leaves `crystal` open and is_crystal() is true, sets
+/// it first. Reads the file again only to list its numbers in a message.
 ///
 /// Throws SourceError if a member of the source does not suit the file.
 Particles selected(Particles particles, PackedFile& file, ParticleSource& source,
@@ -99,9 +100,9 @@ class OpenTrajectories {
   std::map<std::filesystem::path, std::unique_ptr<Trajectory>> open_;
 };
 
-/// Reads the files of `file.particles` and appends their particles to the scene's spheres, in
-/// order. Clears `file.particles`. Names of particle files are relative to the folder of the scene
-/// file `scene_path`. Files of `open` stay open; null: none does.
+/// Reads the files of `file.particles` and appends their spheres and capsules to the scene, in
+/// order: see append_parts(). Clears `file.particles`. Names of particle files are relative to the
+/// folder of the scene file `scene_path`. Files of `open` stay open; null: none does.
 ///
 /// Throws InputError "SCENE:LINE: /particles/INDEX/...: problem: remedy". For a source without a
 /// line, which options describe, throws the errors of fail_in_options().

@@ -32,15 +32,18 @@ bool draws_sticks(const ParticleSource& source);
 /// it other than a number.
 void decide_style(const Particles& particles, ParticleSource& source);
 
-/// Returns the default radius of sticks, in the particles' unit of length: 0.15 angstrom, or a
-/// tenth of the mean bond or distance for particles without elements.
+/// Returns the default radius of sticks, in the particles' unit of length: 0.15 angstrom. For
+/// particles without elements: a tenth of the mean length of the bonds or, without bonds, of
+/// typical_distance().
 double stick_radius_of(const Particles& particles, const std::vector<DrawnBond>& bonds);
 
-/// Gives the spheres of particles the radii of a style. `look` is decided. `angstrom` is the length
-/// of an angstrom in the particles' unit.
+/// Gives the spheres of particles the radii of a style. `look` is decided. `spheres` have the radii
+/// of its rule, in angstrom if it is by_element or covalent. `angstrom` is the length of an
+/// angstrom in the particles' unit.
 /// - balls_and_sticks: 0.25 of the radius by element or column, 0.5 of the covalent radius. A
 ///   number and radius_by stay as they are.
 /// - sticks: `stick_radius`.
+/// - spheres: no change.
 void shape_spheres(const ParticleLook& look, double stick_radius, double angstrom,
                    std::span<Sphere> spheres);
 
@@ -53,7 +56,7 @@ struct DrawnParticle {
 
 /// Appends two capsules for each bond, in order: from each particle to the middle of the bond, with
 /// the material of the particle. Leaves out halves of particles without sticks, bonds of particles
-/// that are not shown, and bonds of length 0. `particles` are those that the bonds number.
+/// that are not shown, and bonds of length 0. `particles` has an entry for each number in `bonds`.
 void append_sticks(const std::vector<DrawnBond>& bonds, const std::vector<DrawnParticle>& particles,
                    Scene& scene);
 

@@ -11,7 +11,7 @@
 /// Tar archives that contain one file: POSIX.1-1988 (ustar), POSIX.1-2001 (pax) and GNU.
 namespace parray::input {
 
-/// Size of a header in bytes. Data fill whole blocks of this size.
+/// Size of a header in bytes. In an archive, data are padded to a multiple of this size.
 inline constexpr std::size_t tar_block_bytes = 512;
 
 /// Returns whether the first tar_block_bytes bytes of a file are those of a tar archive.

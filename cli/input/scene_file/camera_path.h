@@ -9,8 +9,8 @@
 
 namespace parray::input {
 
-/// The camera of each frame. At a key it is the camera in the file; between keys it follows a curve
-/// through all keys.
+/// The camera of each frame. The cameras in the file are the keys of a curve. At the frame of a
+/// key, the camera is that key; between keys, it follows the curve.
 ///
 /// look_from and look_at follow a Catmull-Rom spline for keys at any distance. The tangent at a key
 /// is the difference of its neighbours divided by their distance in frames; it is one-sided at the
@@ -20,7 +20,7 @@ namespace parray::input {
 class CameraPath {
  public:
   /// Reads { "cameras": [ { "frame": N, and the keys of a scene's camera }, ... ] } with ascending
-  /// frames. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
+  /// frames and at least one camera. Throws InputError "FILE:LINE: /json/pointer: problem: remedy".
   explicit CameraPath(const std::filesystem::path& file);
 
   /// Returns the camera at a frame. Throws InputError outside the path, and if the interpolated

@@ -5,7 +5,9 @@
 
 namespace parray::input {
 
-/// Sections `image` and `render`: settings, and whether the picture is transparent.
+/// Visits the members of the sections `image` and `render`: settings, as settings_fields.h
+/// describes them, and `transparent`. The traits `image` and `render` tell to which section a
+/// member belongs. Settings with neither trait are in no section.
 template <typename F, typename S, typename... T>
 void image_fields(F&& f, S& settings, T&... transparent) {
   stop_fields(f, settings);

@@ -28,7 +28,7 @@ bool read_boolean(const JsonValue& value, const JsonPlace& place);
                                    std::span<const std::string_view> known);
 
 /// Throws InputError: the object that starts on `line` lacks `key`. `expectation` describes its
-/// value.
+/// value and follows "add": "true or false".
 [[noreturn]] void fail_missing_key(std::string_view key, std::uint64_t line,
                                    const JsonPlace& object, std::string_view expectation);
 
@@ -45,7 +45,9 @@ class JsonFields {
   std::uint64_t line() const { return value_.line; }
   const JsonPlace& place() const { return place_; }
 
+  /// Returns the value of a required key. `expectation` describes it as in fail_missing_key().
   const JsonValue& any(std::string_view key, std::string_view expectation) const;
+  // Read the value of a required key by read_number(), read_vec3() and so on.
   double number(std::string_view key, NumberRange range) const;
   Vec3d vec3(std::string_view key, NumberRange range) const;
   const std::string& string(std::string_view key) const;

@@ -14,8 +14,8 @@ namespace parray::input {
 /// Reads the bytes of a stream once, in blocks, and counts lines.
 ///
 /// Throws InputError for a zero byte, because JSON text has none and the parser would treat it as
-/// the end of the input. Throws it also for more than limits::max_scene_file_bytes bytes, for more
-/// than max_token_bytes bytes since the last mark_token(), and for a failing read.
+/// the end of the input. Throws it also for more than limits::max_scene_file_bytes bytes, for a
+/// token or a run of blanks of more than max_token_bytes bytes, and for a failing read.
 class ByteSource {
  public:
   /// Limits the buffer of the JSON lexer, which grows with strings and with runs of blanks.
@@ -38,7 +38,8 @@ class ByteSource {
     if (c == '\0') fail_zero_byte();
   }
 
-  /// Returns the next bytes. They are at least `least` unless the stream ends before.
+  /// Returns the next bytes without reading them. They are at least `least` (up to 64 KiB) unless
+  /// the stream ends before. Valid until the next call.
   std::string_view ahead(std::size_t least);
 
   /// Skips bytes that ahead() returned. They are JSON text that does not end with a newline.
@@ -55,6 +56,7 @@ class ByteSource {
   /// Returns whether the parser asked for a byte beyond the end.
   bool end_was_reached() const { return end_was_reached_; }
 
+  /// Marks that a token ended with the last byte read.
   void mark_token() { token_start_ = blocks_total_ - (filled_ - next_); }
 
  private:
@@ -104,9 +106,9 @@ class JsonSink {
   virtual std::size_t take_items(ByteSource& /*source*/) { return 0; }
 };
 
-/// Largest number of values in one delivery, including the delivered value and all values inside
-/// it. An item of `particles` has the most: max_representations in `show`, each with up to 13
-/// values.
+/// Largest number of values in one delivery, that is one call of on_member() or on_child(). It
+/// includes the delivered value and all values inside it. An item of `particles` has the most:
+/// max_representations in `show`, each with up to 13 values.
 inline constexpr std::size_t max_json_values_per_delivery = 4096;
 
 /// Parses a JSON document (RFC 8259, UTF-8, an optional byte order mark) whose top level is an

@@ -21,7 +21,7 @@ struct JsonMember;
 struct JsonValue {
   JsonKind kind = JsonKind::null;
   bool is_true = false;             ///< value of a boolean
-  bool is_natural = false;          ///< true: a number of digits only, which fits `natural`
+  bool is_natural = false;          ///< a number of digits only, or -0, that fits `natural`
   std::uint64_t line = 0;           ///< line of its first character, from 1
   double number = 0;                ///< nearest double, finite
   std::uint64_t natural = 0;        ///< exact value if is_natural
@@ -45,7 +45,7 @@ struct JsonMember {
 std::string pointer_step(std::string_view key);
 
 /// The place of a value in its document: a chain of keys and indices. It becomes text only in
-/// messages. Refers to its parent and its key, which must outlive it.
+/// messages. Refers to the name of the file, its parent and its key, which must outlive it.
 class JsonPlace {
  public:
   /// The whole document. `file` names it in messages.

@@ -44,7 +44,8 @@ inline constexpr std::size_t longest_label_text = 4000;   ///< bytes
 inline constexpr std::size_t longest_unit = 40;           ///< bytes
 inline constexpr std::size_t longest_legend_title = 200;  ///< bytes
 
-/// Returns why a text cannot be a label or a unit, with the remedy. Returns "" for valid texts.
+/// Returns why a text cannot be a label or a unit, with the remedy. Returns "" for texts of 1 to
+/// `longest` bytes.
 std::string problem_with_label_text(std::string_view text, std::size_t longest);
 
 /// Returns the sign of a unit: "\u00c5" for "angstrom", "\u00b5m" for "um". Returns other units

@@ -36,12 +36,13 @@ class MaterialNames {
   std::uint32_t use(const std::string& name, std::string_view section, std::size_t shape,
                     std::uint64_t line);
 
-  /// Returns the number of a name that a shape has already used.
+  /// Returns the number of a name that a shape has already used. Returns nothing for other names.
   std::optional<std::uint32_t> used(std::string_view name) const;
 
   /// Defines a material. Returns false if the name is already defined.
   bool define(const std::string& name, const Material& material);
 
+  /// Returns the entry of the name with this number, below size().
   const Entry& operator[](std::uint32_t number) const { return entries_[number]; }
   std::size_t size() const { return entries_.size(); }
 
@@ -55,6 +56,7 @@ class MaterialNames {
   std::string remedy_for_undefined(std::string_view name,
                                    std::span<const std::string_view> words = {},
                                    std::string_view otherwise = "define it in /materials") const;
+  /// Returns the name with a number. Returns "" if there is none. Takes linear time.
   std::string_view name_of(std::uint32_t number) const;
 
  private:

@@ -12,8 +12,8 @@
 #include "cli/input/scene_file/scene_fields.h"
 #include "common/scene/setting_rules.h"
 
-/// Descriptions of an item of the section `particles`. They work like the descriptions of the other
-/// sections (scene_fields.h).
+/// Descriptions of an item of the section `particles`. They work like the descriptions of settings
+/// (settings_fields.h).
 namespace parray::input {
 
 /// The JSON that a member accepts beside a text.
@@ -23,7 +23,7 @@ enum class JsonForm : std::uint8_t {
   pair     ///< [low, high]: the text "low:high"
 };
 
-/// A member that options and scene files write as the same text.
+/// The rule of a member that options and scene files write as the same text.
 template <typename T>
 struct TextRule {
   T (*parse)(std::string_view);   ///< throws InputError, which names no place, for invalid texts
@@ -41,7 +41,7 @@ namespace particle_rules {
 inline std::string same_text(const std::string& text) { return text; }
 std::string text_by_overload(const auto& value) { return text_of(value); }
 
-/// The names of materials that options accept.
+/// Known texts of the option `--material`: rules, and the material of automatic scenes.
 inline constexpr std::array<std::string_view, 4> material_words{"by-element", "by-type", "column",
                                                                 "plain"};
 inline constexpr std::array<std::string_view, 1> frame_words{last_frame_word};

@@ -80,7 +80,7 @@ struct ParticleLook {
 struct Representation {
   std::string select;      ///< a selection (selection.h); not empty
   ParticleLook look{};     ///< members that are not given have the values of the source's look
-  std::uint64_t line = 0;  ///< line of its item in the scene file
+  std::uint64_t line = 0;  ///< line of its item in the scene file, from 1; 0: from options
 
   friend bool operator==(const Representation&, const Representation&) = default;
 };
@@ -101,13 +101,14 @@ struct ParticleSource {
   BondSource bonds = BondSource::automatic;
   std::string arrows{};                 ///< vectors that arrows show (arrows.h); empty: none
   std::optional<double> arrow_scale{};  ///< length of the arrow of a vector of length 1; not given:
-                                        ///< the longest arrow has longest_arrow spacings
+                                        ///< the longest arrow has longest_arrow spacings (arrows.h)
   /// The same for all frames of a film. Scene files do not contain it.
   std::optional<ArrowMeasure> arrow_measure{};
   bool solid_cell = false;  ///< the edges of the cell are rods
-  /// Of these, only particles in one of the representations are shown. Empty: all, in `look`.
+  /// Of the particles that `filter` shows, only those in one of these representations remain.
+  /// Empty: all remain, with `look`.
   std::vector<Representation> shows{};
-  std::uint64_t line = 0;       ///< line of the item in the scene file
+  std::uint64_t line = 0;       ///< line of the item in the scene file, from 1; 0: from options
   std::uint64_t file_line = 0;  ///< line of its member `file`
   std::map<std::string, std::uint64_t, std::less<>> lines{};  ///< lines of its members, by key
 
@@ -129,7 +130,8 @@ ParticleLook completed(ParticleLook look, const ParticleLook& base);
 
 /// A contradiction between the members of a source.
 struct SourceProblem : ColoringProblem {
-  std::optional<std::size_t> representation{};  ///< the one that has it; nothing: the source's look
+  /// Number of the representation that has it, from 0. Nothing: it is in the source's look.
+  std::optional<std::size_t> representation{};
 };
 /// Returns the first contradiction between the members of `source`; nothing if there is none.
 std::optional<SourceProblem> problem_with(const ParticleSource& source);
@@ -137,7 +139,7 @@ std::optional<SourceProblem> problem_with(const ParticleSource& source);
 /// "\"color_by\"".
 std::string naming_options(std::string text);
 
-/// Parses one of particle_material_words. Any other text is the name of a material.
+/// Parses one of particle_material_words. Any other text is the name of a material. Never throws.
 ParticleMaterial particle_material_from(std::string_view text);
 /// Parses one of particle_radius_words or a number in ranges::length. Throws InputError, which
 /// names no place, for other texts.

@@ -26,19 +26,23 @@ struct LineWidth {
 };
 
 struct Postprocessing {
-  LineWidth outline{};   ///< width of lines around spheres in front of something farther away
-  double depth_cue = 0;  ///< share of the background in the colour of the farthest surface; 0: off
-  /// Depths of the nearest and the farthest surface of all frames of a film. Empty: those of the
-  /// picture. Scene files do not contain them.
+  LineWidth outline{};  ///< width of lines around shapes in front of something farther away
+  /// Share of the background in the colour of the farthest surface; it is 0 at the nearest surface.
+  /// 0: off.
+  double depth_cue = 0;
+  /// Depths of the nearest and the farthest surface of all frames of a film: distances from the
+  /// camera along its direction of view, in the scene's unit. Empty: those of the picture. Scene
+  /// files do not contain them.
   NumberBounds depths{};
 
   friend bool operator==(const Postprocessing&, const Postprocessing&) = default;
 };
 
+/// The depth cue for the word "on".
 inline constexpr double usual_depth_cue = 0.6;
 
 namespace drawing_ranges {
-inline constexpr NumberRange line_width{0.1, 100};
+inline constexpr NumberRange line_width{0.1, 100};  ///< pixels or points
 inline constexpr NumberRange depth_cue{0, 1};
 }  // namespace drawing_ranges
 
@@ -53,7 +57,7 @@ struct PostprocessingSection {
   std::optional<LineWidth> outline{};
   std::optional<double> depth_cue{};
 
-  /// Returns `other` with the members that are set here replaced.
+  /// Returns `other`, in which the members that are set here replace those of `other`.
   [[nodiscard]] Postprocessing over(const Postprocessing& other) const;
 };
 

@@ -10,7 +10,7 @@
 #include "common/scene/setting_rules.h"
 
 /// Descriptions of the sections of a scene file. Each member has a key, a rule, and the help text
-/// of its option if it has one. They work like the descriptions of settings.
+/// of its option if it has one. They work like the descriptions of settings (settings_fields.h).
 namespace parray::input {
 
 // Rules.

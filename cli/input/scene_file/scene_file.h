@@ -27,23 +27,23 @@ struct PartLook {
   std::optional<std::size_t> representation{};  ///< nothing: the source has none
   NumberBounds colored{};                       ///< numbers at the ends of the colour map
   NumberBounds sized{};                         ///< numbers with the least and the largest radius
-  std::vector<std::string> names{};             ///< of its categories, as legends show them
+  std::vector<std::string> names{};             ///< names of the entries of its legend
 };
 
 /// A particle file that is part of a scene.
 struct ParticleFile {
-  std::filesystem::path path;  ///< empty: the standard input
-  ParticleSource source;       ///< the item that refers to the file
-  std::uint64_t count = 0;     ///< number of particles in the scene
-  ParticleFacts facts;
+  std::filesystem::path path;     ///< empty: the standard input
+  ParticleSource source;          ///< the item that refers to the file, with decided rules
+  std::uint64_t count = 0;        ///< number of particles in the scene
+  ParticleFacts facts;            ///< with the notes of all its parts
   std::vector<PartLook> looks{};  ///< of its parts with particles
   double stick_radius = 0;        ///< default of sticks without elements; 0: there are none
   ArrowMeasure arrow_measure{};   ///< `longest` is 0 if the file has no arrows
 };
 
 /// The content of a scene file: the scene and its settings. Settings that the file does not name
-/// keep the defaults of RenderSettings, which are those of the seed program: 1200 x 800, 500
-/// samples, depth 10.
+/// keep the defaults of RenderSettings: 1200 x 800 pixels, 500 samples per pixel, paths of at most
+/// 10 segments. These are the settings of the seed program, from which ParRay developed.
 struct SceneFile {
   Scene scene;
   Boxed<RenderSettings> settings;
@@ -53,13 +53,13 @@ struct SceneFile {
   std::optional<Vec3d> background{};
   bool seed_format = false;  ///< true: the seed program's format, recognised by its shape
   MaterialNames materials;   ///< the section `materials`; empty for the seed format
-  /// Particle files that are not in the scene yet: see expand_particles().
+  /// Particle files that are not in the scene yet: see expand_particles() in selected_particles.h.
   std::vector<ParticleSource> particles;
   Postprocessing postprocessing;  ///< postprocessing of the picture
   LabelSettings labels;           ///< labels on the picture
   // Of its particles, once they are in the scene:
   std::vector<Legend> legends;               ///< meaning of the particles' colours
-  std::vector<ParticleFile> particle_files;  ///< in order
+  std::vector<ParticleFile> particle_files;  ///< in the order of `particles`
   std::optional<ParticleCell> cell;          ///< of the first file with a cell
   /// The label `cell` is a default of crystals. A picture that is too small for it has none.
   bool cell_if_it_fits = false;

@@ -30,15 +30,16 @@ Camera camera_from(const JsonFields& fields);
 Sky read_sky(const JsonValue& value, const JsonPlace& place);
 PostprocessingSection read_postprocessing(const JsonValue& value, const JsonPlace& place);
 LabelSettings read_labels(const JsonValue& value, const JsonPlace& place);
-/// Sets the settings that the section `image` (or `render` if `image` is false) names.
+/// Sets those members of `settings` that the section `image` (or `render` if `image` is false)
+/// names, and `transparent` if `image` names it.
 void read_settings(const JsonValue& value, const JsonPlace& place, bool image,
                    RenderSettings& settings, bool& transparent);
 Material read_material(const JsonValue& value, const JsonPlace& place);
 
 /// Reads an item of the section `particles`.
 ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& place);
-/// Throws InputError with the place of a member of the item at `place`, or of a member of one of
-/// its representations.
+/// Throws InputError with the place and the line of the member `key` of the item at `place`, or of
+/// one of its representations. `source` gives the lines.
 [[noreturn]] void fail_in(const ParticleSource& source, const JsonPlace& place,
                           const std::string& key, const std::optional<std::size_t>& representation,
                           std::string_view problem);
@@ -46,7 +47,7 @@ ParticleSource read_particle_source(const JsonValue& value, const JsonPlace& pla
 /// A sphere whose material is a name.
 struct NamedSphere {
   Sphere sphere;                ///< `material` is not set
-  const std::string* material;  ///< refers to the JSON
+  const std::string* material;  ///< refers to the JsonValue
   std::uint64_t material_line;
 };
 NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place);
@@ -54,7 +55,7 @@ NamedSphere read_sphere(const JsonValue& value, const JsonPlace& place);
 /// A capsule whose material is a name.
 struct NamedCapsule {
   Capsule capsule;              ///< `material` is not set
-  const std::string* material;  ///< refers to the JSON
+  const std::string* material;  ///< refers to the JsonValue
   std::uint64_t material_line;
 };
 NamedCapsule read_capsule(const JsonValue& value, const JsonPlace& place);

@@ -14,8 +14,9 @@ namespace parray::input {
 /// Materials keep the names of `file.materials`. Other materials are called "material 0" and so on.
 /// Files of `file.particles` stay references.
 ///
-/// Calls `poll` many times a second and passes on its exceptions. The caller must check the state
-/// of the stream. Throws InputError for a name or a text that is not UTF-8.
+/// Calls `poll` many times a second and passes on its exceptions, so that the caller can stop the
+/// writer. The caller must check the state of the stream. Throws InputError for a name or a text
+/// that is not UTF-8.
 void write_scene(std::ostream& out, const SceneFile& file, const std::function<void()>& poll);
 
 }  // namespace parray::input

@@ -14,13 +14,14 @@
 /// Names of the columns of particles in selections, colour options and messages.
 namespace parray::input {
 
-/// Returns the column for one of the words "type", "name", "resname" and "chain".
+/// Returns the column for one of the words "type", "name", "resname" and "chain". It is empty if
+/// the file lacks it.
 const NameColumn& name_column(std::string_view word, const Particles& particles);
 
 /// Returns the plural of a word that name_column() knows: "chains" for "chain".
 std::string plural_of(std::string_view word);
 
-/// Returns "particle" or "particles", as it follows that number.
+/// Returns "particle" if `count` is 1, otherwise "particles".
 inline std::string particles_word(std::uint64_t count) {
   return in_number(count, "particle", "particles");
 }
@@ -28,13 +29,14 @@ inline std::string particles_word(std::uint64_t count) {
 /// Returns the columns and numbers that the particles have: "elements, types, x, y, z, index".
 std::string columns_of(const Particles& particles);
 
-/// Returns true for a numeric column of the file, which the reader loads only on request.
+/// Returns whether a number's name means a numeric column of the file, which the reader loads only
+/// on request. All names do, except those that the comment on NumberSource lists.
 bool is_number_column(std::string_view name);
 
 /// A number that each particle has. It is a numeric column of the file or one of: x, y, z, radius,
 /// index (from 0), resid (the residue's number), fx, fy, fz. The last three are fractions of the
-/// cell along its edges a, b, c. Without a cell they are fractions of the box around all centres.
-/// The particles must outlive this object.
+/// cell along its edges a, b, c: 0 to 1 inside. Without a cell, or with a flat one, they are
+/// fractions of the box around all centres. The particles must outlive this object.
 class NumberSource {
  public:
   /// Returns nothing if these particles have no such number.

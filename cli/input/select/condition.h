@@ -18,16 +18,17 @@ namespace parray::input {
 /// Classes of particles in molecules. residues.h defines them by residue and atom names.
 enum class ParticleClass : std::uint8_t { water, protein, nucleic, ion, virtual_site };
 
-/// Returns the particles of a class. Returns a mask of size 0 if no particle belongs to the class.
+/// Returns a mask with 1 for each particle of a class. The mask has size 0 if no particle belongs
+/// to the class.
 ParticleMask class_mask(ParticleClass wanted, const Particles& particles);
 
 /// An expression that is bound to the columns of particles. Both must outlive it.
 class Condition {
  public:
-  /// Throws the errors of Selection::mask().
+  /// Throws the errors of Selection::mask() (selection.h).
   Condition(const Expression& expression, const Particles& particles, int threads);
 
-  /// Returns the result for all particles.
+  /// Returns 1 for each particle that satisfies the expression. It must not be a number.
   [[nodiscard]] ParticleMask mask() const;
 
  private:

@@ -27,17 +27,18 @@ struct Expression {
     both,      ///< all parts hold
     either,    ///< at least one part holds
     opposite,  ///< the only part does not hold
-    less,      ///< compares the two parts; false if a number is unknown
+    less,      ///< compares two numbers, as the next three; false if one of them is unknown
     less_equal,
     equal,
     unequal,
     names,         ///< the particle's name in the column `word` is one of `words`
-    elements,      ///< the particle's element is one of `ranges`
+    elements,      ///< the particle's atomic number, 0 for unknown, is in one of `ranges`
     ranges,        ///< the particle's number `word` ("index", "resid") is in one of `ranges`
     residues,      ///< the particle's residue is of the kind `word`: "water", "protein", "nucleic",
                    ///< "ion"
-    sites,         ///< the particle is a virtual site
-    within,        ///< within the distance `number` of a particle that satisfies the part
+    sites,         ///< the particle is a virtual site (residues.h)
+    within,        ///< at most `number` (in the unit of positions) away from a particle that
+                   ///< satisfies the part; such particles satisfy `within`, too
     same_residue,  ///< in the same residue as a particle that satisfies the part
     // Numbers:
     constant,  ///< `number`
@@ -56,7 +57,7 @@ struct Expression {
   std::size_t depth = 1;   ///< depth of this tree, including this node
   double number = 0;
   std::string word{};
-  std::vector<std::string> words{};  ///< names, in which '*' stands for any characters
+  std::vector<std::string> words{};  ///< names; '*' stands for any characters, letter case matters
   std::vector<WholeRange> ranges{};  ///< ascending and disjoint
   std::vector<Expression> parts{};
 
@@ -75,7 +76,8 @@ Expression parse_selection(std::string_view text);
 /// Returns the words that are conditions on their own: "water", "protein", ...
 std::span<const std::string_view> selection_classes();
 
-/// Returns a condition on the class `word`, one of selection_classes().
+/// Returns a condition on the class `word`, one of selection_classes(). `column` is the word's
+/// place in the text; 0: from no text.
 Expression class_condition(std::string_view word, std::size_t column = 1);
 
 }  // namespace parray::input

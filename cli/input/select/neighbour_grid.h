@@ -15,7 +15,7 @@ class NeighbourGrid {
   /// `points` are finite; `distance` > 0.
   NeighbourGrid(const std::vector<Vec3d>& points, double distance);
 
-  /// Returns whether a point lies within the distance from `position`.
+  /// Returns whether a point is at most `distance` away from `position`.
   [[nodiscard]] bool near(const Vec3d& position) const;
 
  private:

@@ -10,12 +10,13 @@
 
 namespace parray::input {
 
-/// Which particles of a file are shown. By default, all particles except virtual sites are shown.
+/// Which particles of a file are shown: those in `select` and `slice` that no class of `hide`
+/// contains. By default, all particles except virtual sites are shown.
 struct ParticleFilter {
   std::string select;  ///< a selection (selection.h); empty: all particles
-  std::string slice;   ///< a slice (slice_as_selection()); empty: all particles
-  std::optional<std::vector<std::string>>
-      hide{};  ///< words of selection_classes(); not given: "virtual"
+  std::string slice;   ///< a slice (slice_as_selection() in selection.h); empty: all particles
+  /// Words of selection_classes() in expression.h. Empty list: no class. Not given: "virtual".
+  std::optional<std::vector<std::string>> hide{};
 
   friend bool operator==(const ParticleFilter&, const ParticleFilter&) = default;
 };
@@ -24,19 +25,22 @@ struct ParticleFilter {
 /// for invalid texts.
 std::string select_from(std::string_view text);
 std::string slice_from(std::string_view text);
-/// Returns the words of a list with commas, and "virtual". Returns nothing for "none".
+/// Returns "virtual" and the words of a list with commas, in lower case. Returns an empty list for
+/// "none".
 std::vector<std::string> hide_from(std::string_view text);
 /// Throws InputError if a word is not in selection_classes().
 void check_hidden(const std::vector<std::string>& words);
 
-/// Returns the numeric columns of the file that the filter needs.
+/// Returns the names of the file's numeric columns that the filter needs.
 std::set<std::string, std::less<>> numbers_of(const ParticleFilter& filter);
 
-/// Removes the particles that the filter hides. Notes count them as "hidden_CLASS", "not_in_slice"
-/// and "not_in_select". The result is the same for any number of threads.
+/// Removes the particles that the filter does not show. Notes count them as "hidden_CLASS",
+/// "not_in_slice" and "not_in_select", each particle once, under the first that applies. The class
+/// "virtual" has no effect if it contains all particles. The result is the same for any number of
+/// threads.
 ///
-/// Throws UnknownNumber. Throws SourceError if the particles lack a column or if no particle
-/// remains.
+/// Throws UnknownNumber (selection.h) if the particles lack a numeric column. Throws SourceError
+/// with the key "hide", "slice" or "select" if they lack another column or if none remains.
 void apply(const ParticleFilter& filter, Particles& particles, int threads = 1);
 
 }  // namespace parray::input

@@ -24,7 +24,8 @@ class UnknownNumber : public InputError {
   std::string name_;
 };
 
-/// Runs `work`. Turns InputErrors other than UnknownNumber into SourceErrors of `key`.
+/// Runs `work` and returns its result. Turns InputErrors other than UnknownNumber into SourceErrors
+/// with `key`.
 auto blaming(const char* key, const auto& work) {
   try {
     return work();
@@ -40,22 +41,23 @@ class Selection {
  public:
   /// Throws InputError "character N: problem: remedy"; N counts characters from 1.
   explicit Selection(std::string_view text);
-  /// Selects particles of any of these classes: "water", "hydrogens". Throws InputError for an
-  /// unknown word and suggests the nearest known one.
+  /// Selects particles of any of these classes: "water", "hydrogens". An empty list selects none.
+  /// Throws InputError for an unknown word and suggests the nearest known one.
   static Selection any_of(const std::vector<std::string>& classes);
 
-  /// Returns the numeric columns of the file that the selection needs.
+  /// Returns the names of the file's numeric columns that the selection needs.
   [[nodiscard]] const std::set<std::string, std::less<>>& numbers() const { return numbers_; }
 
   /// Returns the selected particles. The result is the same for any number of threads. Takes linear
   /// time. `within` also sorts the particles from which it measures.
   ///
-  /// Throws UnknownNumber. Throws InputError "character N: problem: remedy" if the particles lack a
-  /// column that the selection uses.
+  /// Throws UnknownNumber if the particles lack a numeric column. Throws InputError "character N:
+  /// problem: remedy" if they lack another column that the selection uses.
   [[nodiscard]] ParticleMask mask(const Particles& particles, int threads = 1) const;
 
   /// Describes the values that the particles have in the columns that the selection uses: "there
-  /// are chains A, B; z from 0 to 31.5". Helps a user whose selection is empty.
+  /// are chains A, B; z from 0 to 31.5". Returns "" if the selection uses none. Helps a user whose
+  /// selection is empty.
   [[nodiscard]] std::string what_there_is(const Particles& particles) const;
 
  private:
@@ -65,8 +67,9 @@ class Selection {
   std::set<std::string, std::less<>> numbers_;
 };
 
-/// Translates a slice such as "z=10:20" or "x=40%:60%,z=:5" into a selection. The slice includes
-/// its bounds. Percentages are fractions of the cell (columns.h). Either bound may be missing.
+/// Translates a slice such as "z=10:20" or "x=40%:60%,z=:5" into the text of a selection. The slice
+/// includes its bounds. Either bound may be missing. Numbers are coordinates. Percentages are
+/// fractions of the cell (fx, fy, fz in columns.h).
 ///
 /// Throws InputError "problem: remedy".
 std::string slice_as_selection(std::string_view text);

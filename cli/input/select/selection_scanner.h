@@ -23,8 +23,9 @@ class SelectionScanner {
   bool at_end() { return next() == text_.size(); }
 
   bool next_is(std::string_view sign);
-  bool next_is_digit();
-  bool next_is_letter();
+  bool next_is_digit();   ///< a digit or a decimal point
+  bool next_is_letter();  ///< A to Z, a to z or '_'
+  /// Takes the sign if it comes next. Returns whether it did.
   bool take_sign(std::string_view sign);
   /// Takes the word `known` (lower case) if it comes next, in any letter case. Returns whether it
   /// did.
@@ -39,7 +40,8 @@ class SelectionScanner {
   double number();
   /// Returns a text in double quotes, which must come next.
   std::string quoted();
-  /// Returns the next name of a list with blanks or commas. Returns nothing at the end of the list.
+  /// Returns the next name of a list with blanks or commas. Returns nothing at the end of the list,
+  /// such as before `and`, `or` and `not`.
   std::optional<std::string> name();
 
   /// Returns the text at byte `at` in a form for messages.
@@ -47,6 +49,7 @@ class SelectionScanner {
   /// Throw InputError "character N: PROBLEM". The first takes byte `at`, the second the column.
   [[noreturn]] void fail(std::size_t at, const std::string& problem) const;
   [[noreturn]] static void fail_at_column(std::size_t column, const std::string& problem);
+  /// Returns the column of byte `at`.
   [[nodiscard]] std::size_t column_of(std::size_t at) const;
 
  private:

@@ -10,7 +10,7 @@ namespace parray::input {
 
 /// One end of a range.
 struct RangeEnd {
-  double value = 0;  ///< finite
+  double value = 0;  ///< finite; 40 for "40%"
   bool percent = false;
 
   friend bool operator==(const RangeEnd&, const RangeEnd&) = default;
@@ -25,7 +25,8 @@ struct TextRange {
   friend bool operator==(const TextRange&, const TextRange&) = default;
 };
 
-/// Parses a range. Returns nothing for other texts and for a range without ends.
+/// Parses a range. Returns nothing for other texts and for a range without ends. Does not compare
+/// the ends.
 std::optional<TextRange> text_range(std::string_view text);
 
 /// Returns the text that text_range() parses to `range`. Returns "" for an open range.

@@ -20,23 +20,26 @@ struct PictureArea {
 /// The places of the labels of a picture.
 struct LabelPlaces {
   std::vector<PictureArea> boxes{};  ///< areas that particles must not meet; at most a few
-  /// Least distance of particles from the edges, in half widths and half heights of the picture.
+  /// Least distances of particles from the left and right edges, in half widths of the picture, and
+  /// from the lower and upper edges, in half heights.
   double margin_x = 0;
   double margin_y = 0;
 };
 
 /// Share of the picture's width or height that particles fill without labels.
 inline constexpr double filled_share = 0.85;
+/// The area that particles fill without labels.
 inline constexpr PictureArea usual_area{-filled_share, filled_share, -filled_share, filled_share};
 
-/// Returns the part of usual_area, without labels, in which a group of the proportions `width` to
-/// `height` is largest. Both are in shares of the picture's width and height. Of several such parts
-/// the one that loses least area. Takes 4^n steps for n boxes.
+/// Returns the part of usual_area, outside of boxes and margins, in which a group of particles can
+/// be largest. Of several such parts, returns the one with the largest area. `width` and `height`
+/// (> 0) give the proportions of the group, in pictures' widths and heights: equal numbers mean the
+/// proportions of the picture. Takes up to 4^n steps for n boxes.
 ///
 /// Throws InputError, with a remedy, if no part is a tenth of the picture wide and high.
 PictureArea free_area(const LabelPlaces& labels, double width, double height);
 
-/// Returns the area after scaling around its centre.
+/// Returns the area after scaling by `factor` around its centre.
 PictureArea scaled(const PictureArea& area, double factor);
 
 }  // namespace parray::input

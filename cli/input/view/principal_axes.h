@@ -23,9 +23,9 @@ struct Axes {
 Axes principal_axes(std::span<const Sphere> spheres, bool leaning = true);
 
 /// Returns a radius for centres without radii. It is half the spacing of a cubic lattice in a box,
-/// a sheet or a line with the same number of points and the same spread. Returns 1 if all centres
-/// are equal. Rotating the centres changes the radius only by rounding. Scaling the centres scales
-/// it. `spheres` is not empty.
+/// a sheet or a line with the same number of points and the same spread, at least
+/// limits::min_radius. Returns 1 if all centres are equal. Rotating the centres changes the radius
+/// only by rounding. Scaling the centres scales it. `spheres` is not empty.
 double lattice_radius(std::span<const Sphere> spheres);
 
 }  // namespace parray::input

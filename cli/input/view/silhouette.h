@@ -8,7 +8,7 @@
 
 namespace parray::input {
 
-/// Collects the shapes of many frames that reach farthest, one for each of many directions. A
+/// Collects the shapes of many frames that reach farthest, one for each of 1024 directions. A
 /// capsule counts as two spheres at its ends. A picture that contains the collected spheres
 /// contains all shapes, except for less than 1 % of the group's radius.
 class Silhouette {

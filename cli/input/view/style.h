@@ -30,7 +30,7 @@ std::string_view name_of(Style style);
 /// `night`, because it needs a wall behind particles.
 Style read_style(const JsonValue& value, const JsonPlace& place);
 
-/// Returns the uniform sky of the style.
+/// Returns the uniform sky of the style: white, with radiance 1 or a little more.
 Sky sky_of(Style style);
 /// Returns the postprocessing of the style.
 Postprocessing postprocessing_of(Style style);

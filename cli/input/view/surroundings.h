@@ -26,24 +26,26 @@ struct Viewing {
   bool whole_cell = false;   ///< the picture includes the particles' cell
   Turning turning{};
   double zoom = 1;  ///< size of the particles relative to the usual size, in zoom_range
-  /// Returns the places of the labels in the picture of a scene that has a camera. Empty: no
-  /// labels.
+  /// Returns the places of the labels in the picture of a scene that has a camera. An empty
+  /// function means no labels.
   std::function<LabelPlaces(const SceneFile&)> labels{};
   /// Spheres and points of other frames that the picture includes, too. They do not determine the
   /// direction of view.
   std::vector<Sphere> other_spheres{};
   std::vector<Vec3d> other_points{};
-  /// The picture includes these others at every angle of a turntable.
+  /// True for films of a turntable: the picture includes these others, capsules and corners at
+  /// every angle, and the centre of the ground lies on the turntable's axis.
   bool turns = false;
 };
 inline constexpr NumberRange zoom_range{0.1, 100};
 
 /// What an automatic scene shows besides the spheres of particles.
 struct Subject {
-  bool molecule = true;                 ///< see viewpoint_of()
+  bool molecule = true;                 ///< the automatic view is that of a molecule: view.h
   std::vector<Vec3d> corners{};         ///< points that the picture must include
   std::span<const Capsule> capsules{};  ///< sticks, arrows and edges of the cell
-  /// Returns the place of the labels in the picture of a camera without labels. Empty: no labels.
+  /// Returns the places of the labels. The camera is the one that a picture without labels would
+  /// have. An empty function means no labels.
   std::function<LabelPlaces(const Camera&)> labels{};
 };
 
@@ -54,13 +56,14 @@ struct SceneryObject {
   Sphere sphere{};  ///< `material` is not set
 };
 
-/// Returns the scenery of a view in its order. The spheres have no position yet.
+/// Returns the objects that `viewing` needs: the ground or the wall if there is one, then the light
+/// blocker unless the style is `flat`. The spheres have no position yet.
 std::vector<SceneryObject> scenery_of(const Viewing& viewing);
 
-/// Camera, light and scenery for a picture of spheres in the style of a publication. The camera
-/// looks from the direction that viewpoint_of() chooses. It has a long lens. Every sphere and
-/// capsule is inside the picture and outside all labels, unless the user zooms in. A perspective
-/// camera moves sideways for this and keeps its direction.
+/// Camera, light and scenery for a picture of spheres. The camera looks from the direction that
+/// viewpoint_of() chooses. A perspective camera has a vertical angle of view of 20 degrees, or
+/// less if the user zooms in. Every sphere and capsule is inside the picture and outside all
+/// labels, unless the user zooms in. The camera moves sideways for this and keeps its direction.
 ///
 /// - ground: a pale floor under the lowest sphere or capsule. For a view that does not look down on
 ///   the floor, it is a pale wall behind the farthest sphere. It fills the background.
@@ -70,16 +73,16 @@ std::vector<SceneryObject> scenery_of(const Viewing& viewing);
 ///   blocks the light of the sky from one side, so that light comes from the upper left of the
 ///   picture.
 struct Surroundings {
-  Camera camera;  ///< a pinhole; tan_half_vfov is set
+  Camera camera;  ///< a pinhole; a perspective one has tan_half_vfov
   Sky sky;
   std::vector<SceneryObject> scenery;  ///< the objects of scenery_of(), with positions
   /// The axis on which camera and scenery turn around the spheres. It points away from the floor,
-  /// or upwards in the picture if there is a wall. A turn changes only which side of the spheres
-  /// the picture shows, if `turns` was set.
+  /// or upwards in the picture if there is a wall. If Viewing::turns is set, a turn changes only
+  /// which side of the spheres the picture shows.
   TurnAxis axis{};
 };
 
-/// The material of particles that have only positions.
+/// The material of particles in files without colours, elements and types.
 inline constexpr Material plain_material{MaterialType::diffuse, {0.35, 0.48, 0.65}, 0, 1};
 
 /// Returns the surroundings of `spheres`, which are not empty. `aspect` (> 0) is the width of the
@@ -88,7 +91,7 @@ inline constexpr Material plain_material{MaterialType::diffuse, {0.35, 0.48, 0.6
 ///
 /// Throws InputError, which names no file, if camera or scenery would lie beyond
 /// limits::max_length. Throws it also if the group is too far from the origin for the precision of
-/// its coordinates, or if the labels leave too little room for the spheres.
+/// its coordinates. Passes on the errors of viewpoint_of() and free_area().
 Surroundings surroundings_of(std::span<const Sphere> spheres, double aspect,
                              const Viewing& viewing = {}, const Subject& subject = {},
                              int threads = 1);

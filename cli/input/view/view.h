@@ -36,7 +36,8 @@ struct Viewpoint {
   Vec3d off_ground;
 };
 
-/// Returns the axes of a view other than `automatic`. `center` is 0.
+/// Returns the axes of a view other than `automatic`. `center` is 0. The list says which directions
+/// of the scene point to the right and up in the picture.
 ///
 /// - front, back: right +x, -x; up +z. left, right: right -y, +y; up +z.
 /// - top, bottom: right +x, -x; up +y.
@@ -58,10 +59,12 @@ struct Turning {
 inline constexpr NumberRange azimuth_range{-360, 360};
 inline constexpr NumberRange elevation_range{-90, 90};
 
-/// Parses "x", "-y", "+z" or three numbers "0,1,1". Throws InputError.
+/// Parses "x", "-y", "+z" or three numbers "0,1,1", and scales the largest component to 1 or -1.
+/// Throws InputError for other texts and for 0,0,0.
 Vec3d up_from(std::string_view text);
 
-/// Returns the viewpoint for `spheres`, which are not empty. `automatic` chooses as follows:
+/// Returns the viewpoint for `spheres`, which are not empty. `molecule` matters only for the view
+/// `automatic`, which chooses as follows:
 /// - Flat groups face the camera, along a coordinate axis. Flat molecules and oblique groups face
 ///   it along a principal axis. A group is flat if its smallest extent is at most a tenth of the
 ///   middle one. A rod is not flat: its middle extent is at most a tenth of the largest.
