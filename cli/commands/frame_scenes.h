@@ -21,8 +21,8 @@ namespace parray::commands {
 /// Loads the scenes of the frames of a film, or of a series by HTTP. The frames are those of a
 /// trajectory (a file of particles, or named by a scene file), or numbered files (#### in the
 /// name), or all show the same scene (a still). Numbered scene files differ as they are. All other
-/// frames have one camera, and a colour or a radius means the same in all of them. Throws the
-/// errors of load_scene().
+/// frames have one camera, and a colour or a radius means the same in all of them. All functions
+/// that read files throw InputError.
 class FrameScenes {
  public:
   /// `options` must outlive this object. `first`: number of the first of numbered files.
