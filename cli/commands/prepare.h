@@ -105,9 +105,9 @@ struct PreparedRender {
 PreparedRender prepare(const RenderRequest& request);
 
 /// Sets submission.reserved_seconds: the part of the time limit for steps of this command, such as
-/// denoising and writing. `elapsed` returns the seconds of the limit that have passed. If
-/// denoising does not fit, leaves it out; if extra channels still do not fit, leaves them out, too.
-/// Prints a line on stderr for each. Does nothing without a time limit. See time_reserve.h.
+/// denoising and writing. `elapsed` returns the seconds of the limit that have passed. If denoising
+/// does not fit, leaves it out; if extra channels still do not fit, leaves them out, too. Prints a
+/// line on stderr for each. Does nothing without a time limit. See time_reserve.h.
 void reserve_time(PreparedRender& render, std::function<double()> elapsed);
 
 /// Throws InputError unless this machine has the instruction set.

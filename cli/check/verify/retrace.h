@@ -23,8 +23,8 @@ struct RetracedPixel {
 };
 
 /// Returns `count` distinct random numbers below `total`, sorted, or all numbers below `total` if
-/// `count` is larger.
-/// Every set has the same probability. The same seed gives the same numbers on every machine.
+/// `count` is larger. Every set has the same probability. The same seed gives the same numbers on
+/// every machine.
 std::vector<std::uint64_t> choose(std::uint64_t count, std::uint64_t total, std::uint64_t seed);
 
 /// Traces the samples of the pixels and sets `mean` and `sums`. The pixels must be distinct and
