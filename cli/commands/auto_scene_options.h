@@ -44,8 +44,8 @@ class AutoSceneOptions {
   /// Keeps a reference to `wanted`, which viewing() reads: whether the picture must contain the
   /// whole cell of the particles (the periodic box of a simulation).
   void frame_cell(const bool& wanted) { whole_cell_ = &wanted; }
-  /// Sets a function that returns which places labels cover. The camera keeps the particles of the
-  /// scene away from these places.
+  /// Sets a function that returns which places labels cover (Viewing::labels). The camera keeps the
+  /// particles of the scene away from these places.
   void keep_free(std::function<LabelPlaces(const SceneFile&)> labels) {
     labels_ = std::move(labels);
   }

@@ -41,7 +41,8 @@ struct NoFilm {
 };
 /// Makes the film with ffmpeg, which it looks for in the directories of `path` ("/usr/bin:/bin").
 /// The file `film` appears when it is complete. Returns nothing if the film is written, otherwise
-/// why not. Throws Interrupted, and RunError if the finished file cannot be renamed.
+/// why not. Throws Interrupted, and RunError if ffmpeg cannot be started or the finished file
+/// cannot be renamed.
 std::optional<NoFilm> encode_film(const FilmPictures& pictures, const std::filesystem::path& film,
                                   const std::string& path);
 

@@ -13,7 +13,7 @@ namespace parray::commands {
 
 /// The folder beside a film, x.frames for x.mp4: a picture and a report for each frame. An
 /// interrupted film continues with the frames that are there. `place`: place of a frame in the
-/// film, from 0. `frame`: its number in the trajectory.
+/// film, from 0. `frame`: its number, FilmFrames::numbers()[place].
 class FilmFolder {
  public:
   /// Makes the folder, if it does not exist. `identity`: the film_identity() of this film; the

@@ -48,8 +48,9 @@ class LabelOptions {
   /// if a title is given without a legend.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;
 
-  /// Returns where labels cover the picture of an automatic scene `file`, whose camera may still be
-  /// missing. Throws InputError as over() and Labels do.
+  /// Returns where labels cover the picture of an automatic scene `file`. Its camera frames the
+  /// particles as if there were no labels; the final camera may show them smaller. Throws
+  /// InputError as over() and Labels do.
   [[nodiscard]] LabelPlaces places(const SceneFile& file) const;
 
  private:

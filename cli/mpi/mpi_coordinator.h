@@ -42,7 +42,7 @@ class MpiCoordinator {
     /// See RankJudge::Hooks.
     std::function<TracedCells(const CellBatch& cell)> trace;
     std::vector<std::string> hosts;        ///< host name of each rank that renders, by rank
-    std::function<void()> reset_watchdog;  ///< called every few milliseconds, unless rank 0 hangs
+    std::function<void()> reset_watchdog;  ///< called in each turn of run_pass() and barrier()
   };
   /// `world`, `job` and `team` must outlive this object.
   MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, ThreadTeam& team, Options options);
