@@ -26,8 +26,8 @@ class LabelOptions {
  public:
   /// Declares the options. They pass the width in pixels that follows from the size in print to
   /// `render`, and the places that automatic scenes keep free. `image`: the option that must be
-  /// given with any of them; null: none. Neither this object nor `render` may move while the
-  /// command line is parsed and scenes are loaded.
+  /// given with any of them; null: none. `render` must not move while the command line is parsed.
+  /// This object must not move as long as `render` or a copy of it loads scenes.
   void add_to(Command& command, const Option* image, RenderOptions& render);
 
   /// Returns the first given option that asks for a label: "--legend". Empty: none.

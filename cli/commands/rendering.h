@@ -33,7 +33,7 @@ Time polling_interval(Time waited);
 
 /// Shows the progress of a job on stderr, and its unfinished picture by --preview and --display,
 /// until the job ends. Then runs the command of --on-end. Throws RunError if the job fails or is
-/// cancelled.
+/// cancelled. Otherwise replaces the unfinished picture by the finished one.
 void wait_until_done(Client& client, JobId job, const ProgressOptions& following);
 
 /// Fetches the picture of a finished job, with the statistics that `outputs` need.
