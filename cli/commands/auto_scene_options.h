@@ -15,7 +15,7 @@ namespace parray::commands {
 
 class ParticleOptions;
 
-/// Returns the names of views and axes, as words of an option.
+/// Returns all words that --view accepts: names of views and of axes.
 std::vector<std::string> view_words();
 
 /// View, style, camera and background of an automatic scene. Part of RenderOptions.
@@ -26,21 +26,26 @@ class AutoSceneOptions {
   void add_to(Command& command, ParticleOptions& particles);
   /// Declares --background, for commands that make pictures.
   void add_background_to(Command& command);
-  /// Throws InputError if any of the options is given: the scene `file` is not a particle file.
+  /// Call for a scene that is not a particle file. Throws InputError if any of the options is
+  /// given. `file`: the scene's name in the message.
   void check_unused(const std::string& file) const;
-  /// Throws InputError if options exclude each other.
+  /// Returns how the options show a scene. Throws InputError if options exclude each other.
   [[nodiscard]] Viewing viewing() const;
   /// Returns the colour of the background in linear RGB. Not given: that of the style.
   [[nodiscard]] const std::optional<Vec3d>& background() const { return background_; }
 
+  /// Returns whether --view is given, or look_from() was called.
   [[nodiscard]] bool has_view() const { return view_.has_value(); }
+  /// Sets the view, as --view does.
   void look_from(View view) { view_ = view; }
-  /// Parses the name of a view, and notes whether it is the name of an axis. Throws InputError.
+  /// Parses a word of view_words(). If it is an axis, viewing() does not allow --up. Throws
+  /// InputError for another word.
   View named_view(std::string_view name);
-  /// Notes where to read, when the scene is made, whether the picture must contain the whole cell
-  /// of the particles (the periodic box of a simulation). `wanted` must not move until then.
+  /// Keeps a reference to `wanted`, which viewing() reads: whether the picture must contain the
+  /// whole cell of the particles (the periodic box of a simulation).
   void frame_cell(const bool& wanted) { whole_cell_ = &wanted; }
-  /// Sets the places of labels, which the particles of the scene will not meet.
+  /// Sets a function that returns which places labels cover (Viewing::labels). The camera keeps the
+  /// particles of the scene away from these places.
   void keep_free(std::function<LabelPlaces(const SceneFile&)> labels) {
     labels_ = std::move(labels);
   }

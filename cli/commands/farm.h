@@ -13,6 +13,7 @@ class FarmOptions {
  public:
   /// Declares --coordinator and --keys.
   void add_to(Command& command);
+  /// Returns one or more addresses, "tcp://HOST:PORT", separated by commas.
   [[nodiscard]] const std::string& address() const { return address_; }
   /// Returns the key file, or the directory with an administrator's key. Empty: no key.
   [[nodiscard]] const std::string& keys() const { return keys_; }
@@ -22,7 +23,7 @@ class FarmOptions {
   std::string keys_;
 };
 
-/// A client of the coordinator at an address, over ZeroMQ. After the user's interrupt, a request
+/// A client of the coordinator of FarmOptions, over ZeroMQ. After the user's interrupt, a request
 /// that waits throws Interrupted.
 class FarmClient {
  public:

@@ -14,9 +14,9 @@ namespace parray::commands {
 struct FilmPictures {
   std::filesystem::path folder;
   std::uint32_t count = 0;  ///< pictures 0 to count - 1, named by film_picture()
-  std::uint32_t width = 0;
+  std::uint32_t width = 0;  ///< of each picture, in pixels
   std::uint32_t height = 0;
-  double per_second = 25;
+  double per_second = 25;  ///< pictures per second of film
 };
 
 /// Returns the name of a picture in its folder: "frame-000007.png".
@@ -39,8 +39,10 @@ struct NoFilm {
   std::string why;
   bool missing = false;  ///< ffmpeg was not found
 };
-/// Makes the film with ffmpeg, which it looks for in the directories of `path`. The film appears
-/// when it is complete. Returns nothing if it is written, otherwise why not. Throws Interrupted.
+/// Makes the film with ffmpeg, which it looks for in the directories of `path` ("/usr/bin:/bin").
+/// The file `film` appears when it is complete. Returns nothing if the film is written, otherwise
+/// why not. Throws Interrupted, and RunError if ffmpeg cannot be started or the finished file
+/// cannot be renamed.
 std::optional<NoFilm> encode_film(const FilmPictures& pictures, const std::filesystem::path& film,
                                   const std::string& path);
 

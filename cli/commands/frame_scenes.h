@@ -21,8 +21,8 @@ namespace parray::commands {
 /// Loads the scenes of the frames of a film, or of a series by HTTP. The frames are those of a
 /// trajectory (a file of particles, or named by a scene file), or numbered files (#### in the
 /// name), or all show the same scene (a still). Numbered scene files differ as they are. All other
-/// frames have one camera, and a colour or a radius means the same in all of them. Throws the
-/// errors of load_scene().
+/// frames have one camera, and a colour or a radius means the same in all frames that fix() reads.
+/// All functions that read files throw InputError.
 class FrameScenes {
  public:
   /// `options` must outlive this object. `first`: number of the first of numbered files.
@@ -41,7 +41,8 @@ class FrameScenes {
   /// files stay as they are. Reads each frame once, unless there is one and nothing turns. Reads
   /// the particles of automatic scenes again if shapes change their sizes. `turns`: the camera of
   /// an automatic scene will turn around it. `still`: all frames show the same scene. Call before
-  /// at().
+  /// at(). A series by HTTP passes only its first frame: then all frames have the camera of this
+  /// frame, but each has its own ranges of colours and radii.
   void fix(const std::vector<std::uint32_t>& frames, bool turns = false, bool still = false);
   /// Takes how many frames were read, and how many in all. Frames that are read twice count twice.
   using OnRead = std::function<void(std::size_t read, std::size_t all)>;

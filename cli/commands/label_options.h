@@ -25,14 +25,15 @@ inline constexpr const char* labels_group = "Labels, not in EXR files (default: 
 class LabelOptions {
  public:
   /// Declares the options. They pass the width in pixels that follows from the size in print to
-  /// `render`, and the places that automatic scenes keep free. `image`: the option that they need;
-  /// null: none. Neither object may move while the command line is parsed.
+  /// `render`, and the places that automatic scenes keep free. `image`: the option that must be
+  /// given with any of them; null: none. `render` must not move while the command line is parsed.
+  /// This object must not move as long as `render` or a copy of it loads scenes.
   void add_to(Command& command, const Option* image, RenderOptions& render);
 
   /// Returns the first given option that asks for a label: "--legend". Empty: none.
   [[nodiscard]] std::string first_given() const;
-  /// Returns draw(labels). If that throws InputError and the cell is only a default of `file`,
-  /// returns draw() of the labels without the cell.
+  /// Returns draw(labels). If that throws InputError, and the edges of the cell are drawn only
+  /// because `file` draws them where they fit, returns draw() of the labels without the cell.
   auto fitting(const SceneFile& file, LabelSettings labels, const auto& draw) const {
     try {
       return draw(labels);
@@ -47,8 +48,9 @@ class LabelOptions {
   /// if a title is given without a legend.
   [[nodiscard]] LabelSettings over(const LabelSettings& of_scene, std::uint32_t width) const;
 
-  /// Returns where labels cover the picture of an automatic scene. The scene needs no places for
-  /// labels yet. Throws the errors of over() and Labels.
+  /// Returns where labels cover the picture of an automatic scene `file`. Its camera frames the
+  /// particles as if there were no labels; the final camera may show them smaller. Throws
+  /// InputError as over() and Labels do.
   [[nodiscard]] LabelPlaces places(const SceneFile& file) const;
 
  private:

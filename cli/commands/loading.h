@@ -29,8 +29,8 @@ enum class NamedFiles : std::uint8_t {
 
 /// Reads a scene file with its particles, or makes an automatic scene from a file of particles. The
 /// contents decide which of the two a file is. Replaces settings by the options that are given.
-/// Prints the notes of readers and a warning of duplicates on stderr. Throws InputError. "-" is the
-/// standard input; with NamedFiles::beside it is a file of this name.
+/// Prints the notes of readers (print_notes()) and a warning of duplicates on stderr. Throws
+/// InputError. "-" is the standard input; with NamedFiles::beside it is a file of this name.
 SceneFile load_scene(const std::string& file, const RenderOptions& options,
                      const FrameChange& change = {}, NamedFiles named = NamedFiles::anywhere);
 

@@ -53,7 +53,7 @@ inline constexpr std::uint32_t most_threads = 4096;
 /// Declares the argument for the scene: a scene file or a file of particles.
 void add_scene(Command& command, std::string& scene, const char* name = "SCENE");
 
-/// Parses a finite number in `range`. Throws InputError.
+/// Parses a finite number in `range`, whose ends are allowed. Throws InputError for other texts.
 double real_number(std::string_view text, NumberRange range);
 
 /// Declares an option whose value is a finite number in `range`.
@@ -82,7 +82,7 @@ inline constexpr const char* particles_group = "For files of particles";
 struct Quality {
   std::string_view name;
   double size;           ///< width and height relative to those of the scene
-  double error;          ///< target error; see RenderSettings
+  double error;          ///< target error: RMSE in linear radiance
   bool denoise = false;  ///< denoise the picture if the command can do that
 };
 inline constexpr std::array<Quality, 3> qualities{
@@ -110,7 +110,7 @@ class RenderOptions {
   void add_quality_to(Command& command);
   /// Returns the quality that is given. Null: none.
   [[nodiscard]] const Quality* quality() const { return quality_; }
-  /// Returns whether the options can say when a render stops.
+  /// Returns whether the command has options that say when a render stops: add_to() was called.
   [[nodiscard]] bool can_stop() const { return can_stop_; }
   /// Returns whether an option gives the target error.
   [[nodiscard]] bool has_target_error() const { return keys_.contains("target_error"); }
@@ -168,9 +168,9 @@ class OutputOptions {
   /// Declares -o and --report. `image_required`: the command needs -o.
   void add_to(Command& command, bool image_required);
   /// Declares --aov and --error-map, for commands that have the statistics of a picture. `scene`:
-  /// the command has the scene, too, which other channels need.
+  /// the command has the scene, too, and so offers the channels that are traced from it.
   void add_aov_to(Command& command, bool scene = true);
-  /// Declares --denoise, for commands that also have the scene. `alone`: also without -o.
+  /// Declares --denoise, for commands that also have the scene. `alone`: it is allowed without -o.
   void add_denoise_to(Command& command, bool alone = false);
   /// Declares postprocessing and labels, for commands that have the scene.
   void add_labels_to(Command& command, RenderOptions& render) {
@@ -179,7 +179,7 @@ class OutputOptions {
   }
   [[nodiscard]] const PostprocessOptions& postprocessing() const { return postprocessing_; }
   [[nodiscard]] const LabelOptions& labels() const { return labels_; }
-  /// Return -o and --report, for commands where they need another option.
+  /// Return the options -o and --report, so that a command can make them need another option.
   [[nodiscard]] Option image_option() const { return image_option_; }
   [[nodiscard]] Option report_option() const { return report_option_; }
 
@@ -207,7 +207,8 @@ class OutputOptions {
 
 /// Declares --quiet.
 void add_quiet(Command& command, bool& quiet);
-/// Declares --quiet, --progress, --preview, --display and --on-end. Returns the last three.
+/// Declares --quiet, --progress, --preview, --display and --on-end. Returns the last three, in this
+/// order.
 std::array<Option, 3> add_following(Command& command, ProgressOptions& following);
 /// Declares --json.
 void add_json(Command& command, bool& as_json);

@@ -16,7 +16,8 @@ class ParticleOptions {
   void add_to(Command& command);
   /// Sets the style of the particles or, after --show, that of the last representation.
   void set_style(ParticleStyle style) { given_.look.style = style; }
-  /// Throws InputError if any of the options is given: the scene `file` is not a particle file.
+  /// Call for a scene that is not a particle file. Throws InputError if any of the options is
+  /// given. `file`: the scene's name in the message.
   void check_unused(const std::string& file) const;
   /// Returns the source that the options describe, without a file. Throws InputError if options
   /// exclude each other.

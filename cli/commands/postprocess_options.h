@@ -16,8 +16,8 @@ namespace parray::commands {
 class PostprocessOptions {
  public:
   /// Declares the options, for commands that have the scene of the picture that they write.
-  /// `image`: the option that names it; null: none. The object must not move while the command line
-  /// is parsed.
+  /// `image`: the option that must be given with any of them; null: none. The object must not move
+  /// while the command line is parsed.
   void add_to(Command& command, const Option* image);
   [[nodiscard]] Postprocessing over(const Postprocessing& of_scene) const {
     return given_.over(of_scene);
@@ -30,8 +30,8 @@ class PostprocessOptions {
 };
 
 /// Adds depth cue and outline before the other steps of `outputs.finishing`. Call add_labels()
-/// before: it sets the resolution in print. `file`: the loaded scene, whose spheres are in `scene`.
-/// `settings`: of the picture.
+/// before: it sets the resolution in print, which outlines in points need. `file`: the loaded
+/// scene; its shapes are in `scene`. `settings`: of the picture.
 ///
 /// Throws InputError if a step is impossible, or if an option asks for one and every output is an
 /// EXR file.
@@ -43,8 +43,8 @@ void add_postprocessing(OutputPaths& outputs, const PostprocessOptions& options,
 /// picture must be transparent. Throws InputError for an EXR picture.
 void add_background(OutputPaths& outputs, const Vec3d& color);
 
-/// If `postprocessing` asks for outlines or a depth cue, or `labels` is set, warns on stderr that
-/// the farm draws none of them on the job `name`. `remedy`: how to get them.
+/// If `postprocessing` asks for outlines or a depth cue, or `labels` is true, warns on stderr that
+/// the farm draws none of them on the picture of the job `name`. `remedy`: how to get them.
 void warn_of_missing_postprocessing(const Postprocessing& postprocessing, bool labels,
                                     const std::string& name, const std::string& remedy);
 

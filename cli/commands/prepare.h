@@ -22,7 +22,7 @@ enum class RenderMode : std::uint8_t {
   submit,  ///< one picture, by a farm; no file here
   sheet,   ///< several views in one picture, in this process
   series,  ///< frames, by a farm
-  http,    ///< one picture, submitted by HTTP
+  http,    ///< one picture or a series, submitted by HTTP
   fetch,   ///< a picture from a farm, without its scene
   film     ///< frames, in this process or by a farm; this process writes the files
 };
@@ -61,21 +61,22 @@ struct LoadedSubmission {
   bool original_denoised = false;  ///< the picture of --like is denoised
 };
 
-/// Loads a scene, lays the options over its settings and resolves automatic settings. By HTTP the
-/// scene may only name files in its own folder. Throws InputError.
+/// Loads a scene, lays the options over its settings and resolves automatic settings. In
+/// RenderMode::http the scene may only name files in its own folder. Throws InputError.
 LoadedSubmission load_submission(RenderMode mode, const std::string& scene_file,
                                  const RenderOptions& options, std::uint32_t priority,
                                  const FrameChange& change = {});
 
 class FrameScenes;
-/// Does the same for a frame of a film. `change` changes the loaded scene; empty: it stays.
+/// Does the same for a frame that `scenes` loads. Calls `change`, if set, on the loaded scene.
 LoadedSubmission load_frame(RenderMode mode, FrameScenes& scenes, std::uint32_t frame,
                             std::uint32_t priority,
                             const std::function<void(SceneFile&)>& change = {});
 
-/// Requests the samples that the denoiser needs, and applies a target error to the denoised
-/// picture. A target error that no option gives (`usual`) stays that of the picture before
-/// denoising if the mode can do no better. Throws InputError if that is impossible.
+/// Changes the settings of a picture that will be denoised: keeps replicates, which the denoiser
+/// needs, and applies a target error to the denoised picture. `usual`: no option gives the target
+/// error. It then remains the target of the picture before denoising if the mode lacks
+/// denoised_target. Throws InputError if the target cannot apply to the denoised picture.
 void ask_for_denoising(RenderSettings& settings, RenderMode mode, bool usual);
 
 /// The request of a command line. The objects behind the references must outlive it.
@@ -85,9 +86,9 @@ struct RenderRequest {
   const RenderOptions& render;
   const OutputOptions& output;
   const ProgressOptions& following;
-  std::uint32_t threads;  ///< threads of this process that trace pictures or extra channels
-  std::uint32_t priority = 50;
-  std::optional<View> view{};  ///< for a sheet: the view to render, instead of --view
+  std::uint32_t threads;        ///< threads of this process that trace pictures or extra channels
+  std::uint32_t priority = 50;  ///< of the job, 0 to 100
+  std::optional<View> view{};   ///< for a sheet: the view to render, instead of --view
 };
 
 /// Throws InputError if the request asks for a feature that its mode lacks.
@@ -97,16 +98,16 @@ void check_request(const RenderRequest& request);
 struct PreparedRender {
   Submission submission;
   OutputPaths outputs;  ///< output files and steps, by the options and by the scene
-  ExtraChannels extra;
+  ExtraChannels extra;  ///< the channels to trace after the render, and the denoising
 };
 
 /// Checks the request, its output files and its viewer, then loads the scene. Throws InputError.
 PreparedRender prepare(const RenderRequest& request);
 
-/// Reserves the part of a time limit that the command needs besides tracing and besides the
-/// coordinator: sets submission.reserved_seconds. `elapsed` returns the seconds of the limit that
-/// have passed. If denoising, and then extra channels, do not fit, leaves them out and prints a
-/// line on stderr for each. Does nothing without a limit.
+/// Sets submission.reserved_seconds: the part of the time limit for steps of this command, such as
+/// denoising and writing. `elapsed` returns the seconds of the limit that have passed. If denoising
+/// does not fit, leaves it out; if extra channels still do not fit, leaves them out, too. Prints a
+/// line on stderr for each. Does nothing without a time limit. See time_reserve.h.
 void reserve_time(PreparedRender& render, std::function<double()> elapsed);
 
 /// Throws InputError unless this machine has the instruction set.

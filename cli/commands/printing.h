@@ -40,20 +40,22 @@ std::string name_of(const ParticleFile& file);
 std::string progress_cell(const JobStatus& job);
 /// Returns the remaining time of a job, "12 s". Returns "" if it is unknown or the job has ended.
 std::string left_cell(const JobStatus& job);
-/// Returns the place in the queue, with the time until the job begins if it is known.
+/// Returns the place in the queue, with the time until the job begins if it is known: "3 (12 s)".
+/// Returns "" if the job is not in the queue.
 std::string queue_cell(const JobStatus& job);
 /// Returns the RMSE of a job that has ended, "0.0098", or "" if it is unknown. For another job,
 /// returns target_text(): "error 0.021 of 0.01", or "" without a target.
 std::string error_cell(const JobStatus& job);
 
-/// Returns the limit of samples per pixel of a job, or, without a limit, those that it has. "":
-/// neither.
+/// Returns the limit of samples per pixel of a job. Without a limit, returns the mean number of
+/// samples that its pixels have. Without these, too, returns "".
 std::string samples_cell(const JobStatus& job);
 
 /// Joins words into a line that a POSIX shell splits into the same words.
 std::string shell_line(const std::vector<std::string>& words);
 
-/// Returns the file name of a scene with the extension .exr, without its folder.
+/// Returns the file name of a scene with the extension .exr, without its folder. Returns
+/// "picture.exr" for the standard input.
 std::string default_picture(const std::string& scene);
 
 }  // namespace parray::commands

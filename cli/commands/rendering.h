@@ -12,11 +12,12 @@
 /// The steps of a render after its submission.
 namespace parray::commands {
 
-/// Options for a client of a farm in this process.
+/// Returns options for a client of a farm in this process. `farm` must outlive the client.
 Client::Options embedded_client(const EmbeddedFarm& farm);
 
-/// Stops the farm after an interrupt of the user. If a thread of the farm is in a step that cannot
-/// be stopped, ends the process. Nothing is lost then, because this farm keeps no files.
+/// Stops the farm after an interrupt of the user. If a thread of the farm still runs after 0.5 s,
+/// ends the process with interrupted_status. Nothing is lost then, because this farm keeps no
+/// files.
 void stop_interrupted(EmbeddedFarm& farm);
 
 /// Runs the command of --on-end in the shell and waits for it; does nothing if `command` is empty.
@@ -26,19 +27,21 @@ void stop_interrupted(EmbeddedFarm& farm);
 void run_end_command(const std::string& command, JobId job, const std::string& state,
                      const std::string& reason, const std::string& image);
 
-/// Returns how long to wait before the next request about a job. `waited`: time since its
-/// submission. Waiting adds at most 2 % to the time of a job, or 2 ms if that is more.
+/// Returns how long to wait before the next request about a job: 2 % of `waited`, but 2 to 100 ms.
+/// `waited`: time since the command began to wait for the job.
 Time polling_interval(Time waited);
 
-/// Shows the progress of a job on stderr, and its picture if requested, until the job ends. Then
-/// runs the command of --on-end. Throws RunError if the job fails or is cancelled.
+/// Shows the progress of a job on stderr, and its unfinished picture by --preview and --display,
+/// until the job ends. Then runs the command of --on-end. Throws RunError if the job fails or is
+/// cancelled. Otherwise replaces the unfinished picture by the finished one.
 void wait_until_done(Client& client, JobId job, const ProgressOptions& following);
 
 /// Fetches the picture of a finished job, with the statistics that `outputs` need.
 Picture fetch_picture(Client& client, JobId job, const OutputPaths& outputs);
 
 /// Fetches the picture of a finished job and writes the files. Denoises the picture and draws on it
-/// if the job asks for that. `raw`: does not denoise. Returns the exit status.
+/// if the job asks for that. `raw`: does not denoise. Returns the exit status. Throws InputError if
+/// the coordinator does not give the scene that denoising and drawing need (Client::scene()).
 int fetch_and_write(Client& client, JobId job, OutputPaths outputs, bool raw = false);
 
 /// Waits as wait_until_done() does, fetches the picture, adds the extra channels and writes the

@@ -18,7 +18,7 @@ namespace parray::commands {
 /// Frames to render, and what becomes of them.
 struct FrameJobs {
   std::vector<std::uint32_t> frames;  ///< their numbers, ascending; not empty
-  std::set<std::uint32_t> there{};    ///< frames whose pictures exist already
+  std::set<std::uint32_t> there{};    ///< those of `frames` to skip: their pictures exist already
   /// Loads a frame. Throws InputError.
   std::function<Submission(std::uint32_t)> load;
   /// Fetches and writes a frame that is done. Returns the exit status. Throws InputError or
@@ -29,22 +29,23 @@ struct FrameJobs {
   std::string token{};
   /// Largest number of frames that are submitted and not yet delivered.
   std::size_t most_unfinished = std::numeric_limits<std::size_t>::max();
-  bool first_must_load = false;  ///< without the first frame, the others are not tried
-  bool wait = true;              ///< until all frames have ended
+  /// If the first frame cannot be loaded, run_frames() throws InputError and tries no other frame.
+  bool first_must_load = false;
+  bool wait = true;  ///< until all frames have ended
   /// `preview` is empty. `on_end` runs when all frames of a series have ended, if `wait`.
   ProgressOptions following{};
   std::string image{};  ///< PARRAY_IMAGE for `on_end`
-  bool prints = true;   ///< print the number of the series; deliver() prints, too
+  bool prints = true;   ///< print the number of the series on stdout; deliver() prints, too
 };
 
-/// Returns a token of the parts of a request and of the user.
+/// Returns a token for FrameJobs: the same for the same request of the same user of this machine.
 std::string series_token(const std::string& request);
 
 /// Loads and submits the frames one after the other. Skips frames that an earlier run with the same
 /// token has submitted. With `wait`, delivers each frame when it is done. If a frame cannot be
 /// loaded or fails, prints a line on stderr, continues with the others, and returns exit status 1.
-/// Throws Interrupted, RunError if the series is cancelled before all frames are submitted, and
-/// InputError as `first_must_load` says.
+/// Throws Interrupted, RunError if the series is cancelled before all frames are submitted or the
+/// coordinator cannot be reached, and InputError as `first_must_load` says.
 int run_frames(Client& client, const FrameJobs& jobs);
 
 /// The request of `submit --frames`.

@@ -70,8 +70,9 @@ void describe_values(const Rule& /*any other rule*/, Option& option) {
   option.type_name("X");
 }
 
-/// Declares the option of a setting. If the user gives it, it sets `value` and calls `note`. The
-/// option of a Flag sets `value` to true and does not call `note`.
+/// Declares the option of a setting. If the user gives it, the option sets `value` and then calls
+/// `note`. The option of a Flag sets `value` to true and does not call `note`. `value` must not
+/// move while the command line is parsed.
 template <typename Rule, typename T>
 Option add_setting(
     Command& command, const Setting& setting, const Rule& rule, T& value,

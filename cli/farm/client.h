@@ -32,10 +32,10 @@ msg::Submit submit_message(Submission submission);
 struct JobStatus {
   JobId id = 0;
   std::string name;
-  std::string user;  ///< owner of the job's key; without keys, the client's user
-  std::string state;
-  std::uint64_t priority = 0;
-  double progress = 0;  ///< 0 to 1
+  std::string user;            ///< owner of the job's key; without keys, the client's user
+  std::string state;           ///< name of a JobState: "queued", "running", "done" ...
+  std::uint64_t priority = 0;  ///< 0 to 100
+  double progress = 0;         ///< 0 to 1
   double samples_per_second = 0;
   double seconds_left = -1;       ///< -1: unknown
   std::string reason;             ///< why the job failed, was cancelled or is paused
@@ -68,9 +68,9 @@ JobStatus job_status(const nlohmann::json& map);
 /// A client of PROTOCOL.md, over any link. A request is sent repeatedly until its answer comes.
 /// Only start_submit() does not wait for the answer.
 ///
-/// If the coordinator answers `error`, a request throws InputError or RunError with the
-/// coordinator's text. If the coordinator has not answered any request within Options::timeout, a
-/// request throws RunError. Not thread-safe.
+/// If the coordinator answers `error`, a request throws InputError, NoRoom or RunError with the
+/// coordinator's text. If the coordinator has never answered this client, a request throws RunError
+/// after Options::timeout. Not thread-safe.
 class Client {
  public:
   struct Options {
@@ -136,7 +136,8 @@ class Client {
   /// Returns the last lines of a worker's log, oldest first. Throws InputError if no worker of this
   /// name is connected, RunError if it does not answer.
   std::vector<std::string> worker_log(const std::string& name);
-  /// Changes a worker, by name, or all workers of a host. Returns the maps of the connected ones.
+  /// Changes the worker `name` or, if `host`, all workers of the host `name`. Returns the maps of
+  /// all connected workers of this name or host.
   nlohmann::json steer_workers(msg::WorkerAction action, const std::string& name, bool host);
   /// Fetches the picture of a finished job and checks its SHA-256.
   Picture fetch(JobId job, PictureDetail detail = PictureDetail::image);
@@ -156,14 +157,14 @@ class Client {
 
   /// The journal of a job; see coordinator/jobs/journal.h.
   struct JobJournal {
-    nlohmann::json job;
+    nlohmann::json job;     ///< the job map
     nlohmann::json report;  ///< for a finished job; otherwise empty
-    std::string journal;
+    std::string journal;    ///< encoded; read_journal() decodes it
   };
   /// Returns the journal of a job with its map and report.
   JobJournal journal(JobId job);
 
-  /// Sleeps, and calls options.poll meanwhile.
+  /// Waits for `duration`. Calls options.poll and receives answers to submissions meanwhile.
   void rest(Time duration);
 
  private:

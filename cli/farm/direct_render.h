@@ -23,12 +23,14 @@ struct DirectRender {
   DirectRender(const RenderSettings& settings, double largest);
 
   [[nodiscard]] FramebufferView state() const { return framebuffer.view(largest_radiance); }
+  /// Returns the mean over all pixels.
   [[nodiscard]] double samples_per_pixel() const;
 
   Framebuffer framebuffer;
   double largest_radiance;
   // `passes` and `stopped_by` are set when the picture is complete.
-  std::vector<std::uint64_t> passes;  ///< samples of each pass; empty unless settings.in_passes()
+  /// Samples of each pass, of all pixels together. Empty unless settings.in_passes().
+  std::vector<std::uint64_t> passes;
   StopReason stopped_by = StopReason::samples;
   double seconds = 0;           ///< wall-clock time of tracing and deciding on passes
   double cpu_seconds = 0;       ///< processor time of all threads for the same
@@ -44,7 +46,8 @@ std::optional<DirectRender> render_directly(
     const PathTracer& tracer, const Scene& scene, const RenderSettings& settings, int threads,
     const std::atomic<bool>& stop, const std::function<void(const DirectRender&)>& after_pass = {});
 
-/// Sets stop() when `asked` returns true. Its thread calls `asked` 50 times a second.
+/// Sets stop() when `asked` returns true. A thread of this object calls `asked` 50 times a second
+/// until then.
 class StopPoller {
  public:
   explicit StopPoller(std::function<bool()> asked);

@@ -15,8 +15,8 @@ namespace parray::farm {
 /// them. Both run in threads of their own.
 class EmbeddedFarm {
  public:
-  /// `threads`: of the worker, 1 to 4096. `judge_of(scene_sha256)`: see CoordinatorOptions; called
-  /// only for jobs that need it. Throws RunError if threads cannot be created.
+  /// `threads`: of the worker, 1 to 4096. `judge_of`: as CoordinatorOptions::judge_of, but takes
+  /// the SHA-256 of the job's scene. Throws RunError if threads cannot be created.
   explicit EmbeddedFarm(std::uint32_t threads,
                         std::function<PictureJudge(const std::string&)> judge_of = {});
   /// Stops the farm. Waits for threads in the middle of a step.
@@ -27,10 +27,10 @@ class EmbeddedFarm {
   /// Returns a client's end of a link. It must not outlive the farm.
   std::unique_ptr<Link> connect();
 
-  /// The accelerators that the worker has built.
+  /// Returns the cache of the accelerators that the worker has built.
   [[nodiscard]] std::shared_ptr<AcceleratorCache> accelerators() const;
 
-  /// Throws the error that ended one of the two, if any. Thread-safe.
+  /// Throws the exception that ended coordinator or worker, if any. Thread-safe.
   void check() const;
 
   /// Drops the work and ends the threads. Returns false if a thread is still in the middle of a

@@ -14,12 +14,12 @@ namespace parray::mpi {
 /// so each can continue a job of the other.
 class CheckpointedJob {
  public:
-  /// Resumes the unfinished job of the same picture in `directory`, if there is one, with its plan
-  /// (schedule, row order and `tile`, see WorkPlan). Otherwise begins a new job, and opens the
-  /// store when there are results to save.
+  /// Resumes the unfinished job of the same picture in `directory`, if there is one, with its own
+  /// plan (schedule, row order and tile). Otherwise begins a new job with `tile` (see WorkPlan),
+  /// and makes the store when there are results to save.
   ///
-  /// `named`: the user has named the directory. forget() removes other directories. Throws
-  /// InputError or RunError as DiskStore does, and RunError if the saved job is damaged.
+  /// `named`: the user has named the directory, so forget() does not remove it. Throws InputError
+  /// or RunError as DiskStore does, and RunError if the saved job is damaged.
   CheckpointedJob(Submission submission, std::uint32_t tile, std::filesystem::path directory,
                   bool named);
   CheckpointedJob(const CheckpointedJob&) = delete;
@@ -27,6 +27,7 @@ class CheckpointedJob {
 
   [[nodiscard]] JobRun& run() { return *run_; }
   [[nodiscard]] const std::filesystem::path& directory() const { return directory_; }
+  /// Returns the encoded scene (scene_to_bytes()).
   [[nodiscard]] const std::string& scene_bytes() const { return scene_bytes_; }
   /// Returns the scene. This object then has it no more.
   std::shared_ptr<const Scene> take_scene() { return std::move(scene_); }
@@ -36,8 +37,9 @@ class CheckpointedJob {
   /// "57.3 samples per pixel". Call it only after the first pass has begun.
   [[nodiscard]] std::string amount_text() const;
 
-  /// Forgets results that are not saved yet. In a directory that the user has named, marks the job
-  /// as done, and replaces the saved results by picture and report.
+  /// Call when the picture is complete. Drops results that are not saved yet. In a directory that
+  /// the user has named, marks the job as done, and replaces the saved results by picture and
+  /// report.
   void keep_picture(const Picture& picture);
   /// Removes the directory, unless the user has named it. Call when the picture file is written.
   /// run() is then invalid.

@@ -17,13 +17,13 @@
 
 namespace parray::mpi {
 
-/// The objects that every participating rank needs for a pass.
+/// The objects that every rank that renders needs for a pass.
 struct PassResources {
   RankPass pass;
   std::optional<WindowLayout> layout;
   std::optional<WindowSource> source;
 
-  /// Makes the objects for the pass `next`. Collective.
+  /// Makes the objects for the pass `next`. Collective, unless rank 0 is alone.
   void begin(RankPass next, Transport& transport, const Ranks& ranks, RankJob& job);
 };
 
@@ -32,8 +32,8 @@ struct PassResources {
 class MpiCoordinator {
  public:
   struct Options {
-    Time patience = seconds(60);
-    Time checkpoint = seconds(10);
+    Time patience = seconds(60);    ///< run_pass() throws after this time without any progress
+    Time checkpoint = seconds(10);  ///< shortest interval between saves to disk
     ProgressOptions following;
     std::uint32_t threads = 1;      ///< threads of rank 0
     std::uint32_t all_threads = 1;  ///< threads of all ranks together
@@ -41,10 +41,10 @@ class MpiCoordinator {
     std::function<std::vector<ExcludedSamples>(const CellBatch& cell)> locate;
     /// See RankJudge::Hooks.
     std::function<TracedCells(const CellBatch& cell)> trace;
-    std::vector<std::string> hosts;        ///< host names of all participating ranks
-    std::function<void()> reset_watchdog;  ///< called at least in every turn
+    std::vector<std::string> hosts;        ///< host name of each rank that renders, by rank
+    std::function<void()> reset_watchdog;  ///< called in each turn of run_pass() and barrier()
   };
-  /// References outlive the object.
+  /// `world`, `job` and `team` must outlive this object.
   MpiCoordinator(const MpiWorld& world, CheckpointedJob& job, ThreadTeam& team, Options options);
 
   /// Renders the pass that the job has begun. Returns when all cells are merged, the next pass is
@@ -53,17 +53,19 @@ class MpiCoordinator {
   /// no rank makes progress or if rank 0 itself returned wrong bits, Interrupted after a signal;
   /// both after the results are on disk.
   ///
-  /// barrier(), last_barrier() and the report still need `resources` and `transport`.
+  /// `resources` and `transport` must live until the next call: barrier(), last_barrier(), facts()
+  /// and rank_value() use them.
   bool run_pass(PassResources& resources, Transport& transport);
 
-  /// Waits for the other ranks between passes. Throws as run_pass() does.
+  /// Waits until all ranks have ended the pass. Throws as run_pass() does. Collective.
   void barrier();
-  /// Waits for the last values of the other ranks. Returns false if a rank does not answer in time.
+  /// Does the same after the last pass: then rank_value() has the last values of all ranks. Returns
+  /// false if a rank does not answer within `patience`.
   bool last_barrier(Time patience);
 
-  /// Returns facts for the report, from the values of all ranks.
+  /// Returns facts for the report, from the values of all ranks. Call after last_barrier().
   [[nodiscard]] RenderFacts facts(const Ranks& ranks) const;
-  /// Returns a value that a rank has published. 0 if the job had nothing to do.
+  /// Returns a value that a rank has published, in the unit of RankWord. 0 if no pass was rendered.
   [[nodiscard]] std::uint64_t rank_value(std::uint32_t rank, WindowLayout::RankWord word) const {
     return pass_ ? pass_->collector.rank_value(rank, word) : 0;
   }

@@ -16,8 +16,8 @@ namespace parray::mpi {
 struct MpiJob {
   Boxed<RenderSettings> settings;
   MpiMode mode = MpiMode::window;
-  std::uint32_t tile = 0;
-  std::string fingerprint;  ///< fingerprint of rank 0's tracing kernels
+  std::uint32_t tile = 0;   ///< side of the tiles in pixels; 0: runs of a row
+  std::string fingerprint;  ///< trace_fingerprint() of rank 0
   std::string scene_bytes;  ///< set by broadcast_job(); empty if rank 0 is alone
 
   /// Returns whether rank 0 renders alone.
@@ -44,14 +44,14 @@ struct RankFacts {
   std::uint32_t threads = 1;
 };
 
-/// The participating ranks.
+/// The ranks that render: all, or rank 0 alone.
 struct Ranks {
   std::uint32_t count = 1;
   WindowOptions own;             ///< how this rank determines the size of its leases
   std::vector<RankFacts> facts;  ///< of all ranks; meaningful in rank 0 only
 };
 
-/// Returns the participating ranks. Collective, unless rank 0 is alone. `threads`: of this rank.
+/// Returns the ranks that render. Collective, unless rank 0 is alone. `threads`: of this rank.
 Ranks find_ranks(const MpiWorld& world, const MpiJob& job, std::uint32_t threads);
 
 }  // namespace parray::mpi

@@ -14,8 +14,8 @@ namespace parray::mpi {
 /// object. Not thread-safe.
 class MpiWorld {
  public:
-  /// Sets the environment that Debian's Open MPI needs, unless the user has set it. Throws
-  /// RunError.
+  /// Sets the variable OMPI_MCA_osc as Debian's Open MPI needs it, unless the user has set it.
+  /// Collective. Throws RunError if MPI does not start or does not support threads.
   MpiWorld();
   ~MpiWorld();
   MpiWorld(const MpiWorld&) = delete;
@@ -40,8 +40,8 @@ class MpiWorld {
   /// Returns true in every rank if `value` is true in every rank. Collective.
   [[nodiscard]] bool all_of(bool value) const;
 
-  /// Waits for all ranks without using a processor. Returns false after `patience`. Calls
-  /// `meanwhile` every millisecond.
+  /// Waits for all ranks without using a processor. Returns false if a rank is still missing after
+  /// `patience`. Calls `meanwhile` every millisecond. Collective.
   bool barrier(
       Time patience, const std::function<void()>& meanwhile = [] {}) const;
 

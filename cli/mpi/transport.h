@@ -12,7 +12,8 @@
 
 namespace parray::mpi {
 
-/// The memory with leases and results, and this rank's access to it.
+/// The memory of rank 0 with leases and results (WindowLayout), and this rank's access to it.
+/// window(), ledgers(), memory() and progress() need an earlier begin_pass().
 class Transport {
  public:
   /// `world` outlives the object. `alone`: only rank 0 takes part. `by_messages`: without one-sided
@@ -31,18 +32,21 @@ class Transport {
   /// MPI has no window or the window fails its trial, ranks send requests from then on.
   void begin_pass(const WindowLayout& layout);
 
-  /// "window", "messages" or "memory" (rank 0 alone).
+  /// Returns "window", "messages" or "memory" (rank 0 alone).
   [[nodiscard]] const char* name() const;
   /// Returns why MPI has no window although one was requested. Empty otherwise.
   [[nodiscard]] const std::string& fallback_reason() const { return fallback_reason_; }
+  /// Returns whether other ranks send requests to rank 0 instead of using a window.
   [[nodiscard]] bool by_messages() const { return by_messages_; }
   /// Returns this rank's access to rank 0's window.
   [[nodiscard]] Window& window();
   /// Returns this rank's access to the ledgers. Without an MPI window rank 0 has the only ledger.
   [[nodiscard]] LedgerWindows ledgers();
-  /// Returns this rank's part of the memory; in rank 0, that of leases and results.
+  /// Returns this rank's own memory: in rank 0 leases and results, in other ranks a ledger, or
+  /// nothing without an MPI window.
   [[nodiscard]] std::span<std::byte> memory();
-  /// Lets operations of other ranks complete.
+  /// Lets operations of other ranks on this rank's memory complete, or answers their requests. Call
+  /// it often.
   void progress();
   /// Closes the window. Collective. After an error it is not called, because other ranks may not
   /// answer; the window then stays open until the process ends.

@@ -38,16 +38,16 @@ Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted, int threads,
                         const std::function<void()>& between_bands = {});
 
-/// Does the same for single pixels. Each run has one pixel. The values are in the order of the
-/// runs.
+/// Does the same for the pixels `pixels`. Each run has one pixel. The values of each channel are in
+/// the order of the runs.
 Channels trace_channels(const PathTracer& tracer, const Scene& scene,
                         const RenderSettings& settings, const Aovs& wanted,
                         std::span<const PixelRun> pixels, int threads);
 
-/// Returns, for each pixel, how many samples hit the background. Traces only camera rays. `samples`
-/// is the number of samples of each pixel in image order; empty: settings.samples_per_pixel. The
-/// result is the same for any number of `threads`, accelerator and instruction set. For
-/// `between_bands` see above.
+/// Returns, for each pixel in image order, the samples that hit the background: their number and
+/// their radiance. Traces only camera rays. `samples` is the number of samples of each pixel in
+/// image order; empty: settings.samples_per_pixel. The result is the same for any number of
+/// `threads`, accelerator and instruction set. For `between_bands` see above.
 std::vector<SkySamples> trace_sky_samples(const PathTracer& tracer, const RenderSettings& settings,
                                           std::span<const std::uint32_t> samples, int threads,
                                           const std::function<void()>& between_bands = {});

@@ -26,17 +26,18 @@ struct DenoisedSoFar {
   Denoised picture;
 };
 
-/// Returns a function that estimates the error of the denoised picture. It keeps its results in
-/// extra.denoised for denoise_picture(). Refers to `extra`. `scene_id` is the identity of its
-/// scene.
+/// Returns a function that denoises an unfinished picture and returns the error of the result. The
+/// function keeps the result in extra.denoised for denoise_picture(). `extra` must outlive the
+/// function. `scene_id`: SHA-256 of extra.scene.
 PictureJudge denoised_judge(ExtraChannels& extra, const std::string& scene_id);
 
 /// Denoises a picture with replicates (cli/output/denoise/denoise.h). The image becomes the
 /// denoised picture. The channels raw.R, raw.G, raw.B keep the picture before denoising. The report
 /// gets `denoised` (`rmse`, `low`, `high` and `image_sha256` of the denoised picture) and
 /// `seconds.denoise`. `image_sha256` and `error` still describe the picture before denoising. If a
-/// pixel has fewer than 2 samples, prints a warning and changes nothing. Uses up the picture in
-/// extra.denoised. Throws Interrupted, and RunError if the picture has no replicates.
+/// pixel has fewer than 2 samples, prints a warning and changes nothing. Moves the denoised picture
+/// out of extra.denoised, if it is there. `tracer`: tracer_of(extra). Throws Interrupted, and
+/// RunError if the picture has no replicates.
 void denoise_picture(Picture& picture, const PathTracer& tracer, const ExtraChannels& extra);
 
 }  // namespace parray::output

@@ -47,9 +47,10 @@ constexpr double error_map_letters(std::uint32_t width) {
   return std::clamp(width / 48.0, 10.0, 48.0);
 }
 
-/// Draws the map and a legend below it. The legend shows the colours with the half-widths at both
-/// ends and in the middle, and the colour of unknown values. The result is wider than the picture
-/// if the legend is. Throws RunError if the font is missing (cli/output/labels/font.h).
+/// Draws the map and a legend below it. `half_widths`: the result of half_widths_of() for a picture
+/// of `width` pixels per row. The legend shows the colours with the half-widths at both ends and in
+/// the middle, and the colour of unknown values. The result is wider than the picture if the legend
+/// is. Throws RunError if the font is missing (cli/output/labels/font.h).
 Image error_map(std::span<const float> half_widths, std::uint32_t width, const ErrorScale& scale);
 
 /// Writes the map of a picture with statistics. The metadata contain the scale and the picture's

@@ -16,11 +16,11 @@ struct OutputPaths;
 /// The extra channels of a picture. The client traces most of them from the scene; the farm does
 /// not know them. Without such channels, `scene` is null.
 struct ExtraChannels {
-  Aovs aovs;
+  Aovs aovs;                           ///< channels that the file will contain
   Boxed<RenderSettings> settings;      ///< without automatic values
   std::shared_ptr<const Scene> scene;  ///< null: no channel is traced
-  int threads = 1;
-  /// Channels that postprocessing needs. They are traced like `aovs`.
+  int threads = 1;                     ///< threads that trace and denoise
+  /// Channels that postprocessing needs. They are traced like `aovs`, but no file contains them.
   Aovs for_postprocessing{};
   bool denoise = false;      ///< denoise the picture (cli/output/denoising.h); needs the scene
   bool transparent = false;  ///< remove the background; needs the scene
@@ -31,8 +31,8 @@ struct ExtraChannels {
   std::shared_ptr<DenoisedSoFar> denoised{};
 };
 
-/// Returns a tracer with an existing or a new accelerator. Needs the scene. `scene_id` is its
-/// identity.
+/// Returns a tracer of extra.scene, with an accelerator of extra.accelerators or a new one. Needs
+/// the scene. `scene_id`: SHA-256 of the scene.
 std::unique_ptr<PathTracer> tracer_of(const ExtraChannels& extra, const std::string& scene_id);
 
 /// Returns whether the outputs of a job contain anything that this process must trace from the

@@ -20,8 +20,8 @@ struct FrameRange {
   [[nodiscard]] std::uint32_t number(std::uint32_t place) const { return first + place * step; }
 };
 
-/// Parses "3", "3-120" or "3-120:5" with at most limits::max_frames frames. Throws InputError for
-/// other texts.
+/// Parses the option --frames of `submit`: "3", "3-120" or "3-120:5" (first, last, step), with at
+/// most limits::max_frames frames. Throws InputError for other texts.
 FrameRange frame_range_from(std::string_view text);
 
 /// Frames of a trajectory: a range, or all.
@@ -29,7 +29,8 @@ struct ChosenFrames {
   std::optional<FrameRange> range{};  ///< not given: all frames of the file
 };
 
-/// Parses "all", "7", "0:100" or "0:100:5" (first, last, step). Throws InputError.
+/// Parses the option --frames of `film` and of the HTTP interface: "all", "7", "0:100" or "0:100:5"
+/// (first, last, step). Throws InputError for other texts.
 ChosenFrames chosen_frames_from(const std::string& text);
 
 /// Returns whether a file name has a place for the frame number: one "#" or several.

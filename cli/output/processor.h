@@ -11,7 +11,8 @@ namespace parray::output {
 /// there is no such line.
 std::string value_of(std::istream& lines, const std::string& key);
 
-/// Returns the name of this machine's processor, or "unknown processor".
+/// Returns the name of this machine's processor. Returns "unknown processor" if /proc/cpuinfo does
+/// not have it, as on many ARM machines.
 std::string processor_model();
 
 /// Shortens the name of a processor: "AMD EPYC 9V74" for "AMD EPYC 9V74 80-Core Processor", "Intel

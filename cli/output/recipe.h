@@ -16,7 +16,7 @@ namespace parray::output {
 struct Recipe {
   std::string image_sha256;   ///< hash of the picture's floats, as in the report
   std::string pixels_sha256;  ///< hash of png_bytes() of the file's picture; empty: an EXR file
-  std::string finished;       ///< postprocessing steps of the file; empty: none, as in EXR
+  std::string finished;       ///< names_of() postprocessing of the file; empty: none, as in EXR
   /// Hash of the floats of the denoised picture. Empty: not denoised.
   std::string denoised_sha256;
   /// transparent_sha256() of the picture, denoised or not, before postprocessing. Empty: it has its
@@ -53,8 +53,8 @@ ImageMetadata recipe_metadata(const Picture& picture, const Image& shown,
 /// unfinished, the recipe is missing, or a value is missing or out of range.
 Recipe recipe_in(const ImageMetadata& metadata, const std::string& file);
 
-/// Throws InputError unless this program can reproduce the picture of the recipe from a scene with
-/// identity `scene_sha256`. `picture` and `scene` are names for messages.
+/// Throws InputError unless the picture has this program's trace_version and was made from the
+/// scene with the SHA-256 `scene_sha256`. `picture` and `scene` are names for messages.
 void check_recipe(const Recipe& recipe, const std::string& picture, const std::string& scene_sha256,
                   const std::string& scene);
 

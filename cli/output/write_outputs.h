@@ -11,8 +11,8 @@ namespace parray::output {
 
 /// The picture that --like reproduces.
 struct OriginalPicture {
-  std::string file;  ///< its file name, for messages
-  std::string image_sha256;
+  std::string file;          ///< its file name, for messages
+  std::string image_sha256;  ///< of the picture before denoising; empty: no such picture
 };
 
 /// The files of a picture and what they contain. An empty path: no such file.
@@ -61,14 +61,15 @@ struct CommandTimes {
 
 /// Writes a picture with its recipe. An EXR file also gets the channels. Other files get the
 /// postprocessing of `outputs`. `fast`: a larger file in less time. Waits until the data are on the
-/// disk. Throws the errors of write_outputs().
+/// disk. Throws RunError, and Interrupted as write_outputs() does.
 void write_picture(const std::filesystem::path& file, const Picture& picture,
                    const OutputPaths& outputs = {}, bool fast = false);
 
 /// Writes image, preview, error map and report. Prints a summary on stdout, and a warning on stderr
 /// if samples were not finite. The report gets `seconds.write` and `seconds.total`. With `times`,
-/// the total is the time since the start. Its parts include `submit` and `other` (waiting,
-/// computing the image and its error). Without `times`, the total is the sum of the known parts.
+/// the total is the time since `times.started`, and `seconds` also gets `submit` and `other`
+/// (waiting, computing the image and its error). Without `times`, the total is the sum of the known
+/// parts.
 ///
 /// Returns the exit status: 0, or 1 if samples were not finite or the bits differ from those of the
 /// original. Prints the reason on stderr. Throws RunError. Throws Interrupted

@@ -12,21 +12,22 @@
 /// of a request. Pictures are written there, jobs and forecasts to its parent.
 namespace parray::scene_sandbox {
 
-/// Limits of memory in bytes, and of processor time in seconds.
+/// Limits of parray-http-child.
 struct ChildResources {
-  std::size_t memory = 0;
-  std::size_t seconds = 0;
+  std::size_t memory = 0;   ///< address space in bytes
+  std::size_t seconds = 0;  ///< processor time in seconds
 };
 
-/// Returns the permissions of this process: the parent of its current directory, and files of at
-/// most `file_bytes` bytes.
+/// Returns the permissions of this process: the parent of its current directory, with all folders
+/// in it, and files of at most `file_bytes` bytes.
 Enclosure enclosure_of(std::uint64_t file_bytes);
 
-/// Limits memory and processor time, and confines this process, in case a damaged file takes it
-/// over. Makes the process end when its parent ends. Throws RunError.
+/// Limits memory and processor time, and calls enclose_process() with enclosure_of(file_bytes): a
+/// malicious upload may take this process over. Makes the process end when its parent ends. Throws
+/// RunError if a limit cannot be set. Builds with sanitizers limit only processor time.
 void confine(const ChildResources& resources, std::uint64_t file_bytes);
 
-/// Write or read a whole file. Throw RunError.
+/// keep_bytes() writes a file, kept_bytes() reads a whole file. Both throw RunError if that fails.
 void keep_bytes(const std::filesystem::path& file, std::string_view bytes);
 std::string kept_bytes(const std::filesystem::path& file);
 

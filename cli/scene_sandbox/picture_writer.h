@@ -7,19 +7,21 @@
 
 namespace parray::scene_sandbox {
 
-/// A file of a picture to write.
+/// A file of a picture to write. All files are in the current directory.
 struct PictureRequest {
-  std::string wanted;  ///< its name, which determines its kind: image.png, error.f32 ...
-  std::size_t width = 0;
+  std::string wanted;     ///< name of the new file, which determines its kind: image.png, error.f32
+  std::size_t width = 0;  ///< of the whole picture, in pixels
   std::size_t height = 0;
-  std::size_t thumbnail_width = 0;  ///< width of a smaller copy in pixels; 0: no copy
-  /// Denoises the picture first. `pixels` then also contains the replicates.
+  std::size_t thumbnail_width = 0;  ///< width in pixels of a smaller picture; 0: the whole picture
+  /// Denoises the picture first. The file `pixels` must then contain the replicates, too.
   bool denoise = false;
   bool draw = false;  ///< draws what the file `drawing` says (cli/commands/drawing.h)
-  // With either, two more files exist: `scene`, the bytes of the scene, and `settings`, JSON.
+  // denoise and draw need two more files: `scene`, the bytes of the scene, and `settings`, JSON.
 };
 
-/// Writes the file `wanted` from `pixels` and `report` in the current directory. Throws RunError.
+/// Confines this process (limits.h). Reads the files `pixels` (common/image/picture_bytes.h) and
+/// `report`, and writes the file `wanted`. Throws RunError if the process cannot be confined, or a
+/// file cannot be read or written.
 void write_picture_file(const PictureRequest& request, const ChildResources& resources);
 
 }  // namespace parray::scene_sandbox

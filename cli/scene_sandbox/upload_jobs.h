@@ -14,13 +14,13 @@ namespace parray::scene_sandbox {
 
 /// An uploaded scene and the job, or series of jobs, to make of it.
 struct UploadRequest {
-  std::string scene;
-  std::string name;  ///< empty: that of the scene's file
+  std::string scene;  ///< name of its file in the current directory
+  std::string name;   ///< of the job; empty: as the scene's file
   RenderOptions render;
   std::uint32_t priority = 50;
   std::uint32_t max_failures = 0;  ///< 0: as the coordinator's --max-failures
   bool progressive = false;
-  std::optional<bool> denoise;
+  std::optional<bool> denoise;  ///< nothing: as --quality
   LabelOptions labels;
   PostprocessOptions postprocessing;
   std::optional<ChosenFrames> frames;  ///< not given: a single job
@@ -30,18 +30,20 @@ struct UploadRequest {
 /// underscores. `request` must not move until the command line is parsed.
 void add_upload_options(Command& command, UploadRequest& request);
 
-/// Reads the scene in the current directory. If the request makes a series, reads its first frame.
-/// Sets `frames` to the number of frames, or to 1 for a single job.
+/// Reads the scene in the current directory and makes the job. If the request makes a series, makes
+/// the job of its first frame. Sets `frames` to the number of frames, or to 1 for a single job.
+/// Throws InputError if the scene cannot be read.
 Submission first_submission(const UploadRequest& request, std::size_t& frames);
 
-/// Reads the scene in the current directory. Writes the frames of each message `submit` to
-/// ../control-N and ../bulk-N, with N from 0. `first`: place of the first frame of a series to
-/// read, from 0. Then writes ../batch, a JSON map: `frames` is the number of frames of the series,
-/// 0 for a single job; `jobs` is the number of messages. The batch ends before the last frame if it
-/// has many or large messages, takes long, or a later frame cannot be read. Then run the process
-/// again with another `first`.
+/// Confines this process (limits.h) and reads the scene in the current directory. Writes both parts
+/// of each message `submit` (PROTOCOL.md) to ../control-N and ../bulk-N, with N from 0. `first`:
+/// place in the series, from 0, of the first frame to read. Then writes ../batch, a JSON map:
+/// `frames` is the number of frames of the series, 0 for a single job; `jobs` is the number of
+/// messages. The batch ends before the last frame if it has 256 messages or 64 MiB, takes 10 s, or
+/// a later frame cannot be read. The caller then starts the next process with `first` + `jobs`.
 ///
-/// Throws InputError if the scene, or the first frame of the batch, cannot be read.
+/// Throws InputError if the scene, or the first frame of the batch, cannot be read. Throws RunError
+/// if the process cannot be confined, or a file cannot be written.
 void write_upload_jobs(const UploadRequest& request, std::size_t first,
                        const ChildResources& resources);
 

@@ -6,19 +6,19 @@
 
 namespace parray::audit {
 
-/// Distribution of a job's time, from its journal: shares of the thread-seconds between each
-/// worker's first lease and the job's last result.
+/// Distribution of a job's time, from its journal. The last four members are shares, 0 to 1, of all
+/// thread-seconds between each worker's first lease and the job's last result.
 struct TimeSpent {
-  double seconds = 0;  ///< from the first grant to the last result
-  std::uint32_t threads = 0;
-  std::size_t workers = 0;
-  double tracing = 0;
-  double start = 0;    ///< before a worker had the scene and its accelerator
-  double between = 0;  ///< messages, waiting for the next lease or pass, copies that lost
-  double tail = 0;     ///< after a worker's last result
+  double seconds = 0;         ///< from the first lease to the last result
+  std::uint32_t threads = 0;  ///< of all workers together
+  std::size_t workers = 0;    ///< workers with merged results
+  double tracing = 0;         ///< tracing merged results
+  double start = 0;           ///< first lease of each worker, without tracing: it gets the scene
+  double between = 0;         ///< the rest: messages, waiting, tracing of results not merged
+  double tail = 0;            ///< after a worker's last result
 };
 
-/// All values are 0 if nothing was merged.
+/// Leases without merged results do not count. All values are 0 if nothing was merged.
 TimeSpent time_spent(const std::vector<JournalEntry>& journal);
 
 }  // namespace parray::audit

@@ -23,8 +23,8 @@ class DifferenceImage {
   /// Returns the largest value of V: 0 if all pictures equal R.
   [[nodiscard]] float largest() const;
 
-  /// Returns white minus V in linear RGB: 1 where all pictures equal R, darker for larger
-  /// differences, black where V is 1 or more. V is not scaled, so two such pictures can be
+  /// Returns the picture max(0, 1 - V) in linear RGB: 1 where all pictures equal R, darker for
+  /// larger differences, black where V is 1 or more. V is not scaled, so two such pictures can be
   /// compared.
   [[nodiscard]] Image drawn() const;
 

@@ -25,14 +25,14 @@ FlipMap flip(const Image& reference, const Image& image);
 
 struct HdrFlip {
   FlipMap map;
-  double start_exposure = 0;  ///< in stops
-  double stop_exposure = 0;
-  int exposures = 0;  ///< evenly spaced from start to stop, 2 or more
+  double start_exposure = 0;  ///< in stops: multiplies the values by 2 to this power
+  double stop_exposure = 0;   ///< in stops, not below start_exposure
+  int exposures = 0;          ///< evenly spaced from start to stop, one per stop; 2 or more
 };
 
-/// Returns each pixel's largest flip() over several exposures. The first exposure brings the
-/// reference's brightest pixel to 0.85 of the tone mapper's (ACES) white, the last one its median
-/// pixel. Negative values count as 0.
+/// Returns each pixel's largest flip() over several exposures, each after tone mapping (ACES). The
+/// first exposure brings the reference's brightest pixel to 0.85 of the tone mapper's white, the
+/// last one its median pixel. Negative values count as 0.
 HdrFlip hdr_flip(const Image& reference, const Image& image);
 
 /// Returns the mean of the values that are not NaN, or NaN if there are none.

@@ -13,6 +13,7 @@
 namespace parray::doctor {
 
 enum class CheckStatus : std::uint8_t { ok, warning, failed, skipped };
+/// Returns "ok", "warning", "failed" or "skipped".
 std::string_view name_of(CheckStatus status);
 
 /// The result of a check.
@@ -40,8 +41,8 @@ struct Check {
   std::function<CheckResult()> run;
 };
 
-/// Runs a check and returns its result with its name. An exception is a failure, except for
-/// Interrupted, which passes through.
+/// Runs a check and returns its result with its name. If the check throws, the result is `failed`
+/// with the exception's message. Interrupted passes through.
 CheckResult run(const Check& check);
 
 /// Returns the number of results with that status.

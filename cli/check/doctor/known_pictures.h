@@ -11,7 +11,8 @@
 /// them.
 namespace parray::doctor {
 
-/// Returns settings of a picture with `samples` per pixel, at most 2^24.
+/// Returns settings of a picture with `samples` per pixel (more than 2^24 count as 2^24) and the
+/// max_depth `depth`.
 RenderSettings sized(std::uint32_t width, std::uint32_t height, std::uint64_t samples,
                      std::uint32_t depth);
 
@@ -22,7 +23,7 @@ Scene under_white_sky();
 Scene white_balls();
 
 /// Returns a white ball of `radius` around the camera, which is `off_centre` radii from its centre.
-/// Every sample is 0, and every path has the greatest length.
+/// Every sample is 0, and every path has max_depth segments.
 Scene closed_ball(double radius, double off_centre);
 
 /// Returns a grey ball of `radius` that fills the picture. Every sample is 1/2, and every path has

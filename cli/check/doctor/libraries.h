@@ -11,10 +11,12 @@ namespace parray::doctor {
 /// loaded ZeroMQ has another major version than its headers.
 CheckResult check_libraries();
 
-/// Writes pictures to `directory` and reads them back: EXR with every bit, PNG with every byte.
+/// Writes an EXR and a PNG picture to `directory` and reads them back. Fails if a value of float32
+/// (EXR) or a byte (PNG) differs.
 CheckResult check_pictures(const std::filesystem::path& directory);
 
-/// Opens a coordinator's state in `directory`, commits a change and opens it again.
+/// Makes a coordinator's state in `directory`/state, commits a scene and opens the state again.
+/// Fails if the scene is missing or differs.
 CheckResult check_state(const std::filesystem::path& directory);
 
 }  // namespace parray::doctor

@@ -10,20 +10,22 @@
 /// Checks processor, memory and disks.
 namespace parray::doctor {
 
+/// Reports model, CPUs and instruction sets. Always passes.
 CheckResult check_processor();
+/// Warns if less than 256 MiB of memory are available. Skipped if the system does not report it.
 CheckResult check_memory();
 
-/// Makes the directory for files of later checks.
+/// Makes the directory for files of later checks. Fails if it cannot be made or written.
 CheckResult check_temporary_directory(Scratch& scratch);
-/// Checks whether `directory` is writable.
+/// Warns if no file can be made in `directory`.
 CheckResult check_current_directory(const std::filesystem::path& directory);
 
-/// Returns the bytes of shared memory that one rank per processor needs for a picture of 1200 x 800
-/// pixels: the window, and Open MPI's own buffers.
+/// Returns the bytes of shared memory that parray-mpi with one rank per usable CPU needs for a
+/// picture of 1200 x 800 pixels: the window, and Open MPI's own buffers.
 std::uint64_t window_bytes();
-/// Checks whether `needed` bytes fit into `available` bytes of shared memory.
+/// Warns if `needed` bytes do not fit into `available` bytes of shared memory.
 CheckResult check_shared_memory(std::uint64_t available, std::uint64_t needed);
-/// Does the same for /dev/shm.
+/// Does the same for /dev/shm and window_bytes(). Skipped if there is no /dev/shm.
 CheckResult check_shared_memory();
 
 }  // namespace parray::doctor

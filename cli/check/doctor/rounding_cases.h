@@ -9,10 +9,10 @@
 /// arithmetic, not from a processor.
 namespace parray::doctor {
 
-/// 'r': the square root of `first`.
+/// A case: `first` operation `second` gives `result`. Bits of float (uint32) or double (uint64).
 template <typename Bits>
 struct RoundingCase {
-  char operation;  ///< + - * / r
+  char operation;  ///< + - * /, or r: the square root of `first`
   Bits first;
   Bits second;
   Bits result;

@@ -7,7 +7,7 @@
 #include "cli/check/doctor/check.h"
 #include "common/trace/sphere.h"
 
-/// Distance from the surface of the hits that sphere.h finds.
+/// Measures how far from the surface the hits of rays are that sphere.h finds.
 namespace parray::doctor {
 
 /// Returns the distance of the ray's origin from the centre, in radii.
@@ -21,9 +21,10 @@ Wide distance_in_radii(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
   return std::sqrt(x * x + y * y + z * z) / sphere.radius;
 }
 
-/// Returns the distance of the point at `t` from the surface, in radii, divided by ulp(S) of
+/// Returns the distance from the surface of the ray's point at `t`, in radii, divided by ulp(S) of
 /// `Store`. S is the larger of 1 and the distance of the ray's origin from the centre in radii.
-/// `Wide` has several bits more than `Real`.
+/// `Store`: type of the stored sphere, `Real`: type in which the hit was computed. `Wide` has
+/// several bits more than `Real`.
 template <typename Wide, typename Store, typename Real>
 double backward_error(const Ray<Real>& ray, const SphereShape<Real>& sphere, Real t) {
   const auto along = [t](Real from, Real direction, Real center) {
@@ -43,18 +44,19 @@ double backward_error(const Ray<Real>& ray, const SphereShape<Real>& sphere, Rea
   return static_cast<double>(std::abs(reached - radius) / radius / ulp);
 }
 
-/// The largest errors of many hits. f32 and mixed are in ulp(S) of f32, f64 is in ulp(S) of f64.
+/// The largest backward_error() of many hits, for each precision. f32 and mixed are in ulp(S) of
+/// float, f64 is in ulp(S) of double.
 struct HitErrors {
   double f32 = 0;
   double mixed = 0;
   double f64 = 0;
-  std::uint64_t hits = 0;
+  std::uint64_t hits = 0;  ///< in all precisions together
 };
 
 /// Traces `rays` random rays in each precision, at spheres whose radii span 24 decades.
 HitErrors worst_hit_errors(std::uint64_t rays);
 
-/// Checks the bounds: 8 in f32 and f64, 2 in mixed.
+/// Fails if there are no hits, or an error is above its bound: 8 in f32 and f64, 2 in mixed.
 CheckResult check_hit_errors(const HitErrors& worst);
 
 }  // namespace parray::doctor

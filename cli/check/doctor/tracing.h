@@ -12,25 +12,27 @@
 /// Whether this machine traces the right bits.
 namespace parray::doctor {
 
-/// Returns make_path_tracer() for that instruction set.
+/// Returns a function that makes tracers of `isa`, whatever the settings say.
 TracerMaker tracers_of(Isa isa);
 
-/// A small scene with every material, as a scene file, for pictures of several programs.
+/// A small scene with every material, as the text of a scene file. parray and parray-mpi must make
+/// the same picture of it.
 extern const std::string_view doctor_scene_text;
 SceneFile doctor_scene();
 
-/// Compares the built-in picture with its known bits, in every precision, with linear search and
-/// the BVH.
+/// Compares trace_fingerprint(), the built-in picture in every precision, with its known bits, with
+/// linear search and with the BVH.
 CheckResult check_picture(const TracerMaker& make, std::string_view expected = pinned_fingerprint);
 
 /// Returns the SHA-256 of the picture of doctor_scene() by `threads` threads.
 std::string doctor_image_sha256(const TracerMaker& make, int threads);
 /// Renders the picture of doctor_scene() with one thread and with `threads` threads, twice each.
+/// Fails if any of these pictures differ.
 CheckResult check_threads(const TracerMaker& make, int threads);
 
 /// Calls `picture`, which returns a small picture's hash, `times` times in each of `threads`
-/// threads. Bad memory or an overclocked processor changes the hash now and then. Throws RunError
-/// if `picture` throws in a thread.
+/// threads. Fails if a hash differs from that of a first call. Bad memory or an overclocked
+/// processor changes the hash now and then. Throws RunError if `picture` throws in a thread.
 CheckResult check_repetition(const std::function<std::string()>& picture, int times, int threads);
 
 }  // namespace parray::doctor

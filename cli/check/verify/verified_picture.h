@@ -14,21 +14,24 @@ namespace parray::verify {
 
 /// The contents of a picture file.
 struct VerifiedPicture {
-  std::string name;  ///< name in messages
+  std::string name;  ///< file name in messages
+  /// The picture as traced. For a denoised picture, `image` is the picture before denoising.
   ImageFile file;
   Recipe recipe;
-  std::string damage{};        ///< wrong hash of denoised or transparent pixels; empty: none
-  std::vector<float> alpha{};  ///< of a transparent picture
+  /// Says that the hash of denoised or transparent pixels is wrong. Empty: it is right.
+  std::string damage{};
+  std::vector<float> alpha{};  ///< one per pixel; empty: opaque, or denoised
 
   [[nodiscard]] std::uint64_t pixels() const {
     return std::uint64_t{file.image.width} * file.image.height;
   }
+  /// Returns the colour that `file.image` has at the place of `pixel`, in linear RGB.
   [[nodiscard]] std::array<float, 3> stored(const RetracedPixel& pixel) const {
     const std::size_t at = 3 * (std::size_t{pixel.y} * file.image.width + pixel.x);
     return {file.image.rgb[at], file.image.rgb[at + 1], file.image.rgb[at + 2]};
   }
   [[nodiscard]] bool transparent() const { return !alpha.empty(); }
-  /// Returns the name of the hash of its pixels.
+  /// Returns the name, in the recipe, of the hash that the file's pixels must have.
   [[nodiscard]] std::string hash() const {
     if (!file.high_dynamic_range) return "pixels_sha256";
     return transparent() ? "transparent:image_sha256" : "image_sha256";
@@ -40,13 +43,16 @@ struct VerifiedPicture {
 /// `traced`, throws it also if postprocessing drew on the picture.
 VerifiedPicture read_verified_picture(const std::string& file, bool traced);
 
-/// Returns why the picture cannot belong to its recipe, whatever its pixels; empty: it can.
+/// Compares the picture's size and total number of samples with its recipe. Returns the difference
+/// as a text, or an empty text if there is none.
 std::string misfit_of(const VerifiedPicture& picture);
-/// Returns what else is wrong with the file; empty: nothing.
+/// Compares the pixels with the hash in the recipe. Returns a text that names the wrong hash, or an
+/// empty text if it is right.
 std::string damage_of(const VerifiedPicture& picture);
 
-/// Returns the samples of each pixel, row by row; empty: all have settings.samples_per_pixel.
-/// Throws InputError if the file does not state them, or states more than a pixel can have.
+/// Returns the number of samples of each pixel, row by row. Empty: all pixels have
+/// settings.samples_per_pixel. Throws InputError if the file does not state the numbers, or states
+/// more than a pixel can have.
 std::vector<std::uint32_t> sample_counts(const VerifiedPicture& picture);
 
 /// Returns whether the file has the colour and alpha of a retraced pixel.

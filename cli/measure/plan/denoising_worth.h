@@ -43,9 +43,9 @@ DenoisingWorth foresee_denoising(const DenoisingProbe& probe, const RenderSettin
                                  double limit_samples);
 
 /// Traces and denoises tiles of the picture, at most a fifth of its pixels, and predicts from them.
-/// Returns nothing if the picture is too small or has no noise, or if tracing the tiles takes too
-/// long. Does the same if `settings` have fewer than 2 samples or list the passes. `tracer` must be
-/// made from `scene` and `settings`.
+/// Returns nothing if the picture is too small or has no noise, or if tracing the tiles takes
+/// longer than 1/20 of the time limit (without a limit: 1 s). Also returns nothing if `settings`
+/// have fewer than 2 samples or list the passes. `tracer` must be made from `scene` and `settings`.
 std::optional<DenoisingWorth> denoising_worth(const PathTracer& tracer, const Scene& scene,
                                               const RenderSettings& settings, int threads);
 

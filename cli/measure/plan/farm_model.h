@@ -13,8 +13,8 @@ namespace parray::plan {
 class FarmModel {
  public:
   FarmModel() = default;
-  /// `speeds`: samples per second of each worker, relative to this machine with `threads` threads;
-  /// all > 0. The coordinator runs on this machine.
+  /// `speeds`: samples per second of each worker, divided by those of this machine with `threads`
+  /// threads; all > 0. Each worker has `threads` threads. The coordinator runs on this machine.
   FarmModel(const RenderSettings& settings, std::vector<double> speeds, std::uint32_t threads);
 
   /// Returns whether the farm is this machine.

@@ -11,19 +11,21 @@ namespace parray::plan {
 /// noise and cost of the picture's pixels.
 class PartOfPicture final : public PathTracer {
  public:
+  /// Size of the tiles in pixels.
   struct Tile {
     std::uint32_t width = 32;
     std::uint32_t height = 32;
   };
 
-  /// Takes tiles of about `pixels` pixels, at least one tile, or the whole picture if it is not
-  /// much larger. `tracer` makes the picture and must outlive this object.
+  /// Takes tiles with about `pixels` pixels in total, at least one tile. Takes the whole picture,
+  /// of `width` x `height` pixels, if `pixels` is more than 70 % of it. `tracer` makes the picture
+  /// and must outlive this object.
   PartOfPicture(const PathTracer& tracer, std::uint32_t width, std::uint32_t height,
                 std::uint64_t pixels, Tile tile);
 
   [[nodiscard]] std::uint32_t width() const { return static_cast<std::uint32_t>(column_.size()); }
   [[nodiscard]] std::uint32_t height() const { return static_cast<std::uint32_t>(row_.size()); }
-  /// Column or row in the picture, for each column or row of the part.
+  /// Return the column or row in the picture, for each column or row of the part.
   [[nodiscard]] const std::vector<std::uint32_t>& columns() const { return column_; }
   [[nodiscard]] const std::vector<std::uint32_t>& rows() const { return row_; }
 

@@ -12,11 +12,11 @@ struct TracedPass {
   Effort effort;
 };
 
-/// The time of a pass with n samples is pass + n * sample.
+/// The time of a pass with n samples, of all pixels together, is pass + n * sample.
 struct PassCost {
   Effort pass;
   Effort sample;
-  double doubt = 0;  ///< relative standard error of wall-clock times
+  double doubt = 0;  ///< relative standard error of wall-clock times, at least 0.05
 };
 
 /// Fits at least two passes, by least squares of relative errors. Processor time, which other

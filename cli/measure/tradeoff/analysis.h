@@ -30,13 +30,13 @@ struct Run {
   double mse_8bit = 0;      ///< `mse` of the picture rounded to 8 bits
   double quantisation = 0;  ///< mean square of the change by rounding to 8 bits
   double bias = 0;          ///< mean error
-  double claimed = 0;       ///< stated RMSE of the picture; `low` and `high`: its interval
-  double low = 0;
+  double claimed = 0;       ///< RMSE that the picture states
+  double low = 0;           ///< the 95 % interval that the picture states for its RMSE
   double high = 0;
   /// Upper bound of the mean radiance that is lost because paths end at max_depth.
   double truncation = 0;
-  double passes = 1;
-  double denoise_seconds = 0;  ///< the part of `seconds` that is features and filter
+  double passes = 1;           ///< number of passes
+  double denoise_seconds = 0;  ///< the part of `seconds` for denoising: features and filter
   /// Share of the pixels' intervals that contain the true value; 0 for denoised pictures.
   ByLevel coverage{};
   /// 1: the stated interval of its RMSE contains the true RMSE; 0: it does not.
@@ -44,7 +44,8 @@ struct Run {
 };
 
 /// Returns whether the interval from `low` to `high` around Run::claimed contains the true RMSE.
-/// First widens it by the uncertainty of the reference. `level`: index in interval_levels.
+/// First widens it by the uncertainty of the reference. `level`: confidence level of the interval,
+/// as its index in interval_levels.
 bool claim_holds(const Run& run, double low, double high, std::size_t level);
 
 /// Mean square of a systematic difference, from paired renders.
@@ -52,7 +53,7 @@ struct PairedBias {
   double square = 0;   ///< may fall below 0 by chance
   double scatter = 0;  ///< standard error of `square`
   double mean = 0;     ///< mean difference
-  /// Returns the root of `square`, or 0 if `square` is not significant.
+  /// Returns the root of `square`, or 0 if `square` is at most two standard errors.
   [[nodiscard]] double rms() const;
 };
 
@@ -80,22 +81,22 @@ struct Row {
   Boxed<RenderSettings> settings;
   std::string options;
   std::size_t runs = 0;
-  Quartiles seconds;       ///< Timing::seconds_of()
-  double cpu_seconds = 0;  ///< median
-  double samples = 0;
-  double rays = 0;
-  double mse = 0;             ///< mean
-  double mse_deviation = 0;   ///< standard deviation of the `mse` of one run
-  double rmse = 0;            ///< square root of mse, 0 if that is below 0
-  double rmse_deviation = 0;  ///< standard deviation of the RMSE of one run
-  double rmse_8bit = 0;
-  double claimed = 0;  ///< root mean square
-  ByLevel claims{};    ///< share of runs whose interval of the RMSE contains it
-  double bias = 0;
-  double truncation = 0;
-  ByLevel coverage{};  ///< mean of Run::coverage; unused for denoised pictures
-  double passes = 1;
-  double denoise_seconds = 0;
+  Quartiles seconds;           ///< Timing::seconds_of()
+  double cpu_seconds = 0;      ///< median
+  double samples = 0;          ///< per pixel, mean
+  double rays = 0;             ///< per sample, mean
+  double mse = 0;              ///< mean
+  double mse_deviation = 0;    ///< standard deviation of the `mse` of one run
+  double rmse = 0;             ///< square root of mse, 0 if that is below 0
+  double rmse_deviation = 0;   ///< standard deviation of the RMSE of one run
+  double rmse_8bit = 0;        ///< the same for Run::mse_8bit
+  double claimed = 0;          ///< root mean square of Run::claimed
+  ByLevel claims{};            ///< share of runs whose interval of the RMSE contains it
+  double bias = 0;             ///< mean
+  double truncation = 0;       ///< mean
+  ByLevel coverage{};          ///< mean of Run::coverage; unused for denoised pictures
+  double passes = 1;           ///< mean
+  double denoise_seconds = 0;  ///< the part of the median of `seconds` for denoising
   Budget budget;
   bool on_front = false;
   /// The options_of() of faster settings whose error is no larger; empty on the Pareto front.
@@ -103,11 +104,12 @@ struct Row {
 
   double mse_scatter = 0;  ///< Run::mse_scatter, mean: the same for all runs
 
+  /// Return the predicted error divided by the measured one, or 0 if that is 0.
   [[nodiscard]] double ratio() const { return rmse > 0 ? budget.predicted() / rmse : 0; }
   [[nodiscard]] double ratio_8bit() const {
     return rmse_8bit > 0 ? budget.predicted_8bit() / rmse_8bit : 0;
   }
-  /// 1 / (MSE x seconds).
+  /// Returns 1 / (MSE x seconds), or 0 if one of the two is not positive.
   [[nodiscard]] double efficiency() const {
     return mse > 0 && seconds.median > 0 ? 1 / (mse * seconds.median) : 0;
   }
@@ -115,8 +117,8 @@ struct Row {
 
 /// How the time of a render is measured.
 struct Timing {
-  bool busy = false;  ///< the threads lack processor time, so wall-clock time is unreliable
-  int threads = 1;
+  bool busy = false;  ///< threads got too little processor time: wall-clock time is unreliable
+  int threads = 1;    ///< of each render
   /// Returns the time of a render that has the processors for itself.
   [[nodiscard]] double seconds_of(const Run& run) const {
     return busy ? run.cpu_seconds / threads : run.seconds;
@@ -126,7 +128,7 @@ struct Timing {
 Timing timing_of(const std::vector<Run>& runs, int threads);
 
 /// Returns the statistics of `runs`, which must have the settings of `variant` and must not be
-/// empty.
+/// empty. Leaves Budget::depth, Budget::precision and the Pareto front to rows_of().
 Row row_of(const Variant& variant, const std::vector<const Run*>& runs, const Timing& timing);
 
 /// Time and error of settings.
@@ -134,8 +136,9 @@ struct CostAndError {
   double seconds = 0;
   double rmse = 0;
 };
-/// Returns, for each point, the index of the fastest point that is at least as fast and, within a
-/// thousandth, as accurate. Points on the Pareto front get their own index.
+/// Returns, for each point, the index of the fastest point that dominates it: a point that is at
+/// least as fast, at least as accurate within 0.1 %, and better in one of the two. Points that no
+/// other dominates are on the Pareto front and get their own index.
 std::vector<std::size_t> dominators_of(const std::vector<CostAndError>& points);
 
 /// Marks the rows on the Pareto front of time and error, and sets `dominated_by` of the others.

@@ -13,7 +13,7 @@ namespace parray::tradeoff {
 /// Settings with the predicted time to reach an RMSE.
 struct Candidate {
   Boxed<RenderSettings> settings;
-  double seconds = 0;
+  double seconds = 0;  ///< as Row::seconds, at the measured size
 };
 
 /// Returns the settings that are predicted to reach the RMSE `error` soonest: one candidate for
@@ -22,12 +22,13 @@ struct Candidate {
 /// too few measurements are left out. A candidate has the scene's own depth, precision and
 /// accelerator, unless others are predicted to be at least 5 % faster, or the systematic error of
 /// the scene's own alone exceeds `error`. The square of the systematic error of such others may be
-/// at most a tenth of the square of `error`. Denoised pictures always keep the scene's own.
+/// at most a tenth of the square of `error`. Denoised pictures always keep the scene's own. `base`:
+/// the scene's own settings.
 std::vector<Candidate> candidates_for(double error, const std::vector<Row>& rows,
                                       const RenderSettings& base, const PairedBiases& biases);
 
-/// Returns the scene's own settings with the number of samples that `error` takes, or nothing if
-/// the number is unknown.
+/// Returns the scene's own settings with the number of samples that `error` takes. Returns nothing
+/// if the number is unknown, or if the scene's own settings are adaptive.
 std::optional<Candidate> own_for(double error, const std::vector<Row>& rows,
                                  const RenderSettings& base);
 
@@ -41,13 +42,13 @@ std::optional<Candidate> corrected(const Row& row, double error);
 /// Returns the fastest row whose RMSE is at most 0.5 % above `error`. Null: there is none.
 const Row* fastest_within(double error, const std::vector<Row>& rows);
 
-/// Returns whether the settings differ only in the number of samples or in the value of a target
-/// error.
+/// Returns whether settings of one scene differ only in the number of samples or in the value of a
+/// target error. Does not compare size and seed.
 bool same_but_samples(const RenderSettings& a, const RenderSettings& b);
 
 /// The facts that sentence_of() turns into text: the answer of `parray tradeoff`.
 struct Answer {
-  double error = 0;
+  double error = 0;  ///< required RMSE
   /// The user stated `error`; false: it is the RMSE of the scene's own settings.
   bool asked = false;
   Row pick;          ///< the fastest measured settings with at most this error

@@ -25,8 +25,8 @@ class Bench {
 
   /// Renders the scene once. `settings` must be resolved: no value is `automatic`, except perhaps
   /// `isa`. Builds an accelerator for each combination of precision, kind and instruction set when
-  /// it is first needed, and keeps them all. Throws Interrupted if `stop` becomes true, or after an
-  /// interrupt of the user.
+  /// it is first needed, outside the measured time, and keeps them all. Throws Interrupted if
+  /// `stop` becomes true, or after an interrupt of the user.
   [[nodiscard]] DirectRender render(const RenderSettings& settings);
 
   /// Denoises `picture`, the result of render(settings). Throws InputError if a pixel has fewer

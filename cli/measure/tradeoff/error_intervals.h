@@ -19,7 +19,7 @@ inline constexpr std::size_t stated_level = 3;  ///< the level of ErrorEstimate,
 /// normal distribution.
 class ErrorIntervals {
  public:
-  /// `error` is estimate_error(state) and must be known.
+  /// `error` must be estimate_error(state), and error.known() must be true.
   ErrorIntervals(const FramebufferView& state, const ErrorEstimate& error);
 
   /// Returns the factor for half-widths of pixels at a level, by its index. Below 95 % it is a

@@ -11,8 +11,8 @@ namespace parray::tradeoff {
 /// The predicted picture with the settings of a row, in the size that the scene states.
 struct FarmPoint {
   std::size_t row = 0;  ///< index of the row
-  double seconds = 0;
-  double rmse = 0;  ///< as measured
+  double seconds = 0;   ///< predicted wall-clock time
+  double rmse = 0;      ///< Row::rmse
   bool on_front = false;
 };
 

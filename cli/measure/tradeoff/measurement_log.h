@@ -17,7 +17,7 @@ struct Identity {
   std::string scene_sha256;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::string settings;  ///< options_of() of the scene's own settings, and their seed
+  std::string settings;  ///< one text: options_of() of the scene's own settings, and their seed
   int threads = 0;
   std::string processor;
 };
@@ -29,25 +29,29 @@ struct Identity {
 /// else.
 class MeasurementLog {
  public:
-  /// Makes the directory if it is missing. `restart` discards existing measurements. Throws
-  /// InputError if the directory has measurements with another identity, or is damaged.
+  /// Makes the directory if it is missing. `restart` deletes existing measurements. Throws
+  /// InputError if the directory cannot be made or written, or if its measurements are damaged or
+  /// have another identity.
   MeasurementLog(std::filesystem::path directory, const Identity& identity, bool restart);
 
+  /// Returns the path of a file in the directory.
   [[nodiscard]] std::filesystem::path file(const std::string& name) const {
     return directory_ / name;
   }
   [[nodiscard]] std::filesystem::path reference() const { return file("reference.exr"); }
 
-  /// Returns the results of earlier stages of the session, which the caller may change.
-  /// keep_state() writes them.
+  /// Returns the contents of state.json: a map with the results of finished stages of the session.
+  /// The caller may change them; keep_state() then writes the file. keep_state() throws RunError.
   [[nodiscard]] nlohmann::json& state() { return state_; }
   void keep_state() const;
 
+  /// Returns all renders of runs.csv, in the order of the file.
   [[nodiscard]] const std::vector<Run>& runs() const { return runs_; }
+  /// Returns whether runs() contains a render with these options (Run::options) and this seed.
   [[nodiscard]] bool has(const std::string& options, std::uint64_t seed) const {
     return known_.contains({options, seed});
   }
-  /// Throws RunError if the file cannot be written.
+  /// Adds a render to runs() and to the file. Throws RunError if the file cannot be written.
   void append(const Run& run);
 
  private:
@@ -66,8 +70,8 @@ class MeasurementLog {
 std::optional<std::pair<std::uint32_t, std::uint32_t>> size_in(
     const std::filesystem::path& directory);
 
-/// Converts a run to a line of runs.csv, without line end, and back. run_of_csv() throws
-/// std::runtime_error.
+/// Convert a run to a line of runs.csv, without line end, and back. run_of_csv() throws
+/// std::runtime_error for a line that csv_line() does not make.
 std::string csv_line(const Run& run);
 Run run_of_csv(const std::string& line);
 

@@ -31,6 +31,7 @@ class PairedDifference {
   double pairs_ = 0;
 };
 
+/// The systematic error of each path depth and each precision.
 struct PairedBiases {
   std::map<std::uint32_t, PairedBias> depth;  ///< by path depth; reference: reference_depth()
   std::map<Precision, PairedBias> precision;  ///< by precision; reference: f64
@@ -39,8 +40,9 @@ struct PairedBiases {
 /// Number of pairs for each depth and each precision.
 inline constexpr std::uint32_t pairs = 4;
 
-/// Renders and compares the pairs. `samples`: per pixel of each render. Calls `next` after each
-/// render with the share, 0 to 1, of all renders that are complete. Throws Interrupted.
+/// Renders and compares the pairs. `base`: the scene's own settings. `samples`: per pixel of each
+/// render. Calls `next` after each render with the share, 0 to 1, of all renders that are complete.
+/// Throws Interrupted.
 PairedBiases measure_pairs(Bench& bench, const RenderSettings& base, std::uint32_t samples,
                            const std::function<void(double)>& next);
 /// Returns the number of renders that measure_pairs() makes.

@@ -6,19 +6,21 @@
 
 #include "cli/measure/tradeoff/tradeoff_results.h"
 
-/// Plots of the tables in DIR. Their scripts are plots/*.gp, which the program contains.
+/// Plots of the tables in the directory DIR of measurements. The program contains their scripts for
+/// gnuplot.
 namespace parray::tradeoff {
 
-/// One line below each plot: the scene, the machine, the version and the date.
+/// Returns the line below each plot: the scene, the machine, the version and the date.
 std::string caption_of(const TradeoffResults& results);
 
-/// Writes gnuplot's scripts to DIR/plots. They read DIR/tradeoff.csv, farms.csv and intervals.csv
-/// and draw {convergence,front,budget,coverage,farms}.{svg,pdf,png} (in DIR/plots: `gnuplot
-/// front.gp`).
+/// Writes gnuplot's scripts to DIR/plots. `directory` is DIR. The scripts read DIR/tradeoff.csv,
+/// farms.csv and intervals.csv and draw {convergence,front,budget,coverage,farms}.{svg,pdf,png} (in
+/// DIR/plots: `gnuplot front.gp`). Throws RunError if a file cannot be written.
 void write_plot_scripts(const TradeoffResults& results, const std::filesystem::path& directory);
 
-/// Runs gnuplot on the scripts. Looks for it in the directories of `path`. Returns a message if
-/// a plot is missing. Throws Interrupted.
+/// Runs gnuplot on the scripts, at most 60 s for each. Looks for gnuplot in the directories of
+/// `path` ("/usr/bin:/bin"). Returns a message for the user if a plot is missing. Throws
+/// Interrupted.
 std::optional<std::string> draw_plots(const std::filesystem::path& directory,
                                       const std::string& path);
 

@@ -36,16 +36,16 @@ class Reference {
   [[nodiscard]] double rmse() const;
 
   /// Compares a picture with the reference. Returns its errors, and how often its stated intervals
-  /// contain the true value. Does not set the settings, times and work of the run. Pixels without
-  /// noise do not count. Precondition: balanced(), and the same size.
+  /// contain the true value; pixels without noise do not count for Run::coverage. Does not set the
+  /// settings, times and work of the run. Precondition: balanced(), and the same size.
   [[nodiscard]] Run compare(const DirectRender& picture) const;
   /// Does the same for a denoised picture, which states no intervals of its pixels.
   [[nodiscard]] Run compare(const Denoised& picture) const;
 
   /// Writes an EXR file: the mean as RGB, and both halves and the variance of a sample as further
-  /// channels.
+  /// channels. Throws RunError. Precondition: balanced().
   void save(const std::filesystem::path& path) const;
-  /// Throws InputError if the file is not from save() or has another size.
+  /// Reads a file of save(). Throws InputError if the file is not from save() or has another size.
   void load(const std::filesystem::path& path);
 
  private:
@@ -65,7 +65,7 @@ class Reference {
   std::uint64_t chunks_ = 0;
 };
 
-/// Returns the linear value that a linear value becomes in an 8-bit sRGB picture.
+/// Returns the linear value of the nearest 8-bit sRGB code, clamped to [0, 1].
 double through_8bit(double value);
 
 }  // namespace parray::tradeoff

@@ -19,7 +19,7 @@ struct Request {
   /// The scene's own settings and size; no value is `automatic`.
   Boxed<RenderSettings> scene;
   Boxed<RenderSettings> base;                 ///< the same settings with the measured size
-  std::vector<Boxed<RenderSettings>> also{};  ///< more settings to measure
+  std::vector<Boxed<RenderSettings>> also{};  ///< more settings to measure, of --also
   std::optional<double> error;  ///< required RMSE; empty: that of the scene's own settings
   double seconds = 120;         ///< time for all measurements
 };

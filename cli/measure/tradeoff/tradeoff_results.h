@@ -24,7 +24,7 @@ struct Convergence {
 
 /// How often confidence intervals hold, which means that they contain the true value.
 struct Calibration {
-  std::string name;  ///< "all", "sobol"
+  std::string name;  ///< "all" (without denoised pictures), or the name of a family
   ByLevel pixels{};  ///< shares of intervals that hold, over all pixels, channels and runs
   std::size_t pixel_runs = 0;  ///< 0 for denoised pictures
   ByLevel pictures{};          ///< shares of runs whose interval of the RMSE holds
@@ -50,13 +50,13 @@ struct TradeoffResults {
   PairedBiases biases;
   std::vector<Convergence> convergence;
   std::vector<Calibration> calibration;
-  std::vector<FarmFront> farms;  ///< modelled
-  double reference_samples = 0;
-  double reference_rmse = 0;
+  std::vector<FarmFront> farms;       ///< modelled
+  double reference_samples = 0;       ///< Reference::samples()
+  double reference_rmse = 0;          ///< Reference::rmse()
   std::vector<std::string> left_out;  ///< settings that were not measured, by options_of()
   std::vector<std::string> notes;     ///< sentences about limits of these results
-  std::string answer;
-  nlohmann::json answer_facts;
+  std::string answer;                 ///< sentence_of() the answer
+  nlohmann::json answer_facts;        ///< the same for scripts
 };
 
 /// Rows with the scene's own depth, precision, accelerator and instruction set, by their kind of
@@ -65,17 +65,24 @@ using Families = std::map<std::string, std::vector<const Row*>>;
 Families families_of(const std::vector<Row>& rows, const RenderSettings& base);
 
 /// Returns the rows of `runs` in the order of `variants`, with error budgets and the Pareto front.
+/// Leaves out variants without runs.
 std::vector<Row> rows_of(const std::vector<Variant>& variants, const std::vector<Run>& runs,
                          const PairedBiases& biases, const Timing& timing);
+/// Returns how the error falls with samples, for each family.
 std::vector<Convergence> convergence_of(const std::vector<Row>& rows, const RenderSettings& base);
+/// Returns how often confidence intervals hold, for each family and for all. Leaves out rows that
+/// share their noise with others (depths, precisions, accelerators), and rows whose systematic
+/// error is above a fifth of the Monte Carlo error.
 std::vector<Calibration> calibration_of(const std::vector<Row>& rows);
 
 // CSV tables with a header, for the plots. The functions remove the commas from names.
+/// Returns the table of the rows.
 std::string csv_of(const TradeoffResults& results);
 /// Returns the table of the modelled Pareto fronts of farms.
 std::string farms_csv_of(const TradeoffResults& results);
 /// Returns the table of Calibration: how often confidence intervals hold.
 std::string intervals_csv_of(const TradeoffResults& results);
+/// Returns all results, for scripts.
 nlohmann::json json_of(const TradeoffResults& results);
 /// Returns the tables for people, without the answer.
 std::string text_of(const TradeoffResults& results);

@@ -14,15 +14,15 @@ namespace parray::tradeoff {
 
 /// The setting that a variant varies, or another reason to measure it.
 enum class VariedSetting : std::uint8_t {
-  scene,
-  also,
+  scene,  ///< the scene's own settings
+  also,   ///< settings that the user gives with --also
   spp,
   target,
   denoise,
   depth,
   precision,
   accelerator,
-  answer
+  answer  ///< a candidate of the answer
 };
 std::string_view name_of(VariedSetting varied);
 
@@ -30,7 +30,7 @@ std::string_view name_of(VariedSetting varied);
 struct Variant {
   VariedSetting varied = VariedSetting::spp;
   Boxed<RenderSettings> settings;  ///< no value is `automatic`; seed_of() replaces the seed
-  std::uint32_t runs = 0;
+  std::uint32_t runs = 0;          ///< number of renders
 };
 
 /// Returns the number of pixels of a picture.
@@ -60,8 +60,9 @@ RenderSettings with_target(RenderSettings settings, Sampler sampler, double targ
 RenderSettings with_denoise(RenderSettings settings, bool denoise);
 
 /// Returns `settings` with a smaller picture: at most 200 pixels on the shorter side. Reduces it
-/// further, to at least 2000 pixels, until `seconds` suffice for many pictures with the scene's own
-/// samples. If `width` or `height` is above 0, uses it instead; one alone keeps the aspect ratio.
+/// further, but not below 2000 pixels, until `seconds` suffice for many pictures with the scene's
+/// own samples. If `width` or `height` is above 0, uses that size instead; one alone keeps the
+/// aspect ratio. Sizes are in pixels.
 RenderSettings with_size(RenderSettings settings, std::uint32_t width, std::uint32_t height,
                          double seconds);
 
@@ -71,8 +72,8 @@ struct Pilot {
   std::map<AcceleratorKind, double>
       other_speeds;     ///< the same for other accelerators; those that take too long are missing
   double overhead = 0;  ///< seconds per render without samples
-  double error = 0;     ///< RMSE at pilot_samples
-  double denoise = 0;   ///< seconds of denoising
+  double error = 0;     ///< RMSE with pilot_samples per pixel; 0: the picture has no noise
+  double denoise = 0;   ///< seconds of denoising one picture
 };
 inline constexpr std::uint32_t pilot_samples = 16;
 /// Scenes with more spheres do not try linear search.
@@ -80,6 +81,7 @@ inline constexpr std::size_t most_linear = 4096;
 /// Scenes with more spheres do not try the octree: its build takes too long.
 inline constexpr std::size_t most_octree = 100'000;
 
+/// The settings to measure.
 struct Sweep {
   std::vector<Variant> variants;      ///< options_of() differs for all of them
   std::vector<std::string> left_out;  ///< settings that take too long, by options_of()

@@ -71,7 +71,7 @@ struct Features {
 /// Most samples per pixel, both halves together, for the features of the halves.
 inline constexpr std::uint32_t own_feature_samples = 16;
 /// Samples per pixel for the steady features: few if those of the pixel and of its 8 neighbours all
-/// hit the same sphere, or all the sky; otherwise many.
+/// hit the same shape, or all the sky; otherwise many.
 inline constexpr std::uint32_t few_steady_samples = 8;
 inline constexpr std::uint32_t many_steady_samples = 64;
 

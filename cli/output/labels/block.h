@@ -10,6 +10,7 @@
 
 namespace parray::labels {
 
+/// A corner of the picture.
 enum class Corner : std::uint8_t { top_left, top_right, bottom_left, bottom_right };
 
 /// A label before it has a place: its size in pixels, and how to draw it.
@@ -40,8 +41,8 @@ Block legend_block(const BlockStyle& style, const Legend& legend);
 
 inline constexpr const char* scale_bar_name = "--scale-bar";  ///< name of its block
 
-/// Returns a scale bar of `length` in `unit`, `pixels` wide, with its length above it.
-/// `unit` may be empty.
+/// Returns a scale bar that stands for `length` in `unit` and is `pixels` wide, with the length as
+/// text above it. `unit` may be empty.
 Block scale_bar_block(const BlockStyle& style, double length, double pixels,
                       const std::string& unit);
 
@@ -50,17 +51,18 @@ Block axes_block(const BlockStyle& style, const CameraFilm& film);
 
 /// A label with its place.
 struct Placed {
-  const Block* block;
+  const Block* block;  ///< refers to the argument of lay_out()
   Box box;
 };
 
 /// Returns whether two boxes have a common area.
 bool overlap(const Box& a, const Box& b);
 
-/// Places every block in its corner of a picture of width x height pixels. Blocks are `margin` away
-/// from the edges and `gap` apart. Blocks in the upper corners follow downwards, those in the lower
-/// corners upwards. Throws InputError, which names the option, if a block does not fit inside the
-/// margins, or is nearer than gap / 2 to a block of another corner.
+/// Places every block in its corner of a picture of width x height pixels. Blocks are `margin`
+/// pixels away from the edges and `gap` pixels apart. `blocks` must outlive the result. Blocks in
+/// the upper corners follow downwards, those in the lower corners upwards. Throws InputError, which
+/// names the option, if a block does not fit inside the margins, or is nearer than gap / 2 to a
+/// block of another corner.
 std::vector<Placed> lay_out(const std::vector<Block>& blocks, double width, double height,
                             double margin, double gap);
 

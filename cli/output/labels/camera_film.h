@@ -29,7 +29,7 @@ class CameraFilm {
   /// Returns the pixels per unit of length parallel to the picture: at distance z for a perspective
   /// camera, anywhere for an orthographic one.
   [[nodiscard]] double pixels_per_unit(double z) const;
-  /// Returns the distance of look_at.
+  /// Returns the distance from the camera to look_at, in the scene's unit.
   [[nodiscard]] double distance() const { return distance_; }
 
  private:

@@ -33,6 +33,8 @@ class Canvas {
   /// Returns whether to use dark ink in the box, because the picture is light there on average.
   /// Transparent pixels count as white paper.
   [[nodiscard]] bool is_light(const Box& box) const;
+  /// Returns the relative luminance of a pixel of the picture, in [0, 1] (Rec. ITU-R BT.709).
+  /// Transparent pixels count as white.
   [[nodiscard]] double luminance(int x, int y) const;
 
  private:
@@ -45,12 +47,16 @@ struct Ink {
   Vec3d color;
   Vec3d halo;
 };
+/// Returns black ink with a white halo for a light background, otherwise white ink with a black
+/// halo.
 Ink ink_for(bool light_background);
 
-/// Writes and draws one label: black with a white halo, or white with a black halo.
+/// Collects the text and the shapes of one label, in the picture's pixels. draw_on() draws them,
+/// black with a white halo or white with a black halo.
 class Pen {
  public:
-  /// `line` is the width of lines in pixels, `area` the area of the label.
+  /// `line` is the width of lines in pixels, `area` the area of the label: its background decides
+  /// the colour of the ink, and shapes far outside it are cut off. `font` must outlive the pen.
   Pen(const Font& font, double line, const Box& area);
 
   [[nodiscard]] const Font& font() const { return font_; }
@@ -60,9 +66,12 @@ class Pen {
   void text(double x, double baseline, std::string_view text);
   /// Writes text centred at `x`.
   void centered(double x, double baseline, std::string_view words);
+  /// Draws a line that is line() wide.
   void stroke(const Point& from, const Point& to);
+  /// Fills a box with ink.
   void bar(const Box& box);
-  /// Draws a framed box whose colour depends on the height: 0 at the bottom, 1 at the top.
+  /// Draws a framed box whose colour (linear RGB) depends on the height: 0 at the bottom, 1 at the
+  /// top.
   void colored(const Box& box, std::function<Vec3d(double)> color);
 
   /// Draws everything on the canvas.
@@ -81,7 +90,7 @@ class Pen {
   std::vector<Colored> colored_;
 };
 
-/// Returns the width of the halo around letters of `size` pixels per em.
+/// Returns the width in pixels of the halo around letters of `size` pixels per em.
 double halo_width(double size);
 
 }  // namespace parray::labels

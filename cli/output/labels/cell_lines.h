@@ -11,7 +11,8 @@
 /// The outline of a box or crystal cell: thin grey lines.
 namespace parray::labels {
 
-/// What hides parts of a line, one value per pixel. Empty: nothing hides it.
+/// What hides parts of a line, one value per pixel. Empty: nothing hides it. Refers to the
+/// channels.
 struct DepthMap {
   std::span<const float> depth;           ///< channel "Z" (cli/output/channel_tracing.h)
   std::span<const std::uint32_t> sphere;  ///< channel "sphere"
@@ -29,9 +30,9 @@ struct CellLine {
 /// Returns the twelve edges of a cell, without the parts behind the camera.
 std::vector<CellLine> cell_lines(const ParticleCell& cell, const CameraFilm& film);
 
-/// The name of an edge.
+/// The name of an edge of a cell.
 struct EdgeName {
-  char name;
+  char name;       ///< 'a', 'b' or 'c'
   Point middle;    ///< of the name
   Point outwards;  ///< unit vector away from the cell
 };
@@ -41,9 +42,9 @@ struct EdgeName {
 std::vector<EdgeName> edge_names(const ParticleCell& cell, const CameraFilm& film, double gap);
 
 /// Draws the lines, `width` pixels wide, in a grey that contrasts with the picture below. Nearer
-/// spheres hide the edges behind the cell. The other edges are drawn over nearer spheres, too, but
-/// thinner and fainter. Otherwise the atoms on the faces of a cell would make dashes of its
-/// outline. `film` is the one of the lines.
+/// shapes hide the edges behind the cell (CellLine::behind). The other edges are drawn over nearer
+/// shapes, too, but thinner and fainter. Otherwise the atoms on the faces of a cell would make
+/// dashes of its outline. `film` is the one of the lines.
 void draw_lines(Canvas& canvas, const std::vector<CellLine>& lines, const CameraFilm& film,
                 const DepthMap& map, double width);
 

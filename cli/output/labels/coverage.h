@@ -9,6 +9,7 @@
 /// + 1; x to the right, y down.
 namespace parray::labels {
 
+/// A place in the picture, in pixels.
 struct Point {
   double x = 0;
   double y = 0;
@@ -18,12 +19,14 @@ struct Point {
   friend Point operator*(double s, const Point& a) { return {s * a.x, s * a.y}; }
 };
 
+/// A rectangle in the picture, in pixels. (x, y) is its upper left corner.
 struct Box {
   double x = 0;
   double y = 0;
   double width = 0;
   double height = 0;
 
+  /// Returns the box with `by` more pixels on all sides.
   [[nodiscard]] Box grown(double by) const {
     return {x - by, y - by, width + 2 * by, height + 2 * by};
   }
@@ -43,7 +46,8 @@ class Coverage {
 
   /// Returns the covered share, in [0, 1]. Returns 0 outside the part.
   [[nodiscard]] float at(int x, int y) const { return inside(x, y) ? values_[index(x, y)] : 0; }
-  /// Adds a share of a pixel. Shapes must not overlap.
+  /// Adds a share of a pixel. The sum is at most 1. So that sums are right, shapes must not
+  /// overlap.
   void add(int x, int y, float share);
 
   /// Adds a rectangle, with fractions of pixels.
@@ -70,8 +74,8 @@ class Coverage {
   std::vector<float> values_;
 };
 
-/// Returns the covered share of a pixel whose centre is `distance` from the middle of a line of
-/// width `width`.
+/// Returns the covered share of a pixel whose centre is `distance` pixels from the middle of a line
+/// that is `width` pixels wide.
 double line_share(double distance, double width);
 
 }  // namespace parray::labels

@@ -15,7 +15,8 @@ std::filesystem::path label_font();
 
 /// Draws text in one font and size with FreeType, without hinting and placed to 1/64 of a pixel, so
 /// that widths scale with the size. Letters go from left to right with the font's kerning; scripts
-/// that need more are drawn letter by letter. Text is UTF-8.
+/// that need more are drawn letter by letter. Text is UTF-8. Not thread-safe: functions that are
+/// const share a buffer, too.
 class Font {
  public:
   /// `size` is in pixels per em, >= 1. Throws RunError, which names the package, if the file is
@@ -36,7 +37,7 @@ class Font {
   /// Returns the width of the text in pixels, up to the origin of the next letter. A character that
   /// the font lacks counts as U+FFFD.
   [[nodiscard]] double width(std::string_view text) const;
-  /// Draws text from `origin` on, which is on the baseline.
+  /// Adds text to `coverage`, from `origin` on, which is on the baseline.
   void draw(Coverage& coverage, const Point& origin, std::string_view text) const;
 
   /// Throws InputError, which begins with `what`, unless `text` is UTF-8 and the font has all its

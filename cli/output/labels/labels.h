@@ -36,7 +36,8 @@ double dots_per_inch(const LabelSettings& settings, double width);
 /// Gives a legend of colours the title of the settings, if they have one. It contains the unit.
 void set_title(Legend& legend, const LabelSettings& settings);
 
-/// Returns the length of a scale bar: the largest round length of at most `most_pixels`.
+/// Returns the length of a scale bar in the scene's unit: the largest round length (round_below())
+/// that takes at most `most_pixels`.
 double scale_bar_length(double pixels_per_unit, double most_pixels);
 
 /// The labels of a picture with their places. They are made before tracing, so that errors come
@@ -50,8 +51,9 @@ class Labels {
   ~Labels();
   Labels(Labels&&) noexcept;
 
-  /// Returns the places that labels of `content` need, whatever the scale of its camera is. Throws
-  /// the errors of the constructor.
+  /// Returns the places that labels of `content` need, with gaps. There is also room for the scale
+  /// bar of a camera that shows the scene up to ten times smaller. Throws InputError and RunError
+  /// as the constructor does.
   static LabelPlaces places(const LabelContent& content);
 
   /// Returns the places of all labels except the names of the cell's edges, in pixels.

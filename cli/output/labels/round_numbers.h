@@ -8,9 +8,9 @@
 /// Round numbers: 1, 2 or 5 times a power of ten.
 namespace parray::labels {
 
-/// Returns the largest round number not above `value`, which is > 0 and finite.
+/// Return the largest round number not above `value`, and the smallest not below it. `value` is > 0
+/// and finite. A value within a millionth of a round number counts as that number.
 double round_below(double value);
-/// Returns the smallest round number not below `value`.
 double round_above(double value);
 
 /// Marks along a scale.

@@ -32,14 +32,14 @@ using Aovs = std::set<Aov>;
 /// from the scene.
 inline bool is_statistic(Aov aov) { return aov == Aov::samples || aov == Aov::half_width; }
 
-/// Returns the name in options and reports.
+/// Returns the name in options and reports: "depth", "half-width".
 std::string_view name_of(Aov aov);
 
 /// Parses "depth,normal,...", in any order. Throws InputError for an unknown name. The message
 /// suggests the nearest known name or lists all.
 Aovs aovs_from(std::string_view names);
 
-/// Formats the names, in a fixed order.
+/// Returns the names, separated by commas, in a fixed order.
 std::string text_of(const Aovs& aovs);
 
 }  // namespace parray::picture

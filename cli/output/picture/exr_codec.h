@@ -10,6 +10,7 @@
 /// image_file.cpp in the program and exr_codec.cpp in the module.
 namespace parray::picture {
 
+/// The functions of the module.
 struct ExrCodec {
   /// Writes a file. Returns "" on success, otherwise the reason. write_image() has checked the
   /// arguments. `metadata` has the form of as_kept(). `fast`: no compression. Passes on exceptions
@@ -17,9 +18,9 @@ struct ExrCodec {
   std::string (*write)(const std::string& file, const Image& image, const ImageMetadata& metadata,
                        const Channels& channels, const std::function<void()>& between_strips,
                        bool fast);
-  /// Reads the first part of an EXR file. Throws the errors of read_image().
+  /// Reads the first part of an EXR file. Throws InputError as read_image() does.
   ImageFile (*read)(const std::string& file);
-  /// Returns the version of OpenEXR: "3.1.5".
+  /// Returns the version of OpenEXR that the module was built with: "3.1.5".
   std::string (*version)();
 };
 

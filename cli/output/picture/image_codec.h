@@ -25,10 +25,11 @@ struct OtherPicture {
   double dpi = 0;                     ///< pixels per inch in print; 0: unknown
 };
 
+/// The functions of the module.
 struct ImageCodec {
   /// Writes a file. Returns "" on success, otherwise the reason.
   std::string (*write)(const std::string& file, const OtherPicture& picture);
-  /// Reads any file that the library supports. Throws the errors of read_image().
+  /// Reads any file that the library supports. Throws InputError as read_image() does.
   ImageFile (*read)(const std::string& file);
   /// Returns the value of image_library_version().
   std::string (*version)();

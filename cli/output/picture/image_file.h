@@ -45,13 +45,15 @@ double write_seconds(const std::filesystem::path& path, const PictureSize& size,
 /// same bytes as PNG. TIFF stores the metadata as JSON in ImageDescription; the other two store
 /// none. `metadata`: see as_kept(); attributes of EXR, text of PNG. For EXR and PNG, calls
 /// `between_strips`, if set, every few milliseconds of writing; an exception ends the writing.
-/// Throws RunError "writing FILE: reason", and the errors of check_image_size().
+/// Throws RunError "writing FILE: reason", InputError as check_image_size() does, and
+/// std::logic_error for channels that the file cannot contain.
 void write_image(const std::filesystem::path& path, const Image& image,
                  const ImageMetadata& metadata, const Channels& channels = {},
                  const std::function<void()>& between_strips = {}, bool fast = false);
 
-/// Writes a picture that will soon be replaced: without compression, marked as "parray:partial",
-/// and without waiting for the disk.
+/// Writes a picture that will soon be replaced: without compression where `fast` has that effect,
+/// with "parray:partial" in the metadata, and without waiting for the disk. Throws as write_image()
+/// does.
 void write_preview(const std::filesystem::path& path, const Image& image,
                    const std::function<void()>& between_strips);
 
@@ -70,8 +72,8 @@ struct ImageFile {
 /// it has fewer than 3 channels, or if it exceeds common/scene/limits.h.
 ImageFile read_image(const std::filesystem::path& path);
 
-/// Return the versions of the loaded OpenImageIO ("none" if this ParRay lacks it) and OpenEXR:
-/// "2.4.7".
+/// Return the versions of the loaded OpenImageIO ("none" if this ParRay lacks it), and of the
+/// OpenEXR that ParRay was built with: "2.4.7".
 std::string image_library_version();
 std::string exr_library_version();
 

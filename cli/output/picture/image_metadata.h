@@ -26,8 +26,8 @@ inline constexpr const char* dpi_key = "parray:dpi";
 /// same number.
 std::string text_of(const MetadataValue& value);
 
-/// Returns the values in the form that a file can store. EXR: an integer as `int`, from 2^31 on as
-/// `double`, above 2^53 as text; a real number as `double`. PNG: only text.
+/// Returns the values in the form that a file can store. `exr` true: an integer as `int`, from 2^31
+/// on as `double`, above 2^53 as text; a real number as `double`. `exr` false: only text.
 ImageMetadata as_kept(const ImageMetadata& metadata, bool exr);
 
 /// Return the value that a file has stored under a name. text_in() returns only texts; the others

@@ -20,7 +20,8 @@ namespace parray::picture {
 /// The channel of alpha in EXR files.
 inline constexpr const char* alpha_channel = "A";
 
-/// Returns the values of that channel. Empty: the picture has its background.
+/// Returns the values of that channel. They belong to `channels`. Empty: the picture has its
+/// background.
 std::span<const float> alpha_of(const Channels& channels);
 
 /// Premultiplied colour and alpha.
@@ -34,9 +35,10 @@ struct TransparentPixel {
 TransparentPixel without_sky(const std::array<float, 3>& mean, const SkySamples& sky,
                              std::uint32_t samples, const RadianceScale& scale);
 
-/// Removes the background from a picture and returns alpha. `sky` and `samples` have an entry for
-/// each pixel, in image order. A pixel without a sample shows the corner of its block (lattice.h)
-/// and uses the corner's background.
+/// Removes the background from a picture and returns alpha, one value per pixel. `sky` (from
+/// trace_sky_samples()) and `samples` have an entry for each pixel, in image order. `scale`:
+/// RadianceScale of the scene's largest_radiance(). A pixel without a sample shows the corner of
+/// its block (lattice.h) and uses the corner's background.
 std::vector<float> remove_sky(Image& image, std::span<const SkySamples> sky,
                               std::span<const std::uint32_t> samples, const RadianceScale& scale);
 
@@ -49,7 +51,7 @@ std::string transparent_sha256(const Image& image, std::span<const float> alpha)
 
 /// Returns the 8-bit codes of a transparent picture for PNG, in the order red, green, blue, alpha.
 /// Divides colours by alpha (unassociated) and encodes them with sRGB. All codes are 0 where the
-/// code of alpha is 0. The result is the same for the values that read_image() returns.
+/// code of alpha is 0. The values that read_image() returns for such a file give the same codes.
 std::vector<std::uint8_t> transparent_bytes(std::span<const float> rgb,
                                             std::span<const float> alpha);
 

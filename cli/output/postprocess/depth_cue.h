@@ -11,7 +11,8 @@
 /// Depth cueing: distant surfaces fade into the background.
 namespace parray::postprocess {
 
-/// The visible shapes of a picture, pixel by pixel, from cli/output/channel_tracing.h.
+/// The visible shapes of a picture, pixel by pixel, from cli/output/channel_tracing.h. Refers to
+/// the channels, which must outlive it.
 struct SeenSpheres {
   std::span<const float> depth{};         ///< channel "Z"
   std::span<const std::uint32_t> sphere;  ///< channel "sphere"
@@ -22,6 +23,7 @@ struct SeenSpheres {
   /// too.
   double farthest = std::numeric_limits<double>::infinity();
 
+  /// Returns whether the first sample of a pixel hits the sky or the scenery.
   [[nodiscard]] bool background(std::size_t pixel) const {
     return sphere[pixel] < scenery || sphere[pixel] == UINT32_MAX;
   }
@@ -31,15 +33,18 @@ struct SeenSpheres {
 /// farthest, linear in depth between.
 class DepthFade {
  public:
+  /// Nothing fades.
   DepthFade() = default;
-  /// Takes the range of depths from the picture, without background. The depth of a pixel beside
-  /// background is a mean of both, so other pixels decide if there are any. A pixel in a gap
-  /// between surfaces may show a wall far away, too: `seen.farthest` excludes it.
+  /// Takes the range of depths from the picture, without background. `width`: of the picture, in
+  /// pixels. `strength`: see above, in [0, 1]. The depth of a pixel beside background is a mean of
+  /// both, so other pixels decide if there are any. A pixel in a gap between surfaces may show a
+  /// wall far away, too: `seen.farthest` excludes it.
   DepthFade(const SeenSpheres& seen, std::uint32_t width, double strength);
   /// Takes the range of depths from `nearest` to `farthest`.
   DepthFade(double nearest, double farthest, double strength)
       : nearest_(nearest), range_(farthest - nearest), strength_(strength) {}
 
+  /// Returns the share, in [0, 1], at a depth.
   [[nodiscard]] double operator()(double depth) const;
 
  private:
@@ -52,8 +57,8 @@ class DepthFade {
 /// exceeds 1. Without such pixels, returns the sky in the viewing direction.
 Vec3d background_color(const Image& image, const SeenSpheres& seen, const Scene& scene);
 
-/// Mixes `background` into every pixel that shows a surface. With `alpha` (not empty), distant
-/// surfaces become transparent instead; `image` is premultiplied by it.
+/// Mixes `background` into every pixel that shows a surface and no scenery. With `alpha` (not
+/// empty), distant surfaces become transparent instead; `image` is premultiplied by it.
 void fade(Image& image, std::vector<float>& alpha, const SeenSpheres& seen, const DepthFade& fade,
           const Vec3d& background);
 

@@ -21,7 +21,8 @@ inline constexpr Vec3d outline_ink{0.01, 0.01, 0.01};
 /// visible beside it. It gets stronger with the distance behind the sphere: invisible where two
 /// spheres intersect, full from 0.3 of the radius on. Spheres narrower than the line have no line.
 ///
-/// Lines fade with their surface (`fade`). The result is the same for any number of `threads`.
+/// Lines fade with their surface (`fade`). The scene's camera must have aperture 0. The result is
+/// the same for any number of `threads`.
 std::vector<float> outline_of(const Scene& scene, std::uint32_t width, std::uint32_t height,
                               const SeenSpheres& seen, double line_width,
                               const DepthFade& fade = {}, int threads = 1);

@@ -42,7 +42,7 @@ Aovs needs_of(const PostprocessSteps& finishing);
 /// Returns the names of the steps, separated by commas.
 std::string names_of(const PostprocessSteps& finishing);
 
-/// Applies all steps to a copy of the picture.
+/// Applies all steps to a copy of the picture. The result refers to the channels of `picture`.
 ShownPicture finished_picture(const Picture& picture, const PostprocessSteps& finishing);
 
 }  // namespace parray::postprocess

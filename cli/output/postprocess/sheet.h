@@ -16,11 +16,12 @@ struct SheetLayout {
   std::uint32_t gap = 0;  ///< pixels between two pictures
 };
 
-/// Returns the layout of `count` pictures (> 0). The number of columns brings the sheet closest to
-/// 2 by 1 and avoids empty places. Gaps are 1/200 of a picture's height, at least 2 pixels.
+/// Returns the layout of `count` pictures (> 0) of `width` x `height` pixels. The number of columns
+/// brings the sheet closest to 2 by 1 and avoids empty places. Gaps are 1/200 of a picture's
+/// height, at least 2 pixels.
 SheetLayout sheet_layout(std::size_t count, std::uint32_t width, std::uint32_t height);
 
-/// Returns the size of a sheet, which may exceed 32 bits.
+/// Return the size of a sheet in pixels, which may exceed 32 bits. `width`, `height`: of a picture.
 std::uint64_t sheet_width(const SheetLayout& layout, std::uint32_t width);
 std::uint64_t sheet_height(const SheetLayout& layout, std::uint32_t height);
 
