@@ -86,8 +86,8 @@ class JobRun {
 
   /// Returns whether the buffered results need much memory. If so, call pack_next().
   [[nodiscard]] bool buffer_full() const;
-  /// Packs some buffered results for the store, which takes milliseconds. Returns false if there
-  /// were none.
+  /// Packs some buffered results and gives them to the store, which takes milliseconds. Returns
+  /// false if there were none.
   bool pack_next();
   /// Drops the buffered results.
   void clear_buffer();

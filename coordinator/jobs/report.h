@@ -21,9 +21,9 @@ struct RenderFacts {
   double trace_seconds = 0;             ///< sum of the tracing times of all workers
   double build_seconds = 0;             ///< the longest of any worker, for its accelerator
   std::uint64_t accelerator_bytes = 0;  ///< the largest of any worker
-  std::string isa;
-  std::uint32_t threads = 0;
-  std::size_t workers = 0;
+  std::string isa;                      ///< instruction set of the latest result, or of rank 0
+  std::uint32_t threads = 0;            ///< of these workers together
+  std::size_t workers = 0;              ///< workers with an accepted result, or ranks
 };
 
 /// Estimates the times of the work that follows the last sample, after `elapsed` seconds and
