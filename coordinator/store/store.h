@@ -62,7 +62,8 @@ class Store {
   virtual void keep_rows(JobId job, std::uint64_t entries) = 0;
   /// Adds or replaces the job's picture. The file consists of the pieces in order.
   virtual void put_picture(JobId job, std::span<const std::string_view> pieces) = 0;
-  /// Drops the job's results. The commit drops all scenes that no job needs: see needs_scene().
+  /// Empties the job's log of results. The commit then drops all scenes that no job needs: see
+  /// needs_scene().
   virtual void drop_work(JobId job) = 0;
   virtual void drop_job(JobId job) = 0;  ///< drops the job with all its data
   /// Adds or replaces a named text.
