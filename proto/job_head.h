@@ -30,8 +30,7 @@ struct JobHead {
   /// coordinator's --max-failures.
   std::uint32_t max_failures = 0;
   /// For a frame of a series: the series' token (at most 64 bytes), the frame's number and the
-  /// expected number of frames. The job of a frame exists once, even if the client submits it
-  /// several times. Empty and 0 for a single job.
+  /// number of frames that the series will have. Empty and 0 for a single job.
   std::string series{};
   std::uint32_t frame = 0;
   std::uint32_t frames = 0;
