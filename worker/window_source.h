@@ -39,7 +39,7 @@ struct WindowOptions {
   std::uint32_t rank = 0;
   std::uint32_t threads = 1;
   std::uint32_t all_threads = 1;  ///< sum over all ranks
-  /// Short leases at the end cost little, because a lease needs no message.
+  /// In seconds. Short leases at the end cost little, because a lease needs no message.
   LeaseLength length{.shortest = 0.0005};
 };
 
@@ -73,7 +73,7 @@ class WindowSource final : public LeaseSource {
   struct Part {
     Answer answer = Answer::none;
     CellRange cells;
-    bool fresh = true;  ///< false: a further part of the previous lease
+    bool fresh = true;  ///< see LeaseSource::Taken
   };
   /// Takes a part with the arguments of take().
   Part take_part(double samples_per_second, bool idle);
