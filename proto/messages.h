@@ -207,13 +207,9 @@ struct SteerJobs {
   JobAction action = JobAction::pause;
   std::uint32_t priority = 50;  ///< only for `prioritise`
 };
-/// Why a job was not changed.
-enum class Refusal : std::uint8_t {
-  missing,    ///< there is no such job
-  forbidden,  ///< it belongs to another user
-  state,      ///< the action does not fit its state
-  no_room     ///< a limit does not permit it to be queued again
-};
+/// Why a job was not changed: there is no such job, it belongs to another user, the action does not
+/// fit its state, or a limit does not permit it to be queued again.
+enum class Refusal : std::uint8_t { missing, forbidden, state, no_room };
 struct Steered {
   std::uint64_t request = 0;
   /// For each job, in the order of the request: `id`, and either `job`, a short map, or `refusal`
