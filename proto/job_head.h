@@ -34,7 +34,8 @@ struct JobHead {
   std::string series{};
   std::uint32_t frame = 0;
   std::uint32_t frames = 0;
-  /// Number of the job or series of which this job is the quick look; 0: of none.
+  /// Number of the job or series of which this job is the quick look (a small, fast picture, shown
+  /// until the other job has samples, and deleted with it); 0: of none.
   std::uint64_t preview_of = 0;
   /// Pictures of the finished job are denoised when they are written. The coordinator keeps the
   /// scene of such a job, because the denoiser needs it.

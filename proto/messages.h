@@ -270,7 +270,9 @@ struct SteerWorkers {
 struct Workers {
   std::uint64_t request = 0;
   nlohmann::json workers;
-  std::uint64_t total = 0;  ///< number of all workers and quarantined machines without a worker
+  /// After ListWorkers: number of all workers and of quarantined machines without a worker. After
+  /// SteerWorkers: length of the list.
+  std::uint64_t total = 0;
 };
 struct ShowFarm {
   std::uint64_t request = 0;

@@ -35,7 +35,7 @@ class CheckPolicy {
     /// Share of the checks in which the referee checks some of the cells, too.
     double referee_share = 0.1;
     /// Spheres and capsules of the largest scene that the referee checks if other machines can. For
-    /// a larger scene it would need seconds to build the tree.
+    /// a larger scene it would need seconds to build the accelerator.
     std::uint64_t most_spheres = 2'000'000;
   };
   /// `random` returns uniform numbers in [0, 1). Workers must not be able to predict them.

@@ -21,8 +21,8 @@ class Referee {
     ScenePayload payload;  ///< the scene
     Boxed<RenderSettings> settings;
     CellBatch cells;
-    /// Limit in bytes of the memory for scene and tree. RefereeProcess applies it only when a
-    /// question starts the process: later questions to the same process do not change the limit.
+    /// Limit in bytes of the memory for scene and accelerator. RefereeProcess applies it only when
+    /// a question starts the process: later questions to the same process do not change the limit.
     std::uint64_t memory = 0;
   };
   /// The traced cells, or the reason why there are none.

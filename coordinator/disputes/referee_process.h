@@ -17,7 +17,7 @@ namespace parray::coordinator {
 
 /// Runs the referee as a process: parray-referee (cli/referee/main.cpp), with the lowest priority
 /// and one thread. The first question starts it, and the first one after forget() or a failure
-/// starts it again. It keeps the scene and the tree of the last question. A thread of this object
+/// starts it again. It keeps scene and accelerator of the last question. A thread of this object
 /// communicates with it, so that callers never wait.
 class RefereeProcess final : public Referee {
  public:

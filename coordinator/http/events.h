@@ -51,7 +51,7 @@ class Events {
   class Stream;
   /// The latest event that was sent about a job or worker.
   struct Announced {
-    std::string event;
+    std::string event;   ///< its text, as sent
     bool ended = false;  ///< the job has ended
     bool seen = false;   ///< the current poll has found it
   };

@@ -24,7 +24,7 @@ enum class JobPhase : std::uint8_t {
   waiting,    ///< holds no memory for its picture
   preparing,  ///< the job thread is making its picture or its next pass
   tracing,    ///< has leases that can be granted or are granted
-  finishing,  ///< the job thread is making the image and the report
+  finishing,  ///< the job thread is making the picture and the report
   ended
 };
 

@@ -31,12 +31,12 @@ struct RenderFacts {
 /// about 2 GHz, with a margin.
 PassTimes ending_times(const RenderSettings& settings, std::uint64_t samples, double elapsed);
 
-/// The image of an unfinished picture. Pixels without a sample are filled.
+/// The floats of a picture, finished or not. Pixels without a sample are filled from others.
 struct ShownImage {
   Image image;
-  Fill fill;
+  Fill fill;  ///< how many pixels were filled
 };
-/// Makes the image from the current sums.
+/// Makes a picture's floats from its current sums.
 ShownImage shown_image(const JobPicture& picture);
 
 /// A picture that is complete.
