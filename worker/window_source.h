@@ -21,9 +21,9 @@ namespace parray::worker {
 
 /// The job of a rank. It is the same in all passes.
 struct RankJob {
-  Boxed<RenderSettings> settings;  ///< resolved
-  std::string scene_id;
-  std::shared_ptr<const Scene> scene;  ///< null from the rank's first result on
+  Boxed<RenderSettings> settings;      ///< resolved
+  std::string scene_id;                ///< scene_identity()
+  std::shared_ptr<const Scene> scene;  ///< WindowSource sets it to null at the rank's first result
 };
 
 /// A pass. It is the same on every rank.
@@ -46,7 +46,7 @@ struct WindowOptions {
 /// The division of the ranks into groups, and the window of each ledger.
 struct LedgerWindows {
   Ledgers ledgers;
-  std::vector<Window*> windows;
+  std::vector<Window*> windows;  ///< by number of the ledger; not owned
 };
 
 /// Takes leases over a window, by atomic additions. PROTOCOL.md, "The window", explains the words.

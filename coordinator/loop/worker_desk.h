@@ -10,7 +10,8 @@ class DisputeDesk;
 class JobBook;
 class LeaseDesk;
 
-/// Workers and their scenes: joins, heartbeats, departures, and a store that cannot commit.
+/// Handles joins, heartbeats and departures of workers, their requests for scenes, and a store that
+/// cannot commit.
 class WorkerDesk {
  public:
   WorkerDesk(Farm& farm, JobBook& job_book, LeaseDesk& leases, DisputeDesk& disputes)
