@@ -25,7 +25,8 @@ class ControlWriter {
               T /*highest*/ = std::numeric_limits<T>::max()) {
     map_[key] = value;
   }
-  /// Always write the key. A message may lack it; ControlReader then leaves `value` as it is.
+  /// Members with this ending always write the key, except real_if_there(). A received message may
+  /// lack it; ControlReader then leaves `value` as it is.
   template <typename T>
   void number_if_there(const char* key, T& value, T lowest = 0,
                        T highest = std::numeric_limits<T>::max()) {
@@ -50,10 +51,10 @@ class ControlWriter {
   void real(const char* key, double& value) { map_[key] = value; }
   void duration(const char* key, double& value) { map_[key] = value; }
   void flag(const char* key, bool& value) { map_[key] = value; }
-  /// Writes a text. Escapes characters that are not printable, and cuts a long text after a whole
-  /// character.
+  /// Writes a text. Escapes characters that are not printable, and cuts a text of more than
+  /// `longest` bytes after a whole character. ControlReader refuses one below `shortest` bytes.
   void text(const char* key, std::string& value, std::size_t longest, std::size_t shortest = 0);
-  /// Writes a list of texts. Keeps the last `most`.
+  /// Writes a list of texts of at most `longest` bytes each. Keeps the last `most`.
   void lines(const char* key, std::vector<std::string>& value, std::size_t most,
              std::size_t longest);
   void digest(const char* key, std::string& value) { map_[key] = value; }
@@ -83,7 +84,9 @@ class ControlReader {
   explicit ControlReader(std::string_view frame);
 
   [[nodiscard]] const std::string& type() const { return type_; }
+  /// Returns the sender's protocol version, the key `v`.
   [[nodiscard]] std::uint32_t protocol() const { return protocol_; }
+  /// Returns the key `request`; nothing: it is missing or no unsigned integer.
   [[nodiscard]] std::optional<std::uint64_t> request() const;
 
   template <typename T>

@@ -29,8 +29,8 @@ class InprocHub {
   /// Returns a new end with the coordinator as its only peer. Its sender has the role `any` and is
   /// `ours`. The end must not outlive the hub.
   std::unique_ptr<Link> connect();
-  /// Returns such an end that speaks for `sender`. Its seal() encodes messages. So the
-  /// coordinator's decoder checks every range as in messages from outside.
+  /// Returns an end like connect(), whose messages come from `sender`. Its seal() encodes messages.
+  /// So the coordinator's decoder checks every range as in messages from outside.
   std::unique_ptr<Link> connect_as(Sender sender);
 
  private:

@@ -30,12 +30,12 @@ struct JobHead {
   /// coordinator's --max-failures.
   std::uint32_t max_failures = 0;
   /// For a frame of a series: the series' token (at most 64 bytes), the frame's number and the
-  /// expected number of frames. The job of a frame exists once, even if the client submits it
-  /// several times. Empty and 0 for a single job.
+  /// number of frames that the series will have. Empty and 0 for a single job.
   std::string series{};
   std::uint32_t frame = 0;
   std::uint32_t frames = 0;
-  /// Number of the job or series of which this job is the quick look; 0: of none.
+  /// Number of the job or series of which this job is the quick look (a small, fast picture, shown
+  /// until the other job has samples, and deleted with it); 0: of none.
   std::uint64_t preview_of = 0;
   /// Pictures of the finished job are denoised when they are written. The coordinator keeps the
   /// scene of such a job, because the denoiser needs it.

@@ -38,7 +38,7 @@ std::string_view name_of(Role role);
 struct Sender {
   Role role = Role::any;
   std::string name;       ///< name of the key; empty without keys
-  double share = 1;       ///< share of the farm, relative to other users' shares
+  double share = 1;       ///< least_share to largest_share, relative to other users' shares
   std::string address{};  ///< address of its machine as this side sees it; empty: unknown
   /// The sender runs on this machine, under this process's user, as the kernel says.
   bool ours = false;
@@ -75,12 +75,13 @@ void add_member_key(const std::filesystem::path& directory, Role role, const std
                     double share = 1);
 /// Removes NAME from DIR/allowed and deletes DIR/NAME.key. A running coordinator refuses messages
 /// with that key, and drops workers that use it, from the next second on. Throws InputError if NAME
-/// is not in DIR/allowed.
+/// is not in DIR/allowed or the list cannot be used, RunError if it cannot be written.
 void remove_member_key(const std::filesystem::path& directory, const std::string& name);
 
-/// Reads DIR/coordinator.key. Throws InputError.
+/// Reads DIR/coordinator.key. Throws InputError if the file or DIR cannot be used.
 KeyPair read_coordinator_key(const std::filesystem::path& directory);
-/// Reads the key file `path`. If `path` is a directory, reads `name`.key in it. Throws InputError.
+/// Reads the key file `path`. If `path` is a directory, reads `name`.key in it. Throws InputError
+/// if the file cannot be used.
 MemberKey read_member_key(const std::filesystem::path& path, const std::string& name);
 
 /// Throws InputError with the remedy if group or others can write the file or directory `path`.

@@ -40,6 +40,7 @@ class Envelope {
   std::variant<Frames, Message> content_;
 };
 
+/// A message with its peer: the sender of a received message, the receiver of one to be sent.
 struct Delivery {
   PeerId peer;
   Envelope content;
@@ -61,8 +62,8 @@ class Link {
   /// needs that.
   [[nodiscard]] virtual Envelope seal(Message message) const;
 
-  /// Hands a message over for delivery. Returns false if the peer is unknown or its queue is full;
-  /// the message is then dropped.
+  /// Hands a message over for delivery. Returns false if the peer is unknown or its queue (1000
+  /// messages) is full; the message is then dropped.
   virtual bool send(const PeerId& to, Envelope content) = 0;
 
   /// Returns the next message that has arrived, if any.

@@ -18,6 +18,10 @@
 #include "proto/payloads.h"
 
 /// The messages of PROTOCOL.md, as structs. PROTOCOL.md describes ranges, answers and meaning.
+///
+/// In all messages, `request` is a number that the answer repeats, `job` and `epoch` name a lease,
+/// and `scene` of type std::string is the SHA-256 of the scene's bytes. Real numbers of time are
+/// seconds. Maps (nlohmann::json) are those of PROTOCOL.md, such as a job map.
 namespace parray::proto {
 
 inline constexpr std::uint32_t protocol_version = 6;
@@ -34,11 +38,11 @@ inline constexpr std::uint64_t most_memory_bytes = std::uint64_t{1} << 50;
 struct Hello {
   std::uint32_t version = protocol_version;
   std::string name;
-  std::string instance;
+  std::string instance;  ///< different for every start of a process
   std::uint32_t threads = 1;
-  std::uint32_t capacity = 2;
+  std::uint32_t capacity = 2;  ///< number of leases that it wants at a time
   std::uint32_t trace = trace_version;
-  std::string fingerprint;
+  std::string fingerprint;       ///< trace_fingerprint() of the worker's build
   std::string host{};            ///< name of the machine, whose workers share scenes
   std::uint32_t share_port = 0;  ///< port for requests of scene chunks; 0: none
   std::string share_key{};       ///< CURVE key of that port
@@ -49,14 +53,14 @@ struct Hello {
 };
 struct Welcome {
   std::uint32_t heartbeat_ms = 1000;
-  std::uint32_t silence_ms = 5000;
+  std::uint32_t silence_ms = 5000;  ///< silence after which each side counts as lost
 };
 struct Refuse {
   std::string reason;
 };
 struct Heartbeat {
-  std::uint64_t traced = 0;
-  bool preparing = false;
+  std::uint64_t traced = 0;  ///< samples since the worker's start
+  bool preparing = false;    ///< it waits for a scene or builds an accelerator
   std::vector<std::pair<std::uint64_t, std::uint64_t>> epochs;  ///< job, epoch
   double load = -1;  ///< load average of the machine over the last minute; negative: not known
 };
@@ -69,7 +73,8 @@ struct Grant {
   CellBatch cells;
   std::string scene;
   Boxed<RenderSettings> settings;
-  /// Seconds of tracing after which the worker returns the cells traced so far; 0: no limit.
+  /// Seconds of tracing after which the worker begins no more cells and returns those that it has
+  /// traced, at least one; 0: it returns all.
   double longest = 0;
 };
 /// Value of NeedScene::failed by which a worker asks for the coordinator itself as the source.
@@ -81,8 +86,8 @@ struct NeedScene {
 struct SceneSource {
   std::string scene;
   ChunkCut cut;
-  std::string address{};  ///< empty: the coordinator
-  std::string key{};
+  std::string address{};  ///< tcp://ADDRESS:PORT of a worker; empty: the coordinator
+  std::string key{};      ///< the worker's public key (Hello::share_key)
   /// The scene itself, only within one process.
   std::shared_ptr<const Scene> here{};
 };
@@ -106,10 +111,10 @@ struct NoScene {
 struct Result {
   std::uint64_t job = 0;
   std::uint64_t epoch = 0;
-  double seconds = 0;
-  double build_seconds = 0;
+  double seconds = 0;        ///< of tracing
+  double build_seconds = 0;  ///< of building the accelerator, possibly for an earlier lease
   std::uint64_t accelerator_bytes = 0;
-  std::string isa;
+  std::string isa;  ///< instruction set that traced the cells
   CellsPayload cells;
   /// Number of cells, from the lease's first on; 0: all.
   std::uint64_t count = 0;
@@ -202,7 +207,8 @@ struct SteerJobs {
   JobAction action = JobAction::pause;
   std::uint32_t priority = 50;  ///< only for `prioritise`
 };
-/// Why a job was not changed.
+/// Why a job was not changed: there is no such job, it belongs to another user, the action does not
+/// fit its state, or a limit does not permit it to be queued again.
 enum class Refusal : std::uint8_t { missing, forbidden, state, no_room };
 struct Steered {
   std::uint64_t request = 0;
@@ -264,7 +270,9 @@ struct SteerWorkers {
 struct Workers {
   std::uint64_t request = 0;
   nlohmann::json workers;
-  std::uint64_t total = 0;  ///< number of all workers and quarantined machines without a worker
+  /// After ListWorkers: number of all workers and of quarantined machines without a worker. After
+  /// SteerWorkers: length of the list.
+  std::uint64_t total = 0;
 };
 struct ShowFarm {
   std::uint64_t request = 0;
@@ -296,7 +304,7 @@ struct Log {
 };
 struct Error {
   std::uint64_t request = 0;
-  std::uint32_t status = 1;
+  std::uint32_t status = 1;  ///< exit status of the client: 1 failed, 2 bad input
   std::string message;
   bool later = false;  ///< no room now: the same request may succeed later
 };

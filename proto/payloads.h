@@ -21,7 +21,7 @@ namespace parray::proto {
 /// because that takes time: verified() does.
 struct Bulk {
   Frame data;
-  std::uint64_t checksum = 0;
+  std::uint64_t checksum = 0;  ///< XXH3-64 of the data
 
   /// Returns the bytes. Throws ChecksumError if the checksum is wrong.
   [[nodiscard]] std::string_view verified() const;
@@ -40,7 +40,7 @@ class ScenePayload {
   [[nodiscard]] std::shared_ptr<const Scene> scene() const;
   /// Returns the bytes of scene_to_bytes(). Throws DecodeError if the checksum is wrong.
   [[nodiscard]] Bulk bytes() const;
-  /// Returns scene_identity(). Throws DecodeError if the checksum is wrong.
+  /// Returns scene_identity(), the SHA-256 of bytes(). Throws DecodeError if the checksum is wrong.
   [[nodiscard]] std::string identity() const;
   /// Returns the approximate number of bytes in memory.
   [[nodiscard]] std::uint64_t size() const;

@@ -80,7 +80,7 @@ class Ledgers {
   /// Default number of ranks of a group: about as many as the memory of one rank can serve.
   static constexpr std::uint32_t group_ranks = 256;
 
-  /// `each`: approximate number of ranks of a group.
+  /// `ranks`: of the mpirun. `each`: largest number of ranks of a group.
   explicit Ledgers(std::uint32_t ranks, std::uint32_t each = group_ranks);
 
   [[nodiscard]] std::uint32_t count() const { return count_; }

@@ -10,12 +10,14 @@
 
 namespace parray::proto {
 
+/// The options of a worker's connections.
 struct ZmqMeshOptions {
   std::string coordinator;            ///< addresses in the form of zmq_connect()
   std::size_t max_message_bytes = 0;  ///< largest frame from the coordinator
   Time linger = seconds(1);  ///< time that unsent messages to the coordinator outlive the mesh
   std::optional<MemberKey> key{};  ///< key for the coordinator
-  /// Whether this worker shares scenes with others: opens a port and asks them.
+  /// Whether this worker shares scenes with others: opens a port for their requests, and connects
+  /// to their ports.
   bool sharing = true;
 };
 

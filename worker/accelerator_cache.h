@@ -19,8 +19,8 @@ class AcceleratorCache {
   /// Returns null if the last accelerator was another one, or there is none.
   [[nodiscard]] Pointer find(const std::string& scene_id, const RenderSettings& settings) const;
 
-  /// Drops the last accelerator and then builds a new one, because two may not fit into memory. So
-  /// the caller must not hold an accelerator either.
+  /// Drops the last accelerator and then builds a new one with `threads` threads, because two may
+  /// not fit into memory. So the caller must not hold an accelerator either.
   Pointer build(const std::string& scene_id, const Scene& scene, const RenderSettings& settings,
                 int threads);
 

@@ -9,8 +9,8 @@
 
 namespace parray::worker {
 
-/// Traces cells with `threads` OpenMP threads. Each thread takes shape().piece_cells cells at a
-/// time.
+/// Traces cells with `threads` OpenMP threads. Each thread takes a piece of
+/// batch.grid->shape().piece_cells cells at a time.
 ///
 /// `traced` grows by the samples of each finished cell. `stop` ends the work within the time of one
 /// cell; the result is then incomplete. If a thread throws, the other threads stop, and the

@@ -10,11 +10,11 @@ namespace parray::worker {
 
 /// The work that a team has done, for one source or for several in succession.
 struct WorkTally {
-  std::uint64_t samples = 0;
-  std::uint64_t leases = 0;  ///< leases taken
-  Time taking{};             ///< time spent taking leases
-  Time putting{};            ///< time spent handing in results
-  double busy = 0;           ///< seconds of tracing
+  std::uint64_t samples = 0;  ///< samples of finished leases
+  std::uint64_t leases = 0;   ///< leases taken
+  Time taking{};              ///< time spent taking leases
+  Time putting{};             ///< time spent handing in results
+  double busy = 0;            ///< seconds of tracing
   // The fields below are those of the latest LeaseResult with cells.
   double build_seconds = 0;             ///< seconds of building the accelerator
   std::uint64_t accelerator_bytes = 0;  ///< memory of the accelerator
@@ -23,7 +23,7 @@ struct WorkTally {
 
 /// The progress of a team.
 struct TeamState {
-  std::uint64_t traced = 0;  ///< see Team::traced()
+  std::uint64_t traced = 0;  ///< samples, see Team::traced()
   bool tracing = false;      ///< has a lease
   bool preparing = false;    ///< builds an accelerator
 };
@@ -52,8 +52,8 @@ class LeaseSource {
   /// Then a copy of another worker's unfinished lease is better than nothing.
   virtual Taken take(Time now, double samples_per_second, bool idle) = 0;
 
-  /// Hands in the result of a lease that take() returned. Throws RunError if a failure cannot be
-  /// reported to anyone.
+  /// Hands in the result of a lease that take() returned. Throws RunError if the lease failed and
+  /// the source cannot report that.
   virtual void complete(Time now, LeaseResult finished) = 0;
 
   /// Returns whether a lease that take() returned is still worth tracing.

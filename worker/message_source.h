@@ -15,6 +15,7 @@
 
 namespace parray::worker {
 
+/// The options of a worker that reaches its coordinator by messages.
 struct WorkerOptions {
   std::string name;      ///< name for people, for example host name and process id
   std::string instance;  ///< different for every start of a worker
@@ -22,7 +23,7 @@ struct WorkerOptions {
   /// Leases in flight: one that is traced and one that waits, so that the team never waits for a
   /// message. More leases help only if a lease is shorter than a message's travel time.
   std::uint32_t capacity = 2;
-  std::string fingerprint;
+  std::string fingerprint;  ///< trace_fingerprint() of this build
   /// The coordinator runs in this process: messages travel without encoding, and scenes are not
   /// checked.
   bool in_process = false;
@@ -67,13 +68,15 @@ class MessageSource final : public LeaseSource {
 
   /// Returns the messages to send, in order, and empties the outbox.
   std::vector<Delivery> take_outbox();
-  /// Says goodbye to the coordinator and drops all leases and results.
+  /// Sends `bye` to the coordinator and drops all leases and results.
   void leave(const std::string& reason);
 
   /// Returns the reason of the coordinator's refusal; empty if it has not refused this worker.
   [[nodiscard]] const std::string& refused() const { return refusal_; }
   /// Returns whether there are waiting leases or unacknowledged results.
   [[nodiscard]] bool holds_any() const { return !waiting_.empty() || !unacknowledged_.empty(); }
+  /// Returns whether the coordinator has sent `welcome` and not been silent or forgotten this
+  /// worker since.
   [[nodiscard]] bool connected() const { return connected_; }
   [[nodiscard]] const SceneExchange::Tally& scene_bytes() const { return exchange_.tally(); }
 

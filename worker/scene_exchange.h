@@ -40,7 +40,7 @@ class SceneExchange {
 
   struct Tally {
     std::uint64_t scenes = 0;  ///< scenes received
-    Time took{};               ///< travel time of the last scene
+    Time took{};               ///< time from the first request for the last scene to its last chunk
     /// Bytes of chunks, by source and direction.
     std::uint64_t from_coordinator = 0;
     std::uint64_t from_workers = 0;

@@ -31,7 +31,9 @@ struct ScenePieces {
 struct OpenedScene {
   std::string id;
   std::shared_ptr<const Scene> scene;  ///< null: it could not be opened
-  std::string failure{};               ///< why not; empty if the pieces are not those of `id`
+  /// If the scene is null: why this worker cannot open it. Empty: the pieces are not those of `id`,
+  /// so that another source may help.
+  std::string failure{};
 };
 
 /// Opens a scene from its chunks. Never throws.

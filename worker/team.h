@@ -60,8 +60,8 @@ class Team {
   virtual void start(LeaseWork assignment) = 0;
   /// Returns whether the team has no work and no finished lease that waits.
   [[nodiscard]] virtual bool idle() const = 0;
-  /// Returns the finished lease, once. The team is idle from then on. After a failed lease it is
-  /// idle, too, and traces other leases as before.
+  /// Returns the finished lease, once; nothing: there is none. The team is idle after it has
+  /// returned one. After a failed lease it traces other leases as before.
   virtual std::optional<LeaseResult> take() = 0;
   /// Gives up the current lease, which then has no result. The team becomes idle after the cells in
   /// work, or after the accelerator that it builds, which may take seconds.

@@ -21,9 +21,9 @@ namespace parray::worker {
 
 /// The job of a rank. It is the same in all passes.
 struct RankJob {
-  Boxed<RenderSettings> settings;  ///< resolved
-  std::string scene_id;
-  std::shared_ptr<const Scene> scene;  ///< null from the rank's first result on
+  Boxed<RenderSettings> settings;      ///< resolved
+  std::string scene_id;                ///< scene_identity()
+  std::shared_ptr<const Scene> scene;  ///< WindowSource sets it to null at the rank's first result
 };
 
 /// A pass. It is the same on every rank.
@@ -39,14 +39,14 @@ struct WindowOptions {
   std::uint32_t rank = 0;
   std::uint32_t threads = 1;
   std::uint32_t all_threads = 1;  ///< sum over all ranks
-  /// Short leases at the end cost little, because a lease needs no message.
+  /// In seconds. Short leases at the end cost little, because a lease needs no message.
   LeaseLength length{.shortest = 0.0005};
 };
 
 /// The division of the ranks into groups, and the window of each ledger.
 struct LedgerWindows {
   Ledgers ledgers;
-  std::vector<Window*> windows;
+  std::vector<Window*> windows;  ///< by number of the ledger; not owned
 };
 
 /// Takes leases over a window, by atomic additions. PROTOCOL.md, "The window", explains the words.
@@ -73,7 +73,7 @@ class WindowSource final : public LeaseSource {
   struct Part {
     Answer answer = Answer::none;
     CellRange cells;
-    bool fresh = true;  ///< false: a further part of the previous lease
+    bool fresh = true;  ///< see LeaseSource::Taken
   };
   /// Takes a part with the arguments of take().
   Part take_part(double samples_per_second, bool idle);

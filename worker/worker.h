@@ -26,7 +26,7 @@ class Worker final : public Actor {
   }
   std::vector<Delivery> take_outbox() override { return source_.take_outbox(); }
 
-  /// Says goodbye and drops all leases. The next outbox contains the message.
+  /// Drops all leases and sends `bye`: the next take_outbox() returns the message.
   void leave(const std::string& reason) {
     runner_.stop();
     source_.leave(reason);

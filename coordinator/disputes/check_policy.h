@@ -32,8 +32,10 @@ class CheckPolicy {
     double first_share = 0.1;
     std::uint64_t first_leases = 100;   ///< number of leases of a machine that count as first
     std::uint64_t restart_leases = 20;  ///< number of leases of a new process that count as first
-    double referee_share = 0.1;         ///< share of the checks in which the referee takes part
-    /// The referee would need seconds to build the tree of a larger scene for a check.
+    /// Share of the checks in which the referee checks some of the cells, too.
+    double referee_share = 0.1;
+    /// Spheres and capsules of the largest scene that the referee checks if other machines can. For
+    /// a larger scene it would need seconds to build the accelerator.
     std::uint64_t most_spheres = 2'000'000;
   };
   /// `random` returns uniform numbers in [0, 1). Workers must not be able to predict them.
@@ -44,8 +46,9 @@ class CheckPolicy {
   [[nodiscard]] double share_of(const CheckedWorker& worker) const;
   /// Draws whether the worker's lease is checked.
   bool wants_check(const CheckedWorker& worker);
-  /// Draws which of `machines` machines makes a check: returns its index. Nothing: the referee
-  /// takes part, or there is no machine.
+  /// Draws which of `machines` machines makes a check: returns its index, from 0. Nothing: the
+  /// referee checks some of the cells, too (the caller then draws the machine by below()), or
+  /// `machines` is 0.
   std::optional<std::size_t> draw_checker(std::size_t machines);
   /// Returns whether every lease must be checked.
   [[nodiscard]] bool checks_all() const { return options_.share >= 1; }

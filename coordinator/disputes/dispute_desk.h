@@ -25,10 +25,10 @@ class DisputeDesk {
   DisputeDesk(Farm& farm, JobBook& job_book);
 
   // Checks and disputes (disputes.cpp).
-  /// Decides whether an accepted lease is checked, and by whom. The worker that traced it may have
-  /// left.
+  /// Decides whether an accepted lease is checked, and by which machine. The worker that traced the
+  /// lease may have left.
   void draw_check(Job& job, const Merged& merged);
-  /// Gives checks to other machines if their machine has left or could not make them.
+  /// Gives checks to other machines if the chosen machine has left or could not make them.
   void place_orphans(Job& job);
   /// Handles a result that was compared with merged cells. Opens a dispute if they differ.
   void compare_result(Job& job, const Merged& merged);
@@ -43,8 +43,8 @@ class DisputeDesk {
   // Machines that get no leases (barred_machines.cpp).
   /// Notes that a worker joined. Bars it if its machine, name or host is barred.
   void note_joined(WorkerRecord& worker);
-  /// Puts a machine into quarantine, for `reason`. In unfinished jobs, other machines trace its
-  /// cells again and repeat its checks.
+  /// Puts a machine into quarantine, for `reason`. In jobs in memory, other machines trace its
+  /// cells again and repeat its checks. For other unfinished jobs see retract_later_faulty().
   void quarantine(TracerKey machine, const std::string& reason);
   /// Ends the quarantines whose time is over.
   void end_quarantines();

@@ -18,7 +18,7 @@ class Machines {
     std::string worker;        ///< name of the worker that joined last
     std::string host;          ///< of that worker
     std::uint64_t leases = 0;  ///< number of leases accepted from it
-    Time lost = Time::min();   ///< when a worker there was last lost without a goodbye
+    Time lost = Time::min();   ///< when a worker there last disappeared without `bye`; min: never
   };
   /// Notes that a worker has joined from a machine.
   void note(const MachineId& machine, const msg::Hello& hello) {
@@ -40,7 +40,7 @@ class Machines {
     }
     return last;
   }
-  /// Counts an accepted lease of a machine. Returns the number of those before it.
+  /// Counts an accepted lease of a machine. Returns the number of its earlier accepted leases.
   std::uint64_t count_lease(std::uint64_t machine) { return known_[machine].leases++; }
   /// Returns what is known of a machine. Empty fields: it is unknown.
   [[nodiscard]] Known find(std::uint64_t machine) const {

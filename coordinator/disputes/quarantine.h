@@ -23,8 +23,9 @@ struct Quarantine {
   double until = 0;  ///< seconds since 1970; 0: until it is readmitted
 };
 
-/// The machines in quarantine. A quarantine lasts until the machine is readmitted. Only that of an
-/// address ends after address_seconds, because other machines may get the address.
+/// The machines in quarantine. A quarantine lasts until the machine is readmitted. Only the
+/// quarantine of a machine known by its address (MachineId::Kind) ends after address_seconds,
+/// because another machine may get the address.
 ///
 /// Not thread-safe. Times are seconds since 1970 by the wall clock.
 class QuarantineLedger {

@@ -17,12 +17,12 @@ class Referee {
   /// Cells to trace.
   struct Question {
     std::uint64_t id = 0;  ///< from 1; the answer has the same
-    std::string scene;     ///< scene_identity()
-    ScenePayload payload;
+    std::string scene;     ///< SHA-256 of the scene's bytes; equal: the scene is the same
+    ScenePayload payload;  ///< the scene
     Boxed<RenderSettings> settings;
     CellBatch cells;
-    /// Bytes for scene and tree. RefereeProcess applies them when a question starts the process;
-    /// later questions to the same process do not change its limit.
+    /// Limit in bytes of the memory for scene and accelerator. RefereeProcess applies it only when
+    /// a question starts the process: later questions to the same process do not change the limit.
     std::uint64_t memory = 0;
   };
   /// The traced cells, or the reason why there are none.

@@ -21,17 +21,20 @@ struct RefereeCase {
   std::uint64_t generation = 0;
   /// True: two machines returned different bits. False: the case is a check, which may be skipped.
   bool dispute = false;
-  bool sole = true;  ///< if this check is not made, its lease counts as unchecked
+  /// True: no machine makes this check. If the referee does not make it either, its lease counts as
+  /// unchecked.
+  bool sole = true;
   std::shared_ptr<const WorkPlan> plan;
-  std::string scene;
+  std::string scene;  ///< see Referee::Question
   ScenePayload payload;
   Boxed<RenderSettings> settings;
-  std::uint64_t memory = 0;         ///< estimated bytes that the referee needs for scene and tree
+  std::uint64_t memory = 0;         ///< estimated bytes that the referee needs
   std::uint64_t cells_at_once = 1;  ///< most cells of one question
   /// The machine_key() of the machine whose bits differ from merged cells; 0: a check.
   std::uint64_t claimant = 0;
-  std::vector<std::uint64_t> cells;   ///< cells that are not decided yet, ascending
-  std::vector<std::uint64_t> claims;  ///< the claimant's digest of each cell; empty for a check
+  std::vector<std::uint64_t> cells;  ///< cells that are not decided yet, ascending
+  /// The claimant's digest of each of `cells` (ResultCollector::digests_of()); empty for a check.
+  std::vector<std::uint64_t> claims;
 };
 
 /// Asks the referee about cases, one question at a time: disputes before checks, each kind in the
@@ -71,7 +74,7 @@ class RefereeDesk {
     std::uint64_t claimant = 0;
     CellRange range;
     std::vector<std::uint64_t> claims;  ///< for the range; empty for a check
-    CellsPayload cells;
+    CellsPayload cells;                 ///< traced by the referee
   };
   /// Returns new answers. For each, the caller must call close(), ask_again() or continue_case()
   /// with its number.
@@ -99,7 +102,7 @@ class RefereeDesk {
 
   /// Returns whether there is a referee, and its budget and its last failure permit another check.
   [[nodiscard]] bool may_check(Time now) const;
-  /// Returns the number of waiting checks of a job.
+  /// Returns the number of checks of a job that the referee has not been asked about.
   [[nodiscard]] std::size_t checks(std::uint64_t generation) const;
   /// Returns whether a job has open disputes, or checks that the referee has been asked about.
   [[nodiscard]] bool busy_with(std::uint64_t generation) const;

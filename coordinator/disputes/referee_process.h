@@ -15,9 +15,10 @@
 
 namespace parray::coordinator {
 
-/// Runs the referee as a process: parray-referee (cli/referee/main.cpp). The first question starts
-/// it, with the lowest priority and one thread. It keeps the scene and the tree of the last
-/// question. A thread of this object communicates with it, so that callers never wait.
+/// Runs the referee as a process: parray-referee (cli/referee/main.cpp), with the lowest priority
+/// and one thread. The first question starts it, and the first one after forget() or a failure
+/// starts it again. It keeps scene and accelerator of the last question. A thread of this object
+/// communicates with it, so that callers never wait.
 class RefereeProcess final : public Referee {
  public:
   struct Options {

@@ -14,13 +14,13 @@ namespace parray::http {
 
 /// Facts about the server, as GET /api/v1/server shows them.
 struct ApiFacts {
-  std::uint64_t body_bytes = 0;  ///< limit of a body
+  std::uint64_t body_bytes = 0;  ///< limit of a request's body
   std::size_t parts = 0;         ///< limit of the parts of a form
   std::size_t streams = 0;       ///< limit of event streams
-  std::string worker_address{};  ///< that workers use: tcp://HOST:PORT
-  bool loopback = false;         ///< only workers of this machine can use it
-  bool keys = false;             ///< workers need a key
-  bool webhooks = false;         ///< some host may receive webhooks
+  std::string worker_address{};  ///< where workers connect: tcp://HOST:PORT
+  bool loopback = false;         ///< only workers of this machine can use worker_address
+  bool keys = false;             ///< workers need a key, and HTTP requests need a token
+  bool webhooks = false;         ///< at least one host may receive webhooks
 };
 
 /// Answers the requests that openapi.json describes. Callable from any thread.

@@ -11,7 +11,7 @@
 namespace parray::http {
 
 /// Limits the bytes that are held at the same time. If nothing else is held, a request of any size
-/// succeeds, so that large items are possible. Callable from any thread.
+/// succeeds, so that large items are possible. Callable from any thread. Must outlive its Holds.
 class Budget {
  public:
   /// `most`: the limit in bytes.
@@ -36,8 +36,9 @@ class Budget {
     std::uint64_t bytes_;
   };
 
-  /// Waits up to `patience` for room. Throws Problem 503, with `what` in its message, if
-  /// none becomes free.
+  /// Waits up to `patience` until `bytes` are free. Throws Problem 503 if they are not. `what`:
+  /// what the bytes are for, in the message "the server has no room for `what` now": "another
+  /// picture".
   Hold hold(std::uint64_t bytes, Time patience, const std::string& what);
 
  private:

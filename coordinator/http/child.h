@@ -39,7 +39,8 @@ class ChildRunner {
   /// Throws RunError if the program is missing.
   ChildRunner();
 
-  /// Runs the child with the arguments `wanted` and waits until it ends. `directory`: its working
+  /// Runs the child with the arguments `wanted` after those for the limits. Waits until it ends, or
+  /// kills it at a limit of time (ChildEnd::timed_out). `directory`: its working
   /// directory. Throws RunError if the child cannot be started, or if stop() is called.
   ChildEnd run(const std::vector<std::string>& wanted, const std::filesystem::path& directory,
                const ChildLimits& limits) const;

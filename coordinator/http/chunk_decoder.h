@@ -19,7 +19,8 @@ class ChunkDecoder {
     std::string_view data{};  ///< content of the body, a part of the input; may be empty
   };
   /// Decodes one piece. `input` begins with the bytes that earlier steps have not used. Throws
-  /// Problem 400 if the framing is wrong or a line is too long.
+  /// Problem 400 if the framing is wrong, a line is longer than 1024 bytes, or the trailer fields
+  /// are longer than 8192 bytes.
   Step step(std::string_view input);
   /// Returns whether the body has ended. The bytes after it belong to the next request.
   [[nodiscard]] bool done() const { return phase_ == Phase::done; }

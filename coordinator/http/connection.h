@@ -41,14 +41,14 @@ class Connection {
   /// Returns the received bytes that are not consumed. The view is valid until the next receive()
   /// or consume().
   [[nodiscard]] std::string_view input() const { return std::string_view(input_).substr(used_); }
-  /// Drops the first `bytes` bytes of input().
+  /// Drops the first `bytes` bytes of input(), which has at least as many.
   void consume(std::size_t bytes);
 
   /// Stores whether input() holds a complete request, including its body.
   void set_whole(bool whole) { whole_ = whole; }
   [[nodiscard]] bool is_whole() const { return whole_; }
 
-  /// Appends bytes to the output: a copy of `bytes`, or `part` of a file.
+  /// Appends bytes to the output: a copy of `bytes`, or `part`, a part of file->bytes().
   void put(std::string_view bytes);
   void put(std::shared_ptr<const FileBody> file, std::string_view part);
   [[nodiscard]] bool has_output() const { return !output_.empty(); }

@@ -63,6 +63,8 @@ class ConnectionManager {
   void give_back(SharedConnection connection, bool keep);
 
  private:
+  /// What happens to a connection. `draining`: the last answer was sent, and what still arrives is
+  /// dropped, because closing the connection at once could destroy the answer.
   enum class Phase : std::uint8_t { reading, answered_elsewhere, writing, draining };
   struct Entry {
     SharedConnection connection;
@@ -80,9 +82,9 @@ class ConnectionManager {
     std::size_t output = 0;             ///< this connection's share of output_bytes_
     std::size_t counted = 0;            ///< this connection's share of input_bytes_
     Time waits_since{};                 ///< phase writing: time of the last attempt to send
-    Time drains_until{};
-    Time drain_end{};
-    std::size_t drained = 0;
+    Time drains_until{};                ///< phase draining: end if nothing more arrives
+    Time drain_end{};                   ///< phase draining: latest end
+    std::size_t drained = 0;            ///< phase draining: bytes dropped
   };
   struct Returned {
     SharedConnection connection;

@@ -18,8 +18,8 @@ class Conversation {
   Conversation& operator=(const Conversation&) = delete;
 
   /// Answers the request whose head is at the beginning of the connection's input, and puts the
-  /// answer into its output. Sends a stream until it ends, and throws what the stream
-  /// throws. Returns false if the connection must be closed after the output is sent.
+  /// answer into its output. Only a stream (BodyStream) is sent here, until it ends. Throws what
+  /// the stream throws. Returns false if the connection must be closed after the output is sent.
   bool answer(Connection& connection);
 
  private:

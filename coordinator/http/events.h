@@ -21,13 +21,14 @@ namespace parray::http {
 /// Returns whether the job of this job map is done, failed or cancelled.
 bool has_ended(const nlohmann::json& job);
 
-/// Sends changes of jobs and workers to any number of listeners. One thread polls the loop about
-/// once per second, or more rarely, so that it uses about 2 % of the loop's time. New listeners
-/// cause up to four polls per second. Without listeners it does not poll. Callable from any thread.
+/// Sends changes of jobs and workers to listeners. One thread polls the coordinator's loop about
+/// once per second, or more rarely, so that it uses at most about 2 % of the loop's time. New
+/// listeners cause up to four polls per second. Without listeners it does not poll. Callable from
+/// any thread.
 class Events {
  public:
-  /// `loop` must outlive this object. `most_streams`: the limit of listeners, and another limit of
-  /// the same size of clients that wait. Each of these keeps a thread busy. `between_polls`: rest
+  /// `loop` must outlive this object. `most_streams`: limit of listeners (listen()), and also limit
+  /// of clients that wait (await_end()). Each of these keeps a thread busy. `between_polls`: rest
   /// after a poll, unless a listener joins.
   Events(LoopClient& loop, std::size_t most_streams, Time between_polls = seconds(1));
   ~Events();
@@ -37,19 +38,20 @@ class Events {
   /// Returns a stream of all events, or of one job's events until that job has ended or is deleted.
   /// Throws Problem 503 if too many clients listen, or after stop().
   std::shared_ptr<BodyStream> listen(std::optional<JobId> job);
-  /// Waits until the job has ended or was deleted, but at most for `patience`. `owner`: has at most
-  /// three quarters of the waits. Throws Problem 503 if too many clients wait.
+  /// Waits until the job has ended or was deleted, or until stop(), but at most for `patience`.
+  /// `owner`: the waiting user or address (owner_of()), which gets at most three quarters of the
+  /// waits. Throws Problem 503 if too many clients wait.
   void await_end(JobId job, const std::string& owner, Time patience);
   /// Makes the next poll announce that a job was deleted.
   void forgotten(JobId job);
-  /// Ends all streams and waits.
+  /// Ends all streams, and all calls of await_end() that wait.
   void stop();
 
  private:
   class Stream;
   /// The latest event that was sent about a job or worker.
   struct Announced {
-    std::string event;
+    std::string event;   ///< its text, as sent
     bool ended = false;  ///< the job has ended
     bool seen = false;   ///< the current poll has found it
   };

@@ -20,7 +20,8 @@ namespace parray::http {
 using Fields = std::vector<std::pair<std::string, std::string>>;
 
 /// Why a request was refused or failed: an HTTP status and a message (RFC 9457). `what()` is one
-/// line: the command line's message if it has one, with JSON pointers for options.
+/// line. If the command line has a message for the problem, it is that message, with the JSON
+/// pointer "options: /target_error" in place of the option --target-error.
 class Problem : public std::runtime_error {
  public:
   /// `exit_status`: exit status of the command line for this problem; 0: the command line has no
@@ -66,7 +67,7 @@ struct Request {
   std::string remote;  ///< IP address of the client
   /// Returns the value of a header field, "" if it is missing. `name` is in lower case.
   std::function<std::string(const char*)> field;
-  bool is_whole = true;  ///< the whole body is in memory
+  bool is_whole = true;  ///< the whole body has arrived, so that read_body() does not wait
   /// Reads the body; callable once. `form`: parses it as multipart/form-data. Throws Problem.
   std::function<void(BodySink&, bool form)> read_body;
   Sender sender{};  ///< set after the guard has admitted the request
@@ -104,8 +105,8 @@ Reply json_reply(const std::string& text, int status = 200);
 Reply text_reply(std::string text, const std::string& type = "text/plain; charset=utf-8");
 Reply problem_reply(const Problem& problem);
 
-/// Returns the name under which the request waits for its turn: the user, or owner_of_address()
-/// if there are no keys.
+/// Returns the name under which the request waits for its turn: "user NAME", or "address ..." with
+/// owner_of_address() if there are no keys.
 std::string owner_of(const Request& request);
 
 /// Reads the body. Throws Problem 413 if it has more than `most` bytes. For small bodies.

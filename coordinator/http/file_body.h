@@ -14,8 +14,9 @@ namespace parray::http {
 /// deleted, so that the system frees the bytes when the last owner releases this object.
 class FileBody {
  public:
-  /// Takes over `file` and deletes its directory entry. Throws Problem 503 if `disk` has no room
-  /// for the size of the file, which then stays. Throws RunError if the file cannot be opened.
+  /// Takes over `file` and deletes its directory entry. Holds the size of the file in `disk` until
+  /// the end of its life. Throws Problem 503, and keeps the directory entry, if `disk` has no room.
+  /// Throws RunError if the file cannot be opened.
   FileBody(const std::filesystem::path& file, Budget& disk);
   ~FileBody();
   FileBody(const FileBody&) = delete;

@@ -18,11 +18,11 @@ class ZipStream final : public BodyStream {
   /// A file of the archive, below 4 GiB. The stream calls `open` when the file's turn comes. An
   /// exception of `open`, or a larger file, ends the stream.
   struct Member {
-    std::string name;
+    std::string name;  ///< file name in the archive
     std::function<std::shared_ptr<const FileBody>()> open;
   };
 
-  /// `held`: is released together with this object.
+  /// `held`: a resource, such as a Places::Entry, that this object releases when it is destroyed.
   explicit ZipStream(std::vector<Member> members, std::shared_ptr<const void> held = {})
       : members_(std::move(members)), held_(std::move(held)) {}
 
@@ -43,8 +43,8 @@ class ZipStream final : public BodyStream {
   bool ended_ = false;
 };
 
-/// Returns the CRC-32 (ISO 3309, as in zip and PNG) of bytes that follow bytes with the CRC
-/// `before`.
+/// Returns the CRC-32 (ISO 3309, as in zip and PNG) of a text that ends with `bytes`. `before`: the
+/// CRC of the part before `bytes`; 0: there is none.
 std::uint32_t crc_32(std::string_view bytes, std::uint32_t before = 0);
 
 }  // namespace parray::http

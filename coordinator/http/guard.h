@@ -19,7 +19,7 @@ namespace parray::http {
 class Guard {
  public:
   /// `keys`: directory of the farm's keys; empty: there are no keys. `hosts`: additional host names
-  /// of this server. Throws InputError.
+  /// of this server. Throws InputError if the lists of tokens cannot be used.
   Guard(const std::filesystem::path& keys, std::vector<std::string> hosts);
 
   /// Returns whether requests need a token.

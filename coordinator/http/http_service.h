@@ -16,13 +16,14 @@ namespace parray::http {
 /// Settings of the HTTP interface.
 struct Options {
   std::string address;         ///< HOST:PORT; empty: no HTTP interface
-  std::string worker_address;  ///< that workers use: tcp://HOST:PORT
+  std::string worker_address;  ///< where workers connect: tcp://HOST:PORT
   std::string keys;   ///< directory of the farm's keys; empty: no keys, and requests need no token
   std::string state;  ///< directory of the state; empty: nothing outlives the process
   std::vector<std::string> hosts;  ///< accepted host names besides localhost and IP addresses
   std::vector<std::string> webhook_hosts;  ///< hosts that webhooks may address
-  std::size_t threads = 80;        ///< requests answered at once, without event streams and waits
-  std::size_t connections = 1024;  ///< limit of all connections
+  /// Requests answered at once, without event streams, waits for jobs and large uploads.
+  std::size_t threads = 80;
+  std::size_t connections = 1024;                 ///< limit of all connections
   std::size_t address_connections = 256;          ///< limit of connections per address
   std::size_t streams = 128;                      ///< limit of event streams
   std::uint64_t memory = std::uint64_t{1} << 30;  ///< bytes of memory for pictures and scenes
@@ -31,19 +32,19 @@ struct Options {
 };
 
 /// Serves the coordinator's HTTP interface (openapi.json), its web page and additional texts. It
-/// accesses no data of the loop. It sends messages through a hub, as clients do. It works in
-/// threads and child processes of its own.
+/// accesses no data of the coordinator's loop. It sends messages through a hub, as clients do. It
+/// works in threads and child processes of its own. The destructor ends all requests.
 class HttpService {
  public:
-  /// Begins to listen; start() begins to answer. `hub` must outlive this object. Throws InputError,
-  /// RunError.
+  /// Begins to listen; start() begins to answer. `hub` must outlive this object. Throws InputError
+  /// for unusable options, RunError if the address cannot be bound or a program is missing.
   HttpService(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log);
   ~HttpService();
   HttpService(const HttpService&) = delete;
   HttpService& operator=(const HttpService&) = delete;
 
-  /// Makes GET `path` return the result of `text`, with media type `type`. To be called before
-  /// start(). `text` must be callable from any thread.
+  /// Makes GET `path` return the result of `text`, with media type `type`. If there are keys, the
+  /// request needs a token. To be called before start(). `text` must be callable from any thread.
   void serve_text(const std::string& path, const std::string& type,
                   std::function<std::string()> text);
   /// Starts to answer requests.

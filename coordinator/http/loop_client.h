@@ -11,6 +11,7 @@
 
 namespace parray::http {
 
+/// Whether the loop may have to read or write files before it answers this request.
 template <typename Asked>
 inline constexpr bool waits_for_disk =
     std::is_same_v<Asked, msg::Submit> || std::is_same_v<Asked, msg::Fetch> ||

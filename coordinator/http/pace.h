@@ -7,8 +7,8 @@
 
 namespace parray::http {
 
-/// Limits how long the other side of a connection may delay the transfer of bytes. It is an
-/// allowance of time: waiting spends it, and transferred bytes restore it, up to `patience`. A side
+/// Limits how long the peer of a connection may delay the transfer of bytes. It is an
+/// allowance of time: waiting spends it, and transferred bytes restore it, up to `patience`. A peer
 /// that stays slower than `rate` exhausts it, however evenly its bytes arrive.
 class Pace {
  public:

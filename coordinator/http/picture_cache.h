@@ -25,15 +25,16 @@ namespace parray::http {
 /// labels. Callable from any thread.
 class PictureCache {
  public:
+  /// Content of a file. Numbers per pixel are little-endian, the top row first.
   enum class Kind : std::uint8_t {
-    png,
-    exr,
-    pixels,
-    error_png,
-    error_pixels,
-    cost,
-    worker_numbers,
-    worker_names
+    png,             ///< the picture as PNG
+    exr,             ///< the picture as OpenEXR
+    pixels,          ///< the picture as float32 RGB, linear
+    error_png,       ///< the error map with a legend, as PNG
+    error_pixels,    ///< the largest half-width of each pixel as float32; -1: unknown
+    cost,            ///< thread-seconds per pixel as float32: WorkMap::seconds
+    worker_numbers,  ///< the worker of each pixel as u32: WorkMap::tracer
+    worker_names     ///< WorkMap::workers as JSON
   };
 
   /// `directory`: for files of child processes and cached files. `memory`: limits the memory of
@@ -59,10 +60,10 @@ class PictureCache {
     std::uint64_t samples = 0;  ///< samples of all pixels together
     bool partial = false;       ///< the job is not done
   };
-  /// Returns the cached file, or makes it. `owner`: waits for its turn under this name.
-  /// `thumbnail_width`: for `png`, the width in pixels of a smaller copy, if the picture is wider;
-  /// 0: the whole picture. Throws Problem, for example if the job has no samples, or
-  /// RunError.
+  /// Returns the cached file, or makes it. `owner`: the name under which the request waits for its
+  /// turn (owner_of()). `thumbnail_width`: for `png`, the width in pixels of a smaller copy, if the
+  /// picture is wider; 0: the whole picture. Throws Problem, for example if the job has no samples.
+  /// Throws RunError if making the file fails.
   File get(const Sender& sender, const std::string& owner, JobId job, Kind kind,
            std::uint32_t thumbnail_width = 0);
 

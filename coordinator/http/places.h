@@ -14,7 +14,7 @@ namespace parray::http {
 struct PlaceLimits {
   std::size_t places = 2;      ///< tasks that run at the same time
   std::size_t of_one = 2;      ///< places of one owner
-  std::size_t inside = 32;     ///< entries that work or wait
+  std::size_t inside = 32;     ///< Entry objects that exist at the same time
   std::size_t one_inside = 8;  ///< entries of one owner
 };
 
@@ -27,8 +27,8 @@ class Places {
       : what_(std::move(what)), limits_(limits), free_(limits.places), turns_(limits.of_one) {}
 
   class Place;
-  /// The right to wait for a place. The constructor throws Problem 503 if the limits of entries are
-  /// reached.
+  /// The right to wait for a place, needed to construct a Place. The constructor throws Problem 503
+  /// if a limit of entries (PlaceLimits) is reached.
   class Entry {
    public:
     Entry(Places& places, const std::string& owner);
@@ -55,7 +55,7 @@ class Places {
     const std::string owner_;
   };
 
-  /// Makes all waiting and later owners fail.
+  /// Makes all constructors of Place that wait fail, and later ones that would have to wait.
   void stop();
   /// Returns the number of entries that wait for a place.
   [[nodiscard]] std::size_t waiting();

@@ -25,19 +25,21 @@ struct SeatLimits {
 };
 
 /// Tracks all connections and decides which one to close when a limit is reached. Connections
-/// whose request is not being answered make room for new ones. Not thread-safe. Does no I/O.
+/// whose request is not being answered make room for new ones: first those whose last answer was
+/// sent, then the oldest. Not thread-safe. Does no I/O. An address is an owner_of_address().
 class Seats {
  public:
   explicit Seats(SeatLimits limits) : limits_(limits) {}
 
   /// The outcome of enter().
   struct Admission {
-    bool reserve = false;                   ///< in the reserve: no regular seat is free
-    std::optional<ConnectionId> displaced;  ///< a connection to close; it may be the new one
+    bool reserve = false;  ///< in the reserve: no regular seat is free
+    /// A connection to close, which has left already. If it is the new one, that was not added.
+    std::optional<ConnectionId> displaced;
   };
   /// Adds a new connection. Its first request is awaited.
   Admission enter(Time now, ConnectionId id, const std::string& address);
-  /// Removes a connection.
+  /// Removes a connection. Does nothing for an unknown one.
   void leave(ConnectionId id);
 
   /// Records the first byte of a request.

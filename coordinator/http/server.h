@@ -42,7 +42,7 @@ class Server {
   /// `address`: HOST:PORT; port 0 selects a free port. Throws InputError if `address` is invalid,
   /// RunError if it cannot be bound.
   Server(const std::string& address, const ServerLimits& limits, Callbacks callbacks);
-  /// Cuts all connections and waits for running handlers.
+  /// Cuts all connections and waits for handlers that are answering.
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

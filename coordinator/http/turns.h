@@ -44,7 +44,7 @@ class Turns {
     return item;
   }
 
-  /// Records that an item of `name` from take() has ended.
+  /// Records that an item of `name` from take() is no longer in progress.
   void ended(const std::string& name) {
     const auto line = lines_.find(name);
     --line->second.under_way;

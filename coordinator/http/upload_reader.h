@@ -19,11 +19,11 @@ namespace parray::http {
 /// Limit of large bodies that are received at the same time.
 inline constexpr std::size_t most_uploads = 24;
 
-/// Limits of one upload: bytes, parts of a form, and resources of the child that reads it.
+/// Limits of one upload.
 struct UploadLimits {
-  std::uint64_t body_bytes = std::uint64_t{256} << 20;
-  std::size_t parts = 100;
-  ChildLimits child{};
+  std::uint64_t body_bytes = std::uint64_t{256} << 20;  ///< bytes of all parts together
+  std::size_t parts = 100;                              ///< parts of a form
+  ChildLimits child{};                                  ///< of the child that reads the scene
 };
 
 /// A job of an upload: its only one, or a frame of a series.
@@ -43,18 +43,19 @@ std::optional<std::uint64_t> whole_in(const nlohmann::json& value);
 std::uint64_t preview_in_options(const std::string& options);
 
 /// Converts the `options` of a request, a JSON map, to arguments of the command line. Leaves out
-/// `preview_of`. Stores the option `webhook` in `webhook` instead. Checks the types of settings;
+/// `preview_of` and `webhook`, and stores the latter in `webhook`. Checks the types of settings;
 /// parray-http-child checks everything else. Throws Problem 422 with the option in its message.
 std::vector<std::string> words_of_options(const std::string& options, std::string& webhook);
 
-/// Returns a message of parray-http-child for the sender of `words`, the result of
-/// words_of_options(): an option of these becomes a JSON pointer into `options`.
+/// Translates a message of parray-http-child for the client. `words`: the result of
+/// words_of_options(). If the message begins with an option of `words`, a JSON pointer replaces it:
+/// "--spp: ..." becomes "options: /spp: ...".
 std::string message_about_options(const std::string& message,
                                   const std::vector<std::string>& words);
 
 /// Reads uploaded scenes. It writes the parts to a directory of the request. A child process with
-/// limits on memory and time reads them and writes a `submit` message, the only thing that this
-/// process parses. Callable from any thread.
+/// limits on memory and time reads them and writes `submit` messages. This process parses only
+/// these messages and the options. Callable from any thread.
 class UploadReader {
  public:
   /// `places`: limits the children. `memory`: limits scenes on their way to the loop. `directory`:

@@ -32,15 +32,16 @@ std::optional<WebhookUrl> webhook_url(const std::string& text);
 bool post_webhook(const WebhookUrl& url, const std::string& body);
 
 /// Notifies other servers when a job has ended. It sends a POST with {"event": "job-ended", "job":
-/// ...} to the URL that came with the job. Its thread repeats a failed POST up to five times, with
-/// growing pauses, and then drops the webhook. Pending webhooks are stored in a file. Callable from
-/// any thread.
+/// ...} to the URL that came with the job. Its thread repeats a failed POST up to five times, after
+/// 1 s, then 5, 25 ... s, and then drops the webhook. Pending webhooks are stored in a file.
+/// Callable from any thread.
 class Webhooks {
  public:
+  /// Sends a POST: see post_webhook(), which tests replace.
   using Post = std::function<bool(const WebhookUrl&, const std::string&)>;
 
-  /// `hosts`: hosts that webhooks may address. `file`: where pending webhooks are stored; empty:
-  /// nowhere.
+  /// `loop` must outlive this object. `hosts`: hosts that webhooks may address. `file`: where
+  /// pending webhooks are stored; empty: nowhere.
   Webhooks(LoopClient& loop, std::vector<std::string> hosts, std::filesystem::path file,
            Post post = post_webhook);
   ~Webhooks();

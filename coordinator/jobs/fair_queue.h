@@ -39,13 +39,15 @@ class FairQueue {
     std::string user;
     double share = 1;  ///< > 0
     std::uint32_t priority = 0;
-    bool fresh = false;     ///< it has had no lease yet
-    double work_left = 0;   ///< thread-seconds, roughly; only for comparisons
-    bool starving = false;  ///< it has had no regular turn for long
-    double waited = 0;      ///< seconds since its latest lease, if it starves
+    bool fresh = false;     ///< neither it nor another frame of its series has had a lease yet
+    double work_left = 0;   ///< thread-seconds of its series, roughly; only for comparisons
+    bool starving = false;  ///< it has had no regular turn for starving_after
+    double waited = 0;      ///< seconds since its latest lease; read only if it starves
   };
 
-  /// Replaces the jobs; `jobs` must be sorted by age. The users' past thread-seconds remain.
+  /// Replaces the jobs; `jobs` must be sorted by age, the oldest first. A user with jobs before and
+  /// after the call keeps its total of thread-seconds. A new one begins with the least total of
+  /// all.
   void assign(const std::vector<Entry>& jobs);
 
   enum class Answer : std::uint8_t {

@@ -24,7 +24,7 @@ enum class JobPhase : std::uint8_t {
   waiting,    ///< holds no memory for its picture
   preparing,  ///< the job thread is making its picture or its next pass
   tracing,    ///< has leases that can be granted or are granted
-  finishing,  ///< the job thread is making the image and the report
+  finishing,  ///< the job thread is making the picture and the report
   ended
 };
 
@@ -33,9 +33,9 @@ enum class JobPhase : std::uint8_t {
 struct JobWork : RunState {
   std::shared_ptr<JobRun> run;
   ScenePayload scene;
-  std::optional<LeaseTable> leases;
-  std::uint64_t generation = 0;  ///< unique number of this JobWork in this process
-  std::uint32_t tasks = 0;       ///< tasks of the job thread that must end before the pass ends
+  std::optional<LeaseTable> leases;  ///< of the current pass; nothing before the first
+  std::uint64_t generation = 0;      ///< unique number of this JobWork in this process
+  std::uint32_t tasks = 0;           ///< tasks of the job thread that must end before the pass ends
 
   Time started = never;      ///< first grant
   Time clock_began = never;  ///< when the time limit began to count
@@ -49,11 +49,12 @@ struct JobWork : RunState {
   double deciding = 0;               ///< seconds that the latest decision on a pass took
   double price = 0;  ///< thread-seconds per sample of the latest results; 0: not known yet
 
-  std::set<WorkerId> contributors;
+  std::set<WorkerId> contributors;  ///< workers with an accepted result
   RenderFacts facts;
   JobFailures failures;
-  bool held = false;            ///< a dispute is the reason in Job::pause_reason
-  std::uint64_t unchecked = 0;  ///< leases whose whole check was due and impossible
+  bool held = false;  ///< it waits for the referee, as Job::pause_reason says
+  /// Leases that were to be checked, but could not be, or only in part.
+  std::uint64_t unchecked = 0;
 };
 
 /// A job in the coordinator's memory.
@@ -61,13 +62,14 @@ struct Job {
   JobRecord record;
   JobPhase phase = JobPhase::waiting;
   ScenePayload scene;      ///< only without a store
-  Time submitted = never;  ///< in this process; never: earlier
-  /// When it was queued, in seconds since 1970. Negative: it had a lease since, or is not known.
+  Time submitted = never;  ///< when this process got it; never: an earlier process did
+  /// When it was queued, in seconds since 1970. Negative: it has had a lease since then, or the
+  /// time is not known.
   double queued_at = -1;
   Time served = never;   ///< latest lease by a regular turn; never: not counted yet
   Time granted = never;  ///< latest lease
   Epoch next_epoch = 1;
-  std::uint64_t spheres = 0;        ///< with capsules; 0: not known before the first pass
+  std::uint64_t spheres = 0;        ///< spheres and capsules; 0: not known yet
   std::unique_ptr<JobWork> work;    ///< null while the job waits and when it has ended
   std::string pause_reason;         ///< reason of a pause that ends without a client's action
   Time retry_at = never;            ///< when to finish it again after a full disk
@@ -92,7 +94,7 @@ struct Job {
   [[nodiscard]] double samples_a_pixel() const;
   /// Returns the seconds between its first lease and its end or now, without pauses.
   [[nodiscard]] double seconds_taken(Time now) const;
-  /// Begins or stops counting seconds_taken().
+  /// Begins (`counts`) or stops counting seconds_taken().
   void count_time(Time now, bool counts);
   /// Returns whether its picture can be fetched now, complete or not.
   [[nodiscard]] bool has_picture() const;
@@ -114,7 +116,8 @@ struct Job {
   [[nodiscard]] double progress(Time now) const;
   /// Returns the times that determine the size of the next pass under a time limit.
   [[nodiscard]] PassTimes times(Time now) const;
-  /// Takes over what its report says about the picture of a done job.
+  /// Sets `error`, `ended_by` and the course's samples and progress from the report of a done job.
+  /// Does nothing without a report.
   void read_report();
 
  private:

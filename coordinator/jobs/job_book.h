@@ -69,9 +69,10 @@ class JobBook {
   void steer(Job& job, const msg::SteerJob& m);
   /// Returns a name for the client of the current message, for a job's history.
   [[nodiscard]] std::string asker() const;
-  /// Forgets an ended job. `why`: the end of the log line "forgot job 7 'NAME' ...".
+  /// Forgets an ended job. With the last frame of a series, or with a single job, also cancels and
+  /// forgets its quick looks. `why`: the end of the log line "forgot job 7 'NAME' ...".
   void forget_job(JobId id, const std::string& why);
-  /// Forgets a job, or all frames of a series.
+  /// Forgets a job, or all frames of a series, as forget_job() does.
   void forget_all(const Series& listed, const std::string& why);
   /// Requests a new queue and new grants, after jobs were added, ended or changed.
   void list_open_jobs();
@@ -79,7 +80,8 @@ class JobBook {
   /// Returns the bytes of memory that a job needs while it is rendered.
   [[nodiscard]] std::uint64_t memory_of(const Job& job) const;
   [[nodiscard]] std::uint64_t memory_in_use() const;
-  /// Drops data of ended jobs until `bytes` more fit into memory. False: they do not fit.
+  /// Without a store: drops data of ended jobs until `bytes` more fit into memory. Returns whether
+  /// they fit, also with a store.
   bool make_room(std::uint64_t bytes);
   /// Returns the bytes on disk at the last count.
   [[nodiscard]] std::uint64_t disk_used() const { return usage_.total; }

@@ -33,10 +33,11 @@ struct AbleWorker {
 /// Collects the failures at one job and decides whether the job is at fault.
 ///
 /// A job is at fault if no machine can trace it, or if no machine can trace certain cells of it. A
-/// machine has failed at a job when each of its workers has failed, or when many of its workers
-/// have died. (A worker that dies with every lease returns as a new process each time.) A machine
-/// that has traced other cells of the job has failed at certain cells after one failure there.
-/// While other machines may still get a lease, only such machines count.
+/// machine has failed at a job when each of its workers has failed, or when at least two more of
+/// its workers have been lost than it has now. (A worker that dies with every lease returns as a
+/// new process each time.) A machine that has traced other cells of the job has failed at certain
+/// cells after one failure there. While some machine that may get a lease has not failed, only
+/// machines that have traced other cells count.
 ///
 /// Not thread-safe. Reads no clock.
 class JobFailures {

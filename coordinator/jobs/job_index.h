@@ -38,7 +38,7 @@ class JobIndex {
   /// Returns the jobs that have not ended, oldest first.
   [[nodiscard]] const std::set<JobId>& open() const { return open_; }
 
-  /// Returns the quick looks of a job or series (JobHead::preview_of).
+  /// Returns the numbers of the quick looks of a job or series (JobHead::preview_of).
   [[nodiscard]] std::vector<JobId> previews_of(JobId number) const;
 
   /// Returns the numbers under which no job is unfinished. A series may still get more frames.

@@ -22,7 +22,7 @@ namespace parray::coordinator {
 struct SceneFacts {
   explicit SceneFacts(const Scene& scene);
   Requirements requirements;
-  double largest_radiance;
+  double largest_radiance;  ///< see common/scene/largest_radiance.h
 };
 
 /// The unfinished picture of a job: framebuffer, passes, the merged cells of the current pass, and
@@ -57,12 +57,15 @@ class JobPicture {
 
   /// What retract() changed.
   struct Retraction {
-    std::vector<CellRange> cells;  ///< to trace again; none if the tracer traced nothing
-    bool restarted = false;        ///< the picture began again from its first pass
+    /// Cells to trace again: none if the tracer traced nothing, all of the first pass after a
+    /// restart.
+    std::vector<CellRange> cells;
+    bool restarted = false;  ///< the picture began again from its first pass
     std::vector<ResultCollector::Unchecked> unchecked;  ///< still merged; the tracer checked them
   };
   /// Removes the cells that `tracer` has traced, because it returned wrong bits. A picture in
-  /// passes restarts, because the wrong sums have influenced its passes.
+  /// passes restarts, because the wrong sums have influenced its passes, unless the tracer has only
+  /// checked cells of the current pass.
   Retraction retract(TracerKey tracer);
   /// Calls ResultCollector::note_check().
   void note_check(TracerKey tracer, const CellRange& range) {
@@ -131,7 +134,8 @@ class JobPicture {
   Journal journal_;
 };
 
-/// Returns a number for a process of a worker or a rank. It depends only on the arguments.
+/// Returns a number for a process of a worker (msg::Hello has `name` and `instance`) or for a rank
+/// (rank_voices()). It depends only on the arguments.
 TracerKey tracer_key(std::string_view name, std::string_view instance);
 
 }  // namespace parray::coordinator

@@ -22,7 +22,7 @@ namespace parray::coordinator {
 struct RunState {
   std::shared_ptr<const WorkPlan> plan;  ///< of the current pass; null before the first pass
   std::uint32_t pass = 0;                ///< number of the current pass
-  std::vector<std::uint64_t> passes;     ///< see JobRecord
+  std::vector<std::uint64_t> passes;     ///< samples of each pass that has begun
   std::uint64_t cells = 0;               ///< merged cells of the current pass
   std::uint64_t samples = 0;             ///< merged samples of all passes
   std::uint64_t expected_samples = 0;    ///< samples of the finished picture; 0: unknown
@@ -86,8 +86,8 @@ class JobRun {
 
   /// Returns whether the buffered results need much memory. If so, call pack_next().
   [[nodiscard]] bool buffer_full() const;
-  /// Packs some buffered results for the store, which takes milliseconds. Returns false if there
-  /// were none.
+  /// Packs some buffered results and gives them to the store, which takes milliseconds. Returns
+  /// false if there were none.
   bool pack_next();
   /// Drops the buffered results.
   void clear_buffer();

@@ -19,8 +19,8 @@ struct JobTimes {
   std::optional<double> taken;
 };
 
+/// Return the times of a job or of a series. The second takes linear time in the number of frames.
 JobTimes times_of(const Job& job, Time now);
-/// Takes linear time in the number of frames.
 JobTimes times_of(const Series& series, Time now);
 /// Adds the times to a job map. Unknown times are null.
 void add_times(nlohmann::json& summary, const JobTimes& times);

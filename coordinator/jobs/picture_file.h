@@ -18,8 +18,9 @@ struct PictureFile {
 /// Throws RunError if the store cannot be read at all.
 PictureFile read_picture_file(Store& store, JobId job);
 
-/// Returns the new flag of a job whose picture was read: `flag` without its older note on the file,
-/// and with a new note if the file is or was damaged. But a note that it was restored stays.
+/// Returns the new flag of a job whose picture was read. If the file is or was damaged, a new note
+/// on this replaces the older note in `flag`. If the file is undamaged, the older note disappears,
+/// unless it says that the file was restored: the disk may be defective.
 std::string flag_with(const std::string& flag, const PictureFile& kept);
 
 }  // namespace parray::coordinator

@@ -21,9 +21,9 @@ struct RenderFacts {
   double trace_seconds = 0;             ///< sum of the tracing times of all workers
   double build_seconds = 0;             ///< the longest of any worker, for its accelerator
   std::uint64_t accelerator_bytes = 0;  ///< the largest of any worker
-  std::string isa;
-  std::uint32_t threads = 0;
-  std::size_t workers = 0;
+  std::string isa;                      ///< instruction set of the latest result, or of rank 0
+  std::uint32_t threads = 0;            ///< of these workers together
+  std::size_t workers = 0;              ///< workers with an accepted result, or ranks
 };
 
 /// Estimates the times of the work that follows the last sample, after `elapsed` seconds and
@@ -31,12 +31,12 @@ struct RenderFacts {
 /// about 2 GHz, with a margin.
 PassTimes ending_times(const RenderSettings& settings, std::uint64_t samples, double elapsed);
 
-/// The image of an unfinished picture. Pixels without a sample are filled.
+/// The floats of a picture, finished or not. Pixels without a sample are filled from others.
 struct ShownImage {
   Image image;
-  Fill fill;
+  Fill fill;  ///< how many pixels were filled
 };
-/// Makes the image from the current sums.
+/// Makes a picture's floats from its current sums.
 ShownImage shown_image(const JobPicture& picture);
 
 /// A picture that is complete.

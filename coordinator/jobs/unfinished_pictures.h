@@ -12,8 +12,8 @@ namespace parray::coordinator {
 /// numbers of samples and the half-widths, which take longer.
 PictureParts parts_so_far(const JobPicture& picture, bool statistics);
 
-/// Makes a run with the results of the job's log, up to the first damaged entry. The run
-/// writes further results to `store`: a caller that must not change the store only reads from it.
+/// Makes a run with the results of the job's log, up to the first damaged entry. Leaves the store
+/// unchanged. But the run would write further results to `store`, so only read the run's picture.
 /// Throws RunError if the store lacks the job's scene.
 JobRun run_from_log(Store& store, const JobRecord& record);
 

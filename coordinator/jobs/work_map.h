@@ -15,7 +15,8 @@ struct WorkMap {
 
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  /// Thread-seconds of each pixel, in image order. All samples of a lease count the same.
+  /// Thread-seconds of each pixel, row by row, the top row first. All samples of a lease count the
+  /// same. Retracted results count, too.
   std::vector<float> seconds;
   /// Index in `workers` of the worker that traced the latest samples of each pixel, or `no_worker`.
   std::vector<std::uint32_t> tracer;

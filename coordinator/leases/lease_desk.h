@@ -26,8 +26,9 @@ class LeaseDesk {
   void on(Time now, const PeerId& peer, msg::Failed& m);
 
   /// Grants leases, one at a time, in turn to the workers that hold fewer leases than they want
-  /// (msg::Hello::capacity). Does nothing if no event since the last call can have changed the
-  /// outcome. False: the loop's turn is over, and more leases may be granted in the next one.
+  /// (msg::Hello::capacity). Does nothing while the store cannot commit, while thousands of tasks
+  /// wait for the job thread, or if no event since the last call can have changed the outcome.
+  /// False: the loop's turn is over, and more leases may be granted in the next one.
   bool grant_leases(Time now);
   /// Takes the leases whose deadlines have passed from their holders.
   void expire_leases(Time now);

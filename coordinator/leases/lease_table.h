@@ -33,7 +33,8 @@ struct Lease {
 /// granted for another one.
 ///
 /// Not thread-safe. Reads no clock: `now` is an argument. Calls take logarithmic time in the number
-/// of leases. Only grant_copy(), checks_remain() and drop_worker() take linear time.
+/// of leases. Only grant_copy(), checks_remain() and drop_worker() take linear time. grant() and
+/// take_orphans() also take linear time in the number of waiting checks.
 class LeaseTable {
  public:
   /// `sizer` computes the sizes of leases. `pending`: the cells of the plan that are not done, in
@@ -85,26 +86,27 @@ class LeaseTable {
   };
   struct Arrived {
     Arrival kind = Arrival::stale;
-    CellRange range;                     ///< the cells of the result
+    CellRange range;                     ///< the cells of the result; empty if stale
     std::vector<WorkerId> dropped = {};  ///< workers that lost the lease, because a part arrived
   };
-  /// Handles a result of `worker` for the first `cells` cells of the lease; 0: for all of them.
-  /// Afterwards `worker` no longer holds the lease. If the first result of a lease is a part, the
-  /// range of the lease shrinks to these cells, and the other cells become pending again. Then the
-  /// other holder, if any, loses the lease: its result will be stale.
+  /// Handles a result of `worker` for the first `cells` cells of the lease; 0: for all of them. A
+  /// check always counts as whole. Afterwards `worker` no longer holds the lease. If the first
+  /// result of a lease is a part, the range of the lease shrinks to these cells, and the other
+  /// cells become pending again. Then the other holder, if any, loses the lease: its result will be
+  /// stale.
   Arrived arrive(WorkerId worker, Epoch epoch, std::uint64_t cells = 0);
   /// Ends a lease whose result of the kind `first` or `check` was merged or compared. Returns the
   /// workers that still held a copy. They lose it, but if they return a whole result, it is still
-  /// of the kind `again`. Returns nobody for a lease that has ended.
+  /// of the kind `again`. Returns none for a lease that has ended.
   std::vector<WorkerId> finish(Epoch epoch);
   /// Discards the result of the kind `first` or `check` of a lease, because it is invalid. Another
   /// holder keeps its copy. Without another holder, the cells become pending again, or the check
   /// has failed.
   void reject(Epoch epoch);
-  /// Takes a lease from a holder that failed, with the same consequences. False: the worker does
-  /// not hold this lease.
+  /// Takes a lease from a holder that failed, with the consequences of reject(). False: the worker
+  /// does not hold this lease.
   bool give_back(WorkerId worker, Epoch epoch);
-  /// Makes done cells pending again.
+  /// Makes done cells pending again. Throws std::logic_error if a cell is pending already.
   void put_back(const std::vector<CellRange>& ranges);
 
   /// Moves the deadline of a worker's lease, but never to an earlier time. False: `worker` does not
@@ -136,6 +138,7 @@ class LeaseTable {
   [[nodiscard]] std::size_t leased() const { return leased_.size(); }
   [[nodiscard]] Epoch next_epoch() const { return next_epoch_; }
 
+  /// See take_orphans().
   static constexpr int most_losses = 3;
   /// Of a lease: the worker that got it first, and one copy.
   static constexpr std::size_t most_holders = 2;

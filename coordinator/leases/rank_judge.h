@@ -36,11 +36,12 @@ class RankJudge {
     /// The faulty rank; none: it was part of an earlier mpirun.
     std::optional<std::uint32_t> rank;
     std::vector<std::uint32_t> left_out;  ///< the ranks that are excluded now: all of its machine
-    std::uint64_t cells = 0;              ///< cells that are traced again
+    std::uint64_t cells = 0;              ///< cells that are traced again; 0 after a restart
     bool restarted = false;               ///< the picture began again from its first pass
   };
   struct Hooks {
-    /// Traces a cell in rank 0. Null: no disputes are decided, and the first bits stay.
+    /// Traces a cell in rank 0. Null: no disputes are decided, the first bits stay, and admit()
+    /// always returns true.
     std::function<TracedCells(const CellBatch& cell)> trace{};
     /// Called with cells that were retracted.
     std::function<void(const std::vector<CellRange>& cells)> retracted{};

@@ -16,7 +16,8 @@ namespace parray::coordinator {
 using TracerKey = std::uint64_t;
 
 /// Collects the results of a pass, of a farm or of MPI ranks. Merges new cells, compares repeated
-/// ones, and remembers which tracer traced each. Every cell is merged exactly once.
+/// ones, and remembers which tracer traced each. A cell that is merged is not merged again until
+/// retract() removes it.
 ///
 /// Not thread-safe.
 class ResultCollector {
@@ -26,10 +27,10 @@ class ResultCollector {
 
   /// Numbers of cells in a result.
   struct Taken {
-    std::uint64_t fresh = 0;       ///< new cells, now merged
-    std::uint64_t duplicates = 0;  ///< merged before, with the same bits
-    std::uint64_t mismatches = 0;  ///< merged before, with other bits
-    std::uint64_t fresh_samples = 0;
+    std::uint64_t fresh = 0;          ///< new cells, now merged
+    std::uint64_t duplicates = 0;     ///< merged before, with the same bits
+    std::uint64_t mismatches = 0;     ///< merged before, with other bits
+    std::uint64_t fresh_samples = 0;  ///< samples of the new cells
   };
   /// Merges the cells of `traced` that are not merged yet, and compares the others. The caller must
   /// have checked `traced` by fault_of() or unpack_cells().
@@ -37,12 +38,12 @@ class ResultCollector {
     return take(tracer, traced, cell_digests(traced.records, record_size()),
                 plan_->grid()->cells_of(traced.range));
   }
-  /// Does the same if the caller already has `digests`, the cell_digests() of the records, and
-  /// `cells`, the cells of the range.
+  /// Does the same if the caller already has `digests`, the cell_digests() of the records (not
+  /// digests_of()), and `cells`, the cells of the range.
   Taken take(TracerKey tracer, const TracedCells& traced, std::vector<std::uint64_t> digests,
              std::span<const Cell> cells);
-  /// Returns a digest per cell. Digests are equal exactly if counts, sums and excluded samples are,
-  /// except for hash collisions.
+  /// Returns a digest per cell, for compare() and differing(). Digests are equal exactly if counts,
+  /// sums and excluded samples are, except for hash collisions.
   [[nodiscard]] std::vector<std::uint64_t> digests_of(const TracedCells& traced) const {
     return digests_of(traced, cell_digests(traced.records, record_size()));
   }
@@ -50,13 +51,13 @@ class ResultCollector {
   /// `digests`: from digests_of(), one per cell of the range. Ignores cells that are not
   /// merged. Merges nothing.
   Taken compare(const CellRange& range, const std::vector<std::uint64_t>& digests) const;
-  /// Notes that `tracer` also traced the range. The merged cells that another tracer traced then
-  /// count as checked. The caller compares the bits. Ignores cells that are not merged.
+  /// Notes that `tracer` also traced the range. Those of its merged cells that another tracer
+  /// traced then count as checked. Compares no bits: the caller has done that. Ignores cells that
+  /// are not merged.
   void note_check(TracerKey tracer, const CellRange& range);
   /// Notes that a check of the range is wanted.
   void note_wanted(const CellRange& range) { wanted_.push_back(range); }
-  /// Returns whether a merged cell is checked: another tracer has traced it, too, and got the same
-  /// bits.
+  /// Returns whether a merged cell is checked: another tracer has traced it, too (note_check()).
   [[nodiscard]] bool is_checked(std::uint64_t cell) const;
   /// Returns the number of checked cells.
   [[nodiscard]] std::uint64_t checked_cells() const;

@@ -52,8 +52,8 @@ class WindowCollector {
                   std::span<const std::byte> memory, Time now, Totals& totals, Hooks hooks,
                   RankThreads threads = {});
 
-  /// Merges logged results of about `most_cells` cells with merging_threads() threads. False: it
-  /// has merged none.
+  /// Merges logged results of about `most_cells` cells with merging_threads() threads. Also lets
+  /// the judge trace a few of its rechecks, and stops faulty ranks. False: it has merged no result.
   bool collect(Time now, std::uint64_t most_cells);
   /// Returns whether the last collect() left logged results for the next call.
   [[nodiscard]] bool behind() const { return behind_; }

@@ -18,7 +18,8 @@ class LeaseDesk;
 class WorkerDesk;
 struct PictureFile;
 
-/// Answers all requests of clients except `submit` and `show_log`. Checks who may make a change.
+/// Answers all requests of clients except `submit` (JobBook) and `show_log` (WorkerLogs). Checks
+/// who may make a change.
 class ClientRequests {
  public:
   ClientRequests(Farm& farm, JobBook& job_book, LeaseDesk& leases, DisputeDesk& disputes,

@@ -32,7 +32,7 @@ class Coordinator final : public Actor {
   Time tick(Time now, bool drained) override;
   std::vector<Delivery> take_outbox() override;
 
-  /// Says goodbye to every worker; the next outbox carries the messages.
+  /// Sends `bye` to every worker; the next take_outbox() returns the messages. `reason`: one line.
   void leave(const std::string& reason);
 
   [[nodiscard]] const Tally& tally() const { return farm_.tally; }

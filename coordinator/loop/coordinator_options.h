@@ -29,7 +29,8 @@ struct CoordinatorOptions {
   /// Shortest and longest lease, in seconds. A worker holds two leases, and the next user in turn
   /// waits for them. A worker returns a part of a lease that takes twice the longest.
   LeaseLength lease_length{0.02, 0.5};
-  /// If nothing can be committed for this long, the coordinator sends its workers away.
+  /// If nothing can be committed for this long, the coordinator sends `bye` to its workers, so that
+  /// they try the standby.
   Time release_after = never;
   std::size_t max_workers = 4096;
   Limits limits{};
@@ -45,7 +46,7 @@ struct CoordinatorOptions {
   /// Uniform random numbers in [0, 1). They select leases to check and do not influence pictures.
   /// Null: std::random_device.
   std::function<double()> random{};
-  /// Decides which result is right if two machines return different bits. Null: such jobs wait.
+  /// Decides which result is right if two machines return different bits. Null: such jobs pause.
   std::shared_ptr<Referee> referee{};
   RefereeDesk::Options refereeing{};
   /// First epoch of every job. Each process of a coordinator uses a distant value, because a worker

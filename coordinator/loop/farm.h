@@ -37,7 +37,7 @@ struct Tally {
   std::uint64_t mismatch = 0;
   std::uint64_t failed = 0;     ///< leases that a worker could not trace
   std::uint64_t malformed = 0;  ///< messages and results that were refused or dropped
-  std::uint64_t lost = 0;       ///< workers that left without goodbye
+  std::uint64_t lost = 0;       ///< workers that left without `bye`
   std::uint64_t done = 0;       ///< jobs that ended as done; the next two also count jobs
   std::uint64_t failed_jobs = 0;
   std::uint64_t cancelled = 0;
@@ -59,9 +59,9 @@ struct Farm {
   /// Answers a request with an error. `status`: the client's exit status.
   void fail_request(const PeerId& peer, std::uint64_t request, std::uint32_t status,
                     const std::string& message);
-  /// The number of a lease as log lines show it: from 1.
+  /// The number of a lease as log lines show it: from 1 in each job and process.
   [[nodiscard]] Epoch lease_number(Epoch epoch) const { return epoch - options.first_epoch + 1; }
-  /// Converts a time of the loop to seconds since 1970, by the clock at the first tick.
+  /// Converts a time of the loop to seconds since 1970, by the system's clock at the first tick.
   [[nodiscard]] double since_1970(Time at) const { return wall_zero + to_seconds(at); }
   /// Returns seconds since 1970 by the system's clock, for records; 1 if there is no clock.
   [[nodiscard]] double wall_now() const { return std::max(options.wall_clock(), 1.0); }
@@ -119,7 +119,7 @@ struct Farm {
   Time began = never;               ///< the first tick
   double wall_zero = 0;             ///< seconds since 1970 when `now` was 0; set by the first tick
   double uptime_before = 0;         ///< seconds that earlier coordinators served this state
-  double price = 1e-7;              ///< thread-seconds a sample, of the latest results
+  double price = 1e-7;              ///< thread-seconds per sample of the latest results
   std::string storage;              ///< why the store cannot commit; empty: it can
   Time queue_again_at{};            ///< when the queue must be built again
   std::uint64_t queue_changes = 0;  ///< jobs were added, ended or changed so many times

@@ -49,7 +49,7 @@ struct LeftWorker {
   std::string host{};
   std::string machine{};
   std::string reason{};
-  bool lost = false;  ///< it did not say goodbye
+  bool lost = false;  ///< it did not send `bye`
 };
 
 /// The time that the farm has spent on the jobs of one user.

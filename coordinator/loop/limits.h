@@ -19,8 +19,8 @@ struct Limits {
   std::size_t user_pixels = std::size_t{1} << 30;  ///< pixels of one user's unfinished jobs
   std::uint64_t disk = std::uint64_t{100} << 30;   ///< bytes of the store
   std::uint64_t user_disk = std::uint64_t{50} << 30;  ///< bytes of one user's jobs in the store
-  double keep_lost_seconds = 30.0 * 24 * 3600;        ///< how long files that were set aside stay
-  double keep_seconds = 90.0 * 24 * 3600;             ///< how long a job is kept after its end
+  double keep_lost_seconds = 30.0 * 24 * 3600;  ///< uptime after which a file in lost/ is deleted
+  double keep_seconds = 90.0 * 24 * 3600;       ///< uptime for which a job is kept after its end
   std::size_t requests = 1000;  ///< messages per second from a peer that is not a worker
 };
 

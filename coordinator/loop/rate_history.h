@@ -24,7 +24,8 @@ class RateHistory {
   /// Returns the mean amounts per second of the `count` intervals before number `end`, oldest
   /// first.
   [[nodiscard]] std::vector<float> before(std::int64_t end, std::size_t count) const;
-  /// Returns the mean amount per second of the last minute. `since`: when counting began.
+  /// Returns the mean amount per second of the last 60 to 70 s, or since `since`, when counting
+  /// began, if that is shorter.
   [[nodiscard]] double last_minute(Time now, Time since) const;
 
  private:

@@ -19,8 +19,8 @@ namespace parray::coordinator {
 /// the worker that it serves, so there are no cycles. Not thread-safe.
 class SceneService {
  public:
-  /// Number of machines that the coordinator serves, that one worker serves on other machines, and
-  /// of workers that it serves on its own machine.
+  /// The coordinator serves so many machines before workers serve each other. A worker serves at
+  /// most so many workers of other machines, and so many of its own machine.
   static constexpr std::uint32_t fan_out = 2;
 
   /// `chunk_bytes`: size of all chunks except the last.

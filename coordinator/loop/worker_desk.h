@@ -10,7 +10,8 @@ class DisputeDesk;
 class JobBook;
 class LeaseDesk;
 
-/// Workers and their scenes: joins, heartbeats, departures, and a store that cannot commit.
+/// Handles joins, heartbeats and departures of workers, their requests for scenes, and a store that
+/// cannot commit.
 class WorkerDesk {
  public:
   WorkerDesk(Farm& farm, JobBook& job_book, LeaseDesk& leases, DisputeDesk& disputes)
@@ -26,10 +27,11 @@ class WorkerDesk {
   /// Notes that a worker sent a message. If the sender is unknown, returns null and, unless the
   /// workers were sent away, asks the sender to identify itself.
   WorkerRecord* heard_from(Time now, const PeerId& peer);
-  /// Removes a worker and gives its leases to others. `failed`: its current lease may be the cause.
+  /// Removes a worker and gives its leases to others. `failed`: it left without `bye`, and the
+  /// lease that it was tracing may be the cause.
   void lose_worker(Time now, const PeerId& peer, const std::string& why, bool failed);
-  /// Holds all jobs while the store cannot commit, and sends the workers away after a while. Tries
-  /// again to finish jobs that a full disk has delayed.
+  /// Holds all jobs while the store cannot commit, and sends the workers away after
+  /// CoordinatorOptions::release_after. Tries again to finish jobs that a full disk has delayed.
   void note_storage(Time now);
   /// Drops the bytes that were kept to send a scene, if no job at work needs it.
   void forget_scene(const std::string& scene);

@@ -67,7 +67,7 @@ struct WorkerRecord {
   double quarantine_ends = 0;  ///< seconds since 1970; 0: when an administrator readmits it
   bool drained = false;        ///< an administrator requested that it gets no more leases
   bool held_back = false;      ///< it gets no leases for a while: see Backoff
-  Time held_back_until{};
+  Time held_back_until{};      ///< not after the present: it is not held back
   /// Jobs at which it failed, and when it may get their leases again.
   std::map<std::uint64_t, Time> denied_jobs;
 
@@ -92,7 +92,8 @@ class WorkerRegistry {
   WorkerRecord* by_id(WorkerId id);
   /// Finds the worker of this name that joined last. Null: none is connected.
   [[nodiscard]] const WorkerRecord* by_name(const std::string& name) const;
-  /// Returns the worker after `peer`, which may have left. end(): `peer` was the last.
+  /// Returns the worker after `peer` in the order of peers. `peer` may have left. end(): it was the
+  /// last.
   [[nodiscard]] auto after(const PeerId& peer) { return workers_.upper_bound(peer); }
   /// Adds a worker. No connected worker may have the same peer.
   WorkerRecord& add(Time now, const PeerId& peer, const msg::Hello& hello,

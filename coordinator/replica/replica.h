@@ -16,15 +16,17 @@ namespace parray::replica {
 /// reads no clock. Not thread-safe.
 class Replica {
  public:
-  /// `store` must outlive this object. `overwrite` accepts a primary that was set back, see
-  /// --overwrite. Throws InputError if the store has jobs that were never replicated.
+  /// `store` must outlive this object. `overwrite` (option --overwrite): accept a primary whose
+  /// state is older than that of the store. Throws InputError if the store has jobs and was never
+  /// replicated.
   explicit Replica(Store& store, bool overwrite = false);
 
   /// Returns the reply; empty: the message was damaged, send nothing. A StorageFull of the store
   /// becomes a reply. Throws the other errors of the store.
   std::string answer(std::string_view message);
 
-  /// Whether the store has all of its primary's batches, compared since this process started.
+  /// Whether this process has compared the store with its primary, and the store has all of the
+  /// primary's batches.
   [[nodiscard]] bool in_step() const { return in_step_; }
   /// Whether the store has a complete copy, with which a coordinator can serve.
   [[nodiscard]] bool can_serve() const { return replication_ && is_whole(store_, *replication_); }

@@ -23,8 +23,8 @@ class ReplicaThread final : public ReplicaConnection {
   ReplicaThread(const ReplicaThread&) = delete;
   ReplicaThread& operator=(const ReplicaThread&) = delete;
 
-  /// Waits 3 s plus 1 s per 10 MB. If the standby did not answer the previous call either, waits
-  /// 0.3 s plus that time, so that the caller can do other work.
+  /// Waits 3 s plus 1 s per 10 MB. If the standby did not answer the previous call, waits 0.3 s
+  /// plus 1 s per 10 MB, so that the caller can do other work. Throws what the link has thrown.
   std::optional<ReplicaReply> call(ReplicaRequest request) override;
   [[nodiscard]] bool session_lost() const override;
   [[nodiscard]] const std::string& address() const override { return address_; }

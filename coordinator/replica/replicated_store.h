@@ -22,7 +22,7 @@ class ReplicaConnection {
   virtual ~ReplicaConnection() = default;
 
   /// Repeats the request until a reply arrives, for some seconds. Returns nothing without a reply.
-  /// Sets the number of the request itself.
+  /// Ignores request.number and gives each request a number of its own.
   virtual std::optional<ReplicaReply> call(ReplicaRequest request) = 0;
   /// Whether the standby does not know the session of the latest call.
   [[nodiscard]] virtual bool session_lost() const = 0;

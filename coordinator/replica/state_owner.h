@@ -20,7 +20,7 @@ struct StateOptions {
   std::string standby;        ///< address at which this standby listens; empty: not a standby
   Time takeover_after{};      ///< silence of the primary before a standby takes over
   std::string replicate_to;   ///< address of the standby of this primary; empty: none
-  bool overwrite = false;     ///< the standby accepts a primary that was set back
+  bool overwrite = false;     ///< the standby accepts a primary with an older state than its own
   bool serve_fenced = false;  ///< the primary serves although a standby has taken over
   std::string keys;           ///< directory of the keys, see ZmqServer
 };
@@ -30,14 +30,16 @@ class StateOwner {
  public:
   /// Opens the state and returns when this process may serve: a standby waits for its takeover.
   /// Calls `stop` at least every 100 ms meanwhile; an exception of `stop` ends the wait. Throws
+  /// InputError if a standby has taken over from this state, unless `serve_fenced` is set. Throws
   /// what DiskStore, Replica, ReplicatedStore and the link throw.
   StateOwner(const StateOptions& options, spdlog::logger& log, const std::function<void()>& stop);
 
-  Store* store();  ///< null: state in memory only
+  Store* store();  ///< owned by this object; null: state in memory only
   [[nodiscard]] bool replicates() const { return replicated_ != nullptr; }  ///< has a standby
   /// Whether the standby has taken over. The state then accepts no commit any more.
   [[nodiscard]] bool fenced() const { return connection_ != nullptr && connection_->fenced(); }
-  /// Records in the state that the standby has taken over, and closes the state.
+  /// Records in the state that the standby has taken over, and closes the state: the result of
+  /// store() is no longer valid.
   void remember_fence();
 
  private:

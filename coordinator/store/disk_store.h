@@ -33,7 +33,8 @@ struct RowLog {
 /// A commit makes the bulk data durable first and then names it in the database. It removes files
 /// only after the database no longer names them. So after any crash all files that the database
 /// names exist. Opening moves other scenes, results and pictures to lost/. It deletes only
-/// temporary files and those of a job that was being dropped.
+/// temporary files, uncommitted entries at the ends of logs, and files of a job that was being
+/// dropped.
 ///
 /// If the disk has no room for the results of some jobs, a commit holds back those jobs, commits
 /// all others, removes dropped files, and then throws.

@@ -24,7 +24,7 @@ struct FoundJob {
   std::optional<JobFile> json{};
   std::optional<JobFile> next{};
   std::optional<JobFile> dropped{};
-  std::string problem{};  ///< why an existing job.json cannot be read; empty: no problem
+  std::string problem{};  ///< why an existing job.json cannot be read; empty: it can, or is missing
 };
 
 /// The small files of a state.

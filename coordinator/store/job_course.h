@@ -24,7 +24,7 @@ struct JobCourse {
   /// Seconds from the first lease to the end, without pauses. While the job is traced, this does
   /// not include the time since the first lease or the latest resume: see Job::traced_since.
   double taken = 0;
-  double progress = 0;            ///< 0 to 1, at the end of the job or of a process
+  double progress = 0;            ///< 0 to 1, at the end of the job or of the latest coordinator
   std::uint64_t samples = 0;      ///< merged samples at that time
   std::vector<ErrorPoint> curve;  ///< at most most_points, with rising samples
 

@@ -34,7 +34,7 @@ struct JobEvent {
 /// Everything that the state stores about a job except scene, results and picture.
 struct JobRecord : JobHead {
   JobId id = 0;
-  std::string token;
+  std::string token;              ///< of its submit, see submit_token.h
   std::string user;               ///< name of the submitting key; without keys, as the client says
   std::uint32_t tile = 0;         ///< see WorkPlan; more than 1 only in jobs of parray-mpi
   std::string scene;              ///< digest
@@ -44,11 +44,11 @@ struct JobRecord : JobHead {
   JobState state = JobState::queued;
   std::string reason;     ///< why the job failed, was cancelled or is paused
   std::string report;     ///< JSON, only of a done job
-  std::string warning{};  ///< its forecast exceeded a day; empty: it did not, or is unknown
+  std::string warning{};  ///< for people, if its forecast exceeded a day; otherwise empty
   std::string flag;       ///< what is or was wrong with its results or files; empty: nothing
   /// Number of the latest finding that the job has taken into account; see FaultFindings.
   std::uint64_t fault_findings = 0;
-  double share = 1;     ///< the user's share of the farm
+  double share = 1;     ///< the user's share of the farm, relative to other users' shares
   JobId series_id = 0;  ///< number of the series, unique among jobs; 0: a single job
   double ended = 0;     ///< uptime of the farm at its end in s; 0: not ended or not known
   std::vector<JobEvent> events{};  ///< the first 16 and the latest 48

@@ -37,8 +37,9 @@ struct ReplicationState {
   std::uint64_t history = 0;
   std::uint64_t generation = 0;
   ReplicaRole role = ReplicaRole::single;
-  /// Only for a standby: the batches after `copy_begin`, up to `copy_end`, made its full copy, the
-  /// state of the primary at `copy_begin` plus at most one batch. `copy_end` is 0 during the copy.
+  /// Sequence numbers, only for a standby: the batches after `copy_begin`, up to `copy_end`, made
+  /// its full copy, the state of the primary at `copy_begin` plus at most one batch. `copy_end` is
+  /// 0 during the copy.
   std::uint64_t copy_begin = 0;
   std::uint64_t copy_end = 0;
   std::vector<EarlierGeneration> earlier{};  ///< the latest 32, in ascending order
@@ -47,7 +48,8 @@ struct ReplicationState {
 /// Name of the note. Full copies do not contain it.
 inline constexpr const char* replication_note = "replica";
 
-/// Begins the next generation as `role`. Records the sequence reached in the previous generation.
+/// Begins the next generation as `role`, in `replication` and in the store's note. Records the
+/// sequence reached in the previous generation. The caller commits.
 void begin_generation(Store& store, ReplicationState& replication, ReplicaRole role);
 
 /// Returns the primary's earlier generations and its current position, as bytes of a `hello`.

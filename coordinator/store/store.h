@@ -50,7 +50,7 @@ class Store {
  public:
   virtual ~Store() = default;
 
-  virtual void put_job(const JobRecord& job) = 0;  ///< adds a job or replaces that with its id
+  virtual void put_job(const JobRecord& job) = 0;  ///< adds a job, or replaces the one with its id
   /// Adds a scene. Does nothing if the store has a scene with this digest. Throws std::logic_error
   /// unless `digest` is 64 lower-case hexadecimal digits.
   virtual void put_scene(const std::string& digest, std::string_view bytes) = 0;
@@ -62,7 +62,8 @@ class Store {
   virtual void keep_rows(JobId job, std::uint64_t entries) = 0;
   /// Adds or replaces the job's picture. The file consists of the pieces in order.
   virtual void put_picture(JobId job, std::span<const std::string_view> pieces) = 0;
-  /// Drops the job's results. The commit drops all scenes that no job needs: see needs_scene().
+  /// Empties the job's log of results. The commit then drops all scenes that no job needs: see
+  /// needs_scene().
   virtual void drop_work(JobId job) = 0;
   virtual void drop_job(JobId job) = 0;  ///< drops the job with all its data
   /// Adds or replaces a named text.
@@ -93,7 +94,8 @@ class Store {
   using RowsVisitor = std::function<void(std::string_view entry)>;
   /// Calls `visit` with each entry of the job's log, oldest first. `visit` must not call the store.
   virtual void each_rows(JobId job, const RowsVisitor& visit) = 0;
-  /// Returns the picture's file; nothing: none was put. Throws DamagedFile if it differs from that.
+  /// Returns the content of the picture's file; nothing: the job has no picture. Throws DamagedFile
+  /// if the file differs from what was put.
   virtual std::optional<std::string> picture(JobId job) = 0;
   /// Replaces the job's picture by the standby's copy. Returns false if there is no such copy.
   virtual bool restore_picture(JobId /*job*/) { return false; }
