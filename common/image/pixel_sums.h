@@ -53,11 +53,13 @@ struct SkySamples {
 /// Counts of the work behind some samples. Addition is exact and associative.
 struct TraceCounts {
   std::uint64_t samples = 0;
-  std::uint64_t rays = 0;       ///< ray segments of all paths
+  /// Ray segments of all paths. A straight way through several surfaces of one glass body has a
+  /// segment per surface (InsideStack), so a path may have more than max_depth.
+  std::uint64_t rays = 0;
   std::uint64_t nonfinite = 0;  ///< samples excluded because they were NaN or infinite
-  /// A bound of the light that max_depth cut off. The sum covers the paths that had not ended by
-  /// then. Each adds the largest channel of its throughput (the product of the albedos on the
-  /// path), in units of lost_unit, rounded up.
+  /// A bound of the light that max_depth cut off, under a sky of radiance 1. Each path that had not
+  /// ended by then adds the largest channel of its throughput (the product of the albedos on it),
+  /// in units of lost_unit, rounded up.
   std::uint64_t lost = 0;
 
   static constexpr double lost_unit = 0x1p-24;
