@@ -8,9 +8,8 @@
 namespace parray::base {
 
 /// Calls work(i) for i from 0 to `count` - 1 in parallel on `threads` threads; 0: as many as OpenMP
-/// gives the caller. Uses fewer threads if the system grants fewer. Returns after the last call.
-/// All calls are made even if some throw; then rethrows the exception of the call with the lowest
-/// i.
+/// gives the caller. Uses fewer threads if the system grants fewer. Makes all calls even if some
+/// throw, and returns after the last one. Rethrows the exception of the lowest i that threw.
 void side_by_side(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
 
 /// A range of items cut into contiguous bands, one per thread. A result that is combined in the

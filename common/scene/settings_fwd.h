@@ -13,8 +13,8 @@ struct StopSettings;
 struct WorkSettings;
 struct RenderSettings;
 
-// Return values for sources that need nothing else of the settings. pixel_count: width times
-// height.
+// Return values for sources that need nothing else of the settings; pixel_count() returns width
+// times height.
 std::uint32_t width_of(const RenderSettings& settings);
 std::uint32_t height_of(const RenderSettings& settings);
 std::uint64_t pixel_count(const RenderSettings& settings);

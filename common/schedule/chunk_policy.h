@@ -28,14 +28,12 @@ struct ChunkRequest {
 ///
 /// - static_split: total / P units per worker, rounded up to whole rows.
 /// - guided: ceil(R / P) rows of the R that remain, at least 2 rows per thread (Polychronopoulos
-/// and
-///   Kuck, "Guided self-scheduling", 1987).
-/// - factoring: batches of P equal chunks; each batch takes half of the work that the batches
-/// before
-///   left, and a chunk is rounded up to whole rows (Hummel, Schonberg, Flynn, "Factoring", 1992).
+///   and Kuck, "Guided self-scheduling", 1987).
+/// - factoring: batches of P equal chunks. Each batch takes half of the work that earlier batches
+///   left; a chunk is rounded up to whole rows (Hummel, Schonberg, Flynn, "Factoring", 1992).
 /// - weighted: `share` / 2 of the remaining work, not rounded to rows, between `least` and `most`
-///   (Hummel, Schmidt, Uma, Wein, "Load-sharing in heterogeneous systems via weighted factoring",
-///   1996).
+///   (Hummel, Schmidt, Uma, Wein, "Load-sharing in heterogeneous systems via weighted
+///   factoring", 1996).
 std::uint64_t chunk_units(SchedulePolicy policy, const ChunkRequest& request);
 
 /// Returns the first unit of every chunk of a job, and then the total, for workers with the same

@@ -47,8 +47,8 @@ ChunkGrain grain_of(const WorkPlan& plan);
 /// Computes the number of cells of the next lease, for every transport. Immutable.
 class ChunkSizer {
  public:
-  /// Sizes leases of all cells of a plan, or of only `cells` of them, such as the cells of a
-  /// window.
+  /// Sizes leases of all cells of a plan, or of only `cells` of them, such as those that a restart
+  /// left.
   ChunkSizer(SchedulePolicy policy, const WorkPlan& plan, LeaseLength length,
              std::optional<std::uint64_t> cells = {});
   /// Sizes leases of any plan with this grain.

@@ -53,9 +53,9 @@ struct RayGroup {
 /// A ray that runs along the planes is turned a little, until |inverse| is `steepest`. Let R be the
 /// largest absolute coordinate of its origin and M that of a box. In single precision the new slope
 /// is 2^-102 max(R, 2^-24). A direction has a length of about 1, so the distance of the box is at
-/// most 4 (R + M). There the ray is off by 2^-100 max(R, 2^-24) (R + M). That is far below a roundoff
-/// of R + M, because R is far below 2^76. Shifts stay below 2^103. If plane x inverse overflows, the
-/// plane is so far from the origin that the sign of infinity tells its side.
+/// most 4 (R + M). There the ray is off by 2^-100 max(R, 2^-24) (R + M). That is far below a
+/// roundoff of R + M, because R is far below 2^76. Shifts stay below 2^103. If plane x inverse
+/// overflows, the plane is so far from the origin that the sign of infinity tells its side.
 template <typename B>
 struct Slab {
   using Store = decltype(RealTraits<B>::unit_roundoff + 0);
