@@ -27,7 +27,7 @@ struct ErrorFigures {
 /// The error of a picture, with that of each pixel.
 struct ErrorEstimate : ErrorFigures {
   /// Half-width of each pixel's 95 % confidence interval: 3 values (R, G, B) per pixel, image
-  /// order. Empty: unknown.
+  /// order. Empty: not estimated.
   std::vector<float> half_width;
 };
 

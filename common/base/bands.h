@@ -27,8 +27,7 @@ class Bands {
   [[nodiscard]] std::size_t end(std::size_t band) const { return begin(band + 1); }
 
   using Work = std::function<void(std::size_t band, std::size_t begin, std::size_t end)>;
-  /// Calls `work` for all bands in parallel, with a thread each. Rethrows the exception of the
-  /// lowest band that threw.
+  /// Calls `work` for all bands in parallel, as side_by_side() does with a thread for each.
   void run(const Work& work) const;
 
  private:

@@ -52,7 +52,7 @@ enum class Projection : std::uint8_t {
 /// A thin-lens camera; the lens is a uniform disc. Values that the projection does not use are 0,
 /// so that equal cameras compare equal.
 struct Camera {
-  Vec3d look_from{13, 2, 3};   ///< the eye: the centre of the lens
+  Vec3d look_from{13, 2, 3};   ///< the eye; centre of the lens, or of an orthographic film
   Vec3d look_at{0, 0, 0};      ///< the point in the middle of the picture
   Vec3d up{0, 1, 0};           ///< points up in the picture; any length > 0, not along the view
   double vfov = 20;            ///< perspective: vertical angle of view, degrees, in (0, 180)

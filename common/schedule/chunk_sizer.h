@@ -9,8 +9,8 @@
 
 namespace parray::schedule {
 
-/// The combined speed of all workers of a job, as far as it has been measured. Workers that have
-/// not been measured count as equally fast per thread.
+/// The combined speed of all workers of a job, as far as it has been measured. A worker that has
+/// not been measured counts as fast per thread as the measured ones.
 struct FarmSpeed {
   double samples_per_second = 0;       ///< total of the measured workers
   std::uint64_t measured_threads = 0;  ///< threads of the measured workers
