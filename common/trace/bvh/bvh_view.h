@@ -46,7 +46,7 @@ struct ChildRef {
 /// above hold a tag, which the owner of the tables may set.
 struct SlotLabels {
   const std::uint32_t* at = nullptr;  ///< by slot
-  std::uint32_t index_mask = 0;       ///< the low bits; all are set in the label of an empty slot
+  std::uint32_t index_mask = 0;  ///< of the low bits; all are set in the label of an empty slot
 
   /// Returns the shape's number in the input, below index_mask; ties go to the lower number.
   [[nodiscard]] PARRAY_INLINE std::uint32_t index(std::uint32_t slot) const {

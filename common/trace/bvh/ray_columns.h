@@ -104,8 +104,8 @@ template <typename Real, typename Store>
 struct TraversalSpace {
   Queries<Real, Store> queries;
   InsideLists inside;
-  /// Most rays of a beam in the next search (see beam_search.h): then no ray stands on a surface or
-  /// is inside a shape. 0: no beams.
+  /// Most rays of a beam (beam_search.h) in the next search; 0: no beams. With beams, no ray may
+  /// stand on a surface or be inside a shape.
   std::uint32_t beam = 0;
   Candidates<Store> candidates;
   /// Number of stack entries. Rays traverse in groups; the pending children of a ray lie one after
