@@ -1,8 +1,9 @@
 #pragma once
 
-/// The namespaces of the rooms. The names of a room are visible, without a prefix, in the rooms
-/// that may include it; a name of the room itself hides them. A room above is not visible, so that
-/// the compiler holds the arrows of ARCHITECTURE.md as the linker does.
+/// The namespaces of the rooms (ARCHITECTURE.md, "Rooms"). A room uses the names of the rooms that
+/// it may include without a prefix. If it declares such a name itself, its own name counts. The
+/// names of other rooms are not visible without a prefix. So the compiler, too, reports most uses
+/// of a room that another room must not include.
 namespace parray {
 
 namespace base {}

@@ -26,13 +26,15 @@ class Allocation {
   /// to place them.
   Allocation(const FramebufferView& state, bool equal_half_widths, std::size_t stride = 1);
 
-  /// Returns the present counts with the weights by which further samples are placed.
+  /// Returns the present counts of all pixels with the weights by which further samples are placed.
+  /// The result refers to this object.
   [[nodiscard]] SampleShares shares() const { return {counts_, weights_}; }
   [[nodiscard]] const std::vector<float>& weights() const { return weights_; }  ///< of shares()
 
   /// Return the total number of samples, over all pixels, that is expected to reduce an error to
   /// `share` of its present value, 0 < share < 1. The error is the mean square error, or the square
-  /// of the largest half-width of the 99 % of the pixels with the smallest half-widths.
+  /// of the largest half-width of the 99 % of the pixels with the smallest half-widths. The second
+  /// function needs an object with `equal_half_widths`.
   [[nodiscard]] double total_for_square_error(double share) const;
   [[nodiscard]] double total_for_square_half_width(double share) const;
   /// Returns the inverse: the share of the present mean square error that is expected to remain

@@ -16,16 +16,18 @@ struct ErrorFigures {
   double rmse = -1;
   double low = -1;
   double high = -1;
-  /// Median and 99th percentile of the half-widths of all pixels and channels; negative: unknown.
+  /// Median and 99th percentile of the half-widths of all pixels and channels, in linear radiance;
+  /// negative: unknown.
   double half_width_p50 = -1;
   double half_width_p99 = -1;
 
   [[nodiscard]] bool known() const { return rmse >= 0; }
 };
 
+/// The error of a picture, with that of each pixel.
 struct ErrorEstimate : ErrorFigures {
   /// Half-width of each pixel's 95 % confidence interval: 3 values (R, G, B) per pixel, image
-  /// order.
+  /// order. Empty: not estimated.
   std::vector<float> half_width;
 };
 
@@ -43,9 +45,10 @@ ErrorEstimate estimate_rmse(const FramebufferView& state, std::size_t stride = 1
 /// The error of the pixels that have two samples or more, without half-widths.
 struct PartialError {
   ErrorFigures error;
-  double share = 0;  ///< of such pixels among all pixels; 0: the error is unknown
+  double share = 0;  ///< such pixels divided by all pixels; 0: the error is unknown
 };
-/// Estimates the error of the part of a picture that is rendered. `stride` as above.
+/// Estimates the error of the pixels that have two samples or more. Reads only every `stride`-th
+/// row.
 PartialError estimate_rmse_so_far(const FramebufferView& state, std::size_t stride = 1);
 
 /// The name of the method of ErrorEstimate in reports.

@@ -10,7 +10,7 @@
 
 namespace parray::adaptive {
 
-/// Half-width of the 95 % confidence interval for a standard normal distribution.
+/// Half-width of the 95 % confidence interval of a standard normal distribution.
 inline constexpr double normal_95 = 1.959964;
 
 /// A NoiseModel's forecast for the pixels of a row, 3 values per pixel: mean square errors and
@@ -23,8 +23,8 @@ struct NoiseForecast {
   std::vector<double> half_width;  ///< squared half-width, from the surroundings
 };
 
-/// Returns the square of the half-width of a pixel's 95 % confidence interval, from two estimates.
-/// The result is their mean, but at least 0.8 of the second estimate.
+/// Returns the square of the half-width of a pixel's 95 % confidence interval, from two estimates
+/// of it. The result is their mean, but at least 0.8 of the second estimate.
 ///
 /// The first estimate is `by_around`, a squared half-width from the variance around the pixel. It
 /// covers 95 % of the pixels with such surroundings. It is right for a pixel that missed its rare
@@ -38,7 +38,8 @@ inline double half_width_square(double own_square, double by_around) {
   return std::max((by_own + by_around) / 2, alone * by_own);
 }
 
-/// Computes the half-widths of a row's values from the counts and the forecast.
+/// Computes the half-widths of a row, in linear radiance, from the counts and the forecast. All
+/// have 3 values per pixel; the three values of `count` are equal.
 void half_widths(std::span<const double> count, const NoiseForecast& forecast,
                  std::span<float> half_widths);
 
@@ -56,7 +57,7 @@ class NoiseModel {
   NoiseModel(const FramebufferView& state, NeighbourhoodSize horizon,
              std::size_t asked = std::size_t{1} << 17);
 
-  /// Computes the forecast of a row. `forecast` must have room for as many pixels.
+  /// Computes the forecast of a row. `forecast` must be made for the row's number of pixels.
   void predict(const NoiseNearby& row, NoiseForecast& forecast) const;
 
  private:

@@ -9,9 +9,9 @@
 
 namespace parray::adaptive {
 
-/// Adds up sum_of(begin, end), a Sum, over consecutive parts of 0 .. `items` - 1, in parallel. The
-/// parts depend on `items` alone and are added in order. So the result has the same bits for any
-/// number of threads.
+/// Adds up sum_of(begin, end), a Sum, over consecutive parts [begin, end) of 0 .. `items` - 1, in
+/// parallel. The parts depend on `items` alone and are added in order. So the result has the same
+/// bits for any number of threads. A Sum has a neutral value Sum{} and an operator +=.
 template <typename Sum, typename SumOf>
 Sum ordered_sum(std::size_t items, const SumOf& sum_of) {
   constexpr std::size_t least_items = std::size_t{1} << 15;

@@ -49,8 +49,9 @@ class PassController {
   [[nodiscard]] const std::vector<std::uint64_t>& begun() const { return begun_; }
   /// Returns whether the latest pass repeats one from before a restart.
   [[nodiscard]] bool repeats() const { return repeats_; }
+  /// Returns why the picture is complete. Valid after next() has returned nothing.
   [[nodiscard]] StopReason stopped_by() const { return stopped_by_; }
-  /// Returns the expected samples of the finished picture; 0: unknown.
+  /// Returns the expected samples of the finished picture, over all pixels; 0: unknown.
   [[nodiscard]] std::uint64_t expected_samples() const { return expected_; }
   /// Returns the error of the picture at the last estimate that a target needed; unknown before the
   /// first.

@@ -20,15 +20,18 @@ namespace parray::adaptive {
 /// must have at least 2 samples.
 using PictureJudge = std::function<ErrorFigures(const FramebufferView&)>;
 
+/// The setting that ended a picture: samples_per_pixel, target_error, target_half_width,
+/// time_limit, or the list `passes`.
 enum class StopReason : std::uint8_t { samples, error, half_width, time, passes };
+/// Returns the reason as it stands in reports: "samples", "half-width" ...
 std::string_view name_of(StopReason reason);
 
 /// The size of the next pass, or the reason why there is none.
 struct PassSize {
-  std::uint64_t samples = 0;  ///< total over all pixels; 0: the picture is complete
-  StopReason stop = StopReason::samples;
-  /// Expected samples of the finished picture, from what is known now; 0: unknown. The picture gets
-  /// fewer samples if the time limit ends it.
+  std::uint64_t samples = 0;              ///< total over all pixels; 0: the picture is complete
+  StopReason stop = StopReason::samples;  ///< why the picture is complete
+  /// Expected samples of the finished picture, over all pixels, from what is known now; 0: unknown.
+  /// The picture gets fewer samples if the time limit ends it.
   std::uint64_t expected = 0;
   /// Error of the present picture if a target needed its estimate. If the estimate ends the
   /// picture, it covers all rows.
@@ -49,18 +52,19 @@ double share_to_go_for(double share, Sampler sampler);
 /// the number that is expected to meet an RMSE target. The result includes a margin, so that the
 /// last small step does not take many passes.
 double lacking_for_error(double total, double traced);
-/// Returns the samples of the next pass, at most `lacking`. An early pass adds only a part of
-/// `lacking`, because its samples improve the next prediction. The last pass adds all of it.
+/// Returns the samples of the next pass, over all pixels, at most `lacking`. An early pass adds
+/// only a part of `lacking`, because its samples improve the next prediction. The last pass adds
+/// all of it. `traced`: the present number.
 std::uint64_t part_of(std::uint64_t lacking, std::uint64_t traced);
-/// Returns as many of `wanted` samples as the remaining time allows. `affordable`: samples that can
-/// be traced in that time. The result is at most half of `affordable`, so that a pass that takes
-/// twice as long as predicted still ends in time. 0: the remaining time is too short for a pass of
-/// useful size.
+/// Returns as many of `wanted` samples as the remaining time allows. `traced`: the present number.
+/// `affordable`: samples that can be traced in the remaining time. The result is at most half of
+/// `affordable`, so that a pass that takes twice as long as predicted still ends in time. 0: the
+/// remaining time is too short for a pass of useful size.
 std::uint64_t within_time(std::uint64_t wanted, std::uint64_t traced, std::uint64_t affordable);
 
-/// Samples that the remaining time allows at the speed of the previous passes.
+/// Samples, over all pixels, that the remaining time allows at the speed of the previous pass.
 struct Affordable {
-  std::uint64_t samples = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t samples = std::numeric_limits<std::uint64_t>::max();  ///< that many: no limit
   /// The part of `samples` that cannot be traced once every pixel has two samples, because the
   /// final estimate of the picture's error takes that much time.
   std::uint64_t stating = 0;
@@ -92,16 +96,16 @@ struct Affordable {
 PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
                         std::uint32_t pass, const Affordable& affordable = {},
                         const PictureJudge& judge = {});
-/// Does the same with a Placement of `state` and `settings`. The placement then also gives the
-/// counts of the pass.
+/// Does the same with a Placement of `state` and `settings`. Afterwards its counts() or
+/// even_counts() give the samples of each pixel.
 PassSize next_pass_size(const FramebufferView& state, const RenderSettings& settings,
                         std::uint32_t pass, Placement& placement, const Affordable& affordable = {},
                         const PictureJudge& judge = {});
 
 /// Returns the lattices to trace in a pass of `samples` that gives only some of the pixels their
 /// first or second sample. `traced` is the number of samples before the pass, over all pixels. The
-/// pass has more samples than `samples` if a lattice has more. Returns nothing for any other pass;
-/// then Placement::counts() gives the counts.
+/// pass consists of whole lattices and may have more samples than `samples`. Returns an empty list
+/// for any other pass; then Placement::counts() gives the counts.
 std::vector<Stage> lattices_of_pass(std::uint32_t width, std::uint32_t height, std::uint64_t traced,
                                     std::uint64_t samples);
 

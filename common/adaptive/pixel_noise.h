@@ -31,7 +31,8 @@ PixelNoise noise_of(const PixelSums& pixel, std::uint32_t count, const RadianceS
 
 // Views of rows of pixels, 3 values (R, G, B) per pixel.
 
-/// PixelNoise of a row, and for each value the number of samples of its pixel.
+/// PixelNoise of a row, and for each value the number of samples of its pixel. The spans are
+/// equally long.
 struct NoiseRow {
   std::span<const double> count;
   std::span<const double> mean;
@@ -55,20 +56,24 @@ struct NeighbourhoodRow {
   std::span<const double> seen;
 };
 
+/// The noise of a row's pixels and of their surroundings.
 struct NoiseNearby {
   NoiseRow own;
   NeighbourhoodRow around;
 };
 
-/// Means over a square around each pixel of a row, cut at the border. The window rounds variances
-/// so that all sums are exact. So a mean without the pixel itself contains nothing of that pixel.
+/// Means over a square around each pixel of a row, cut at the border. Rows have rounded()
+/// variances, so that all sums are exact. So a mean without the pixel itself contains nothing of
+/// that pixel.
 class NoiseWindow {
  public:
   /// Values of a row, 4 per pixel: variances by channel, in units of the largest radiance squared,
   /// and the number of samples.
   using Row = std::span<const double>;
+  /// Returns `variance` rounded to a multiple of 2^-38.
   static double rounded(double variance) { return (variance + 0x1p14) - 0x1p14; }
 
+  /// For squares of 2 * reach + 1 pixels a side, in rows of `width` pixels.
   NoiseWindow(std::size_t reach, std::size_t width);
   /// Moves the window to row y of `height`; y must not decrease. `row_at(y)` returns a Row. The
   /// window asks for rows from y - 3 * reach - 1 on, and for no row that lies 2 * reach + 2 or more
@@ -85,8 +90,9 @@ class NoiseWindow {
     }
     while (first_ < first) add(row_at(first_++), -1);
   }
-  /// Computes means over the windows around the row's pixels without the pixels themselves, which
-  /// are `own`. Writes mean variances and mean numbers of samples, 3 values per pixel each.
+  /// Computes, for each pixel of the row, means over the other pixels of its square. `own` must be
+  /// the row itself. Writes mean variances (in the unit of a Row) and mean numbers of samples, 3
+  /// values per pixel each.
   void means(Row own, std::span<double> variances, std::span<double> samples);
 
  private:
@@ -115,7 +121,7 @@ enum class NeighbourhoodSize : std::uint8_t {
 };
 
 /// Computes NoiseNearby for the rows of a picture. The 8 neighbours of a pixel are mirrored at the
-/// border. Keeps some 40 rows in memory.
+/// border. Keeps at most 34 rows in memory.
 class NoiseRows {
  public:
   /// Keeps a view of `state`.
@@ -123,7 +129,7 @@ class NoiseRows {
   /// Returns the noise of row y, which must lie below the row of the previous call. The result is
   /// valid until the next call.
   NoiseNearby row(std::size_t y);
-  /// Returns the same without the surroundings.
+  /// Returns the `own` part of row(y), and computes nothing else. y must not decrease.
   NoiseRow own(std::size_t y);
 
  private:
@@ -175,6 +181,7 @@ struct NoiseBand {
     return (begin + stride - 1) / stride * stride;
   }
 };
+/// Returns the number of bands of a picture with `height` rows.
 std::size_t noise_bands(std::size_t height);
 /// Calls work(NoiseBand) for all bands on `threads` threads; 0: as many as OpenMP gives the caller.
 /// Rethrows an exception of one of them.
@@ -185,6 +192,7 @@ void for_noise_bands(std::size_t height, int threads,
 inline int noise_threads(std::size_t stride) { return stride > 4 ? 1 : 0; }
 
 /// Calls visit(band's number, y, NoiseNearby) for every `stride`-th row, in order within a band.
+/// Rows of different bands are visited at the same time by different threads.
 void visit_noise(const FramebufferView& state, std::size_t stride, NeighbourhoodSize horizon,
                  auto&& visit) {
   for_noise_bands(state.height, noise_threads(stride), [&](const NoiseBand& band) {

@@ -11,8 +11,7 @@
 
 namespace parray::adaptive {
 
-/// Returns whether a pass of `samples` is small compared with the `traced` samples, below a third.
-/// Without target_half_width, adaptive pictures then keep the proportions of counts.
+/// Returns whether a pass of `samples` adds little: less than a third of the `traced` samples.
 bool is_little(std::uint64_t samples, std::uint64_t traced);
 
 /// Weights of SampleShares that a placement computed when the picture had `samples`, for later
@@ -26,16 +25,19 @@ struct NoiseWeights {
 /// on the picture's state and on its stop settings, and has the same bits on every machine. The
 /// object caches intermediate results of its functions.
 ///
-/// All pixels get the same number of samples unless settings.adaptive is set. With it, samples
-/// follow common/adaptive/allocation.h from pilot_samples on. With a target_half_width, samples are
-/// placed for equal half-widths. Otherwise they are placed for the least RMSE, if adaptive_pays()
-/// holds. Without a target_half_width, a pass that adds little keeps the present proportions of
-/// counts. In a large picture, some rows serve to predict how many samples are needed.
+/// All pixels get the same number of samples unless settings.adaptive is set. With it, Allocation
+/// (allocation.h) places samples once every pixel has pilot_samples. With a target_half_width,
+/// samples are placed for equal half-widths. Otherwise they are placed for the least RMSE, and only
+/// if adaptive_pays() holds. Without a target_half_width, a pass that adds little (is_little())
+/// keeps the present proportions of counts. Equal counts then stay equal in a pass of less than
+/// half of the present samples. In a large picture, some rows serve to predict how many samples are
+/// needed.
 class Placement {
  public:
   /// Refers to `state`, which must have pixels, and to `found`. `found` holds the weights that
-  /// earlier passes of the same picture computed. They are used until the picture has twice as many
-  /// samples; then the new weights replace them. `found` null: weights are not kept.
+  /// earlier passes of the same picture computed, or is empty. They are used until the picture has
+  /// twice as many samples; then the placement replaces them by new weights. `found` null: weights
+  /// are not kept.
   Placement(const FramebufferView& state, const StopSettings& settings,
             NoiseWeights* found = nullptr);
 
@@ -43,12 +45,12 @@ class Placement {
 
   /// Returns whether a pass of `samples`, over all pixels, gives every pixel the same number.
   [[nodiscard]] bool is_even(std::uint64_t samples) { return kind_of(samples) == Kind::even; }
-  /// Returns the total samples, over all pixels, that are expected to reduce the mean square error,
-  /// or the square of the half-width of 99 % of the pixels, to `share` of its present value, 0 <
-  /// share <= 1.
+  /// Returns the total samples, over all pixels, that are expected to reduce the mean square error
+  /// (with a target_half_width: the square of the half-width of 99 % of the pixels) to `share` of
+  /// its present value, 0 < share <= 1.
   [[nodiscard]] double total_for(double share);
-  /// Returns the samples of each pixel after a pass of `samples` more; no pixel has fewer than
-  /// before. The total is larger than requested where equal counts need it.
+  /// Returns the number of samples of each pixel after a pass of `samples` more, over all pixels;
+  /// no pixel has fewer than before. If all pixels get the same number, the total is rounded up.
   [[nodiscard]] std::vector<std::uint32_t> counts(std::uint64_t samples);
   /// Returns the samples per pixel before and after the pass if all pixels have the same number
   /// both times; otherwise zeros.

@@ -5,10 +5,10 @@
 
 namespace parray::adaptive {
 
-/// Returns the two replicates of a picture: the half of its even samples and the half of its odd
-/// samples. If a pixel has a single sample, both halves contain it. If any pixel has fewer than two
-/// samples, the noise of all pixels is 0, which here means unknown. Non-finite samples count as
-/// black. The result has the same bits on every machine.
+/// Returns the two replicates of a picture (common/image/replicates.h). If a pixel has a single
+/// sample, both halves contain it. If any pixel has fewer than two samples, the noise of all pixels
+/// is 0, which here means unknown. Non-finite samples count as black. The result has the same bits
+/// on every machine.
 Replicates replicates_of(const FramebufferView& state);
 
 }  // namespace parray::adaptive

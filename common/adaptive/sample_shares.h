@@ -9,26 +9,28 @@
 
 namespace parray::adaptive {
 
-/// Distributes samples over pixels in proportion to weights. Samples are never taken away, so a
-/// pixel may keep more than its share. The level L is the number of samples per unit of weight: at
-/// level L, a pixel of weight w with n samples has max(n, L w) samples. The object is a view of
-/// counts and weights. Its sums are the same for any number of threads.
+/// Distributes samples over pixels in proportion to weights. A pixel never loses samples, so it may
+/// keep more than its share. The level L is the number of samples per unit of weight: at level L, a
+/// pixel of weight w that now has n samples has max(n, L w) samples. The object is a view of counts
+/// and weights. Its sums have the same bits for any number of threads.
 class SampleShares {
  public:
   /// Takes one count and one weight per pixel. Weights are finite and not negative.
   SampleShares(std::span<const std::uint32_t> counts, std::span<const float> weights)
       : counts_(counts), weights_(weights) {}
 
-  /// Returns the counts for `total` samples over all pixels. Each pixel gets an even number.
-  /// `total` is even, too, and is met exactly unless limits::max_samples_per_pixel prevents it.
+  /// Returns the counts for `total` samples over all pixels. Each pixel gets an even number of
+  /// samples. `total` must be even, too. The sum of the counts is exactly `total` unless
+  /// limits::max_samples_per_pixel prevents it. If all weights are 0, no pixel gets samples.
   [[nodiscard]] std::vector<std::uint32_t> counts_of(double total) const;
   /// Returns the samples, over all pixels, at a level.
   [[nodiscard]] double total_at(double level) const;
   /// Returns the level at which the pixels have `total` samples.
   [[nodiscard]] double level_for(double total) const;
 
-  [[nodiscard]] std::size_t size() const { return counts_.size(); }
+  [[nodiscard]] std::size_t size() const { return counts_.size(); }  ///< pixels
   [[nodiscard]] double count(std::size_t i) const { return counts_[i]; }
+  /// Returns the samples of pixel `i` at a level; at level 0 its present samples.
   [[nodiscard]] double count_at(std::size_t i, double level) const {
     const double share = level * double{weights_[i]};
     return share > counts_[i] ? share : counts_[i];

@@ -8,8 +8,8 @@
 
 namespace parray::base {
 
-/// Allocates uninitialised memory of `bytes` bytes, aligned to a cache line. Asks the
-/// system for large pages from 2 MiB on. Throws std::bad_alloc.
+/// Allocates uninitialised memory of `bytes` bytes, aligned to a cache line (64 bytes). Asks the
+/// system for large pages from 2 MiB on. Throws std::bad_alloc. free_aligned() releases the memory.
 void* allocate_aligned(std::size_t bytes);
 void free_aligned(void* memory) noexcept;
 

@@ -29,13 +29,14 @@ class ByteWriter {
   }
   void put_bytes(std::string_view bytes) { bytes_.append(bytes); }
   void reserve(std::size_t size) { bytes_.reserve(size); }
+  /// Returns everything written. Must be the last call.
   std::string take() { return std::move(bytes_); }
 
  private:
   std::string bytes_;
 };
 
-/// Thrown if a byte string ends early or contains a value out of range.
+/// Thrown if a byte string ends early, continues after its end, or contains an invalid value.
 class DecodeError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -47,7 +48,8 @@ class ChecksumError : public DecodeError {
   using DecodeError::DecodeError;
 };
 
-/// Reads the output of ByteWriter. Checks every read and throws DecodeError past the end.
+/// Reads the output of ByteWriter. Checks every read and throws DecodeError past the end. Keeps no
+/// copy: `bytes` must outlive the reader and the views that get_bytes() returns.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}

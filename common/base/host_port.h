@@ -9,7 +9,7 @@ namespace parray::base {
 
 /// A TCP host and port.
 struct HostPort {
-  std::string host;  ///< a name or a number; IPv6 without its brackets
+  std::string host;  ///< a name or an IP address; IPv6 without its brackets
   int port = 0;      ///< 0 .. 65535
 };
 

@@ -10,7 +10,7 @@
 
 namespace parray::base {
 
-/// Computes the SHA-256 of bytes that arrive in parts.
+/// Computes the SHA-256 of bytes that arrive in parts. Throws std::runtime_error if OpenSSL fails.
 class Sha256 {
  public:
   Sha256();
@@ -19,7 +19,7 @@ class Sha256 {
   Sha256& operator=(const Sha256&) = delete;
 
   void add(std::span<const std::byte> bytes);
-  /// Returns 64 lower-case hexadecimal digits. Must be the last call, and the only one.
+  /// Returns the hash as 64 lower-case hexadecimal digits. No other call may follow.
   std::string hex();
 
  private:

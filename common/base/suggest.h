@@ -13,12 +13,13 @@ namespace parray::base {
 ///
 /// A known word is near if few edits separate both: insertions, deletions, substitutions and swaps
 /// of neighbours, ignoring letter case (optimal string alignment distance). The limit is a third of
-/// the word's length, and at least one edit. The first of equally near words wins. The
-/// object copies the words and keeps nothing else.
+/// the length of `word`, and at least one edit. No known word is near to a `word` of more than 64
+/// bytes. The first of equally near words wins. The object keeps copies of words, no references.
 class NearestWord {
  public:
   explicit NearestWord(std::string_view word);
 
+  /// Compares the next known word with `word`.
   void offer(std::string_view known);
 
   /// Returns the nearest word offered so far; empty if none is near.
@@ -34,12 +35,12 @@ class NearestWord {
 /// or, if no name is near, "known: look_from, look_at".
 std::string remedy_for_name(std::string_view word, std::span<const std::string_view> known);
 
-/// Returns the index of `word` in `known`. Throws InputError "unknown WHAT 'WORD': remedy" if it is
-/// not there.
+/// Returns the index of `word` in `known`. If `word` is missing there, throws InputError "unknown
+/// WHAT 'WORD': " with remedy_for_name() at the end.
 std::size_t known_place(std::string_view what, std::string_view word,
                         std::span<const std::string_view> known);
 
-/// Returns the names in the form "a, b, c".
+/// Returns the names in the form "a, b, c", each as printable() returns it.
 std::string list_names(std::span<const std::string_view> names);
 
 }  // namespace parray::base

@@ -18,7 +18,8 @@ namespace parray::base {
 /// Returns `text` without spaces and tabs at its ends.
 std::string_view trimmed(std::string_view text);
 
-/// Returns at most `length` characters of `line` from `start` on, without blanks at their ends.
+/// Returns at most `length` characters of `line` from `start` (0: the first) on, without spaces and
+/// tabs at their ends. Empty if `line` is shorter.
 inline std::string_view field_at(std::string_view line, std::size_t start, std::size_t length) {
   return line.size() <= start ? std::string_view() : trimmed(line.substr(start, length));
 }
@@ -50,9 +51,10 @@ std::string joined(const auto& words, std::string_view between) {
   return text;
 }
 
-/// Returns the number that all of `text` is, as std::from_chars reads it; nothing for other texts
-/// and for numbers that the type cannot hold. `format`: a base, for whole numbers, or
-/// std::chars_format.
+/// Returns the number that all of `text` is, as std::from_chars reads it: without blanks or a
+/// leading '+', but for floats also "inf" and "nan". Returns nothing for other texts and for
+/// numbers that the type cannot hold. `format`: the base of a whole number, or the
+/// std::chars_format of a float.
 template <typename Number, typename... Format>
 std::optional<Number> parsed(std::string_view text, Format... format) {
   Number number{};
@@ -61,14 +63,14 @@ std::optional<Number> parsed(std::string_view text, Format... format) {
   return error == std::errc() && stop == end ? std::optional(number) : std::nullopt;
 }
 
-/// Returns the same; nothing also for numbers outside `least` to `most`, and for NaN.
+/// Returns parsed(text) if it is a number from `least` to `most`; otherwise nothing, also for NaN.
 template <typename Number>
 std::optional<Number> parsed_between(std::string_view text, Number least, Number most) {
   const std::optional<Number> number = parsed<Number>(text);
   return number && *number >= least && *number <= most ? number : std::nullopt;
 }
 
-/// Returns the place of `word` among `words`; nothing if it is none of them.
+/// Returns the index of the first of `words` that equals `word`; nothing if none does.
 std::optional<std::size_t> place_in(const auto& words, std::string_view word) {
   const auto found = std::find(std::begin(words), std::end(words), word);
   if (found == std::end(words)) return std::nullopt;
@@ -78,10 +80,11 @@ std::optional<std::size_t> place_in(const auto& words, std::string_view word) {
 /// Returns all of `text` as a finite number, also with a leading '+'; nothing for other texts.
 std::optional<double> number_in(std::string_view text);
 
-/// Returns the same; NaN for other texts.
+/// Returns number_in(text), or NaN if that returns nothing.
 double number_or_nan(std::string_view text);
 
-/// Returns all of `text` as a whole number below 2^64 in digits alone; nothing for other texts.
+/// Returns all of `text` as a whole number from 0 to 2^64 - 1, written in digits alone; nothing for
+/// other texts.
 inline std::optional<std::uint64_t> natural_in(std::string_view text) {
   return parsed<std::uint64_t>(text);
 }

@@ -11,7 +11,8 @@
 namespace parray::base {
 
 /// Allocates zeroed memory directly from the system, which clears a page only when it is touched.
-/// If `large_pages`, asks for large pages from 4 MiB on. Null for 0 bytes. Throws std::bad_alloc.
+/// If `large_pages`, asks for large pages from 4 MiB on. Returns null for 0 bytes. Throws
+/// std::bad_alloc.
 void* allocate_zeroed(std::size_t bytes, bool large_pages = true);
 void free_zeroed(void* memory, std::size_t bytes) noexcept;
 

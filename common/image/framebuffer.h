@@ -12,14 +12,15 @@
 
 namespace parray::image {
 
-/// The state of a picture between two passes: a view, with pixels by image row.
+/// The state of a picture between two passes: a view, with pixels by image row. The picture's error
+/// and its next pass are computed from it.
 struct FramebufferView {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   std::span<const PixelSums> pixels;
-  std::span<const std::uint32_t> counts;  ///< how many samples each pixel has
-  double largest_radiance = 1;
-  double rays_per_sample = 1;  ///< average number of rays per sample
+  std::span<const std::uint32_t> counts;  ///< number of samples of each pixel, with excluded ones
+  double largest_radiance = 1;  ///< of the scene: determines the RadianceScale of `pixels`
+  double rays_per_sample = 1;   ///< average
 };
 
 /// The sums of a whole picture, and the number of samples of each pixel that they hold. Not
@@ -34,10 +35,11 @@ class Framebuffer {
   /// outside the image.
   void add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
            const RunSamples& samples, std::uint32_t step = 1);
-  /// Does the same with one range per pixel. Also throws std::logic_error if `ranges` and `sums`
-  /// differ in size.
+  /// Adds sums of pixels (x, y), (x + 1, y) ... with one range of samples per pixel. Throws
+  /// std::logic_error as above, and if `ranges` and `sums` differ in size.
   void add(std::uint32_t y, std::uint32_t x, std::span<const PixelSums> sums,
            std::span<const SampleRange> ranges);
+  /// Adds to counts(), which the calls above leave as they are.
   void add(const TraceCounts& counts) { counts_ += counts; }
   /// Prefetches the memory of pixel (x, y) and of some pixels right of it, which the caller will
   /// add to next.
@@ -51,8 +53,8 @@ class Framebuffer {
   /// for a pixel outside the image.
   void exclude(const ExcludedSamples& samples);
 
-  /// Removes all samples of pixels [x_begin, x_end) of row y, or of every `step`-th of them.
-  /// `counts` are the counts of the work behind these samples.
+  /// Removes all samples of pixels [x_begin, x_end) of row y, or of every `step`-th of them. The
+  /// pixels must lie in the image. Subtracts `counts`, those of the removed samples, from counts().
   void clear(std::uint32_t y, std::uint32_t x_begin, std::uint32_t x_end, const TraceCounts& counts,
              std::uint32_t step = 1);
 
@@ -65,13 +67,14 @@ class Framebuffer {
   [[nodiscard]] bool whole() const { return untouched_ == 0; }
   /// Samples that are missing from a pixel's sums.
   struct Excluded {
-    std::uint32_t first = 0;
+    std::uint32_t first = 0;  ///< number of the first of them
     std::uint32_t count = 0;
   };
-  using PixelAddress = std::pair<std::uint32_t, std::uint32_t>;
-  /// Returns the excluded samples by image row and column. Usually empty.
+  using PixelAddress = std::pair<std::uint32_t, std::uint32_t>;  ///< image row, column
+  /// Returns the excluded samples of each pixel that has some. Usually empty.
   [[nodiscard]] const std::map<PixelAddress, Excluded>& excluded() const { return excluded_; }
   [[nodiscard]] const TraceCounts& counts() const { return counts_; }
+  /// Returns a view of this object. `largest_radiance`: that of the scene.
   [[nodiscard]] FramebufferView view(double largest_radiance) const {
     const auto traced = static_cast<double>(counts_.samples > 0 ? counts_.samples : 1);
     return {width_,    height_,          pixels(),

@@ -32,8 +32,8 @@ struct Lattice {
 
 /// Returns lattices that share no pixel and together cover an image, coarse ones first. So the
 /// first lattices, however many, are spread evenly. The first one has at most 4096 pixels. Then
-/// follow up to three for each halving of the step, first the one in the middle of the squares. No
-/// lattice is empty.
+/// follow up to three for each halving of the step. The first of these has its pixels in the middle
+/// of the squares that the lattices before form. No lattice is empty.
 std::vector<Lattice> nested_lattices(std::uint32_t width, std::uint32_t height);
 
 /// The filling of pixels without a sample.
@@ -55,7 +55,8 @@ struct BlockCorner {
 BlockCorner block_corner(std::span<const std::uint32_t> samples, std::uint32_t width,
                          std::uint32_t x, std::uint32_t y);
 
-/// Gives every pixel without a sample the value of its block's corner.
+/// Gives every pixel without a sample the value of its block_corner(). `samples` holds the number
+/// of samples of each pixel, in image order.
 Fill fill_untraced(Image& image, std::span<const std::uint32_t> samples);
 
 }  // namespace parray::image

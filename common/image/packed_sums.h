@@ -34,7 +34,7 @@ void pack_sums(std::span<const PixelSums> pixels, std::string& out);
 
 /// Reads pixels.size() sums from the beginning of `bytes` and returns the number of bytes read.
 /// Throws DecodeError unless these are exactly the bytes that pack_sums() writes for the sums; the
-/// content of `pixels` is then undefined. The function allocates no memory in proportion to
+/// content of `pixels` is then undefined. The memory that the function allocates does not grow with
 /// `bytes`.
 std::size_t unpack_sums(std::string_view bytes, std::span<PixelSums> pixels);
 

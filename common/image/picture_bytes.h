@@ -11,9 +11,9 @@ namespace parray::image {
 
 /// Data of each pixel besides its radiance.
 struct PictureStatistics {
-  std::vector<std::uint32_t> samples;  ///< of the pixel, including excluded ones
-  /// Half-widths of the 95 % confidence intervals: 3 values per pixel; infinite if the picture's
-  /// error is unknown.
+  std::vector<std::uint32_t> samples;  ///< number of the pixel's samples, with excluded ones
+  /// Half-widths of the 95 % confidence intervals in linear radiance: 3 values (R, G, B) per pixel;
+  /// infinite if the picture's error is unknown.
   std::vector<float> half_width;
   Replicates replicates{};  ///< filled if the job keeps them
 };
@@ -38,7 +38,8 @@ struct PictureParts {
   Image image;
   PictureStatistics statistics;  ///< empty if the bytes have none
 };
-/// Reads a picture of this size. Throws DecodeError if the bytes are not such a picture.
+/// Reads the output of picture_to_bytes() for a picture of this size. Throws DecodeError if the
+/// number of bytes fits no PictureDetail.
 PictureParts picture_from_bytes(std::uint32_t width, std::uint32_t height, std::string_view bytes);
 
 }  // namespace parray::image

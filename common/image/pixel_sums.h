@@ -8,9 +8,9 @@
 
 namespace parray::image {
 
-/// The sums of a pixel's samples. Each channel has the sum, the sum of squares, and the sum of the
-/// samples with odd numbers, in the fixed point of RadianceScale. Addition is exact and
-/// associative.
+/// The sums of a pixel's samples. Each channel (R, G, B) has the sum, the sum of squares
+/// (RadianceScale::square_of()), and the sum of the samples with odd numbers, in the fixed point of
+/// RadianceScale. Addition is exact and associative.
 ///
 /// Samples with even and with odd numbers form two independent replicates of the pixel, with any
 /// sampler. Their difference shows the size of the pixel's error.
@@ -19,7 +19,7 @@ struct PixelSums {
   std::array<std::uint64_t, 3> sum_of_squares{};
   std::array<std::uint64_t, 3> odd{};
 
-  /// Adds sample number `sample`.
+  /// Adds sample number `sample`, counted from 0, with the radiance `fixed` in fixed point.
   void add(const std::array<std::uint64_t, 3>& fixed, std::uint32_t sample) {
     const std::uint64_t if_odd = 0 - std::uint64_t{sample & 1};
     for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -53,14 +53,17 @@ struct SkySamples {
 /// Counts of the work behind some samples. Addition is exact and associative.
 struct TraceCounts {
   std::uint64_t samples = 0;
-  std::uint64_t rays = 0;       ///< path segments traced
+  /// Ray segments of all paths. A straight way through several surfaces of one glass body has a
+  /// segment per surface (InsideStack), so a path may have more than max_depth.
+  std::uint64_t rays = 0;
   std::uint64_t nonfinite = 0;  ///< samples excluded because they were NaN or infinite
-  /// Light that max_depth may have cut off. The sum covers the paths that had not ended by then:
-  /// the largest channel of each throughput, in units of lost_unit, rounded up.
+  /// A bound of the light that max_depth cut off, under a sky of radiance 1. Each path that had not
+  /// ended by then adds the largest channel of its throughput (the product of the albedos on it),
+  /// in units of lost_unit, rounded up.
   std::uint64_t lost = 0;
 
   static constexpr double lost_unit = 0x1p-24;
-  /// Returns the amount that a path of throughput `largest`, 0 .. 1, adds to `lost`.
+  /// Returns what a path adds to `lost`. `largest`: the largest channel of its throughput, 0 .. 1.
   static PARRAY_INLINE std::uint64_t lost_of(double largest) {
     return static_cast<std::uint64_t>(largest / lost_unit) + 1;
   }

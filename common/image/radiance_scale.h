@@ -7,15 +7,15 @@
 
 namespace parray::image {
 
-/// The fixed-point form of radiance: a value x becomes the integer nearest to x * 2^bits, at most
+/// The fixed-point form of radiance: a value x becomes the integer nearest to x * factor(), at most
 /// 2^32.
 ///
 /// Integer sums are associative. So any split of samples over workers, merged in any order, gives
 /// the same bits. A 64-bit sum holds 2^31 samples. Immutable and thread-safe.
 class RadianceScale {
  public:
-  /// `largest` is the largest possible radiance of a sample: finite, >= 0. The scale is the power
-  /// of two that maps it into (2^31, 2^32]. 0, and values below 2^-200, count as 1.
+  /// `largest` is the largest possible radiance of a sample: finite, >= 0. factor() is the power of
+  /// two that maps it into (2^31, 2^32]. 0, and values below 2^-200, count as 1.
   explicit RadianceScale(double largest) {
     double unit = 1;
     if (!(largest >= 0x1p-200)) largest = 1;
@@ -47,12 +47,14 @@ class RadianceScale {
   /// The largest fixed-point value.
   static constexpr double one = 0x1p32;
 
-  /// Returns the mean of `count` > 0 samples from `sum`, the sum of their fixed-point values.
+  /// Returns the mean radiance of `count` > 0 samples from `sum`, the sum of their fixed-point
+  /// values.
   [[nodiscard]] double mean(std::uint64_t sum, std::uint64_t count) const {
     return static_cast<double>(sum) / static_cast<double>(count) * from_fixed_;
   }
 
-  /// Returns the mean square from `sum`, a sum of square_of() values.
+  /// Returns the mean squared radiance of `count` > 0 samples from `sum`, the sum of their
+  /// square_of() values.
   [[nodiscard]] double mean_square(std::uint64_t sum, std::uint64_t count) const {
     return static_cast<double>(sum) / static_cast<double>(count) * from_fixed_ * from_fixed_ * one;
   }

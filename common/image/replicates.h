@@ -12,9 +12,9 @@ namespace parray::image {
 struct Replicates {
   /// Linear radiance of the even half and of the odd half, 3 values (R, G, B) per pixel.
   std::array<std::vector<float>, 2> mean;
-  /// Expected root mean square error of a half over the channels, one value per pixel; 0
-  /// for all pixels: unknown. It comes from the samples of the surrounding pixels. The pixel's own
-  /// samples enter only through one factor of the whole picture.
+  /// Expected root mean square error of one half over the channels, in linear radiance, one value
+  /// per pixel; 0 for all pixels: unknown. It comes from the samples of the surrounding pixels. The
+  /// pixel's own samples enter only through one factor that is the same for the whole picture.
   std::vector<float> noise;
 
   [[nodiscard]] bool empty() const { return noise.empty(); }

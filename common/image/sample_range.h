@@ -9,7 +9,7 @@
 
 namespace parray::image {
 
-/// A half-open range of sample indices of a pixel.
+/// The samples of a pixel with numbers begin .. end - 1.
 struct SampleRange {
   std::uint32_t begin = 0;
   std::uint32_t end = 0;
@@ -24,7 +24,8 @@ inline SampleRange common_of(const SampleRange& a, const SampleRange& b) {
   return {begin, std::max(begin, std::min(a.end, b.end))};
 }
 
-/// The samples of each pixel of a run: one range for all pixels, or one range per pixel. A view.
+/// The samples of each pixel of a run (pixels of one row): one range for all pixels, or one range
+/// per pixel. A view.
 class RunSamples {
  public:
   explicit RunSamples(const SampleRange& all) : all_(all) {}

@@ -12,23 +12,24 @@
 
 namespace parray::log {
 
-/// How a service logs: --log-level and --log-format.
+/// How a service logs: the values of --log-level and --log-format.
 struct LogOptions {
-  std::string level = "info";
-  std::string format = "text";
+  std::string level = "info";   ///< least severe events to log: debug, info, warn, error
+  std::string format = "text";  ///< text, json
 
-  /// `levels`: explanation of --log-level.
+  /// Declares both options. `levels`: the help of --log-level.
   void add_to(CommandLine& line, const std::string& levels);
 };
 
-/// A log on stderr, a line for each event, any thread. As text for people; or as JSON, one object
-/// with `time` (RFC 3339, with microseconds and the zone's offset), `level`, `logger` and
-/// `message`.
+/// Makes a log that writes a line to stderr for each event. Any thread may use the log. A line is
+/// text for people, or a JSON object with `time` (RFC 3339, with microseconds and the zone's
+/// offset), `level`, `logger` (which is `name`) and `message`. Throws spdlog::spdlog_ex if the
+/// process already has a log called `name`.
 std::shared_ptr<spdlog::logger> make_log(const std::string& name, const LogOptions& options);
 
-/// Keeps the last `most` lines of a log in memory, as text. To be called before another thread uses
-/// `log`. Returns a function that returns the lines, oldest first, without their ends. Any thread
-/// may call it.
+/// Makes `log` also keep its last `most` lines in memory, as text. Must be called before another
+/// thread uses `log`. Returns a function that returns these lines, oldest first, without line ends.
+/// Any thread may call that function.
 std::function<std::vector<std::string>()> keep_lines(spdlog::logger& log, std::size_t most);
 
 }  // namespace parray::log

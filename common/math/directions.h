@@ -68,8 +68,9 @@ PARRAY_INLINE Vec3<Real> uniform_direction(Real u, Real v) {
   return {rho * phi.sin, y, rho * phi.cos};
 }
 
-/// Returns a uniform point of the unit ball. The largest of three uniform numbers has the
-/// distribution of the radius (distribution function r^3), which avoids a cube root.
+/// Returns a uniform point of the unit ball; all arguments in [0, 1). The largest of three uniform
+/// numbers has the distribution of the radius (distribution function r^3), which avoids a cube
+/// root.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> uniform_ball(Real u, Real v, Real r1, Real r2, Real r3) {
   return max_of(r1, max_of(r2, r3)) * uniform_direction(u, v);

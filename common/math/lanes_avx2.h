@@ -11,8 +11,7 @@
 /// multiply_add() is fused: every instruction set must give the same bits.)
 namespace parray::math::avx2 {
 
-/// Places of lanes that are stored one after the other: entry `set` has the numbers of its set
-/// bits.
+/// For compress_store(): entry `set` lists the numbers of the set bits of `set`, ascending.
 struct CompressTable {
   std::uint8_t lane[256][8];
 
@@ -124,7 +123,7 @@ PARRAY_INLINE std::uint32_t bits_of(Mask8 mask) {
   return static_cast<std::uint32_t>(_mm256_movemask_ps(mask.m));
 }
 
-/// Orders of lanes, widened.
+/// Results of load_order(): the numbers of lanes as 32-bit integers.
 struct Order8 {
   __m256i lane;
 };

@@ -137,7 +137,7 @@ PARRAY_INLINE Uint8 one_shifted_by(Uint8 count) {
   return Uint8(_mm256_sllv_epi32(_mm256_set1_epi32(1), count.v));
 }
 
-/// Orders of lanes, widened.
+/// Results of load_order(): the numbers of lanes as 32-bit integers.
 struct Order16 {
   __m512i lane;
 };

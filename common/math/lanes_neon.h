@@ -88,7 +88,7 @@ PARRAY_INLINE bool any(const Mask<T>& mask) {
   return vmaxvq_u32(mask.words()) != 0;
 }
 
-/// An order of lanes: bytes 0 to 3.
+/// A result of load_order(): the numbers of the four lanes in bytes 0 to 3.
 struct Order {
   uint8x16_t lane;
 
@@ -102,7 +102,8 @@ struct Order {
   }
 };
 
-/// The bytes of a register that remain when the lanes of set bits are stored one after the other.
+/// For compress_store(): entry `set` lists the bytes of the lanes whose bits are set, ascending.
+/// Lanes have `Size` bytes.
 template <int Size>
 struct CompressTable {
   alignas(16) std::uint8_t byte[1 << (16 / Size)][16];
@@ -119,7 +120,8 @@ struct CompressTable {
 template <int Size>
 inline constexpr CompressTable<Size> compress_table;
 
-/// Stores these lanes of a register and returns their number.
+/// Stores the lanes of a register whose bits in `set` are set, one after the other, and returns
+/// their number.
 template <typename Element, typename Type>
 PARRAY_INLINE int compress_register(Element* to, std::uint32_t set, Type a) {
   constexpr int size = sizeof(Element);

@@ -17,6 +17,7 @@ namespace parray::math::scalar {
 using Words = std::uint32_t __attribute__((vector_size(16)));
 using HalfWords = std::uint32_t __attribute__((vector_size(8)));
 
+/// The vectors that hold four lanes of T.
 template <typename T>
 struct Register;
 template <>
@@ -38,7 +39,8 @@ using HalfFloats = float __attribute__((vector_size(8)));
 using Doubles = Register<double>::Type;
 using LongWords = Register<double>::Bits;
 
-// Operations that compilers do not find by themselves.
+// Operations that compilers do not find by themselves. smaller(), larger(): b if a or b is NaN.
+// signs(): bit i is set if lane i of a mask is set.
 #ifdef __SSE2__
 PARRAY_INLINE Floats root(Floats a) { return _mm_sqrt_ps(a); }
 PARRAY_INLINE Doubles root(Doubles a) { return _mm_sqrt_pd(a); }
@@ -193,7 +195,7 @@ template <typename T>
 PARRAY_INLINE Uints<T> select(const Mask<T>& mask, Uints<T> a, Uints<T> b) {
   return Uints<T>(choose(mask.words(), a.v, b.v));
 }
-/// Does the same with a mask as bits.
+/// Does the same as select() with a mask as bits: bit i for lane i.
 template <typename T>
 PARRAY_INLINE Uints<T> select_bits(std::uint32_t bits, Uints<T> a, Uints<T> b) {
   return Uints<T>(choose(spread(bits), a.v, b.v));
@@ -271,7 +273,7 @@ struct Reals {
     return r;
   }
   PARRAY_INLINE void store(T* to) const { __builtin_memcpy(to, v, sizeof v); }
-  /// Makes an order of the lanes for permute() from the lanes' numbers.
+  /// Makes an order for permute() from `count` numbers of lanes.
   static PARRAY_INLINE const std::uint8_t* load_order(const std::uint8_t* order) { return order; }
 
 #define PARRAY_REALS_OPERATOR(op)                                          \
@@ -317,6 +319,7 @@ template <typename T>
 PARRAY_INLINE Reals<T> select_bits(std::uint32_t bits, const Reals<T>& a, const Reals<T>& b) {
   return select(Mask<T>::from(spread(bits)), a, b);
 }
+/// Return the minimum and the maximum in each lane, with NaN as in real.h.
 template <typename T>
 PARRAY_INLINE Reals<T> min_of(const Reals<T>& a, const Reals<T>& b) {
   Reals<T> r;
@@ -361,7 +364,8 @@ template <typename T>
 PARRAY_INLINE T first_of(const Reals<T>& a) {
   return a.v[0][0];
 }
-/// Returns lane order[i] of `a` in lane i. One order serves reals and integers.
+/// Returns lane order[i] of `a` in lane i. `order` comes from load_order() and serves reals and
+/// integers.
 template <typename T>
 PARRAY_INLINE Reals<T> permute(const Reals<T>& a, const std::uint8_t* order) {
   T lane[4];

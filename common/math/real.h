@@ -36,7 +36,7 @@ PARRAY_INLINE Real square_root(Real x) {
 }
 
 /// Return the minimum and the maximum. The comparisons are spelled out, because the place of a NaN
-/// matters: a NaN in the first argument returns the second.
+/// matters: if either argument is NaN, the result is the second argument.
 template <typename Real>
 PARRAY_INLINE constexpr Real min_of(Real a, Real b) {
   return a < b ? a : b;

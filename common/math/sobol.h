@@ -47,9 +47,9 @@ struct PointOrder {
 /// share. For each pair of points, the odd multiplier and the sum have exactly the effect of nested
 /// uniform scrambling (Owen 1995). If two coordinates differ first in digit i, the results are
 /// uniform, share the digits before it, differ in it, and are independent after it. So the mean of
-/// any integrand over a set has the same variance. The map before them is another bijection in
-/// which no digit depends on later ones, so the law still holds. In larger sets it removes the
-/// regularity of a linear map, which shows in the fourth moment.
+/// any integrand over a set has the same variance. The first two lines apply another bijection in
+/// which no digit depends on later ones, so all this still holds. In larger sets this bijection
+/// removes the regularity of a linear map, which shows in the fourth moment.
 template <typename Uint>
 PARRAY_INLINE Uint scramble(Uint digits, const Uint& factor, const Uint& shift) {
   digits = digits + (factor >> 24);  // bits that the product does not use

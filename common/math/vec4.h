@@ -15,8 +15,8 @@ namespace parray::math {
 template <typename T>
 using Vector16 __attribute__((vector_size(16))) = T;
 
-// Component by component; for a NaN and a number, returns `b`. (Compilers have no vector minimum
-// with this rule.)
+// Return the minimum and the maximum, component by component; `b` if `a` or `b` is NaN. (Compilers
+// have no vector minimum with this rule.)
 template <typename V>
 PARRAY_INLINE V least(V a, V b) {
   return a < b ? a : b;
@@ -64,8 +64,10 @@ struct Vec4<float> {
   }
   PARRAY_INLINE void store(float* to) const { __builtin_memcpy(to, &all, sizeof all); }
   PARRAY_INLINE float operator[](std::size_t i) const { return all[i]; }
+  /// Returns the first 16 bytes: all four numbers.
   [[nodiscard]] PARRAY_INLINE Vector16<float> first() const { return all; }
 
+  /// Returns the results of function(a, b), which is called with vectors of 16 bytes.
   static PARRAY_INLINE Vec4 each(const Vec4& a, const Vec4& b, const auto& function) {
     return Vec4(function(a.all, b.all));
   }
@@ -86,6 +88,7 @@ struct Vec4<double> {
   }
   PARRAY_INLINE void store(double* to) const { __builtin_memcpy(to, half, sizeof half); }
   PARRAY_INLINE double operator[](std::size_t i) const { return half[i / 2][i % 2]; }
+  /// Returns the first 16 bytes: x and y.
   [[nodiscard]] PARRAY_INLINE Vector16<double> first() const { return half[0]; }
 
   static PARRAY_INLINE Vec4 each(const Vec4& a, const Vec4& b, const auto& function) {

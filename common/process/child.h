@@ -22,26 +22,31 @@ struct ChildSetup {
   std::filesystem::path directory{};     ///< current directory; empty: this process's
 };
 
-/// Starts a program in a process group of its own, with default signals and without other files of
-/// this process. Output and messages may be the same file. Any thread. Throws RunError.
+/// Starts a program in a process group of its own, with default signals and without other open
+/// files of this process. Replaces the files for stdout and stderr, or makes them (mode 0600); both
+/// may be the same file. Returns the process id. Any thread. Throws RunError if the program does
+/// not start.
 pid_t start_child(ChildSetup setup);
 
 /// How a child has ended.
 struct ChildEnd {
-  int status = 0;          ///< exit status; 128 + signal if a signal ended it
-  int signal = 0;          ///< the signal that ended it; 0: none
+  int status = 0;  ///< exit status; 128 + signal if a signal ended it
+  int signal = 0;  ///< the signal that ended it; 0: none
+  // Callers fill the others; end_of_child() does not.
   bool timed_out = false;  ///< it reached its time limit
-  std::string message{};   ///< the last line that it wrote to stderr, if the caller reads it
+  std::string message{};   ///< the last line that it wrote to stderr
 };
 
-/// Returns how the child has ended, or nothing if it still runs. Does not wait.
+/// Returns how the child has ended, or nothing if it still runs. Does not wait. A result ends the
+/// use of the process id: do not call again.
 std::optional<ChildEnd> end_of_child(pid_t child);
 
 /// Returns this process's environment, with `variables` (NAME=VALUE) added or replaced.
 std::vector<std::string> environment_with(const std::vector<std::string>& variables);
 
-/// Returns a small environment for helper programs with at most `threads` threads of OpenMP.
-/// Threads reserve address space that they never use, so helpers under a memory limit need few.
+/// Returns the environment of a helper program with at most `threads` threads of OpenMP: LC_ALL=C,
+/// limits for threads, and this process's search paths and sanitizer options. Threads reserve
+/// address space that they never use, so helpers under a memory limit need few.
 std::vector<std::string> helper_environment(int threads);
 
 /// Returns the path of a helper program: bin/../lib/parray/NAME, relative to the directory of this
@@ -51,7 +56,8 @@ std::filesystem::path helper_program(const std::string& name);
 /// Returns whether this user may run `file`.
 bool executable(const std::filesystem::path& file);
 
-/// Returns the first executable file `name` in the directories of `path` ("/usr/bin:/bin").
+/// Returns the absolute path of the first executable file `name` in the directories of `path`
+/// ("/usr/bin:/bin"); nothing if there is none.
 std::optional<std::filesystem::path> find_program(const std::string& name, const std::string& path);
 
 }  // namespace parray::process

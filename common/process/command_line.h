@@ -17,7 +17,8 @@ class Option;
 }  // namespace CLI
 
 /// The parts of CLI11 that programs need. Only command_line.cpp includes its headers, because they
-/// compile slowly. The targets of options must not move until the command line is parsed.
+/// compile slowly. The target of an option is the variable that receives its value. Targets must
+/// not move until the command line is parsed.
 namespace parray::process {
 
 /// The command line cannot be understood.
@@ -26,7 +27,8 @@ class UsageError : public InputError {
   using InputError::InputError;
 };
 
-/// An option or a positional argument. Every call returns the same option.
+/// An option or a positional argument. Every call returns the same option. An Option and a Command
+/// refer to their CommandLine, which must outlive them.
 class Option {
  public:
   Option() = default;
@@ -39,9 +41,9 @@ class Option {
   Option& group(const std::string& name);
   /// Makes the help show the current value of the target as the default.
   Option& show_default();
-  /// Sets an environment variable that replaces a missing option.
+  /// Sets the name of an environment variable that gives the value if the option is missing.
   Option& environment(const std::string& name);
-  /// Makes a second use an error.
+  /// Makes a second use an error, for an option of which otherwise the last use counts.
   Option& only_once();
   /// Reads the value when the parser meets the option, so that it can depend on the options before
   /// it. Other options are read when the whole command line is parsed.
@@ -55,10 +57,11 @@ class Option {
   /// Lists known words for the help and shells; the reader of the value refuses others. `list`:
   /// several words, separated by commas.
   Option& words(const std::vector<std::string>& words, bool list = false);
+  /// Sets what a shell offers as values besides known words.
   Option& completes(Completes what);
   /// Marks a command's option as rarely needed: only `help COMMAND --all` and the man page show it.
   Option& special();
-  /// Requires the option `other`.
+  /// Makes this option an error unless the option `other` is given, too.
   Option& needs(const Option& other);
 
  private:
@@ -68,8 +71,8 @@ class Option {
 
 /// An option from the command line.
 struct GivenOption {
-  std::string name;
-  std::string group;
+  std::string name;   ///< the first long name: "--output"
+  std::string group;  ///< heading in the help
   std::string value;  ///< empty for a flag
 };
 
@@ -79,6 +82,8 @@ class Command {
   Command(CLI::App* app, CommandText* text) : app_(app), text_(text) {}
 
   /// Declares an option. `names` has CLI11's form: "-o,--output", or "SCENE" for an argument.
+  /// `description`: its text in the help. Parsing writes the given value to `target`; a missing
+  /// option leaves `target` as it is.
   Option option(const std::string& names, std::string& target, const std::string& description);
   /// Collects all given values.
   Option option(const std::string& names, std::vector<std::string>& target,
@@ -87,25 +92,26 @@ class Command {
   /// the option. Of several uses the last counts.
   Option option(const std::string& names, std::function<void(const std::string&)> set,
                 const std::string& description);
-  /// A number from `least` to `most`, in CLI11's format.
+  /// Declares an option with a number from `least` to `most`, in CLI11's format.
   Option number(const std::string& names, int& target, int least, int most,
                 const std::string& description);
   Option number(const std::string& names, std::size_t& target, std::size_t least, std::size_t most,
                 const std::string& description);
   Option number(const std::string& names, double& target, double least, double most,
                 const std::string& description);
+  /// Declares an option without a value, which sets `target` to true.
   Option flag(const std::string& names, bool& target, const std::string& description);
-  /// A switch with the values on and off. The target of a missing option stays empty.
+  /// Declares an option with the values on and off. The target of a missing option stays empty.
   Option on_off(const std::string& name, std::optional<bool>& target,
                 const std::string& description);
   /// Makes an old option an error that names its replacement `now`, such as "--labels off".
   void renamed(const std::string& old, const std::string& now);
 
-  /// Adds a command to copy, and its effect. --describe, and with it the build, fails if the
-  /// program does not understand it.
+  /// Adds a shell command that users can copy, and what it does. --describe, and with it the build,
+  /// fails if the program does not understand the command.
   void example(const std::string& command, const std::string& about);
 
-  /// Calls `chosen` when the command line names this command.
+  /// Makes parse() call `chosen` if the command line names this command.
   void on_chosen(std::function<void()> chosen);
   /// Returns the given options. First come those without in_order(), once each, with the last
   /// value. Then come the others in their order, as often as they are given.
@@ -143,17 +149,20 @@ class CommandLine : public Command {
   void launcher(const std::string& words);
   /// Sets the heading of commands that are declared later.
   void heading(const std::string& name) { heading_ = name; }
+  /// Declares a command of the program. `description`: its line in the help.
   Command command(const std::string& name, const std::string& description);
   /// Adds the command help [COMMAND], which prints the same as --help.
   void add_help_command();
+  /// Returns the output of --help of the program: see help_text.h.
   [[nodiscard]] std::string help() const;
+  /// Returns everything declared so far, with --help added to the program and each command.
   [[nodiscard]] ProgramText description() const;
 
-  /// Returns the text to print for --help, --version and the command help, otherwise nothing.
-  /// Throws UsageError: one line that names the problem, the option, the most similar known option,
-  /// and the help to read.
+  /// Parses the arguments of main(), which begin with the program. Returns the text to print for
+  /// --help, --version and the command help, otherwise nothing. Throws UsageError: one line that
+  /// names the problem, the option, the most similar known option, and the help to read.
   std::optional<std::string> parse(int argc, const char* const* argv);
-  /// Parses options only, written as in a shell. Throws UsageError.
+  /// Parses options without the program's name, written as in a shell. Throws UsageError.
   void parse(const std::string& words);
 
  private:

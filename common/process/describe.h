@@ -12,14 +12,14 @@ namespace parray::process {
 
 class CommandLine;
 
-/// Returns the commands, options and examples of a program as JSON. `declare` declares the options
-/// on a new command line. `about`: one line about the program. Throws RunError if the program does
-/// not understand one of its examples.
+/// Returns the commands, options and examples of a program as JSON. `declare` declares them on a
+/// new command line, and is called once more for each example. `program`: its name. `about`: one
+/// line about the program. Throws RunError if the program does not understand one of its examples.
 std::string describe(const std::function<void(CommandLine&)>& declare, const std::string& program,
                      const std::string& about);
 
-/// Splits a command into words as a shell does, with '...' and "...". A # or & at the beginning of
-/// a word ends the command. Backslashes have no special meaning.
+/// Splits a command into words at spaces as a shell does, with '...' and "...". A # or & at the
+/// beginning of a word ends the command. Backslashes have no special meaning.
 std::vector<std::string> shell_words(const std::string& command);
 
 }  // namespace parray::process

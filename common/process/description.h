@@ -18,7 +18,7 @@ enum class Completes : std::uint8_t { nothing, files, directories, jobs, command
 struct OptionText {
   std::vector<std::string> names;  ///< "-o", "--output"; empty for an argument
   std::string value;               ///< placeholder of the value; name of an argument; empty: a flag
-  std::string text;
+  std::string text;                ///< what the option does, for the help
   std::string heading = "Options";
   std::string default_value{};  ///< empty: none, or `text` contains it
   std::string environment{};    ///< variable that applies if the option is not given; empty: none
@@ -27,7 +27,7 @@ struct OptionText {
   bool list = false;                 ///< the value is several words, separated by commas
   Completes completes = Completes::nothing;
   bool required = false;
-  bool repeats = false;
+  bool repeats = false;  ///< may be given several times
   bool special = false;  ///< rarely needed: the --help of a command omits it
 
   [[nodiscard]] bool is_argument() const { return names.empty(); }
@@ -43,7 +43,7 @@ struct Example {
 
 /// A command with its options. For the program itself, `options` are those without a command.
 struct CommandText {
-  std::string name;                ///< "parray render"
+  std::string name;                ///< with the program's: "parray render"
   std::string heading;             ///< heading in the list of commands
   std::string about;               ///< one line
   std::string launcher;            ///< before the name: "mpirun -n P "
@@ -60,11 +60,12 @@ struct CommandText {
   [[nodiscard]] std::vector<std::string> headings() const;
 };
 
+/// A program with its commands.
 struct ProgramText {
-  CommandText self;
+  CommandText self;  ///< the program itself, with the options that need no command
   std::deque<CommandText> commands;
 
-  /// Returns the headings of its commands.
+  /// Returns the headings of its commands in the order of their first use.
   [[nodiscard]] std::vector<std::string> headings() const;
 };
 

@@ -15,8 +15,8 @@ using Action = std::function<int()>;
 
 /// The properties of a program that its --help shows.
 struct Program {
-  const char* name;
-  const char* about;
+  const char* name;           ///< also begins its messages
+  const char* about;          ///< one line, without a full stop
   const char* version;        ///< output of --version
   bool speaks = true;         ///< false: another process with the same command line prints
   const char* launcher = "";  ///< words before the name in the usage: "mpirun -n P "
@@ -33,8 +33,9 @@ int run_main(const Program& program, int argc, const char* const* argv,
 /// Prints "PROGRAM: message" as one line on stderr and returns `status`.
 int fail(const char* program, int status, std::string message);
 
-/// Runs `action` and returns the exit status. An exception becomes a line on stderr and the status
-/// of its type. A write error on stdout is a failure, too, for example if the disk is full.
+/// Runs `action` and returns the exit status. An exception becomes a line on stderr and a status: 2
+/// for InputError, 130 for Interrupted, otherwise 1. A write error on stdout is a failure, too, for
+/// example if the disk is full.
 int run_action(const char* program, const Action& action);
 
 }  // namespace parray::process

@@ -17,7 +17,7 @@ class Interrupted : public std::runtime_error {
   explicit Interrupted(const std::string& what = "interrupted") : std::runtime_error(what) {}
 };
 
-/// Exit status after SIGINT, SIGTERM or SIGHUP.
+/// The exit status of a program that SIGINT, SIGTERM or SIGHUP interrupted.
 inline constexpr int interrupted_status = 130;
 
 /// For interactive programs. SIGINT, SIGTERM and SIGHUP end the program at once with one line on
@@ -28,9 +28,9 @@ void stop_at_signals();
 /// the second signal of the same kind ends the process at once.
 void note_signals();
 
-/// While an object exists, the signals of stop_at_signals() are only noted, for
-/// check_interrupted(): the current operation must clean up or report something. The owner calls
-/// check_interrupted() several times a second. Objects must not be nested.
+/// While an object exists, the signals of stop_at_signals() do not end the program. They are only
+/// noted, because the current operation must clean up or report something. The owner of the object
+/// calls check_interrupted() several times a second. Objects must not be nested.
 class DeferredInterrupts {
  public:
   DeferredInterrupts();
@@ -39,9 +39,9 @@ class DeferredInterrupts {
   DeferredInterrupts& operator=(const DeferredInterrupts&) = delete;
 };
 
-/// Returns whether a signal has arrived. Thread-safe.
+/// Returns whether one of the signals above has arrived since the program began. Thread-safe.
 bool interrupt_noted();
-/// Throws Interrupted if a signal has arrived. Thread-safe.
+/// Throws Interrupted if interrupt_noted(). Thread-safe.
 void check_interrupted();
 
 }  // namespace parray::process

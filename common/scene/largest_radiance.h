@@ -6,8 +6,9 @@
 
 namespace parray::scene {
 
-/// Returns the largest radiance that a sample under this sky can have, because no surface adds
-/// radiance. It determines the fixed-point scale of sums.
+/// Returns the largest component of the sky's two colours. No sample has a larger radiance, because
+/// no surface adds any. This number determines the fixed-point scale of sums
+/// (common/image/radiance_scale.h).
 inline double largest_radiance(const Sky& sky) {
   const Vec3d& a = sky.horizon;
   const Vec3d& b = sky.zenith;

@@ -8,23 +8,24 @@
 /// Bounds that every reader and decoder checks before it allocates.
 namespace parray::scene::limits {
 
-inline constexpr std::uint32_t max_image_side = 1U << 16;
-inline constexpr std::uint64_t max_pixels = std::uint64_t{1} << 26;  // 4.5 GiB of sums
+inline constexpr std::uint32_t max_image_side = 1U << 16;            ///< pixels
+inline constexpr std::uint64_t max_pixels = std::uint64_t{1} << 26;  ///< 4.5 GiB of sums
 inline constexpr std::uint32_t max_samples_per_pixel = 1U << 24;
-inline constexpr std::uint32_t max_depth = 1U << 20;
-inline constexpr std::size_t max_passes = 1000;
-inline constexpr std::uint64_t max_shapes = 100'000'000;
-inline constexpr std::uint64_t max_materials = 1U << 24;
-inline constexpr std::uint64_t max_particle_files = 1U << 16;
+inline constexpr std::uint32_t max_depth = 1U << 20;           ///< ray segments of a path
+inline constexpr std::size_t max_passes = 1000;                ///< in StopSettings::passes
+inline constexpr std::uint64_t max_shapes = 100'000'000;       ///< spheres and capsules of a scene
+inline constexpr std::uint64_t max_materials = 1U << 24;       ///< of a scene
+inline constexpr std::uint64_t max_particle_files = 1U << 16;  ///< that a scene file names
+/// Of a scene file or particle file, unpacked.
 inline constexpr std::uint64_t max_scene_file_bytes = std::uint64_t{16} << 30;
-inline constexpr std::size_t max_json_depth = 16;
+inline constexpr std::size_t max_json_depth = 16;  ///< nested objects and lists of a scene file
 inline constexpr std::uint32_t max_frame = 999'999'999;  ///< number of a frame
 inline constexpr std::uint32_t max_frames = 10'000;      ///< of one series
-/// Coordinates, radii and camera lengths stay inside +-this, so that squares and sums of
-/// squares stay finite in single precision.
+/// Coordinates, radii and camera lengths have magnitudes up to this, in the scene's unit. So
+/// squares and sums of squares stay finite in single precision.
 inline constexpr double max_length = 1e15;
-inline constexpr double min_radius = 1e-15;
-/// Largest radiance of the sky.
+inline constexpr double min_radius = 1e-15;  ///< also the least focus distance and view height
+/// Largest component of the sky's radiance.
 inline constexpr double max_radiance = 1e6;
 
 }  // namespace parray::scene::limits

@@ -11,8 +11,8 @@ namespace parray::scene {
 /// of the shapes at least four times nearer. That is the case in a scene whose coordinates are
 /// large only because the scene lies far from 0. (For an orthographic camera only look_from counts.
 /// Another origin does not change the distance between look_from and the starts of its rays.) The
-/// result depends on the scene alone, not on the order of its shapes or the number of threads. The
-/// time is proportional to the number of shapes.
+/// result depends on the scene alone, not on the order of its shapes or on `threads`, the number of
+/// threads to use. The time is proportional to the number of shapes.
 Vec3d scene_origin(const Scene& scene, int threads = 1);
 
 }  // namespace parray::scene

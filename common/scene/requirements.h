@@ -13,7 +13,8 @@ namespace parray::scene {
 struct Requirements {
   std::size_t spheres = 0;
   std::size_t capsules = 0;
-  std::size_t diffuse = 0;  ///< shapes of each kind
+  // Numbers of shapes with each type of material.
+  std::size_t diffuse = 0;
   std::size_t metal = 0;
   std::size_t dielectric = 0;
   bool fuzz = false;           ///< some metal is not a perfect mirror
@@ -29,24 +30,26 @@ struct Requirements {
   double extent = 0;
   /// The largest change of a coordinate or a radius by storing the shapes in single precision.
   double stored_shift = 0;
-  double nearest = 0;      ///< distance from the eye to the nearest surface; 0 without shapes
+  double nearest = 0;      ///< distance from look_from to the nearest surface; 0 without shapes
   double view_height = 0;  ///< height of the visible area at that distance
 
   /// Returns the distance by which computing in single precision moves surfaces: half an ulp of the
   /// largest number.
   [[nodiscard]] double computed_shift() const;
   [[nodiscard]] std::size_t shapes() const { return spheres + capsules; }
-  /// Returns extent / smallest_radius: the largest distance in radii; 0 without shapes.
+  /// Returns extent / smallest_radius: the extent in smallest radii; 0 without shapes.
   [[nodiscard]] double spread() const;
 
-  /// Returns names for the report: "diffuse", "metal", "fuzz", "dielectric", "lens", ...
+  /// Returns names for the report of what the scene has: "diffuse", "metal", "fuzz", "dielectric",
+  /// "lens", "many-radii", "capsules".
   [[nodiscard]] std::vector<std::string> features() const;
 };
 
 /// Computes the requirements of a scene. The result is the same for any number of threads.
 Requirements requirements_of(const Scene& scene, int threads = 1);
 
-/// Settings in which every `automatic` except that of `isa` is decided, with the reasons.
+/// Settings in which every `automatic` except that of `isa` is decided, with the reasons: texts for
+/// the report; "asked for" if the setting was not `automatic`.
 struct ResolvedSettings {
   Boxed<RenderSettings> settings;
   std::string precision_reason;

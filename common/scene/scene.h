@@ -12,13 +12,15 @@ namespace parray::scene {
 
 enum class MaterialType : std::uint8_t { diffuse = 0, metal = 1, dielectric = 2 };  // wire values
 
-/// One surface. Values that the type does not use stay at their defaults, so that equal surfaces
-/// compare equal.
+/// What a surface does with light; common/trace/integrator/material.h has the formulas. Values that
+/// the type does not use stay at their defaults, so that equal surfaces compare equal.
 struct Material {
   MaterialType type = MaterialType::diffuse;
   Vec3d albedo{1, 1, 1};  ///< diffuse, metal: each component in [0, 1]
-  double fuzz = 0;        ///< metal: radius of the ball around the mirror direction, in [0, 1]
-  double ior = 1;         ///< dielectric: index relative to the surroundings, > 0 (a bubble: < 1)
+  /// Metal: radius of the ball, around the end of the unit mirror direction, in which a reflected
+  /// ray ends; in [0, 1]. 0: a perfect mirror.
+  double fuzz = 0;
+  double ior = 1;  ///< dielectric: index relative to the surroundings, > 0 (a bubble: < 1)
 
   friend bool operator==(const Material&, const Material&) = default;
 };
@@ -50,12 +52,12 @@ enum class Projection : std::uint8_t {
 /// A thin-lens camera; the lens is a uniform disc. Values that the projection does not use are 0,
 /// so that equal cameras compare equal.
 struct Camera {
-  Vec3d look_from{13, 2, 3};
-  Vec3d look_at{0, 0, 0};
-  Vec3d up{0, 1, 0};
+  Vec3d look_from{13, 2, 3};   ///< the eye; centre of the lens, or of an orthographic film
+  Vec3d look_at{0, 0, 0};      ///< the point in the middle of the picture
+  Vec3d up{0, 1, 0};           ///< points up in the picture; any length > 0, not along the view
   double vfov = 20;            ///< perspective: vertical angle of view, degrees, in (0, 180)
   double aperture = 0.1;       ///< lens diameter, >= 0; 0 is a pinhole
-  double focus_distance = 10;  ///< > 0
+  double focus_distance = 10;  ///< from the eye to the plane that is in focus, > 0
   /// tan(vfov / 2). The loader of the scene computes it once and sends its bits. It is the only
   /// value that needs libm, which gives different last bits on different machines.
   double tan_half_vfov = 0;

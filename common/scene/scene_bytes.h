@@ -16,7 +16,7 @@ inline constexpr std::size_t scene_bytes_of_sphere = 4 * sizeof(double) + sizeof
 inline constexpr std::size_t scene_bytes_of_capsule = 7 * sizeof(double) + sizeof(std::uint32_t);
 
 /// Returns whether kernels can trace the capsule: whether its ends are equal, or at least 2
-/// limits::min_radius apart along one axis.
+/// limits::min_radius apart along some axis.
 bool has_valid_ends(const Capsule& capsule);
 
 /// Returns the only binary form of a scene. Workers receive it, and its SHA-256 is the scene's
@@ -28,12 +28,12 @@ bool has_valid_ends(const Capsule& capsule);
 std::string scene_to_bytes(const Scene& scene);
 
 /// Reads the form of scene_to_bytes(). Checks every bound before it allocates, and every value that
-/// the kernel relies on. Throws DecodeError.
+/// kernels rely on. Throws DecodeError if a check fails.
 Scene scene_from_bytes(std::string_view bytes);
 
 /// Returns the SHA-256 of `scene_bytes`, the output of scene_to_bytes(), as 64 hexadecimal digits.
 std::string scene_identity(std::string_view scene_bytes);
-/// Returns the same without making the bytes.
+/// Returns scene_identity(scene_to_bytes(scene)) without making the bytes.
 std::string scene_identity(const Scene& scene);
 
 }  // namespace parray::scene

@@ -14,6 +14,7 @@ namespace parray::scene {
 
 /// Most bytes of a scene that travels: those of the most shapes and materials, and some room.
 inline constexpr std::uint64_t max_scene_bytes = std::uint64_t{1} << 33;
+/// Bounds of ChunkCut::chunk_bytes in messages.
 inline constexpr std::uint32_t least_chunk_bytes = 1U << 8;
 inline constexpr std::uint32_t most_chunk_bytes = 1U << 20;
 /// Size of a coordinator's chunks. It is small enough that a chain of many workers is soon busy,
@@ -39,8 +40,9 @@ struct ChunkCut {
   friend bool operator==(const ChunkCut&, const ChunkCut&) = default;
 };
 
-/// Packs a chunk into at most 15/16 of its bytes: groups corresponding bytes of all spheres and
-/// compresses them with zstd. Returns an empty string if the chunk does not shrink that far; it
+/// Packs a chunk into at most 15/16 of its bytes. Groups bytes that are a multiple of
+/// scene_bytes_of_sphere apart, because corresponding bytes of spheres are similar, and compresses
+/// the groups with zstd. Returns an empty string if the chunk does not shrink that far; the chunk
 /// then travels unpacked.
 std::string pack_chunk(std::string_view chunk);
 

@@ -14,7 +14,8 @@ namespace parray::scene {
 /// Precision of tracing. f32: single; f64: double; mixed: paths in double, shapes stored in
 /// single.
 enum class Precision : std::uint8_t { automatic = 0, f32 = 1, f64 = 2, mixed = 3 };  // wire values
-/// How a ray finds the next sphere. linear: tests every sphere; bvh, octree: trees of boxes.
+/// How a ray finds the next sphere. linear: tests every sphere; bvh, octree: trees of boxes. With
+/// linear, capsules still have a tree of their own.
 enum class AcceleratorKind : std::uint8_t {  // wire values
   automatic = 0,
   linear = 1,

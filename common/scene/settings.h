@@ -12,8 +12,8 @@ namespace parray::scene {
 struct PictureSettings {
   std::uint32_t width = 1200;    ///< pixels, 1 .. limits::max_image_side
   std::uint32_t height = 800;    ///< pixels, 1 .. limits::max_image_side
-  std::uint32_t max_depth = 10;  ///< ray segments a path, 1 .. limits::max_depth
-  std::uint64_t seed = 1;
+  std::uint32_t max_depth = 10;  ///< most ray segments of a path, 1 .. limits::max_depth
+  std::uint64_t seed = 1;        ///< of the random numbers: another seed gives other noise
   Sampler sampler = Sampler::sobol;
   Precision precision = Precision::automatic;  ///< `automatic` until resolve_settings() has run
 
@@ -25,10 +25,13 @@ struct PictureSettings {
 struct StopSettings {
   std::uint32_t samples_per_pixel = 500;  ///< most, on average: 1 .. limits::max_samples_per_pixel
   bool adaptive = false;                  ///< pixels with more noise get more samples
-  double target_error = 0;                ///< RMSE of the picture, in linear radiance
-  bool target_denoised = false;           ///< target_error is for the denoised picture
-  double target_half_width = 0;           ///< of the 95 % intervals of 99 % of the values, at most
-  double time_limit = 0;                  ///< seconds, from start to end
+  /// Largest RMSE of the picture, in linear radiance.
+  double target_error = 0;
+  bool target_denoised = false;  ///< target_error is for the denoised picture
+  /// Largest half-width of the 95 % confidence intervals of 99 % of the pixel values, in linear
+  /// radiance.
+  double target_half_width = 0;
+  double time_limit = 0;  ///< seconds, from start to end
   /// Samples of each pass, all pixels together, from the report of a picture to repeat. If not
   /// empty, the picture has these passes, and no limit above applies.
   std::vector<std::uint64_t> passes{};
@@ -54,7 +57,7 @@ struct WorkSettings {
   friend bool operator==(const WorkSettings&, const WorkSettings&) = default;
 };
 
-/// How a scene is to be rendered. Without a time limit, the scene, the first and the second part
+/// How a scene is to be rendered. Without a time limit, the scene, PictureSettings and StopSettings
 /// determine the bits of the picture. A function takes the part that it needs.
 struct RenderSettings : PictureSettings, StopSettings, WorkSettings {
   [[nodiscard]] const PictureSettings& picture() const { return *this; }

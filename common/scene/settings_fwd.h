@@ -13,7 +13,8 @@ struct StopSettings;
 struct WorkSettings;
 struct RenderSettings;
 
-// Values for sources that need nothing else of the settings.
+// Return values for sources that need nothing else of the settings; pixel_count() returns width
+// times height.
 std::uint32_t width_of(const RenderSettings& settings);
 std::uint32_t height_of(const RenderSettings& settings);
 std::uint64_t pixel_count(const RenderSettings& settings);

@@ -17,7 +17,9 @@ struct Cell {
   std::uint32_t y = 0;        ///< row of the image
   std::uint32_t x_begin = 0;  ///< columns [x_begin, x_end)
   std::uint32_t x_end = 0;
-  SampleRange samples;     ///< if pixels have their own ranges: bounds that cut them
+  /// The samples of every pixel. If pixels have ranges of their own (CellBatch), only the samples
+  /// that are in both ranges.
+  SampleRange samples;
   std::uint32_t step = 1;  ///< columns from one pixel to the next
 
   [[nodiscard]] std::uint32_t pixels() const { return (x_end - x_begin + step - 1) / step; }
@@ -47,8 +49,9 @@ struct Stage : SampleRange {
 /// The numbers that determine how the samples of a pass are cut into cells. They are few enough to
 /// travel with every lease.
 struct GridShape {
-  std::uint32_t width = 1;   ///< pixels of the image, 1 .. limits::max_image_side
-  std::uint32_t height = 1;  ///< likewise; width times height is at most limits::max_pixels
+  std::uint32_t width = 1;  ///< pixels of the image, 1 .. limits::max_image_side
+  /// Pixels, 1 .. limits::max_image_side; width times height is at most limits::max_pixels.
+  std::uint32_t height = 1;
   RowOrder row_order = RowOrder::sequential;
   std::uint32_t band_rows = 1;  ///< rows of a band, 1 .. 2^16
   /// Pixels of a cell, 1 .. width; the last cell of a row may have fewer.
@@ -69,21 +72,21 @@ struct GridShape {
 class CellGrid {
  public:
   /// Throws InputError if a number is out of its range, or if the grid would have 2^40 cells or
-  /// more.
+  /// more. Does not check that stages of different lattices share no pixel.
   explicit CellGrid(GridShape shape);
 
   [[nodiscard]] const GridShape& shape() const { return shape_; }
   [[nodiscard]] std::uint64_t cells() const { return first_cell_.back(); }
   /// Returns cell `index`, which must be below cells().
   [[nodiscard]] Cell cell(std::uint64_t index) const;
-  /// Returns all cells of a range, faster than cell() for each of them.
+  /// Returns all cells of a range, in order, faster than cell() for each of them.
   [[nodiscard]] std::vector<Cell> cells_of(const CellRange& range) const;
   /// Returns the number of cells in a whole row of the image, in one layer of samples. With several
   /// lattices, the row is one of the last lattice.
   [[nodiscard]] std::uint64_t cells_per_row() const { return parts_.back().columns; }
   /// Returns the rows of the image, or of the last lattice, in the order in which they are leased.
   [[nodiscard]] const std::vector<std::uint32_t>& rows() const { return parts_.back().row_at; }
-  /// Returns every cell that holds samples of the pixels of `cell`, including `cell`.
+  /// Returns the numbers of all cells with the same pixels as cell number `cell`, including `cell`.
   [[nodiscard]] std::vector<std::uint64_t> cells_of_same_pixels(std::uint64_t cell) const;
 
  private:
@@ -111,12 +114,14 @@ class CellGrid {
   std::vector<std::uint64_t> first_cell_;  ///< first cell of each stage, then the total
 };
 
-/// Cells together with the data that determines their samples: a worker's task.
+/// Cells together with the sample ranges of their pixels: all that a worker needs of a WorkPlan to
+/// trace them.
 struct CellBatch {
   std::shared_ptr<const CellGrid> grid;
   CellRange range;
-  /// Sample ranges of all pixels, stored cell by cell with shape().cell_pixels entries each. Empty:
-  /// every pixel gets all samples of its cell.
+  /// Sample ranges of all pixels, stored cell by cell with shape().cell_pixels entries each;
+  /// entries after a cell's last pixel are empty ranges. An empty vector: every pixel gets all
+  /// samples of its cell.
   std::vector<SampleRange> samples;
 
   /// Returns the sample range of each pixel of cell `index`, which must lie in `range`.
@@ -128,11 +133,11 @@ struct CellBatch {
   [[nodiscard]] RunSamples run_samples(std::uint64_t index) const {
     return run_samples(index, samples.empty() ? grid->cell(index) : Cell());
   }
-  /// Does the same for a cell that the caller already has.
+  /// Returns run_samples(index), faster. `cell` must be cell `index`.
   [[nodiscard]] RunSamples run_samples(std::uint64_t index, const Cell& cell) const;
   /// Returns the number of samples of all cells.
   [[nodiscard]] std::uint64_t sample_count() const { return sample_count(grid->cells_of(range)); }
-  /// Does the same with the cells of the range, which the caller already has.
+  /// Returns sample_count(), faster. `cells` must be the cells of `range`.
   [[nodiscard]] std::uint64_t sample_count(std::span<const Cell> cells) const;
 };
 

@@ -26,19 +26,20 @@ struct ChunkRequest {
 /// Returns the units of the next chunk, 1 .. remaining. The function is pure: a simulator and an
 /// MPI rank compute the same result as the coordinator.
 ///
-/// - static: total / P units per worker, in whole rows.
-/// - guided: ceil(R / P) rows of the R that remain, at least 2 rows per thread (the seed report,
-///   section 3.5; Polychronopoulos and Kuck, 1987).
-/// - factoring: batches of P equal chunks; each batch takes half of the remaining work, in whole
-///   rows (Hummel, Schonberg, Flynn, 1992).
-/// - weighted: half of the requesting worker's share of the remaining work, by measured speed,
-///   including parts of rows, between `least` and `most` (Hummel et al., 1996, weighted factoring).
+/// - static_split: total / P units per worker, rounded up to whole rows.
+/// - guided: ceil(R / P) rows of the R that remain, at least 2 rows per thread (Polychronopoulos
+///   and Kuck, "Guided self-scheduling", 1987).
+/// - factoring: batches of P equal chunks. Each batch takes half of the work that earlier batches
+///   left; a chunk is rounded up to whole rows (Hummel, Schonberg, Flynn, "Factoring", 1992).
+/// - weighted: `share` / 2 of the remaining work, not rounded to rows, between `least` and `most`
+///   (Hummel, Schmidt, Uma, Wein, "Load-sharing in heterogeneous systems via weighted
+///   factoring", 1996).
 std::uint64_t chunk_units(SchedulePolicy policy, const ChunkRequest& request);
 
-/// Returns the first unit of every chunk of a job, and then the total, for workers that are all
-/// alike. Chunk `step` is [result[step], result[step + 1]). So a worker computes its chunk from a
-/// step number alone. `policy` must not be `weighted`, because its chunks depend on the requesting
-/// worker.
+/// Returns the first unit of every chunk of a job, and then the total, for workers with the same
+/// number of threads. Chunk `step` is [result[step], result[step + 1]). So a worker computes its
+/// chunk from a step number alone. Ignores job.remaining and job.step. `policy` must not be
+/// `weighted`, because its chunks depend on the requesting worker.
 std::vector<std::uint64_t> chunk_starts(SchedulePolicy policy, ChunkRequest job);
 
 }  // namespace parray::schedule

@@ -9,7 +9,8 @@
 
 namespace parray::schedule {
 
-/// The combined speed of all workers of a job, as far as it has been measured.
+/// The combined speed of all workers of a job, as far as it has been measured. A worker that has
+/// not been measured counts as fast per thread as the measured ones.
 struct FarmSpeed {
   double samples_per_second = 0;       ///< total of the measured workers
   std::uint64_t measured_threads = 0;  ///< threads of the measured workers
@@ -23,10 +24,13 @@ struct LeaseRequest {
   double samples_per_second = 0;  ///< measured speed; 0: not measured yet
 };
 
+/// Bounds for the size of weighted leases.
 struct LeaseLength {
-  /// Bounds for the duration of weighted leases, in seconds, by measured speed. A shorter lease
-  /// costs more messages than it saves. A longer lease loses more work if its worker disappears,
-  /// and makes progress uneven.
+  /// Bounds for the time that a lease takes at its worker's measured speed, in seconds. A shorter
+  /// lease costs more time for messages than it saves by spreading the work. A longer lease loses
+  /// more work if its worker disappears, and makes progress uneven. A worker without a measured
+  /// speed gets at most 100 000 samples per thread instead, about 10 ms. A lease has at least
+  /// ChunkGrain::piece_cells cells per thread, even if it then takes longer than `longest`.
   double shortest = 0.002;
   double longest = 1;
 };
@@ -43,10 +47,11 @@ ChunkGrain grain_of(const WorkPlan& plan);
 /// Computes the number of cells of the next lease, for every transport. Immutable.
 class ChunkSizer {
  public:
-  /// For all cells of a plan, or for `cells` of them.
+  /// Sizes leases of all cells of a plan, or of only `cells` of them, such as those that a restart
+  /// left.
   ChunkSizer(SchedulePolicy policy, const WorkPlan& plan, LeaseLength length,
              std::optional<std::uint64_t> cells = {});
-  /// For any plan with this grain.
+  /// Sizes leases of any plan with this grain.
   ChunkSizer(SchedulePolicy policy, const ChunkGrain& grain, LeaseLength length);
 
   /// Returns the number of cells of the next lease, 1 .. remaining. `remaining` must be > 0; `step`
@@ -54,8 +59,8 @@ class ChunkSizer {
   [[nodiscard]] std::uint64_t cells(const LeaseRequest& request, const FarmSpeed& farm,
                                     std::uint64_t remaining, std::uint64_t step) const;
 
-  /// Returns the first cell of every chunk, and the number of cells at the end, for workers that
-  /// are all alike. The policy must not be `weighted`. See chunk_starts().
+  /// Returns the first cell of every chunk, and the number of cells at the end, for `workers` with
+  /// `threads_each` threads each. The policy must not be `weighted`. See chunk_starts().
   [[nodiscard]] std::vector<std::uint64_t> starts(std::uint32_t workers,
                                                   std::uint32_t threads_each) const;
 

@@ -20,29 +20,30 @@ struct TracedCells {
   /// The samples that the headers of the records count as `nonfinite`: sorted, at most one entry
   /// per pixel and cell.
   std::vector<ExcludedSamples> excluded;
-  std::uint64_t samples = 0;
-  double seconds = 0;  ///< spent tracing
+  std::uint64_t samples = 0;  ///< of all cells, including excluded ones
+  double seconds = 0;         ///< duration of the tracing by all threads together
 
   friend bool operator==(const TracedCells&, const TracedCells&) = default;
 };
 
-/// Returns the form in which results are sent and stored. Each cell has its rays, non-finite
-/// samples and lost throughput (u64 each) and its sums in as few bits as they need (packed_sums.h).
-/// Then follow the excluded samples (4 times u32 each). Equal counts and sums give equal bytes;
-/// times are left out.
+/// Returns the form in which results are sent and stored. Each cell has `rays`, `nonfinite` and
+/// `lost` of its header (u64 each) and its sums in as few bits as they need (packed_sums.h). Then
+/// follow, up to the end, the excluded samples: y, x, first, count (u32 each). Numbers are
+/// little-endian. Equal counts and sums give equal bytes; times are left out. `grid` must be that
+/// of the cells.
 std::string pack_cells(const TracedCells& traced, const CellGrid& grid);
 
-/// Unpacks the output of pack_cells() for the cells of `batch`. `samples` becomes the batch's
-/// number, `seconds` 0. Throws DecodeError for any other bytes, and for numbers that tracing these
-/// samples cannot give. Examples are sums above the bound of their samples, and more rays
-/// per sample than `max_depth`. Excluded samples must belong to the cell's pixels, agree with its
-/// count, and be in order.
+/// Unpacks the output of pack_cells() for the cells of `batch`. `samples` becomes
+/// batch.sample_count(), and all times become 0. Throws DecodeError for any other bytes, and for
+/// numbers that tracing these samples cannot give. Examples are sums above the bound of their
+/// samples, and more rays per sample than `max_depth`. Excluded samples must belong to pixels of
+/// `batch`, be as many in each cell as its `nonfinite` says, and be in order.
 TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::uint32_t max_depth);
 
 /// Makes the checks of unpack_cells() for cells that were not packed, such as those of an MPI rank.
-/// Returns what is wrong; empty: nothing is.
+/// Returns a phrase for messages that says what is wrong, or "" if all checks pass.
 std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::uint32_t max_depth);
-/// Does the same with the cells of the batch, which the caller already has.
+/// Returns fault_of(traced, batch, max_depth), faster. `cells` must be the cells of `batch`.
 std::string fault_of(const TracedCells& traced, const CellBatch& batch, std::span<const Cell> cells,
                      std::uint32_t max_depth);
 

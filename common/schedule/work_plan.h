@@ -19,14 +19,14 @@ struct Pass {
 };
 
 /// A pass cut into cells of about 2048 samples or more, in the order in which they are leased.
-/// The plan is fixed when the pass begins, whatever part of it is done already, and is the same on
-/// every machine. So a number names the same cell throughout the pass. Immutable and thread-safe.
+/// The plan depends on the settings and the pass alone, and is the same on every machine. So a
+/// number names the same cell throughout the pass, also after a restart. Immutable and thread-safe.
 class WorkPlan {
  public:
   /// `settings` must be resolved: no value is `automatic`, except perhaps `isa`. If `tile` > 1, the
-  /// plan has square tiles of `tile` pixels a side (the seed report, section 4.6), and a thread
-  /// takes one tile at a time. Throws std::logic_error if `pass` has samples for another number of
-  /// pixels than the image.
+  /// plan has square tiles of `tile` pixels a side, and a thread takes one tile at a time. Throws
+  /// std::logic_error if `pass` has samples for another number of pixels than the image. Throws
+  /// InputError as CellGrid does.
   WorkPlan(const RenderSettings& settings, Pass pass, std::uint32_t tile = 0);
 
   [[nodiscard]] const std::shared_ptr<const CellGrid>& grid() const { return grid_; }

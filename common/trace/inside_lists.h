@@ -25,15 +25,16 @@ class InsideLists {
     free_ = none;
   }
   PARRAY_INLINE std::uint32_t shape(std::uint32_t link) const { return links_[link].shape; }
+  /// Returns the link after `link`; `none` after the last one.
   PARRAY_INLINE std::uint32_t next(std::uint32_t link) const { return links_[link].next; }
-  /// Does the same for lanes of links. At least one list must have had a link.
+  /// Returns next() for lanes of links. At least one list must have had a link.
   template <typename Uint>
   PARRAY_INLINE Uint next(const Uint& link) const {
     static_assert(sizeof(Link) == 2 * sizeof(std::uint32_t));
     return Uint::gather(&links_->next, link << 1);
   }
 
-  /// Returns the list `head` with a shape in front of it.
+  /// Returns the list `head` with a shape in front of it. Throws std::bad_alloc.
   PARRAY_INLINE std::uint32_t push(std::uint32_t head, std::uint32_t shape) {
     std::uint32_t link = free_;
     if (link != none) {

@@ -47,10 +47,10 @@ class ShortList {
 /// that it leaves nor let it leak out of a closed shape. Serves one path at a time; not
 /// thread-safe.
 ///
-/// Bodies of the same glass that overlap are one body: a path goes straight on through a surface
-/// that lies inside another body of its own material. Up to most_crossings such crossings in a row
-/// do not count as segments of the path; the next one does. So tracing ends even if thousands of
-/// bodies overlap.
+/// Bodies (shapes) of the same glass (the same dielectric material) that overlap are one body: a
+/// path goes straight on through a surface that lies inside another body of its own material. Up to
+/// most_crossings such crossings in a row do not count towards max_depth; the next one does. So
+/// tracing ends even if thousands of bodies overlap. TraceCounts::rays counts all of them.
 ///
 /// `List` stores the shapes that a path is inside of: a vector, or a ShortList.
 template <typename Real, typename List = std::vector<std::uint32_t>>

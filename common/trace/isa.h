@@ -16,7 +16,7 @@
 
 namespace parray::trace {
 
-/// Returns whether this processor and its operating system can run `isa`.
+/// Returns whether this processor and its operating system can run `isa`; true for `automatic`.
 bool runs_on_this_machine(Isa isa);
 
 /// Returns the instruction sets that this machine can run, the best one last.

@@ -6,10 +6,11 @@
 
 namespace parray::trace {
 
-/// The index that stands for no shape.
+/// The number that stands for no shape.
 inline constexpr std::uint32_t no_shape = 0xFFFFFFFF;
 
-/// The most surfaces inside one glass that a path crosses within one segment: see inside_stack.h.
+/// The most surfaces inside bodies of one glass that a path crosses before the next crossing counts
+/// as a segment: see inside_stack.h.
 inline constexpr std::uint32_t most_crossings = 64;
 
 /// A half-line. `direction` is finite, not zero, and of unit length except for rounding.
@@ -30,10 +31,11 @@ struct Ray {
 /// index wins, in any order of the tests.
 template <typename Real>
 struct Hit {
-  Real t = RealTraits<Real>::infinity;
+  Real t = RealTraits<Real>::infinity;  ///< ray parameter
   std::uint32_t shape = no_shape;
   bool leaving = false;  ///< the ray comes from inside the shape
 
+  /// Returns whether a crossing of shape `other` at `other_t` counts instead of this one.
   [[nodiscard]] bool loses_to(Real other_t, std::uint32_t other) const {
     return other_t < t || (other_t == t && other < shape);
   }

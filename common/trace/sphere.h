@@ -35,6 +35,8 @@ PARRAY_INLINE MaskOf<Real> contains(const SphereShape<Real>& sphere, const Vec3<
   return dot(from_center, from_center) < sphere.radius * sphere.radius;
 }
 
+/// Returns half the chord in units of the ray parameter, from values of a ClosestApproach and a
+/// Ray.
 template <typename Real>
 PARRAY_INLINE Real half_chord(const Real& depth_squared, const Real& inverse_square) {
   return square_root(max_of(depth_squared, Real(0)) * inverse_square);
@@ -64,7 +66,7 @@ struct ClosestApproach {
     return (foot > Real(0)) & (depth_squared >= Real(0));
   }
 
-  /// Returns half the chord in units of the ray parameter; 0 if rounding makes the line miss.
+  /// Returns half the chord in units of the ray parameter; 0 if the line misses.
   [[nodiscard]] PARRAY_INLINE Real half_chord(const Ray<Real>& ray) const {
     return trace::half_chord(depth_squared, ray.inverse_square);
   }
@@ -100,8 +102,8 @@ PARRAY_INLINE Real exit_distance(const Ray<Real>& ray, const SphereShape<Real>& 
   return max_of(passage.foot + passage.half_chord(ray), Real(0));
 }
 
-/// Returns the same for a ray that starts on the sphere's surface, at outward unit normal `normal`:
-/// the other end of the chord, without cancellation.
+/// Returns exit_distance() for a ray that starts on the sphere's surface, at outward unit normal
+/// `normal`: the other end of the chord, without cancellation.
 template <typename Real>
 PARRAY_INLINE Real chord_from_surface(const Ray<Real>& ray, const SphereShape<Real>& sphere,
                                       const Vec3<Real>& normal) {
@@ -121,7 +123,7 @@ PARRAY_INLINE Vec3<Real> normal_at(const Ray<Real>& ray, const SphereShape<Real>
   return normalize(along * ray.direction - passage.perpendicular);
 }
 
-/// Returns normal_at() for a ray that enters.
+/// Returns normal_at() with `leaving` false.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> normal_entering(const Ray<Real>& ray, const SphereShape<Real>& sphere) {
   const ClosestApproach<Real> passage(ray, sphere);

@@ -13,10 +13,10 @@ namespace parray::trace {
 
 /// Finds the first sphere that a ray enters. Immutable, so any number of threads may use it.
 ///
-/// `enter` improves `best` with the nearest sphere that the ray enters and that `sides` does not
-/// exclude. All searches call enters() of sphere.h on the same numbers and break ties by index, so
-/// all give the same bits. A search may also have a function `enter_capsules` with the same
-/// parameters, which finds capsules.
+/// `enter` replaces `best` by the nearest sphere that the ray enters, if it is nearer than `best`
+/// and not excluded by sides.cannot_enter(). All searches call enters() of sphere.h on the same
+/// numbers and break ties by index, so all give the same bits. A search may also have a function
+/// `enter_capsules` with the same parameters, which finds capsules.
 template <typename S, typename Real, typename Sides>
 concept EntrySearch = requires(const S& s, const Ray<Real>& ray, const Sides& sides,
                                Hit<Real>& best) {
@@ -31,7 +31,8 @@ concept SphereSearch = EntrySearch<S, Real, InsideStack<Real>> && std::construct
   { s.bytes() } -> std::same_as<std::size_t>;
 };
 
-/// Tries one sphere or capsule: the step that all searches share.
+/// Replaces `best` by the sphere or capsule number `index` if the ray enters it nearer, and may
+/// enter it: the step that all searches share.
 template <typename Real, typename Shape, typename List>
 void try_shape(const Ray<Real>& ray, const Shape& shape, std::uint32_t index,
                const InsideStack<Real, List>& sides, Hit<Real>& best) {

@@ -9,8 +9,8 @@ namespace parray::trace {
 
 /// Builds the accelerator of a scene. `isa` may be `automatic`; no other argument may. The
 /// function uses the best instruction set of the machine if `isa` is `automatic` or missing here.
-/// An octree always uses `scalar`. The scene has at most limits::max_shapes shapes. Time and memory
-/// are proportional to their number.
+/// An octree always uses `scalar`. The scene has at most limits::max_shapes shapes. Memory is
+/// proportional to their number, time nearly so. Throws std::bad_alloc.
 std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene, Precision precision,
                                                     AcceleratorKind kind, Isa isa,
                                                     const BuildOptions& options = {});
@@ -19,8 +19,8 @@ std::shared_ptr<const Accelerator> make_accelerator(const Scene& scene,
                                                     const RenderSettings& settings,
                                                     const BuildOptions& options = {});
 
-/// Returns whether make_accelerator() with `settings` would make an accelerator like `accelerator`,
-/// if both are of the same scene.
+/// Returns whether make_accelerator() with `settings` and the scene of `accelerator` would make an
+/// accelerator with the same precision, kind and instruction set.
 bool serves(const Accelerator& accelerator, const RenderSettings& settings);
 
 /// Makes a tracer for the scene's camera and builds an accelerator for it. resolve_settings() must
@@ -28,11 +28,11 @@ bool serves(const Accelerator& accelerator, const RenderSettings& settings);
 std::unique_ptr<PathTracer> make_path_tracer(const Scene& scene, const RenderSettings& settings,
                                              const BuildOptions& options = {});
 
-/// Does the same as make_path_tracer() with settings.picture().
+/// Does the same as make_path_tracer() of path_tracer.h with settings.picture().
 std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator> accelerator,
                                              const Camera& camera, const RenderSettings& settings);
 
-/// Returns whether the tracers of a scene for `a` and for `b` are interchangeable.
+/// Returns whether make_path_tracer() makes the same tracer of a scene for `a` and for `b`.
 bool same_tracer(const RenderSettings& a, const RenderSettings& b);
 
 /// Makes the tracer that defines the bits of the picture: it traces by path.h with linear search,

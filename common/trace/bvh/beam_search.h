@@ -130,9 +130,10 @@ class BeamSearch {
                            Space& space)
       : bvh_(bvh), rays_(rays), queries_(space.queries), space_(space) {}
 
-  /// Takes the first rays in beams of at most `space.beam` >= `width` rays, and returns their
-  /// number. Finds their crossings with open spheres and, for beams of one octant, with the tree.
-  /// Sets queries.octant of all rays: no_octant if the tree is done.
+  /// Takes the rays, except for the last rays.count % width, in beams of at most `space.beam` rays,
+  /// which must be `width` or more. Returns the number of rays taken. Finds their crossings with
+  /// open spheres and, for beams of one octant, with the tree. Sets queries.octant of all rays to
+  /// no_octant if the tree is done, otherwise to 0.
   std::uint32_t find() {
     const std::uint32_t most = space_.beam / width * width;
     const std::uint32_t all = rays_.count / width * width;

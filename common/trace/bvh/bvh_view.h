@@ -6,7 +6,8 @@
 #include "common/trace/sphere.h"
 
 /// A tree of spheres or of capsules, in the form that traversal reads: plain tables, owned and
-/// filled by WideBvh. A shape's slot is its place in the tables.
+/// filled by WideBvh. Leaves are blocks of shapes. A shape's slot is its place in the tables: lane
+/// k of block b is slot b * W + k.
 ///
 /// `Store` is the type of stored shapes and boxes. `W`, the width of a node and of a block, is the
 /// number of `Store` lanes of the instruction set. `Block` is the block of one kind of shape.
@@ -33,8 +34,8 @@ struct alignas(64) CapsuleBlock {
   Store radius[W];
 };
 
-/// A child of a node: the number of a node, or of a block of shapes if `is_block` is set. `is_end`
-/// stands for no child at the bottom of a stack.
+/// A child of a node in one word: the number of a node, or of a block of shapes if `is_block` is
+/// set. `is_end` stands for no child: at the bottom of a stack, and in nodes with fewer than W.
 struct ChildRef {
   static constexpr std::uint32_t is_block = 0x80000000;
   static constexpr std::uint32_t is_end = 0x40000000;
@@ -45,7 +46,7 @@ struct ChildRef {
 /// above hold a tag, which the owner of the tables may set.
 struct SlotLabels {
   const std::uint32_t* at = nullptr;  ///< by slot
-  std::uint32_t index_mask = 0;  ///< mask of the low bits; all are set in a slot without a shape
+  std::uint32_t index_mask = 0;  ///< of the low bits; all are set in the label of an empty slot
 
   /// Returns the shape's number in the input, below index_mask; ties go to the lower number.
   [[nodiscard]] PARRAY_INLINE std::uint32_t index(std::uint32_t slot) const {
@@ -80,19 +81,22 @@ struct alignas(64) WideNode {
   std::uint8_t order[8][W];  ///< children far to near for rays of each octant (bit: axis is < 0)
 };
 
+/// The tables of a WideBvh.
 template <typename Store, int W, template <typename, int> class Block = SphereBlock>
 struct BvhView {
   const WideNode<Store, W>* nodes = nullptr;  ///< the root is the first
   const Block<Store, W>* blocks = nullptr;    ///< the first blocks belong to no node
   SlotLabels labels;
-  std::uint32_t node_count = 0;
-  std::uint32_t open_spheres = 0;  ///< number of spheres in the first blocks, in input order
-  std::uint32_t stack_size = 0;    ///< stack entries of a ray: see WideBvh::stack_size()
+  std::uint32_t node_count = 0;  ///< 0: there is no tree
+  /// Number of spheres outside the tree, which every ray tests. They are in the first blocks, in
+  /// input order.
+  std::uint32_t open_spheres = 0;
+  std::uint32_t stack_size = 0;  ///< stack entries of a ray: see WideBvh::stack_size()
   /// Slots [first_slot, end_slot) are this tree's for paths, which number the slots of capsules
   /// after those of spheres. `labels` and `blocks` begin with first_slot.
   std::uint32_t first_slot = 0;
   std::uint32_t end_slot = 0;
-  Store extent = 0;  ///< largest coordinate of the tree's shapes, radii included
+  Store extent = 0;  ///< largest absolute coordinate of the tree's shapes, radii included
 };
 
 }  // namespace parray::trace

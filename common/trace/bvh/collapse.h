@@ -11,8 +11,8 @@ namespace parray::trace {
 
 /// Turns a binary tree into a tree of nodes with up to W children. It chooses the nodes to keep so
 /// that the sum of the surface areas of the kept nodes and of their leaves is the least that this
-/// binary tree allows. That sum is the expected work of a random ray. The result does not depend on
-/// the number of threads.
+/// binary tree allows. The expected work of a random ray is proportional to that sum. The result
+/// does not depend on the number of threads.
 ///
 /// Source: Ylitie, Karras, Laine, "Efficient incoherent ray traversal on GPUs through compressed
 /// wide BVHs", HPG 2017, section 3.1: C(n, i), the least cost of the part below n as at most i

@@ -20,7 +20,7 @@ PARRAY_INLINE Vec3<B> stored_lanes(const VecColumns<Real>& columns, std::uint32_
   }
 }
 
-/// Loads shapes k, k + 1, ... of a block, or of Candidates.
+/// Load shapes k, k + 1, ... of a block, or of Candidates.
 template <typename L, typename Spheres>
 PARRAY_INLINE SphereShape<L> spheres_of(const Spheres& block, std::uint32_t k) {
   return {{L::load(block.x + k), L::load(block.y + k), L::load(block.z + k)},
@@ -43,8 +43,8 @@ PARRAY_INLINE Vec3<B> planes_of(const RayGroup<Width>& group, const Node& node, 
           B::load(planes + (group.near_z ^ side))};
 }
 
-/// Returns the same distance in every lane, in the stored type, not rounded down. `t` has it in
-/// every lane.
+/// Converts `t`, which has the same distance in every lane, to the stored type without making it
+/// smaller.
 template <typename B, typename L>
 PARRAY_INLINE B bound_of(const L& t) {
   using Store = typename B::Scalar;
@@ -61,7 +61,7 @@ PARRAY_INLINE std::uint32_t bit_below(std::uint32_t number) {
   return static_cast<std::uint32_t>(number < Count) << (number % 32);
 }
 
-/// Calls f(i) for every ray that is inside a shape, if rays can be.
+/// Calls f(i) for every ray `i` that is inside a shape. `InsideStack` false: no ray is.
 template <typename L, bool InsideStack, typename Real, typename F>
 PARRAY_INLINE void each_inside(const RayColumns<Real>& rays, const F& f) {
   using Uint = typename L::Uint;

@@ -29,8 +29,8 @@ class NearestCrossings {
   }
 
   /// Takes in the shapes that ray `i` enters at `t`: the lanes with set bits in `candidates`.
-  /// `before` is the ray's nearest crossing, in every lane. Returns the new nearest crossing.
-  /// `slot_of(lane)` returns a shape's slot.
+  /// `before` is the parameter of the ray's nearest crossing so far, in every lane. Returns that of
+  /// the new nearest crossing, in every lane. `slot_of(lane)` returns a shape's slot.
   PARRAY_INLINE L take(std::uint32_t i, const L& t, std::uint32_t candidates, const L& before,
                        const auto& slot_of) {
     const L valid = select_bits(candidates, t, L(infinity));
@@ -53,7 +53,8 @@ class NearestCrossings {
   }
 
  private:
-  /// Does the same if several shapes are equally near.
+  /// Does the same as take() if several crossings are equally near: shapes in the lanes `equal`, at
+  /// `nearest`, and perhaps the crossing so far.
   void take_tied(std::uint32_t i, Real nearest, std::uint32_t equal, const auto& slot_of) {
     for (; equal != 0; equal &= equal - 1) {
       const std::uint32_t slot = slot_of(static_cast<std::uint32_t>(__builtin_ctz(equal)));

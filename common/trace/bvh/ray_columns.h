@@ -14,6 +14,7 @@ namespace parray::trace {
 inline constexpr std::uint32_t most_rays = 1024;  ///< most rays that are traced together
 inline constexpr std::uint32_t column_size = most_rays + 16;  ///< whole vectors are read
 
+/// One number of each ray.
 template <typename T>
 struct alignas(64) Column {
   T at[column_size];
@@ -22,6 +23,7 @@ struct alignas(64) Column {
   PARRAY_INLINE const T& operator[](std::uint32_t i) const { return at[i]; }
 };
 
+/// One vector of each ray.
 template <typename T>
 struct VecColumns {
   Column<T> x, y, z;
@@ -42,7 +44,7 @@ struct VecColumns {
     v.y.store(&y[i]);
     v.z.store(&z[i]);
   }
-  /// Stores the lanes with set bits, one ray after the other.
+  /// Stores the lanes whose bits in `set` are set, one after the other, as rays i, i + 1 ...
   template <typename L>
   PARRAY_INLINE void compress(std::uint32_t i, std::uint32_t set, const Vec3<L>& v) {
     compress_store(&x[i], set, v.x);
@@ -54,10 +56,10 @@ struct VecColumns {
 /// The start of each ray, and the shapes that it cannot enter.
 template <typename Real>
 struct RayColumns {
-  std::uint32_t count;
+  std::uint32_t count;  ///< of rays, at most most_rays
   VecColumns<Real> origin, direction;
   Column<std::uint32_t> surface;  ///< slot of the shape that the ray stands on, or no_shape
-  // Only used if rays can be inside a sphere.
+  // Only used if rays can be inside a shape.
   VecColumns<Real> normal;       ///< outward normal of the surface
   Column<std::uint32_t> inside;  ///< head of a list in InsideLists
 };
@@ -92,17 +94,18 @@ struct Queries {
   Column<std::uint32_t> excluded;  ///< bits of the open spheres, of some 32, that it cannot enter
   Column<Real> t;                  ///< nearest crossing so far
   Column<std::uint32_t> slot;      ///< slot of the shape of that crossing, or no_shape
-  Column<std::uint32_t> leaving;
+  Column<std::uint32_t> leaving;   ///< 1: that crossing leads out of the shape; otherwise 0
   struct None {};
   std::conditional_t<sizeof(Real) == sizeof(Store), None, ScreenColumns<Store>> screen;
 };
 
+/// The scratch memory of traversal.
 template <typename Real, typename Store>
 struct TraversalSpace {
   Queries<Real, Store> queries;
   InsideLists inside;
-  /// So many neighbouring rays are alike, stand on no surface and are inside no shape, in the next
-  /// search; 0: none are.
+  /// Most rays of a beam (beam_search.h) in the next search; 0: no beams. With beams, no ray may
+  /// stand on a surface or be inside a shape.
   std::uint32_t beam = 0;
   Candidates<Store> candidates;
   /// Number of stack entries. Rays traverse in groups; the pending children of a ray lie one after

@@ -17,7 +17,8 @@ struct Waiting {
   std::uint32_t child[most];  ///< numbers of nodes or blocks
   std::uint32_t count = 0;
 
-  /// Adds a ray if `waits` is 1; 0 leaves it out. `count` must be below `most` in both cases.
+  /// Adds ray `k` of the group with the child `next` if `waits` is 1; 0 leaves it out. `count` must
+  /// be below `most` in both cases.
   PARRAY_INLINE void add(std::uint32_t k, std::uint32_t next, std::uint32_t waits) {
     ray[count] = k;
     child[count] = next;
@@ -49,12 +50,12 @@ struct RayGroup {
 /// others, moves a plane by at most 4 roundoffs of its coordinate and the origin's. That is a part
 /// of the amount by which boxes and margins grow.
 ///
-/// A ray that runs along the planes is turned a little, until `inverse` is `steepest`. Let R be the
-/// largest coordinate of its origin and M that of a box. In single precision the new slope is
-/// 2^-102 max(R, 2^-24). A direction has a length of about 1, so the distance of the box is at most
-/// 4 (R + M). There the ray is off by 2^-100 max(R, 2^-24) (R + M). That is far below a roundoff of
-/// R + M, because R is far below 2^76. Shifts stay below 2^103. If plane x inverse overflows, the
-/// plane is so far from the origin that the sign of infinity tells its side.
+/// A ray that runs along the planes is turned a little, until |inverse| is `steepest`. Let R be the
+/// largest absolute coordinate of its origin and M that of a box. In single precision the new slope
+/// is 2^-102 max(R, 2^-24). A direction has a length of about 1, so the distance of the box is at
+/// most 4 (R + M). There the ray is off by 2^-100 max(R, 2^-24) (R + M). That is far below a
+/// roundoff of R + M, because R is far below 2^76. Shifts stay below 2^103. If plane x inverse
+/// overflows, the plane is so far from the origin that the sign of infinity tells its side.
 template <typename B>
 struct Slab {
   using Store = decltype(RealTraits<B>::unit_roundoff + 0);
@@ -70,8 +71,8 @@ struct Slab {
     far = -(origin - shift) * inverse;
   }
 
-  /// Returns the largest |inverse|, which is finite, for rays with this largest coordinate of their
-  /// origins.
+  /// Returns the largest |inverse| to allow, which is finite, for rays with this largest absolute
+  /// coordinate of their origins.
   static PARRAY_INLINE B steepest(const B& reach) {
     constexpr Store roundoff = RealTraits<Store>::unit_roundoff;
     constexpr Store most = roundoff / std::numeric_limits<Store>::min();

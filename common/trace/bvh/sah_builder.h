@@ -18,15 +18,16 @@ struct BuildSphere {
   std::uint32_t index;  ///< index in the input
 };
 
-/// A capsule in that form.
+/// A capsule in the form that the builder reorders.
 template <typename Store>
 struct BuildCapsule {
   Store x, y, z;  ///< middle
   Store radius;
-  Vec3<Store> half;
-  std::uint32_t index;
+  Vec3<Store> half;     ///< from the middle to one end
+  std::uint32_t index;  ///< index in the input
 };
 
+/// A box: all points from `lo` to `hi` on each axis.
 template <typename Store>
 struct Bounds {
   Vec3<Store> lo;
@@ -37,9 +38,9 @@ struct Bounds {
 template <typename Store>
 struct BinaryNode {
   Bounds<Store> box;    ///< box of the shapes, not inflated
-  std::uint32_t begin;  ///< range of shapes below it
+  std::uint32_t begin;  ///< the shapes below it: [begin, end) of the reordered shapes
   std::uint32_t end;
-  std::uint32_t left;  ///< 0: a leaf
+  std::uint32_t left;  ///< number of a child; 0: a leaf
   std::uint32_t right;
 };
 
@@ -48,15 +49,15 @@ template <typename Store>
 struct BinaryTree {
   std::unique_ptr<BinaryNode<Store>[]> nodes;
   std::size_t capacity = 0;  ///< of `nodes`
-  std::uint32_t depth = 0;   ///< at most max_tree_depth
+  std::uint32_t depth = 0;   ///< nodes from the root to the deepest leaf, at most max_tree_depth
 };
 
 inline constexpr std::uint32_t max_tree_depth = 64;
 
 /// Builds a tree top-down by the surface area heuristic with 16 bins per axis. The cost of a range
-/// is the number of blocks of `leaf_size` shapes that it fills. Reorders `shapes`: at least one, at
-/// most 2^30. The tree does not depend on `threads`. Source: Wald, "On fast construction of
-/// SAH-based bounding volume hierarchies", 2007.
+/// is the number of blocks of `leaf_size` shapes that it fills. Takes 1 to 2^30 shapes and reorders
+/// them. Uses `threads` threads; the tree does not depend on their number. Source: Wald, "On fast
+/// construction of SAH-based bounding volume hierarchies", 2007.
 template <typename Store, template <typename> class Item>
 BinaryTree<Store> build_binary_tree(std::span<Item<Store>> shapes, std::uint32_t leaf_size,
                                     int threads);

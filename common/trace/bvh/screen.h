@@ -26,7 +26,7 @@
 namespace parray::trace {
 
 /// Prepares rays i, i + 1, ..., one for each lane. `reach` holds the largest absolute coordinate of
-/// the origin of each. `extent` is that of the tree's spheres, radii included.
+/// the origin of each. `extent` is the largest one of the tree's spheres, radii included.
 template <typename B>
 PARRAY_INLINE void prepare_screen(ScreenColumns<typename B::Scalar>& to, std::uint32_t i,
                                   const Vec3<B>& origin, const Vec3<B>& direction, const B& reach,

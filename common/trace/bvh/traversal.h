@@ -44,7 +44,7 @@ class Traversal {
         space_(space) {}
 
   /// Sets queries.t, .slot and .leaving for every ray, from the spheres. `InsideStack`: rays can be
-  /// inside a shape. `Mixed`: this may be a capsule.
+  /// inside a shape. `Mixed`: the scene also has capsules, which find_nearer() then tries.
   template <bool InsideStack, bool Mixed = false>
   PARRAY_INLINE void find_all() {
     for (std::uint32_t i = 0; i < rays_.count; i += L::count) prepare(i);
@@ -202,8 +202,8 @@ class Traversal {
     }
   }
 
-  /// Returns which of `Count` slots from `first_slot` on a path cannot enter: the surface that it
-  /// stands on, and the spheres that it is inside of (see inside_stack.h).
+  /// Returns which of `Count` slots from `first_slot` on a path cannot enter: the shape that it
+  /// stands on, and the shapes that it is inside of (see inside_stack.h).
   template <bool InsideStack, std::uint32_t Count>
   PARRAY_INLINE std::uint32_t cannot_enter(std::uint32_t i, std::uint32_t first_slot) const {
     std::uint32_t lanes = bit_below<Count>(rays_.surface[i] - first_slot);
@@ -226,7 +226,7 @@ class Traversal {
     std::uint32_t first_slot;
   };
 
-  /// Finds the spheres of a block that the ray enters at any distance. take_nearest() does the
+  /// Finds the shapes of a block that the ray enters at any distance. take_nearest() does the
   /// expensive part, the distances and their order, for the rays that need it.
   template <bool InsideStack>
   PARRAY_INLINE void test_block(std::uint32_t i, std::uint32_t index, Passages& out) const {
@@ -272,7 +272,7 @@ class Traversal {
     return nearest;
   }
 
-  /// Does the same for capsules.
+  /// Does the same as take_nearest() for capsules.
   PARRAY_INLINE L take_nearest_capsule(std::uint32_t i, const Passages& passages) {
     const Block<Store, width>& block = blocks_[(passages.first_slot - first_slot_) / width];
     const Ray<L> r = ray<L>(i);
@@ -287,8 +287,8 @@ class Traversal {
     return nearest;
   }
 
-  /// Does the same if test_block() only screened the block: computes the exact lines of the
-  /// candidates, packed into lanes.
+  /// Does the same as take_nearest() if test_block() only screened the block: computes the exact
+  /// passages of the candidates, packed into lanes.
   PARRAY_INLINE L take_nearest_screened(std::uint32_t i, const Passages& passages) {
     Candidates<Store>& few = space_.candidates;
     const SphereBlock<Store, width>& block = blocks_[passages.first_slot / width];
@@ -359,7 +359,7 @@ class Traversal {
         const std::uint32_t k = nodes[now].ray[n];
         wait_for_next(k, top[k], nodes[now ^ 1], blocks[now]);
       }
-      Waiting entering;  // rays of `blocks` that enter a sphere
+      Waiting entering;  // rays of `blocks` that enter a shape
       Waiting passing;   // the others
       for (std::uint32_t n = 0; n < blocks[now].count; ++n) {
         const std::uint32_t k = blocks[now].ray[n];

@@ -36,9 +36,10 @@ using BuildItem = std::conditional_t<std::is_same_v<Block<Store, 4>, SphereBlock
 /// rounding in proportion to the rounded numbers.
 ///
 /// Only set_tag() changes it after construction. Threads may tag different slots at the same time.
-/// Every ray tests the "open" spheres, which stand outside the tree.
-/// Without a tree these are all spheres. With a tree they are the spheres so large that they would
-/// be in every ray's way. Capsules are always in a tree, however few they are.
+/// Every ray tests the "open" spheres, which stand outside the tree. Without a tree these are all
+/// spheres. With a tree they are the spheres of more than 32 times the median radius, which would
+/// be in every ray's way. If these are more than W, no sphere is open. Capsules are always in a
+/// tree, however few they are.
 template <typename Store, int W, template <typename, int> class Block = SphereBlock>
 class WideBvh {
  public:
@@ -51,7 +52,8 @@ class WideBvh {
   WideBvh(const std::vector<Shape>& shapes, bool tree, int threads)
       : WideBvh(
             shapes.size(), [&](std::size_t i) { return shapes[i]; }, tree, threads) {}
-  /// Does the same with `count` shapes; all threads call shape_at(i) for them.
+  /// Does the same with `count` shapes: shape_at(i) returns the one with input index i. Several
+  /// threads call it at the same time.
   WideBvh(std::size_t count, const auto& shape_at, bool tree, int threads)
       : WideBvh(items_of(count, shape_at, threads), tree, threads) {}
 
@@ -69,6 +71,7 @@ class WideBvh {
   [[nodiscard]] int tag_bits() const { return 32 - index_bits_; }
   /// Sets the tag of a slot that has none to a number of tag_bits() bits.
   void set_tag(std::uint32_t slot, std::uint32_t tag) { labels_[slot] |= tag << index_bits_; }
+  /// Returns the number of slots, including empty ones.
   [[nodiscard]] std::uint32_t slot_count() const {
     return static_cast<std::uint32_t>(labels_.size());
   }
@@ -79,6 +82,7 @@ class WideBvh {
   /// Returns the number of stack entries that a ray needs: its most pending children, the end mark,
   /// and room for one more vector.
   [[nodiscard]] std::uint32_t stack_size() const { return 1 + depth_ * (W - 1) + 1 + W; }
+  /// Returns the number of nodes on the longest path from the root; 0: there is no tree.
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
   [[nodiscard]] std::size_t bytes() const {
     return blocks_.bytes() + nodes_.bytes() + labels_.bytes();

@@ -24,9 +24,10 @@ namespace parray::trace {
   K(trace_f64_bvh_0, double, double, DeviceTree, 0)       \
   K(trace_f64_bvh_8, double, double, DeviceTree, 8)
 
-/// Traces a work item: the body of a kernel. `scene` and `picture` are the blocks of DeviceScene
-/// and DevicePicture. When a path ends, the next one begins in the same loop, so that threads side
-/// by side do not wait for each other's paths.
+/// Traces a work item: the body of a kernel. `scene_block` and `picture_block` are the blocks of
+/// DeviceScene and DevicePicture. `MostInside`: most shapes that a path can be inside of. When a
+/// path ends, the next one begins in the same loop, so that threads side by side do not wait for
+/// each other's paths.
 template <typename Real, typename Store, template <typename, typename> class Search,
           std::uint32_t MostInside>
 void trace_item(const void* scene_block, const void* picture_block, const DeviceItem& item,

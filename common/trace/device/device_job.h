@@ -25,13 +25,13 @@ struct DeviceSums {
   std::uint64_t lost;
   std::uint32_t nonfinite;
   /// 1: a path was inside more shapes at once than the kernel can store. The other members are then
-  /// 0, and the CPU has to trace the item.
+  /// 0, and the CPU has to trace the item. Otherwise 0.
   std::uint32_t handed_back;
 };
 
-/// The signature of every kernel. Thread number i of a launch traces items[i] to sums[i], and does
-/// nothing if i >= item_count. `scene` and `picture` are copies of DeviceScene::bytes() and
-/// DevicePicture::bytes() in the device's memory, aligned to 64 bytes.
+/// The signature of every kernel. Thread number i of a launch writes the result of items[i] to
+/// sums[i], and does nothing if i >= item_count. `scene` and `picture` are copies of
+/// DeviceScene::bytes() and DevicePicture::bytes() in the device's memory, aligned to 64 bytes.
 using DeviceKernel = void(const void* scene, const void* picture, const DeviceItem* items,
                           std::uint32_t item_count, DeviceSums* sums);
 

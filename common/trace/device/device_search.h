@@ -34,8 +34,8 @@ struct BoxRay {
   explicit BoxRay(const Ray<Real>& ray)
       : BoxRay(vec_cast<Store>(ray.origin), vec_cast<Store>(ray.direction)) {}
 
-  /// Returns where the ray enters child `k` of a node, or infinity if it does not, or if it meets
-  /// `bound` before.
+  /// Returns the ray parameter, >= 0, at which the ray enters the box of child `k` of a node.
+  /// Returns infinity if the ray misses the box or enters it beyond `bound`.
   [[nodiscard]] Store enters_at(const WideNode<Store, device_width>& node, int k,
                                 Store bound) const {
     const auto plane = [&](int axis, bool far_side) {

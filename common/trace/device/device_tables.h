@@ -43,13 +43,15 @@ class DeviceScene {
   AlignedArray<std::byte> block_;
 };
 
-/// The camera and settings of one picture of a DeviceScene, in the same form. Immutable.
+/// The camera and settings of one picture of a DeviceScene: one block of memory without pointers.
+/// Immutable; any thread may read it.
 class DevicePicture {
  public:
   /// Positions are measured from scene.origin(): see make_path_tracer(). Takes the precision of
   /// `scene`, not that of `picture`.
   DevicePicture(const DeviceScene& scene, const Camera& camera, const PictureSettings& picture);
 
+  /// Returns the block. It is aligned to 64 bytes.
   [[nodiscard]] std::span<const std::byte> bytes() const { return {block_.data(), block_.size()}; }
   /// Returns whether camera rays can begin inside a shape.
   [[nodiscard]] bool starts_inside() const { return starts_inside_; }
@@ -59,7 +61,8 @@ class DevicePicture {
   AlignedArray<std::byte> block_;
 };
 
-/// Returns the name of the kernel that traces a picture. Its signature is DeviceKernel.
+/// Returns the name of the kernel (device_entry.h) that traces a picture. Its signature is
+/// DeviceKernel.
 std::string kernel_name(const DeviceScene& scene, const DevicePicture& picture);
 
 /// Adds the result of an item that was not handed back to its pixel and to `counts`.

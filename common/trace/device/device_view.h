@@ -13,7 +13,7 @@
 namespace parray::trace {
 
 inline constexpr int device_width = 4;  ///< children of a node, shapes of a block: see bvh_view.h
-/// The most stack entries of a ray in a tree of a device.
+/// The most stack entries of a ray in a tree of a device: see DeviceScene::fits().
 inline constexpr std::uint32_t device_stack = 96;
 /// The most shapes that a path can be inside of in kernels that have a stack for them.
 inline constexpr std::uint32_t device_nest = 8;
@@ -62,7 +62,7 @@ struct DevicePictureHead {
   Sampler sampler;
 };
 
-/// Shapes that are stored in another type than that of paths.
+/// A table of shapes, of type `Stored`, that converts each shape read to the type of paths, `Real`.
 template <typename Real, typename Stored>
 class StoredShapes {
  public:

@@ -13,12 +13,12 @@ class PathTracer;
 
 /// Options that change how an accelerator is built, but not the bits of its pictures.
 struct BuildOptions {
-  int threads = 1;
+  int threads = 1;  ///< that build
 };
 
-/// The spheres of a scene in searchable form for one precision and instruction set, with the
+/// The shapes of a scene in searchable form for one precision, kind and instruction set, with the
 /// scene's materials and sky. It holds everything that takes time and memory in proportion to the
-/// number of spheres. Code outside it does not depend on these choices.
+/// number of shapes. Code outside it does not depend on these choices.
 ///
 /// Immutable; any number of tracers and threads may share it. It refers to no memory of the scene.
 class Accelerator {
@@ -33,7 +33,7 @@ class Accelerator {
   [[nodiscard]] const Sky& sky() const { return sky_; }
   /// Returns the origin of all positions: scene_origin() of the scene, its camera included.
   [[nodiscard]] const Vec3d& origin() const { return origin_; }
-  /// Returns the bytes of memory, including positions and radii.
+  /// Returns the bytes of memory of the search structure, including positions and radii.
   [[nodiscard]] virtual std::size_t bytes() const = 0;
 
  protected:

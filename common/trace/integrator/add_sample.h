@@ -8,8 +8,9 @@
 
 namespace parray::trace {
 
-/// Adds sample number `sample` to a pixel, from numbers in the form that RadianceScale::fixed_of()
-/// takes. If one is NaN, because the radiance is not finite, the function only counts the sample.
+/// Adds sample number `sample` to a pixel and to `counts`. `shifted` is its radiance (R, G, B) in
+/// the form that RadianceScale::fixed_of() takes. If one number is NaN, because the radiance is not
+/// finite, the function only counts the sample, also as non-finite.
 inline void add_fixed(const Vec3d& shifted, std::uint32_t sample, PixelSums& pixel,
                       TraceCounts& counts) {
   ++counts.samples;

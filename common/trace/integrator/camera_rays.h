@@ -9,7 +9,7 @@
 
 namespace parray::trace {
 
-/// Unit vectors along the picture's sides, and back towards the viewer.
+/// Unit vectors along the picture's sides, and back from the scene to the viewer.
 struct CameraAxes {
   explicit CameraAxes(const Camera& camera)
       : back(normalize(camera.look_from - camera.look_at)),
@@ -56,8 +56,8 @@ class CameraRays {
                      : (pinhole ? Kind::pinhole : Kind::lens);
   }
 
-  /// Returns the ray of one sample, or of lanes of samples, through pixel (x, y), y downwards. `L`
-  /// is Real or lanes of it.
+  /// Returns the ray of one sample, or of lanes of samples, through pixel (x, y), y downwards.
+  /// `random` must be that of the pixel and sample. `L` is Real or lanes of it.
   template <typename L, typename Uint>
   [[nodiscard]] PARRAY_INLINE Ray<L> ray(const Uint& x, const Uint& y,
                                          const RandomAddress<Uint>& random) const {

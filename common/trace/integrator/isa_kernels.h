@@ -9,12 +9,12 @@
 /// Declares the kernels of each instruction set: the same functions, all compiled from
 /// isa_kernels.cpp, each set in its own namespace.
 ///
-/// trace() traces a batch. It adds the samples to the pixels of their row, by column, and to
-/// `counts`. It only counts non-finite samples. begin() is the step of trace() that makes the
-/// camera rays, `space.paths`, with the data that they need for the first surface. find() is the
-/// step that finds the next surface. For each of `space.paths` it sets t, slot, leaving and
-/// inverse_square of `space.queries`. With `features.sides`, it also reads paths.normal and
-/// paths.inside.
+/// trace() traces a batch. It adds the samples to the pixels of their row (row[x] is the pixel in
+/// column x) and to `counts`. It only counts non-finite samples. begin() is the step of trace()
+/// that makes the camera rays, `space.paths`, with the data that they need for the first surface.
+/// find() is the step that finds the next surface. For each of `space.paths` it sets t, slot,
+/// leaving and inverse_square of `space.queries`. With `features.sides`, it also reads paths.normal
+/// and paths.inside.
 #define PARRAY_DECLARE_KERNELS(isa, float_lanes, double_lanes)                                    \
   namespace parray::trace::isa {                                                                  \
   inline constexpr int float_width = float_lanes;                                                 \

@@ -10,15 +10,16 @@
 /// The data that the kernels of an instruction set read and write: plain tables, filled by
 /// wavefront_tracer.cpp.
 ///
-/// `Real` is the type of path computations, `Store` the type of stored spheres and boxes. float
-/// float is precision f32, double float is mixed, double double is f64. `W`: see bvh_view.h.
+/// `Real` is the type of path computations, `Store` the type of stored shapes and boxes. float
+/// float is precision f32, double float is mixed, double double is f64. `W` and slots: see
+/// bvh_view.h.
 namespace parray::trace {
 
-/// The material of a sphere: the MaterialType of its surface in the low bits, then the surface's
-/// number.
+/// The material of a shape in one word: its MaterialType in the low `type_bits` bits, then its
+/// number in KernelScene::surfaces.
 struct MaterialRef {
   static constexpr int type_bits = 2;
-  static constexpr std::uint32_t type = (1U << type_bits) - 1;
+  static constexpr std::uint32_t type = (1U << type_bits) - 1;  ///< mask of the type
 };
 
 /// The features of a scene. The kernel leaves out features that the scene does not have.
@@ -37,6 +38,7 @@ struct StartTable {
   std::uint32_t bits = 0;                  ///< a tile has 2^bits pixels a side
   std::uint32_t across = 1;                ///< tiles in a row of them
 
+  /// Returns the number of the tile that contains pixel (x, y).
   [[nodiscard]] PARRAY_INLINE std::uint32_t tile(std::uint32_t x, std::uint32_t y) const {
     return (y >> bits) * across + (x >> bits);
   }
@@ -56,13 +58,13 @@ struct KernelScene {
   double to_fixed = 1;  ///< RadianceScale::factor()
   KernelFeatures features;
 
-  BvhView<Store, W> bvh;
+  BvhView<Store, W> bvh;                               ///< the spheres
   const MaterialParameters<Real>* surfaces = nullptr;  ///< by material
   /// MaterialRef of each slot, starting at bit material_bit.
   const std::uint32_t* material_of = nullptr;
-  int material_bit = 0;  ///< first bit of the MaterialRef
-  StartTable start;      ///< slots of shapes that paths may begin inside of
-  BvhView<Store, W, CapsuleBlock> capsules;
+  int material_bit = 0;                      ///< first bit of the MaterialRef
+  StartTable start;                          ///< slots of shapes that paths may begin inside of
+  BvhView<Store, W, CapsuleBlock> capsules;  ///< empty if the scene has none
 
   /// Returns the capsule in a slot, which is capsules.first_slot or higher.
   [[nodiscard]] PARRAY_INLINE CapsuleShape<Real> capsule_at(std::uint32_t slot) const {

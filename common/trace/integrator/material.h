@@ -37,21 +37,24 @@ struct MaskedDirection {
   Mask mask;             ///< metal: absorbed; dielectric: refracted
 };
 
-/// Returns -cos of the angle to the normal. The result is clamped, because rounding may place a
-/// tangent ray on either side of the surface.
+// Below, `incoming` is the unit direction in which the path travels to the surface, and `m` is the
+// unit normal on the path's own side. Directions are returned for the way on.
+
+/// Returns the cosine of the angle between -incoming and `m`, clamped to [0, 1], because rounding
+/// may place a tangent ray on either side of the surface.
 template <typename Real>
 PARRAY_INLINE Real incident_cosine(const Vec3<Real>& incoming, const Vec3<Real>& m) {
   return min_of(max_of(-dot(incoming, m), Real(0)), Real(1));
 }
 
-/// Returns the mirror direction about the unit vector `m`; `cosine` = -dot(incoming, m) >= 0.
+/// Returns the mirror direction about `m`; `cosine` = incident_cosine(incoming, m).
 template <typename Real>
 PARRAY_INLINE Vec3<Real> mirror(const Vec3<Real>& incoming, const Vec3<Real>& m, Real cosine) {
   return incoming + Real(2) * cosine * m;
 }
 
 /// Returns the direction of a Lambertian reflection: `m` plus a uniform unit vector, never below
-/// the surface.
+/// the surface. `u` is of Purpose::scatter.
 template <typename Real>
 PARRAY_INLINE Vec3<Real> scatter_diffuse(const Vec3<Real>& m, const Uniform4<Real>& u) {
   const Vec3<Real> sum = m + uniform_direction(u.a, u.b);
@@ -85,8 +88,8 @@ PARRAY_INLINE auto scatter_metal(Real fuzz, const Vec3<Real>& incoming, const Ve
 }
 
 /// Chooses reflection or refraction by Schlick's reflectance; total internal reflection reflects.
-/// `leaving` means that the ray is on the sphere's inside. Source: Schlick, "An inexpensive BRDF
-/// model for physically-based rendering", 1994.
+/// `leaving` means that the ray is on the shape's inside. `u` is of Purpose::scatter. Source:
+/// Schlick, "An inexpensive BRDF model for physically-based rendering", 1994.
 template <typename Real, typename Mask>
 PARRAY_INLINE MaskedDirection<Real, Mask> scatter_dielectric(
     const MaterialParameters<Real>& surface, const Vec3<Real>& incoming, const Vec3<Real>& m,
@@ -107,14 +110,15 @@ PARRAY_INLINE MaskedDirection<Real, Mask> scatter_dielectric(
 
 enum class Event : std::uint8_t { absorbed, reflected, refracted };
 
+/// What happens to a path at a surface.
 template <typename Real>
 struct Scattering {
   Event event;
   Vec3<Real> direction;  ///< unit length but for rounding; undefined when absorbed
 };
 
-/// Scatters one path on any material. `incoming` is the unit direction of travel, `m` the unit
-/// normal on the path's own side. `leaving` means that the path is on the sphere's inside.
+/// Scatters one path on any material. `leaving` means that the path is on the shape's inside.
+/// `bounce` is the number of surfaces that the path met before.
 template <typename Real>
 Scattering<Real> scatter(const MaterialParameters<Real>& surface, const Vec3<Real>& incoming,
                          const Vec3<Real>& m, bool leaving, const SampleRandom& random,

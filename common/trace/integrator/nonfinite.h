@@ -8,9 +8,9 @@
 
 namespace parray::trace {
 
-/// Returns the non-finite samples of a run of pixels, sorted. It traces the run again, one pixel at
-/// a time. Call it for runs with `nonfinite` counts, which a correct tracer never produces.
-/// `samples` has one range per pixel.
+/// Returns the non-finite samples of a run of pixels, sorted, at most one entry per pixel. Traces
+/// the run again, one pixel at a time. Call it for runs whose TraceCounts::nonfinite is not 0,
+/// which a correct tracer never produces. `samples` has one range per pixel.
 std::vector<ExcludedSamples> locate_nonfinite(const PathTracer& tracer, const PixelRun& run,
                                               std::span<const SampleRange> samples);
 

@@ -23,7 +23,7 @@ concept PathScene = requires(const S& scene, std::uint32_t i) {
   { scene.sky } -> std::convertible_to<SkyGradient<Real>>;
 };
 
-/// Returns the number of the first capsule.
+/// Returns the number of spheres, which is also the number of the first capsule.
 std::uint32_t sphere_count(const auto& scene) {
   return static_cast<std::uint32_t>(scene.spheres.size());
 }
@@ -95,8 +95,9 @@ bool is_within_body(const Scene& scene, const InsideStack<Real, List>& sides,
   return false;
 }
 
-/// Returns the first crossing along a ray with a surface that bounds a body. Moves `ray` and
-/// `sides` straight through the surfaces before it, and counts the rays.
+/// Returns the first crossing along a ray with a surface that bounds a body (see InsideStack), or
+/// with the surface after most_crossings others. Moves `ray` and `sides` straight through the
+/// surfaces before it, and adds the ray and its parts to counts.rays.
 template <typename Real, typename List, PathScene<Real> Scene, typename Search>
 Hit<Real> next_surface(const Scene& scene, const Search& search, Ray<Real>& ray,
                        InsideStack<Real, List>& sides, TraceCounts& counts) {
@@ -131,9 +132,9 @@ void start_sides(const Scene& scene, const Ends& ends, std::uint32_t x, std::uin
 /// A path between two surfaces.
 template <typename Real>
 struct Path {
-  Ray<Real> ray;
-  Vec3<Real> throughput{1, 1, 1};
-  std::uint32_t bounce = 0;  ///< number of surfaces met
+  Ray<Real> ray;                   ///< to the next surface
+  Vec3<Real> throughput{1, 1, 1};  ///< product of the albedos so far
+  std::uint32_t bounce = 0;        ///< number of surfaces met
 };
 
 /// Begins the path of a sample of pixel (x, y). `ends` has the camera (`view`), the shapes at the
@@ -148,8 +149,8 @@ PARRAY_INLINE Path<Real> begin_path(const Scene& scene, const Ends& ends, std::u
 }
 
 /// Moves a path to its next surface and scatters it there. Returns whether the path goes on. If
-/// not, sets `radiance` if the path has brought light. Adds to `counts` the path segments and the
-/// light that max_depth may have cut off.
+/// not, sets `radiance` if the path has reached the sky; otherwise leaves it as it is. Adds to
+/// counts.rays and counts.lost.
 template <typename Real, typename List, PathScene<Real> Scene, typename Ends, typename Search>
 PARRAY_INLINE bool advance(const Scene& scene, const Ends& ends, const Search& search,
                            const SampleRandom& random, Path<Real>& path,

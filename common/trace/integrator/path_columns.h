@@ -11,25 +11,27 @@ namespace parray::trace {
 /// The paths that continue, each with its next ray.
 template <typename Real>
 struct Paths : RayColumns<Real> {
-  VecColumns<Real> throughput;
+  VecColumns<Real> throughput;   ///< product of the albedos so far
   Column<std::uint32_t> sample;  ///< number in the batch
 };
 
 /// The paths that have met a surface of one type of material, or the sky.
 template <typename Real>
 struct Hits {
-  std::uint32_t count;
+  std::uint32_t count;  ///< of paths
   VecColumns<Real> origin, direction, throughput;
   Column<Real> inverse_square;
+  /// Number of the sample in the batch, slot of the shape, number of its material.
   Column<std::uint32_t> sample, slot, material;
-  // Only used if paths can be inside a sphere.
-  Column<Real> side;  ///< 0: into the sphere, 1: out of it, 2: out of it from its own surface
-  Column<std::uint32_t> inside;
+  // Only used if paths can be inside a shape.
+  Column<Real> side;  ///< 0: into the shape, 1: out of it, 2: out of it from its own surface
+  Column<std::uint32_t> inside;  ///< head of a list in InsideLists
   // Only used for paths on side 2.
-  VecColumns<Real> old_normal;  ///< normal of the surface that the path stood on
+  VecColumns<Real> old_normal;  ///< outward normal of the surface that the path stood on
   Column<Real> t;
 };
 
+/// All scratch memory of the kernels for one batch.
 template <typename Real, typename Store>
 struct Workspace : TraversalSpace<Real, Store> {
   Paths<Real> paths;

@@ -48,7 +48,7 @@ class PathTracer {
     trace_run(run, RunSamples(samples), sums, counts);
   }
 
-  /// Does the same with one range of samples per pixel.
+  /// Does the same with samples[i] as the range of the i-th pixel of `run`.
   virtual void trace_run(const PixelRun& run, const RunSamples& samples, std::span<PixelSums> sums,
                          TraceCounts& counts) const = 0;
 
@@ -78,7 +78,7 @@ class PathTracer {
 };
 
 /// Makes the tracer of a picture from `camera`. The cost is small compared with building the
-/// accelerator: one pass over the spheres finds those around the lens. `picture.precision` must be
+/// accelerator: one pass over the shapes finds those around the lens. `picture.precision` must be
 /// the accelerator's. Positions are measured from accelerator->origin(). So the bits are those of a
 /// new accelerator only if scene_origin() is the same with this camera as with the scene's.
 std::unique_ptr<PathTracer> make_path_tracer(std::shared_ptr<const Accelerator> accelerator,

@@ -64,7 +64,8 @@ class RandomAddress {
         sample_(sample),
         sampler_(sampler) {}
 
-  /// Returns the numbers for `bounce` < 2^24 and a purpose. Purpose::scatter has only a and b.
+  /// Returns the numbers for `bounce` < 2^24, the number of surfaces that the path met before, and
+  /// a purpose. Purpose::scatter has only a and b, Purpose::fuzz only a, b and c.
   template <typename Real>
   [[nodiscard]] PARRAY_INLINE Uniform4<Real> at(std::uint32_t bounce, Purpose purpose) const {
     if (sampler_ == Sampler::sobol) {

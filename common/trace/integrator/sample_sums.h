@@ -29,7 +29,7 @@ PARRAY_INLINE void add_squares(FixedColor& sums, const FixedColor& values) {
   sums += values & std::uint64_t{1} << 32;
 }
 
-/// The sums of the samples of one pixel.
+/// The sums of consecutive samples of a batch that belong to one pixel.
 struct RunSums {
   FixedColor sum{}, sum_of_squares{}, odd{};
   FixedColor used{};  ///< bits set in any sample; a bit above 2^32 means that a sample is NaN
@@ -92,7 +92,8 @@ PARRAY_INLINE RunSums sums_of_numbers(const SampleBatch& batch, const BatchRadia
   return sums;
 }
 
-/// Adds all samples of a batch to the pixels of its row, by column.
+/// Adds all samples of a batch to the pixels of its row: row[x] is the pixel in column x. Counts
+/// non-finite samples instead.
 PARRAY_INLINE void add_samples(const SampleBatch& batch, const BatchRadiance& radiance,
                                PixelSums* row, TraceCounts& counts) {
   for (std::uint32_t i = 0; i < batch.count;) {

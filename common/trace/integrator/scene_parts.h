@@ -20,13 +20,14 @@ SphereShape<Store> stored_shape(const Sphere& sphere, const Vec3d& origin) {
   return {vec_cast<Store>(sphere.center - origin), static_cast<Store>(sphere.radius)};
 }
 
-/// Returns a capsule in that form.
+/// Returns a capsule in the form that an accelerator stores, relative to `origin`.
 template <typename Store>
 CapsuleShape<Store> stored_shape(const Capsule& capsule, const Vec3d& origin) {
   return {vec_cast<Store>(0.5 * (capsule.from + capsule.to) - origin),
           vec_cast<Store>(0.5 * (capsule.to - capsule.from)), static_cast<Store>(capsule.radius)};
 }
 
+/// Returns the scene's materials, in its order, in the form that kernels read.
 template <typename Real>
 std::vector<MaterialParameters<Real>> stored_materials(const Scene& scene) {
   return {scene.materials.begin(), scene.materials.end()};
@@ -48,9 +49,9 @@ void set_sky(const Ray<Real>& ray, FirstHit& first) {
   first.normal = {};
 }
 
-/// Sets the first hit of a camera ray; `outward` is the normal of the surface at the hit. The
-/// function sets the fields one by one: a copy of the whole stalls, because its parts have just
-/// been stored.
+/// Sets the first hit of a camera ray; `outward` is the outward unit normal of the surface at the
+/// hit, and hit.shape the shape's number in the scene. The function sets the fields one by one: a
+/// copy of the whole stalls, because its parts have just been stored.
 template <typename Real>
 void set_hit(const Ray<Real>& ray, const Hit<Real>& hit, const Vec3<Real>& outward,
              FirstHit& first) {

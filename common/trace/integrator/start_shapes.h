@@ -30,9 +30,9 @@ class RayStarts {
   RayStarts(const Camera& camera, std::uint32_t width, std::uint32_t height);
 
   /// Returns a box with the pixels that have rays beginning inside a sphere, and perhaps with some
-  /// others. Returns nothing for NaN, which stands for no shape. The plane of an orthographic
-  /// camera may cut a sphere. Then the rays of the pixels that show the cut begin inside: they see
-  /// its inside.
+  /// others. Returns nothing if no ray does, or if a number of the sphere is NaN, which stands for
+  /// no shape. The plane of an orthographic camera may cut a sphere. Then the rays of the pixels
+  /// that show the cut begin inside: they see its inside.
   template <typename Store>
   [[nodiscard]] std::optional<PixelBox> inside(const SphereShape<Store>& sphere) const {
     const Vec3d center = vec_cast<double>(sphere.center);
@@ -71,17 +71,18 @@ class RayStarts {
   std::uint32_t width_, height_;
 };
 
-/// The numbers of the shapes that the paths of a part of the picture may begin inside of, part by
-/// part. A perspective camera has one part. An orthographic camera has square tiles, because its
-/// plane may cut very many shapes. Memory is proportional to the number of shapes.
+/// The numbers of the shapes that the paths of a tile (a part of the picture) may begin inside of,
+/// tile by tile. With a perspective camera the picture is one tile. With an orthographic camera it
+/// has square tiles, because the camera's plane may cut very many shapes. Memory is proportional to
+/// the number of shapes. The caller decides what the numbers are: of the scene, or slots.
 class StartShapes {
  public:
   /// Makes an empty object.
   StartShapes() : StartShapes(std::vector<std::uint32_t>{}) {}
   /// Makes an object with these shapes for all pixels.
   explicit StartShapes(std::vector<std::uint32_t> everywhere);
-  /// Selects the numbers in 0 .. count - 1 of the shapes for which `box_of(number)`, a result of
-  /// RayStarts::inside(), is not empty.
+  /// Selects the numbers in 0 .. count - 1 of the shapes for which `box_of(number)` returns a box.
+  /// It must return RayStarts::inside() of the shape.
   StartShapes(const RayStarts& starts, std::uint32_t count, const auto& box_of) {
     std::vector<Candidate> candidates;
     for (std::uint32_t number = 0; number < count; ++number) {

@@ -10,7 +10,8 @@
 /// The parameters of path.h in containers of the host, which means: not on a device.
 namespace parray::trace {
 
-/// Everything that a path can meet. Immutable; all threads and all pictures of the scene share it.
+/// Everything that a path can meet: a PathScene. Positions are relative to scene_origin().
+/// Immutable; all threads and all pictures of the scene share it.
 template <typename Real>
 struct TraceScene {
   std::vector<SphereShape<Real>> spheres;
@@ -28,7 +29,7 @@ struct TraceScene {
 template <typename Real>
 struct PathEnds {
   CameraRays<Real> view;
-  StartShapes start;            ///< shapes that a path may begin inside of; nearly always empty
+  StartShapes start;            ///< numbers of shapes that paths may begin inside of; mostly empty
   std::uint32_t max_depth = 1;  ///< ray segments of the longest path
 };
 

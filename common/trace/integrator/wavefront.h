@@ -12,8 +12,9 @@
 /// has the same arithmetic as in trace_sample() of path.h, to the bit.
 namespace parray::trace {
 
-/// `L` are lanes of the real type, `B` lanes of the stored type, `D` lanes of double.
-/// `InsideStack`: paths can be inside a shape; `Capsules`: the scene has capsules (KernelFeatures).
+/// `L` are lanes of the type of path computations, `B` lanes of the stored type, `D` lanes of
+/// double. `InsideStack`: paths can be inside a shape; `Capsules`: the scene has capsules
+/// (KernelFeatures).
 template <typename L, typename B, typename D, bool InsideStack, bool Capsules>
 class Wavefront {
  public:
@@ -39,7 +40,7 @@ class Wavefront {
     add_samples(batch, space_.radiance, row, counts);
   }
 
-  /// Finds the next surface of all paths.
+  /// Finds the next surface of all paths: sets `t`, `slot` and `leaving` of space.queries.
   PARRAY_INLINE void find() {
     Traversal<L, B>(scene_.bvh, space_.paths, space_).template find_all<InsideStack, Capsules>();
     if constexpr (Capsules) {
@@ -194,6 +195,8 @@ class Wavefront {
     }
   }
 
+  /// Adds paths i, i + 1 ..., of the lanes `present`, to the hits of their material's type or of
+  /// the sky.
   PARRAY_INLINE void sort(std::uint32_t i, std::uint32_t present) {
     const L t = L::load(&space_.queries.t[i]);
     const MaskOf<L> met = t < L(std::numeric_limits<Real>::infinity());
@@ -299,7 +302,7 @@ class Wavefront {
   struct Meeting {
     Vec3<L> incoming;
     SphereShape<L>
-        sphere;      ///< a sphere that touches the surface from inside, where the path meets it
+        sphere;      ///< the sphere met; of a capsule, a sphere in it that touches the met point
     Vec3<L> normal;  ///< outward
     Vec3<L> m;       ///< normal on the path's side
     MaskOf<L> leaving;
@@ -336,7 +339,7 @@ class Wavefront {
     return slot + Uint(0U - scene_.capsules.first_slot);
   }
 
-  /// Returns slots of spheres as they are, and 0 for the others.
+  /// Returns slots of spheres as they are, and 0 for slots of capsules.
   PARRAY_INLINE Uint slot_among_spheres(const Uint& slot) const {
     return slot & ((slot_among_capsules(slot) >> 31) * Uint(0xFFFFFFFFU));
   }
@@ -457,8 +460,8 @@ class Wavefront {
     }
   }
 
-  /// Moves the paths in the lanes `crossing` through their surface. The lanes `going` are paths n,
-  /// n + 1 ...
+  /// Moves the hits i, i + 1 ... in the lanes `crossing` through their surface: changes their list
+  /// of shapes. go_on() has made the lanes `going` paths n, n + 1 ...
   PARRAY_INLINE void cross(const Hits<Real>& hits, std::uint32_t i, std::uint32_t going,
                            std::uint32_t crossing, std::uint32_t n) {
     for (; crossing != 0; crossing &= crossing - 1) {

@@ -7,8 +7,7 @@
 
 namespace parray::trace {
 
-/// Linear search: tests every sphere for every ray. The other accelerators must give its bits. It
-/// is the fastest search for a handful of spheres.
+/// Linear search: tests every sphere for every ray. The other accelerators must give its bits.
 template <typename Real>
 class Linear {
  public:

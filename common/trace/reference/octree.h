@@ -51,7 +51,7 @@ class Octree {
   /// Returns the number of cells on the longest path from the root to a leaf; 0 without spheres.
   [[nodiscard]] std::uint32_t depth() const { return depth_; }
 
-  static constexpr std::uint32_t max_depth = 64;
+  static constexpr std::uint32_t max_depth = 64;  ///< largest depth()
 
  private:
   static constexpr std::size_t slab_count = 7;

@@ -11,7 +11,8 @@ namespace parray::trace {
 
 /// Returns the SHA-256 of a small built-in picture of spheres and capsules with every material, a
 /// lens, nested and overlapping glass, traced with every sampler in every precision. Two builds
-/// with the same value trace the same bits. Takes a few milliseconds.
+/// with the same value trace the same bits. Takes a few milliseconds. Workers compare it with the
+/// coordinator's value.
 std::string trace_fingerprint();
 
 /// The value of trace_fingerprint() for this trace_version (proto/messages.h), with any compiler
@@ -19,7 +20,8 @@ std::string trace_fingerprint();
 inline constexpr std::string_view pinned_fingerprint =
     "66ef74d674db1f7e92c437c65165de7a5e21abe5c15077a8296a813a4b3f4d2a";
 
-/// Makes the tracer of a scene: make_path_tracer(), or a function that forces a choice.
+/// Makes the tracer of a scene: make_path_tracer(), or a function that, for example, always takes
+/// the same instruction set.
 using TracerMaker = std::function<std::unique_ptr<PathTracer>(const Scene&, const RenderSettings&)>;
 
 /// Returns the fingerprint of the same picture, traced by the tracers of `make`. Rethrows its
