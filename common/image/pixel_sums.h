@@ -54,7 +54,8 @@ struct SkySamples {
 struct TraceCounts {
   std::uint64_t samples = 0;
   /// Ray segments of all paths. A straight way through several surfaces of one glass body has a
-  /// segment per surface (InsideStack), so a path may have more than max_depth.
+  /// segment per surface (InsideStack), so a path may have more than max_depth: at most
+  /// rays_of_segment for each segment that max_depth counts.
   std::uint64_t rays = 0;
   std::uint64_t nonfinite = 0;  ///< samples excluded because they were NaN or infinite
   /// A bound of the light that max_depth cut off, under a sky of radiance 1. Each path that had not
@@ -62,6 +63,7 @@ struct TraceCounts {
   /// in units of lost_unit, rounded up.
   std::uint64_t lost = 0;
 
+  static constexpr std::uint64_t rays_of_segment = 65;  ///< most_crossings of ray.h, and one
   static constexpr double lost_unit = 0x1p-24;
   /// Returns what a path adds to `lost`. `largest`: the largest channel of its throughput, 0 .. 1.
   static PARRAY_INLINE std::uint64_t lost_of(double largest) {

@@ -37,8 +37,8 @@ const char* fault_of_cell(std::span<const std::byte> record, std::uint32_t pixel
   const CellHeader header = header_of(record);
   samples = 0;
   for (std::uint32_t i = 0; i < pixels; ++i) samples += ranges[i].count();
-  if (header.rays > samples * max_depth || header.nonfinite > samples ||
-      header.lost > samples * (TraceCounts::lost_of(1) + 1)) {
+  if (header.rays > samples * max_depth * TraceCounts::rays_of_segment ||
+      header.nonfinite > samples || header.lost > samples * (TraceCounts::lost_of(1) + 1)) {
     return "counts that are impossible for its samples";
   }
   for (std::uint32_t i = 0; i < pixels; ++i) {

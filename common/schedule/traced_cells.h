@@ -36,8 +36,8 @@ std::string pack_cells(const TracedCells& traced, const CellGrid& grid);
 /// Unpacks the output of pack_cells() for the cells of `batch`. `samples` becomes
 /// batch.sample_count(), and all times become 0. Throws DecodeError for any other bytes, and for
 /// numbers that tracing these samples cannot give. Examples are sums above the bound of their
-/// samples, and more rays per sample than `max_depth`. Excluded samples must belong to pixels of
-/// `batch`, be as many in each cell as its `nonfinite` says, and be in order.
+/// samples, and more rays than paths of `max_depth` segments have. Excluded samples must belong to
+/// pixels of `batch`, be as many in each cell as its `nonfinite` says, and be in order.
 TracedCells unpack_cells(std::string_view bytes, const CellBatch& batch, std::uint32_t max_depth);
 
 /// Makes the checks of unpack_cells() for cells that were not packed, such as those of an MPI rank.

@@ -95,6 +95,8 @@ bool is_within_body(const Scene& scene, const InsideStack<Real, List>& sides,
   return false;
 }
 
+static_assert(TraceCounts::rays_of_segment == most_crossings + 1);
+
 /// Returns the first crossing along a ray with a surface that bounds a body (see InsideStack), or
 /// with the surface after most_crossings others. Moves `ray` and `sides` straight through the
 /// surfaces before it, and adds the ray and its parts to counts.rays.

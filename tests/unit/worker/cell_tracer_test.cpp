@@ -56,6 +56,30 @@ TEST_CASE("pixels with their own sample ranges get exactly these samples") {
   }
 }
 
+TEST_CASE("cells of overlapping bodies of one glass are possible results") {
+  Scene scene = small_scene();
+  scene.camera.look_from = {0, 0, 30};
+  scene.materials = {{MaterialType::dielectric, {1, 1, 1}, 0, 1.5}};
+  scene.spheres.clear();
+  for (int i = 0; i < 150; ++i) scene.spheres.push_back({{0, 0, 0.1 * i}, 4, 0});
+  for (const std::uint32_t max_depth : {1U, 2U, 10U}) {
+    for (const Precision precision : {Precision::f32, Precision::f64}) {
+      RenderSettings settings = sized(20, 13, 6);
+      settings.max_depth = max_depth;
+      settings.precision = precision;
+      const CellBatch batch = whole(settings);
+      const TracedCells cells = traced(*make_path_tracer(scene, settings), batch, 1);
+      CHECK(fault_of(cells, batch, max_depth).empty());
+      std::uint64_t rays = 0;
+      const std::size_t size = record_bytes(batch.grid->shape().cell_pixels);
+      for (std::size_t at = 0; at < cells.records.size(); at += size) {
+        rays += header_of(std::span(cells.records).subspan(at)).rays;
+      }
+      CHECK(rays > batch.sample_count() * max_depth);
+    }
+  }
+}
+
 TEST_CASE("records contain the time that their cells took") {
   const RenderSettings settings = sized(20, 20, 100);
   const CellBatch batch = whole(settings);

@@ -183,7 +183,7 @@ TEST_CASE("a result is of the cells and samples that were leased") {
 TEST_CASE("counts are no more than the samples can have") {
   OneCell f;
   SUBCASE("rays") {
-    f.header.rays = 8 * depth;
+    f.header.rays = 8 * depth * TraceCounts::rays_of_segment;
     CHECK(f.fault() == "");
     ++f.header.rays;
   }
