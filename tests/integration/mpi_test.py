@@ -29,12 +29,14 @@ def size(width, height, spp):
 
 
 SIZE = size(100, 75, 40)
-LONG_CORE_SECONDS = 4  # several commits, on two cores, before it is done
+LONG_CORE_SECONDS = 2.5  # several commits, on two cores, before it is done
+MANY_PASSES = 7
+PASS_CORE_SECONDS = 0.15
 # In passes, decided by what the passes before have found.
 TO_AN_ERROR = (*size(100, 75, 2000), "--target-error", 0.012)
 ADAPTIVE = (*size(100, 75, 120), "--adaptive", "on")
 NO_WINDOW = ("--mca", "osc", "^rdma,sm,pt2pt,ucx,monitoring,portals4")
-SAFE = ["--checkpoint", 0.2, "--threads", 1]
+SAFE = ["--checkpoint", 0.1, "--threads", 1]
 
 
 def render_report(*options):
@@ -74,10 +76,10 @@ class MpiCase(unittest.TestCase):
 
     @classmethod
     def take_passes(cls):
-        samples = int(0.2 * core_speed()) // 2 * 2
-        adaptive = [*size(200, 150, 10 * samples // (200 * 150) + 1), "--adaptive", "on"]
+        samples = int(PASS_CORE_SECONDS * core_speed()) // 2 * 2
+        adaptive = [*size(200, 150, MANY_PASSES * samples // (200 * 150) + 1), "--adaptive", "on"]
         cls.one_pass = [*adaptive, "--passes", samples]
-        cls.passes = [*adaptive, "--passes", ",".join([str(samples)] * 10)]
+        cls.passes = [*adaptive, "--passes", ",".join([str(samples)] * MANY_PASSES)]
         cls.expected_passes = render_report(*cls.passes)
 
     def setUp(self):
