@@ -46,6 +46,10 @@ CoordinatorOptions patient_options(const std::string& fingerprint) {
   options.limits.pixels = options.limits.user_pixels = std::numeric_limits<std::size_t>::max();
   options.waiting_counts = true;  // a time limit includes waiting: there are no other jobs
   options.max_failures = 1;       // no other worker could try
+  options.on_quarantine = [](const std::string& reason) {
+    throw RunError("this machine computed wrong bits (" + reason +
+                   "): test it with parray doctor --extremes");
+  };
   return options;
 }
 

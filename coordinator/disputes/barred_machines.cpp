@@ -80,6 +80,7 @@ std::string DisputeDesk::worker_of(TracerKey machine) const {
 }
 
 void DisputeDesk::quarantine(TracerKey machine, const std::string& reason) {
+  if (farm_.options.on_quarantine) farm_.options.on_quarantine(reason);
   const Machines::Known known = farm_.machines.find(machine);
   const double at = farm_.options.wall_clock();
   const bool fresh =

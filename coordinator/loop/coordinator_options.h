@@ -41,6 +41,9 @@ struct CoordinatorOptions {
   bool waiting_counts = false;
   /// Number of different machines that must fail at the same cells before the job fails.
   std::uint32_t max_failures = 3;
+  /// Called when a machine gets no more leases because it returned wrong bits, with the reason. An
+  /// exception ends the coordinator. Null: the coordinator waits for other machines.
+  std::function<void(const std::string& reason)> on_quarantine{};
   /// Which leases a second machine traces again.
   CheckPolicy::Options checks{};
   /// Uniform random numbers in [0, 1). They select leases to check and do not influence pictures.

@@ -52,6 +52,16 @@ TEST_CASE("a result for another worker's lease is stale, before and after the ho
   CHECK(service.worker("ann").at("state") == "ready");
 }
 
+TEST_CASE("an operator can end a coordinator whose only machine returns wrong bits") {
+  CoordinatorOptions options = service_options();
+  options.on_quarantine = [](const std::string& reason) { throw RunError(reason); };
+  Service service(options);
+  Hand liar(service, "liar");
+  const JobId job = service.submit(small_scene(), many_leases());
+  const auto forge = [](Hand& hand, const msg::Grant& grant) { hand.send_forgery(grant); };
+  CHECK_THROWS_AS(work(service, {{&liar, forge}}, job), RunError);
+}
+
 TEST_CASE(
     "a result for an earlier coordinator without a state is stale, and its worker is not faulty") {
   Service service;
