@@ -1,8 +1,5 @@
 #pragma once
 
-#include <condition_variable>
-#include <cstddef>
-#include <deque>
 #include <functional>
 #include <map>
 #include <memory>

@@ -1,7 +1,6 @@
 #include "proto/zmq_mesh.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 #include <vector>
 

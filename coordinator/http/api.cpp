@@ -1,6 +1,5 @@
 #include "coordinator/http/api.h"
 
-#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 

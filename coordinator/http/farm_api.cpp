@@ -1,6 +1,5 @@
 // Answers requests about the farm, its workers and this server.
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "common/base/printable.h"
 #include "coordinator/http/api.h"

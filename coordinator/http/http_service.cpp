@@ -6,7 +6,6 @@
 #include <fstream>
 #include <new>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <thread>
 
 #include "common/base/error.h"

@@ -15,7 +15,6 @@
 #include "common/scene/settings.h"
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/report.h"
-#include "coordinator/loop/farm.h"
 #include "coordinator/loop/worker_desk.h"
 
 namespace parray::coordinator {

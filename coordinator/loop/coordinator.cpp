@@ -4,11 +4,6 @@
 
 #include <algorithm>
 
-#include "coordinator/disputes/dispute_desk.h"
-#include "coordinator/jobs/job_book.h"
-#include "coordinator/leases/lease_desk.h"
-#include "coordinator/loop/farm.h"
-#include "coordinator/loop/worker_desk.h"
 
 namespace parray::coordinator {
 

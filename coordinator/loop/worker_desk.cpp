@@ -10,7 +10,6 @@
 #include "coordinator/disputes/dispute_desk.h"
 #include "coordinator/jobs/job_book.h"
 #include "coordinator/leases/lease_desk.h"
-#include "coordinator/loop/farm.h"
 
 namespace parray::coordinator {
 

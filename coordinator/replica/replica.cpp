@@ -1,7 +1,6 @@
 #include "coordinator/replica/replica.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "coordinator/replica/changes.h"
 

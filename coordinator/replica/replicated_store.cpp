@@ -1,6 +1,5 @@
 #include "coordinator/replica/replicated_store.h"
 
-#include <set>
 #include <utility>
 
 namespace parray::replica {

@@ -2,7 +2,6 @@
 
 #include <sqlite3.h>
 
-#include "common/base/error.h"
 #include "coordinator/store/store.h"
 
 namespace parray::store {

@@ -1,6 +1,5 @@
 // The commit of a DiskStore.
 #include <algorithm>
-#include <utility>
 
 #include "coordinator/store/disk_store.h"
 #include "coordinator/store/records.h"

@@ -2,10 +2,8 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <optional>
-#include <set>
 #include <system_error>
 
 #include "common/base/bytes.h"
