@@ -36,8 +36,7 @@ class ZmqServer {
   ZmqServer(const std::string& endpoint, std::size_t max_message_bytes,
             const std::filesystem::path& keys = {}, Admits admits = Admits::members);
   ~ZmqServer();
-  ZmqServer(const ZmqServer&) = delete;
-  ZmqServer& operator=(const ZmqServer&) = delete;
+  ZmqServer& operator=(ZmqServer&&) = delete;
 
   Link& link();
   /// Returns the endpoint as bound, with its real port.

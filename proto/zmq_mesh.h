@@ -31,8 +31,7 @@ class ZmqMesh final : public Link {
   /// Throws InputError if an address is invalid, RunError if the port or its keys cannot be made.
   explicit ZmqMesh(const ZmqMeshOptions& options);
   ~ZmqMesh() override;
-  ZmqMesh(const ZmqMesh&) = delete;
-  ZmqMesh& operator=(const ZmqMesh&) = delete;
+  ZmqMesh& operator=(ZmqMesh&&) = delete;
 
   /// Returns the port for requests of other workers; 0: none. The port is on loopback if the
   /// coordinator is there, otherwise on all of the machine's addresses.

@@ -18,8 +18,7 @@ class MpiWorld {
   /// RunError.
   MpiWorld();
   ~MpiWorld();
-  MpiWorld(const MpiWorld&) = delete;
-  MpiWorld& operator=(const MpiWorld&) = delete;
+  MpiWorld& operator=(MpiWorld&&) = delete;
 
   [[nodiscard]] std::uint32_t rank() const { return rank_; }
   [[nodiscard]] std::uint32_t ranks() const { return ranks_; }

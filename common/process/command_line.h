@@ -134,8 +134,7 @@ class CommandLine : public Command {
   /// `program`: the name in the usage and in messages.
   explicit CommandLine(const std::string& description = {}, const std::string& program = {});
   ~CommandLine();
-  CommandLine(const CommandLine&) = delete;
-  CommandLine& operator=(const CommandLine&) = delete;
+  CommandLine& operator=(CommandLine&&) = delete;
 
   /// Sets the text of --version.
   void version(const std::string& text);

@@ -17,8 +17,7 @@ class WorkDirectory {
   /// Creates the directory in `parent`. Throws RunError.
   explicit WorkDirectory(const std::filesystem::path& parent);
   ~WorkDirectory();
-  WorkDirectory(const WorkDirectory&) = delete;
-  WorkDirectory& operator=(const WorkDirectory&) = delete;
+  WorkDirectory& operator=(WorkDirectory&&) = delete;
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 

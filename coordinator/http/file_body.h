@@ -17,8 +17,7 @@ class FileBody {
   /// for the size of the file, which then stays. Throws RunError if the file cannot be opened.
   FileBody(const std::filesystem::path& file, Budget& disk);
   ~FileBody();
-  FileBody(const FileBody&) = delete;
-  FileBody& operator=(const FileBody&) = delete;
+  FileBody& operator=(FileBody&&) = delete;
 
   [[nodiscard]] int descriptor() const { return file_; }
   /// Returns the addresses of the mapped file. A pointer into this range stands for an offset in

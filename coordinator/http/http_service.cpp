@@ -46,8 +46,7 @@ class RequestsDirectory {
     std::error_code ignored;
     fs::remove_all(path_, ignored);
   }
-  RequestsDirectory(const RequestsDirectory&) = delete;
-  RequestsDirectory& operator=(const RequestsDirectory&) = delete;
+  RequestsDirectory& operator=(RequestsDirectory&&) = delete;
 
   [[nodiscard]] const fs::path& path() const { return path_; }
 

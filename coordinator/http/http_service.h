@@ -39,8 +39,7 @@ class HttpService {
   /// RunError.
   HttpService(const Options& options, InprocHub& hub, std::shared_ptr<spdlog::logger> log);
   ~HttpService();
-  HttpService(const HttpService&) = delete;
-  HttpService& operator=(const HttpService&) = delete;
+  HttpService& operator=(HttpService&&) = delete;
 
   /// Makes GET `path` return the result of `text`, with media type `type`. To be called before
   /// start(). `text` must be callable from any thread.

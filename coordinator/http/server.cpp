@@ -59,8 +59,7 @@ class Server::Impl {
 
   /// Cuts the connections first, so that handlers that wait for a connection end.
   ~Impl() { manager_.stop(); }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
+  Impl& operator=(Impl&&) = delete;
 
   void start() { manager_.start(); }
   [[nodiscard]] const std::string& address() const { return address_; }

@@ -40,8 +40,7 @@ class Server {
   Server(const std::string& address, const ServerLimits& limits, Callbacks callbacks);
   /// Cuts all connections and waits for running handlers.
   ~Server();
-  Server(const Server&) = delete;
-  Server& operator=(const Server&) = delete;
+  Server& operator=(Server&&) = delete;
 
   /// Starts to read requests.
   void start();

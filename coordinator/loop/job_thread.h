@@ -44,8 +44,7 @@ class JobThread {
   JobThread(Store* store, Options options);
   /// Waits for the running task and drops the others.
   ~JobThread();
-  JobThread(const JobThread&) = delete;
-  JobThread& operator=(const JobThread&) = delete;
+  JobThread& operator=(JobThread&&) = delete;
 
   /// Queues tasks. If a task throws, run_finished() calls `failed` instead of its completion. So
   /// one request or one job fails, and all others continue.

@@ -50,8 +50,7 @@ class DiskStore final : public Store {
   /// lost/.
   explicit DiskStore(const std::filesystem::path& directory, Disk& disk = system_disk());
   ~DiskStore() override;
-  DiskStore(const DiskStore&) = delete;
-  DiskStore& operator=(const DiskStore&) = delete;
+  DiskStore& operator=(DiskStore&&) = delete;
 
   void put_job(const JobRecord& job) override;
   void put_scene(const std::string& digest, std::string_view bytes) override;

@@ -47,8 +47,7 @@ class StateLock {
   ~StateLock() {
     if (file_ >= 0) close(file_);
   }
-  StateLock(const StateLock&) = delete;
-  StateLock& operator=(const StateLock&) = delete;
+  StateLock& operator=(StateLock&&) = delete;
 
  private:
   int file_ = -1;

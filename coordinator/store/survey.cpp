@@ -31,8 +31,7 @@ class ScratchDirectory {
     std::error_code ignored;
     fs::remove_all(path_, ignored);
   }
-  ScratchDirectory(const ScratchDirectory&) = delete;
-  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
+  ScratchDirectory& operator=(ScratchDirectory&&) = delete;
   [[nodiscard]] fs::path path() const { return path_; }
 
  private:

@@ -9,10 +9,8 @@ namespace parray::doctor {
 /// A temporary directory for all checks. The destructor removes it with its contents.
 class Scratch {
  public:
-  Scratch() = default;
   ~Scratch();
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
+  Scratch& operator=(Scratch&&) = delete;
 
   /// Makes the directory in the system's directory for temporary files (TMPDIR). Throws RunError.
   void make();

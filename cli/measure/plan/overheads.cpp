@@ -33,8 +33,7 @@ class ScratchFile {
     std::error_code ignored;
     fs::remove(path_, ignored);
   }
-  ScratchFile(const ScratchFile&) = delete;
-  ScratchFile& operator=(const ScratchFile&) = delete;
+  ScratchFile& operator=(ScratchFile&&) = delete;
   [[nodiscard]] const fs::path& path() const { return path_; }
 
  private:
