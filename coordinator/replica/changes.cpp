@@ -10,9 +10,7 @@ void Changes::add(ChangeKind kind, JobId job, std::string_view name,
   std::uint64_t size = 0;
   for (const std::string_view piece : pieces) size += piece.size();
   ByteWriter header;
-  header.put(static_cast<std::uint8_t>(kind));
-  header.put(job);
-  header.put(static_cast<std::uint32_t>(name.size()));
+  header.numbers(kind, job, static_cast<std::uint32_t>(name.size()));
   header.put_bytes(name);
   header.put(size);
   bytes_ += header.take();
@@ -53,7 +51,7 @@ void Changes::put_note(const std::string& name, std::string_view text) {
 
 std::size_t apply_first(std::string_view changes, Store& store) {
   ByteReader reader(changes);
-  const auto kind = static_cast<ChangeKind>(reader.get<std::uint8_t>());
+  const auto kind = reader.get<ChangeKind>();
   const auto job = reader.get<JobId>();
   const std::string name(reader.get_bytes(reader.get<std::uint32_t>()));
   const std::string_view data = reader.get_bytes(reader.get<std::uint64_t>());
