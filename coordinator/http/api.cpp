@@ -13,12 +13,6 @@ namespace {
 using nlohmann::json;
 using Arguments = std::vector<std::string>;
 
-constexpr JobId largest_job = (JobId{1} << 53) - 1;  // JavaScript rounds larger numbers
-
-std::string text_of(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
 JobId job_in(const Arguments& arguments) {
   return whole_number("id", arguments.at(0), 1, largest_job);
 }
@@ -170,17 +164,14 @@ Reply Api::show_job(const Request& request, JobId job) {
   const auto show = [&] {
     return loop_.ask<msg::Job>(request.sender, msg::ShowJob{0, job, from}).job;
   };
-  try {
+  return with_status(409, 404, [&] {
     json shown = show();
     if (patience > Time(0) && !has_ended(shown)) {
       events_.await_end(job, owner_of(request), patience);
       shown = show();
     }
-    return json_reply(text_of(shown));
-  } catch (const Problem& problem) {
-    if (problem.status() != 409) throw;
-    throw Problem(404, problem.what(), problem.exit_status());
-  }
+    return json_reply(shown);
+  });
 }
 
 /// Throws `problem` again. Replaces status 409 with 404 if the job does not exist, or with 403 if
@@ -203,7 +194,7 @@ Reply Api::steer(const Request& request, JobId job, msg::JobAction action) {
   try {
     const auto answer =
         loop_.ask<msg::Job>(request.sender, msg::SteerJob{0, job, action, priority});
-    return json_reply(text_of(answer.job));
+    return json_reply(answer.job);
   } catch (const Problem& problem) {
     fail_precisely(loop_, request.sender, job, problem);
   }
@@ -221,7 +212,7 @@ Reply Api::report(const Request& request, JobId job) {
   try {
     const auto answer =
         loop_.ask<msg::ImageData>(request.sender, msg::Fetch{0, job, false, false, false});
-    return json_reply(text_of(answer.report));
+    return json_reply(answer.report);
   } catch (const Problem& problem) {
     fail_precisely(loop_, {}, job, problem);
   }
@@ -258,7 +249,7 @@ Reply Api::picture(const Request& request, JobId job, PictureCache::Kind kind) {
 }
 
 static Reply workers_reply(const msg::Workers& answer) {
-  return json_reply(text_of({{"workers", answer.workers}, {"total", answer.total}}));
+  return json_reply({{"workers", answer.workers}, {"total", answer.total}});
 }
 
 Reply Api::list_workers(const Request& request) {
@@ -271,16 +262,11 @@ Reply Api::list_workers(const Request& request) {
 
 Reply Api::steer_workers(const Request& request, const std::string& name,
                          msg::WorkerAction action) {
-  if (name.size() > 128 || printable(name, 1000) != name) {
-    throw Problem(404, "'" + printable(name) + "' is not a worker name", 2);
-  }
-  try {
+  check_worker_name(name);
+  return with_status(409, 403, [&] {
     return workers_reply(loop_.ask<msg::Workers>(
         request.sender, msg::SteerWorkers{0, action, flag_in(request, "host"), name}));
-  } catch (const Problem& problem) {
-    if (problem.status() != 409) throw;
-    throw Problem(403, problem.what(), problem.exit_status());
-  }
+  });
 }
 
 }  // namespace parray::http

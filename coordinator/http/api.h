@@ -11,6 +11,12 @@
 
 namespace parray::http {
 
+/// Largest number of a job in a request. JavaScript rounds larger numbers.
+inline constexpr JobId largest_job = (JobId{1} << 53) - 1;
+
+/// Throws Problem 404 if no worker can have this name.
+void check_worker_name(const std::string& name);
+
 /// Facts about the server, as GET /api/v1/server shows them.
 struct ApiFacts {
   std::uint64_t body_bytes = 0;  ///< limit of a body

@@ -10,6 +10,7 @@
 #include "common/base/bytes.h"
 #include "common/base/error.h"
 #include "common/base/files.h"
+#include "common/base/json_text.h"
 #include "common/image/picture_bytes.h"
 #include "coordinator/jobs/work_map.h"
 #include "proto/settings_json.h"
@@ -211,8 +212,7 @@ PictureCache::File PictureCache::make_map(const Sender& sender, JobId job, Kind 
   picture.etag = fmt::format("\"{}-{}-{}\"", job, journal.size(), file_of(kind));
   try {
     const WorkMap map = work_map(read_journal(journal), picture.width, picture.height);
-    const std::string names =
-        json{{"workers", map.workers}}.dump(-1, ' ', false, json::error_handler_t::replace);
+    const std::string names = json_text({{"workers", map.workers}});
     picture.file = keep(kind == Kind::cost             ? bytes_of(map.seconds)
                         : kind == Kind::worker_numbers ? bytes_of(map.tracer)
                                                        : std::string_view(names));

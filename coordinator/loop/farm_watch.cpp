@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 
 namespace parray::coordinator {
@@ -56,7 +57,7 @@ std::string FarmWatch::accounts_text() const {
   for (const auto& [user, account] : accounts_) {
     if (account.thread_seconds > 0) map[user] = std::round(account.thread_seconds * 1e3) / 1e3;
   }
-  return map.dump(-1, ' ', false, json::error_handler_t::replace);
+  return json_text(map);
 }
 
 void FarmWatch::restore_accounts(std::string_view text) {

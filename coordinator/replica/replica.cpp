@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/base/checksum.h"
 #include "coordinator/replica/changes.h"
 
 namespace parray::replica {

@@ -1,6 +1,6 @@
 #include "coordinator/replica/replica_request.h"
 
-#include <xxhash.h>
+#include "common/base/checksum.h"
 
 namespace parray::replica {
 namespace {
@@ -46,10 +46,6 @@ void check_kind(auto kind, auto last) {
 }
 
 }  // namespace
-
-std::uint64_t checksum_of(std::string_view bytes) {
-  return XXH3_64bits(bytes.data(), bytes.size());
-}
 
 std::string encode(const ReplicaRequest& request) {
   ByteWriter writer;

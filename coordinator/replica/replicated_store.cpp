@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "common/base/checksum.h"
+
 namespace parray::replica {
 
 /// Size of the batches of a full copy, in bytes.

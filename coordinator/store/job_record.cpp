@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/error.h"
+#include "common/base/json_text.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "common/scene/limits.h"
@@ -162,7 +163,7 @@ std::string record_to_json(const JobRecord& job) {
   JobRecord copy = job;  // fields() takes a mutable record
   RecordWriter writer;
   fields(writer, copy);
-  return writer.map.dump(-1, ' ', false, json::error_handler_t::replace);
+  return json_text(writer.map);
 }
 
 JobRecord record_from_json(JobId id, std::string_view text) {

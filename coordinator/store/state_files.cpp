@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <array>
@@ -14,6 +13,7 @@
 #include <system_error>
 #include <utility>
 
+#include "common/base/checksum.h"
 #include "common/base/sha256.h"
 #include "common/base/text.h"
 #include "coordinator/store/store.h"
@@ -304,7 +304,7 @@ std::string StateFiles::read(const fs::path& file, const WholeFile& expected) {
     if (got <= 0) throw damaged(got < 0 ? std::generic_category().message(errno) : "it ends early");
     at += static_cast<std::size_t>(got);
   }
-  if (XXH3_64bits(bytes.data(), bytes.size()) != expected.checksum) {
+  if (checksum_of(bytes) != expected.checksum) {
     throw damaged("it fails its checksum");
   }
   return bytes;
