@@ -101,6 +101,9 @@ class Command {
   /// Makes an old option an error that names its replacement `now`, such as "--labels off".
   void renamed(const std::string& old, const std::string& now);
 
+  /// Sets the heading of the options that are declared later, and the option that they require.
+  void section(const std::string& heading, std::optional<Option> required = {});
+
   /// Adds a command to copy, and its effect. --describe, and with it the build, fails if the
   /// program does not understand it.
   void example(const std::string& command, const std::string& about);
@@ -122,6 +125,8 @@ class Command {
   CommandText* text_;
 
  private:
+  std::string section_;
+  std::optional<Option> section_needs_;
   using Values = std::shared_ptr<std::vector<std::string>>;
   /// The values with which the functions of options were called.
   std::shared_ptr<std::map<const CLI::Option*, Values>> called_with_ =
