@@ -233,7 +233,7 @@ std::shared_ptr<const FileBody> PictureCache::keep(const fs::path& file) {
 }
 
 std::shared_ptr<const FileBody> PictureCache::keep(std::string_view bytes) {
-  const WorkDirectory directory(directory_);
+  const OwnedPath directory = work_directory(directory_);
   keep_file(directory.path() / "file", bytes);
   return keep(directory.path() / "file");
 }
@@ -250,7 +250,7 @@ void PictureCache::keep_scene(JobId job, const fs::path& files) {
 /// Makes the file in a child process, and puts it into `picture`.
 void PictureCache::make_file(File& picture, const msg::ImageData& data, const Key& key,
                              Steps steps) {
-  const WorkDirectory directory(directory_);
+  const OwnedPath directory = work_directory(directory_);
   const fs::path files = directory.path() / "picture";
   fs::create_directory(files);
   keep_file(files / "report", data.report.dump());

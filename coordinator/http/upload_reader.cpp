@@ -367,7 +367,7 @@ void UploadReader::with_parts(const Request& request, const Work& work) {
   }
   std::optional<Places::Entry> receiving;
   if (!request.is_whole) receiving.emplace(uploads_, owner_of(request));
-  const WorkDirectory directory(directory_);
+  const OwnedPath directory = work_directory(directory_);
   Received received{directory.path() / "parts", {}, {}, {}, {}};
   fs::create_directory(received.files);
   Parts parts(received.files, limits_);

@@ -2,10 +2,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "cli/check/doctor/check.h"
-#include "cli/check/doctor/scratch.h"
+#include "common/base/files.h"
 
 /// Checks processor, memory and disks.
 namespace parray::doctor {
@@ -13,8 +14,9 @@ namespace parray::doctor {
 CheckResult check_processor();
 CheckResult check_memory();
 
-/// Makes the directory for files of later checks.
-CheckResult check_temporary_directory(Scratch& scratch);
+/// Makes the directory for files of later checks, in the system's directory for temporary files
+/// (TMPDIR).
+CheckResult check_temporary_directory(std::optional<OwnedPath>& scratch);
 /// Checks whether `directory` is writable.
 CheckResult check_current_directory(const std::filesystem::path& directory);
 
