@@ -48,6 +48,9 @@ class Changes {
  private:
   void add(ChangeKind kind, JobId job, std::string_view name,
            std::span<const std::string_view> pieces);
+  void add(ChangeKind kind, JobId job, std::string_view name = {}, std::string_view data = {}) {
+    add(kind, job, name, std::span(&data, 1));
+  }
 
   std::string bytes_;
   std::size_t size_ = 0;  ///< bytes_.size(), which GCC 12 warns about after a move

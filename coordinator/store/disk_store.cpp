@@ -42,7 +42,7 @@ void DiskStore::put_scene(const std::string& digest, std::string_view bytes) {
   if (scenes_.contains(digest)) return;
   constexpr std::size_t large = 1 << 20;  // bytes that take longer to write than to sync
   if (bytes.size() >= large) {
-    scenes_[digest] = files_.write(path, std::span(&bytes, 1));
+    scenes_[digest] = files_.write(path, bytes);
     new_scenes_[digest] = "";
     return;
   }

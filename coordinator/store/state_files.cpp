@@ -270,10 +270,8 @@ void StateFiles::sync_written(const fs::path& file) {
 void StateFiles::keep_reserve() {
   if (reserved_) return;
   constexpr std::size_t reserve_bytes = 262'144;  // about ten commits of the database
-  const std::string reserve(reserve_bytes, '\0');
-  const std::string_view whole = reserve;
   try {
-    write(this->reserve(), std::span(&whole, 1));
+    write(reserve(), std::string(reserve_bytes, '\0'));
     reserved_ = true;
   } catch (const RunError&) {
     // The commit itself has succeeded. The next commit tries again.

@@ -69,6 +69,9 @@ class StateFiles {
   /// Creates or replaces a file that consists of the pieces in order. Creates its directory if
   /// necessary. Changes nothing if it fails.
   WholeFile write(const std::filesystem::path& file, std::span<const std::string_view> pieces);
+  WholeFile write(const std::filesystem::path& file, std::string_view bytes) {
+    return write(file, std::span(&bytes, 1));
+  }
 
   /// Writes the pieces to the file from `offset` on. Creates the file and its directory if
   /// necessary. After a failure or crash, the content beyond `offset` is undefined.
