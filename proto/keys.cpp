@@ -180,14 +180,8 @@ Member make_member(const fs::path& directory, const std::string& coordinator, Ro
 }  // namespace
 
 std::string_view name_of(Role role) {
-  switch (role) {
-    case Role::worker: return "worker";
-    case Role::client: return "client";
-    case Role::admin: return "admin";
-    case Role::any: return "any";
-    case Role::none: break;
-  }
-  return "none";
+  constexpr std::array<std::string_view, 5> names = {"none", "worker", "client", "admin", "any"};
+  return names.at(static_cast<std::size_t>(role));
 }
 
 KeyPair make_key_pair() {

@@ -146,7 +146,9 @@ int work(const Arguments& a) {
   const auto log = make_log("worker", a.log);
   std::optional<MemberKey> key;
   if (!a.keys.empty()) key = read_member_key(a.keys, "worker");
-  ZmqMesh link({a.coordinator, default_max_message_bytes, seconds(1), key, a.sharing == "on"});
+  const auto mesh =
+      open_mesh({a.coordinator, default_max_message_bytes, seconds(1), key, a.sharing == "on"});
+  ZmqMesh& link = *mesh;
   const auto wake = [&link] { link.wake(); };
   ThreadTeam team(a.threads, wake);
   WorkerOptions options;
