@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-
 namespace parray::coordinator {
 
 Coordinator::Coordinator(CoordinatorOptions options, Store* store,
