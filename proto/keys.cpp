@@ -13,6 +13,7 @@
 #include <system_error>
 #include <vector>
 
+#include "common/base/ascii.h"
 #include "common/base/error.h"
 #include "common/base/files.h"
 
@@ -33,8 +34,7 @@ bool is_key(const std::string& text) {
 bool is_name(const std::string& text) {
   return !text.empty() && text.size() <= 64 && text.front() != '.' &&
          std::all_of(text.begin(), text.end(), [](char c) {
-           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                  c == '.' || c == '_' || c == '-';
+           return ascii::is_letter_or_digit(c) || c == '.' || c == '_' || c == '-';
          });
 }
 

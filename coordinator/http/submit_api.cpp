@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "common/base/ascii.h"
 #include "common/base/printable.h"
 #include "common/base/sha256.h"
 #include "coordinator/http/api.h"
@@ -19,8 +20,7 @@ std::string idempotency_key(const Request& request) {
   constexpr std::size_t longest = 48;
   std::string key = request.field("idempotency-key");
   const bool plain = key.size() <= longest && std::ranges::all_of(key, [](char c) {
-                       return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                              (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-';
+                       return ascii::is_letter_or_digit(c) || c == '_' || c == '.' || c == '-';
                      });
   if (!plain) {
     throw Problem(400, "Idempotency-Key: '" + printable(key) +

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "common/base/ascii.h"
 #include "common/base/error.h"
 #include "common/base/files.h"
 #include "common/base/printable.h"
@@ -69,7 +70,7 @@ std::string option_named(const std::string& name) {
   constexpr std::size_t longest = 40;
   const bool plain = !name.empty() && name.size() <= longest && name.front() != '_' &&
                      std::ranges::all_of(name, [](char c) {
-                       return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+                       return ascii::is_lower(c) || ascii::is_digit(c) || c == '_';
                      });
   if (!plain || std::ranges::count(of_programs, name) > 0) fail_option(name, "unknown option");
   if (name == "like") {
