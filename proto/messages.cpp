@@ -267,8 +267,8 @@ void check(const msg::Grant& m) {
   // In passes, samples_per_pixel bounds only the mean over all pixels.
   const std::uint32_t most =
       m.settings->in_passes() ? limits::max_samples_per_pixel : m.settings->samples_per_pixel;
-  const bool beyond = std::any_of(shape.stages.begin(), shape.stages.end(),
-                                  [most](const Stage& stage) { return stage.end > most; });
+  const bool beyond =
+      std::ranges::any_of(shape.stages, [most](const Stage& stage) { return stage.end > most; });
   if (shape.width != m.settings->width || shape.height != m.settings->height || beyond) {
     throw ProtocolError("'cells' do not fit the picture");
   }

@@ -26,7 +26,7 @@ class Mesh final : public ZmqMesh {
                      options.linger) {
     if (options.key) coordinator_.speak_as(options.key->own, options.key->coordinator);
     AddressList addresses(options.coordinator);
-    const bool here = std::all_of(addresses.all().begin(), addresses.all().end(), is_loopback);
+    const bool here = std::ranges::all_of(addresses.all(), is_loopback);
     coordinator_.connect(std::move(addresses));
     if (options.sharing) {
       share(here ? "tcp://127.0.0.1:*" : "tcp://*:*");

@@ -28,9 +28,8 @@ void WorkerRecord::note_grant(const Granted& grant) {
 }
 
 WorkerRecord::Granted WorkerRecord::granted(std::uint64_t job, Epoch epoch, Time otherwise) const {
-  const auto found = std::find_if(grants.begin(), grants.end(), [&](const Granted& grant) {
-    return grant.job == job && grant.epoch == epoch;
-  });
+  const auto found = std::ranges::find_if(
+      grants, [&](const Granted& grant) { return grant.job == job && grant.epoch == epoch; });
   return found == grants.end() ? Granted{job, epoch, otherwise} : *found;
 }
 

@@ -135,7 +135,7 @@ void StateFiles::fail(const fs::path& file, int error) const {
   constexpr std::array<int, 8> of_lost_places = {EACCES,  EPERM,  EROFS, ENOENT,
                                                  ENOTDIR, ENODEV, ENXIO, ESTALE};
   const auto is_one_of = [error](const auto& errors) {
-    return std::find(errors.begin(), errors.end(), error) != errors.end();
+    return std::ranges::find(errors, error) != errors.end();
   };
   const std::string why =
       error == 0 ? "nothing was written" : std::generic_category().message(error);
