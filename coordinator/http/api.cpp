@@ -1,6 +1,5 @@
 #include "coordinator/http/api.h"
 
-#include <array>
 #include <nlohmann/json.hpp>
 
 #include "common/base/error.h"
@@ -117,25 +116,15 @@ void Api::add_pictures(Router& router) {
              [this](const Request& request, const Arguments& arguments) {
                return report(request, job_in(arguments));
              });
-  using enum PictureCache::Kind;
-  const std::array<std::pair<const char*, PictureCache::Kind>, 8> files = {
-      {{"image.png", png},
-       {"image.exr", exr},
-       {"pixels.f32", pixels},
-       {"error.png", error_png},
-       {"error.f32", error_pixels},
-       {"cost.f32", cost},
-       {"workers.u32", worker_numbers},
-       {"workers.json", worker_names}}};
-  for (const auto& [name, kind] : files) {
-    const std::vector<std::string_view> queries =
-        kind == png ? std::vector<std::string_view>{"width"} : std::vector<std::string_view>{};
+  for (const auto& [kind, name, type] : picture_files) {
+    std::vector<std::string_view> queries;
+    if (kind == PictureCache::Kind::png) queries = {"width"};
     router.add(
         "GET", std::string("/api/v1/jobs/{id}/") + name,
         [this, kind = kind](const Request& request, const Arguments& arguments) {
           return picture(request, job_in(arguments), kind);
         },
-        queries);
+        std::move(queries));
   }
   router.add("GET", "/api/v1/jobs/{id}/frames.zip",
              [this](const Request& request, const Arguments& arguments) {
@@ -227,11 +216,7 @@ Reply Api::picture(const Request& request, JobId job, PictureCache::Kind kind) {
     fail_precisely(loop_, {}, job, problem);
   }
   Reply reply;
-  using enum PictureCache::Kind;
-  reply.type = kind == exr                        ? "image/x-exr"
-               : kind == worker_names             ? "application/json"
-               : kind == png || kind == error_png ? "image/png"
-                                                  : "application/octet-stream";
+  reply.type = file_of(kind).type;
   reply.headers = {{"ETag", picture.etag},
                    {"Cache-Control", "no-cache"},
                    {"Parray-Width", std::to_string(picture.width)},

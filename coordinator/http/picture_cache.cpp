@@ -42,20 +42,6 @@ void give_memory_back(std::uint64_t freed) {
   if (freed >= little) malloc_trim(0);
 }
 
-const char* file_of(Kind kind) {
-  switch (kind) {
-    case Kind::png: return "image.png";
-    case Kind::exr: return "image.exr";
-    case Kind::error_png: return "error.png";
-    case Kind::error_pixels: return "error.f32";
-    case Kind::cost: return "cost.f32";
-    case Kind::worker_numbers: return "workers.u32";
-    case Kind::worker_names: return "workers.json";
-    case Kind::pixels: break;
-  }
-  return "pixels.f32";
-}
-
 /// Returns a text that is the same as long as the picture of a job does not change. Empty: it
 /// changes, because the job has not ended.
 std::string version_of(const json& job) {
@@ -187,7 +173,7 @@ PictureCache::File PictureCache::make(const Sender& sender, const Key& key, Step
   picture.etag = '"' +
                  (picture.partial ? std::to_string(job) + "-" + std::to_string(picture.samples)
                                   : data.report.value("image_sha256", "").substr(0, 32)) +
-                 (steps.denoise ? "-denoised-" : "-") + file_of(kind) +
+                 (steps.denoise ? "-denoised-" : "-") + file_of(kind).name +
                  (thumbnail_width > 0 ? "-" + std::to_string(thumbnail_width) : "") + '"';
   try {
     if (kind == Kind::pixels && !steps.denoise) {
@@ -209,7 +195,7 @@ PictureCache::File PictureCache::make_map(const Sender& sender, JobId job, Kind 
   picture.partial = data.job.at("state") != name_of(JobState::done);
   picture.samples = data.report.value("samples", std::uint64_t{0});
   const std::string_view journal = data.journal.verified();
-  picture.etag = fmt::format("\"{}-{}-{}\"", job, journal.size(), file_of(kind));
+  picture.etag = fmt::format("\"{}-{}-{}\"", job, journal.size(), file_of(kind).name);
   try {
     const WorkMap map = work_map(read_journal(journal), picture.width, picture.height);
     const std::string names = json_text({{"workers", map.workers}});
@@ -255,7 +241,7 @@ void PictureCache::make_file(File& picture, const msg::ImageData& data, const Ke
   fs::create_directory(files);
   keep_file(files / "report", data.report.dump());
   keep_file(files / "pixels", data.picture.bytes(detail_of(data)).data.view());
-  const std::string name = file_of(key.kind);
+  const std::string name = file_of(key.kind).name;
   std::vector<std::string> words = {"picture", name, std::to_string(data.width),
                                     std::to_string(data.height)};
   const bool small = key.thumbnail_width > 0;

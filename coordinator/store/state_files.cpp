@@ -82,11 +82,7 @@ StateFiles::StateFiles(const fs::path& directory, Disk& disk)
                      ": name a directory that can be created");
   }
   reserved_ = fs::is_regular_file(reserve(), error);
-  file_system_ = std::shared_ptr<const int>(
-      new int(open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)), [](const int* handle) {
-        if (*handle >= 0) close(*handle);
-        delete handle;
-      });
+  file_system_ = std::make_shared<const OpenPath>(directory_, O_RDONLY | O_DIRECTORY);
 }
 
 fs::path StateFiles::scene(const std::string& digest) const {
@@ -238,8 +234,8 @@ void StateFiles::rename(const fs::path& from, const fs::path& onto) {
 
 void StateFiles::sync() {
   constexpr std::size_t many = 16;
-  if (*file_system_ >= 0 && written_.size() + unsynced_.size() > many) {
-    if (disk_.sync_file_system(*file_system_) != 0) fail(directory_, errno);
+  if (file_system_->get() >= 0 && written_.size() + unsynced_.size() > many) {
+    if (disk_.sync_file_system(file_system_->get()) != 0) fail(directory_, errno);
     written_.clear();
     unsynced_.clear();
     return;

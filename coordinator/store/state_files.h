@@ -138,7 +138,7 @@ class StateFiles {
   bool reserved_ = false;  ///< the reserve exists
   /// Descriptor of the file system to sync. It stays open, because the system reports only failures
   /// since the opening.
-  std::shared_ptr<const int> file_system_;
+  std::shared_ptr<const OpenPath> file_system_;
   std::set<std::filesystem::path> written_;   ///< files of overwrite() that were not synced
   std::set<std::filesystem::path> unsynced_;  ///< directories with new names
 };
