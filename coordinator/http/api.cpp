@@ -46,6 +46,12 @@ bool has_tag(const std::string& list, const std::string& etag) {
 
 }  // namespace
 
+auto Api::of_job(auto answer, auto... more) {
+  return [this, answer, more...](const Request& request, const Arguments& arguments) {
+    return (this->*answer)(request, job_in(arguments), more...);
+  };
+}
+
 void Api::add_to(Router& router) {
   add_jobs(router);
   add_job_lists(router);
@@ -75,31 +81,16 @@ void Api::add_to(Router& router) {
 }
 
 void Api::add_jobs(Router& router) {
-  router.add("POST", "/api/v1/jobs",
-             [this](const Request& request, const Arguments&) { return submit(request); });
-  router.add("POST", "/api/v1/plan",
-             [this](const Request& request, const Arguments&) { return plan(request); });
-  router.add("GET", "/api/v1/jobs/{id}",
-             [this](const Request& request, const Arguments& arguments) {
-               return show_job(request, job_in(arguments));
-             },
-             {"from_frame", "wait"});
-  router.add("DELETE", "/api/v1/jobs/{id}",
-             [this](const Request& request, const Arguments& arguments) {
-               return forget(request, job_in(arguments));
-             });
+  router.add("POST", "/api/v1/jobs", plain(&Api::submit));
+  router.add("POST", "/api/v1/plan", plain(&Api::plan));
+  router.add("GET", "/api/v1/jobs/{id}", of_job(&Api::show_job), {"from_frame", "wait"});
+  router.add("DELETE", "/api/v1/jobs/{id}", of_job(&Api::forget));
   using enum msg::JobAction;
   for (const msg::JobAction action : {pause, resume, cancel, requeue}) {
     const std::string name(job_action_names[static_cast<std::size_t>(action)]);
-    router.add("POST", "/api/v1/jobs/{id}/" + name,
-               [this, action](const Request& request, const Arguments& arguments) {
-                 return steer(request, job_in(arguments), action);
-               });
+    router.add("POST", "/api/v1/jobs/{id}/" + name, of_job(&Api::steer, action));
   }
-  router.add("PUT", "/api/v1/jobs/{id}/priority",
-             [this](const Request& request, const Arguments& arguments) {
-               return steer(request, job_in(arguments), prioritise);
-             });
+  router.add("PUT", "/api/v1/jobs/{id}/priority", of_job(&Api::steer, prioritise));
   router.add("GET", "/api/v1/jobs/{id}/events",
              [this](const Request& request, const Arguments& arguments) {
                const JobId job = job_in(arguments);
@@ -112,30 +103,18 @@ void Api::add_jobs(Router& router) {
 }
 
 void Api::add_pictures(Router& router) {
-  router.add("GET", "/api/v1/jobs/{id}/report",
-             [this](const Request& request, const Arguments& arguments) {
-               return report(request, job_in(arguments));
-             });
+  router.add("GET", "/api/v1/jobs/{id}/report", of_job(&Api::report));
   for (const auto& [kind, name, type] : picture_files) {
     std::vector<std::string_view> queries;
     if (kind == PictureCache::Kind::png) queries = {"width"};
-    router.add(
-        "GET", std::string("/api/v1/jobs/{id}/") + name,
-        [this, kind = kind](const Request& request, const Arguments& arguments) {
-          return picture(request, job_in(arguments), kind);
-        },
-        std::move(queries));
+    router.add("GET", std::string("/api/v1/jobs/{id}/") + name, of_job(&Api::picture, kind),
+               std::move(queries));
   }
-  router.add("GET", "/api/v1/jobs/{id}/frames.zip",
-             [this](const Request& request, const Arguments& arguments) {
-               return frames_zip(request, job_in(arguments));
-             });
+  router.add("GET", "/api/v1/jobs/{id}/frames.zip", of_job(&Api::frames_zip));
 }
 
 void Api::add_workers(Router& router) {
-  router.add("GET", "/api/v1/workers",
-             [this](const Request& request, const Arguments&) { return list_workers(request); },
-             {"limit", "offset"});
+  router.add("GET", "/api/v1/workers", plain(&Api::list_workers), {"limit", "offset"});
   for (const msg::WorkerAction action : {msg::WorkerAction::drain, msg::WorkerAction::readmit}) {
     const std::string name(worker_action_names[static_cast<std::size_t>(action)]);
     router.add("POST", "/api/v1/workers/{name}/" + name,

@@ -51,6 +51,14 @@ class Api {
   void add_pictures(Router& router);
   void add_workers(Router& router);
   void add_farm(Router& router);
+  /// Returns a handler that calls a member of this class with the request and `more`.
+  auto plain(auto answer, auto... more) {
+    return [this, answer, more...](const Request& request, const std::vector<std::string>&) {
+      return (this->*answer)(request, more...);
+    };
+  }
+  /// Returns a handler that passes also the number of the job, which the path contains.
+  auto of_job(auto answer, auto... more);
   Reply submit(const Request& request);
   Reply plan(const Request& request);
   JobId submit_job(const Request& request, Upload& upload, const std::string& series);

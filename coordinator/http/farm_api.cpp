@@ -48,8 +48,7 @@ void Api::add_farm(Router& router) {
              [this](const Request& request, const Arguments& arguments) {
                return worker_log(loop_, request, arguments.at(0));
              });
-  router.add("GET", "/api/v1/server",
-             [this](const Request& request, const Arguments&) { return server(request); });
+  router.add("GET", "/api/v1/server", plain(&Api::server));
 }
 
 Reply Api::server(const Request& request) const {

@@ -119,19 +119,14 @@ json http_result(json result) {
 }  // namespace
 
 void Api::add_job_lists(Router& router) {
-  router.add("GET", "/api/v1/jobs",
-             [this](const Request& request, const std::vector<std::string>&) {
-               return list_jobs(request);
-             },
+  router.add("GET", "/api/v1/jobs", plain(&Api::list_jobs),
              {"limit", "before", "offset", "state", "user", "name", "sort", "order"});
   for (std::size_t i = 0; i < job_action_names.size(); ++i) {
     const auto action = static_cast<msg::JobAction>(i);
     const bool prioritise = action == msg::JobAction::prioritise;
     router.add("POST",
                "/api/v1/jobs/" + std::string(prioritise ? "priority" : job_action_names.at(i)),
-               [this, action](const Request& request, const std::vector<std::string>&) {
-                 return steer_many(request, action);
-               });
+               plain(&Api::steer_many, action));
   }
 }
 
