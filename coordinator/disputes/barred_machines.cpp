@@ -145,11 +145,10 @@ void DisputeDesk::retract(Job& job, const FaultFinding& finding) {
     retracted->flag = run->record().flag;
     retracted->state = run->state();
     return {[this, retracted, id, generation] {
-              if (Job* there = farm_.job_at_work(id, generation)) {
-                note_retracted(*there, *retracted);
-              }
-            },
-            {}};
+      if (Job* there = farm_.job_at_work(id, generation)) {
+        note_retracted(*there, *retracted);
+      }
+    }};
   });
 }
 

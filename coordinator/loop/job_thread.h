@@ -22,8 +22,8 @@ class JobThread {
  public:
   /// What the loop calls after a task. Both may be empty.
   struct Completion {
-    std::function<void()> done;  ///< called as soon as possible
-    std::function<void()> kept;  ///< called when the store has committed what the task put there
+    std::function<void()> done{};  ///< called as soon as possible
+    std::function<void()> kept{};  ///< called when the store has committed what the task put there
   };
   /// Runs in the background thread and must not use data of the loop. It may throw: see Guarded.
   using Task = std::function<Completion()>;
