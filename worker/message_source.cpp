@@ -157,10 +157,6 @@ void MessageSource::on(Time /*now*/, msg::Refuse& m) {
 
 void MessageSource::on(Time /*now*/, msg::HeartbeatAck& /*m*/) {}
 
-void MessageSource::on(Time now, msg::Identify& /*m*/) { on_forgotten(now); }
-
-void MessageSource::on(Time now, msg::Bye& /*m*/) { on_forgotten(now); }
-
 /// The message itself escapes and cuts the lines, and keeps only the last ones.
 void MessageSource::on(Time /*now*/, msg::ShowLog& m) {
   send(msg::Log{m.request,

@@ -294,8 +294,6 @@ void CommandLine::version(const std::string& text) {
       .group("Help");
 }
 
-void CommandLine::launcher(const std::string& words) { text_->launcher = words; }
-
 Command CommandLine::command(const std::string& name, const std::string& description) {
   CommandText text;
   text.name = text_->name + " " + name;

@@ -144,7 +144,7 @@ class CommandLine : public Command {
   /// Sets the text of --version.
   void version(const std::string& text);
   /// Sets the words before the program's name: "mpirun -n P ".
-  void launcher(const std::string& words);
+  void launcher(const std::string& words) { text_->launcher = words; }
   /// Sets the heading of commands that are declared later.
   void heading(const std::string& name) { heading_ = name; }
   Command command(const std::string& name, const std::string& description);

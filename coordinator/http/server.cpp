@@ -56,8 +56,6 @@ Server::Server(const std::string& address, const ServerLimits& limits, Callbacks
 /// Cuts the connections first, so that handlers that wait for a connection end.
 Server::~Server() { manager_.stop(); }
 
-void Server::start() { manager_.start(); }
-
 HandlerPool& Server::pool_for(const Connection& connection, const RequestHead& head) {
   if (!connection.is_whole()) return bodies_;
   return head.path() == "/readyz" ? readiness_ : requests_;

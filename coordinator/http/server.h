@@ -45,7 +45,7 @@ class Server {
   Server& operator=(Server&&) = delete;
 
   /// Starts to read requests.
-  void start();
+  void start() { manager_.start(); }
   /// Returns the bound address as HOST:PORT.
   [[nodiscard]] const std::string& address() const { return address_; }
 

@@ -83,8 +83,6 @@ std::optional<Lease> LeaseTable::grant_copy(Time deadline, WorkerId worker) {
   return {};
 }
 
-void LeaseTable::want_check(Check check) { checks_.push_back(std::move(check)); }
-
 std::vector<LeaseTable::Check> LeaseTable::take_orphans(const std::set<MachineKey>& able) {
   std::vector<Check> orphans = std::exchange(failed_checks_, {});
   for (auto check = checks_.begin(); check != checks_.end();) {

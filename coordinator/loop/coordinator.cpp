@@ -144,8 +144,6 @@ Time Coordinator::tick(Time now, bool drained) {
   return next;
 }
 
-std::vector<Delivery> Coordinator::take_outbox() { return std::exchange(farm_.outbox, {}); }
-
 void Coordinator::leave(const std::string& reason) {
   for (const auto& [peer, worker] : farm_.workers) farm_.send(peer, msg::Bye{reason});
 }

@@ -69,8 +69,6 @@ void FarmWatch::restore_accounts(std::string_view text) {
   }
 }
 
-bool FarmWatch::gauges_due(Time now) const { return RateHistory::number_of(now) > number_; }
-
 void FarmWatch::note_gauges(Time now, const Gauges& gauges) {
   const std::int64_t number = RateHistory::number_of(now);
   const std::int64_t passed = number_ < 0 ? 0 : number - number_;

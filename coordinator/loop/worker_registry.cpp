@@ -102,8 +102,6 @@ void WorkerRegistry::remove(const PeerId& peer) {
   workers_.erase(found);
 }
 
-std::size_t WorkerRegistry::usable() const { return speed_.workers; }
-
 bool WorkerRegistry::all_drained() const {
   return std::ranges::all_of(workers_, [](const auto& worker) { return worker.second.drained; });
 }

@@ -31,7 +31,6 @@ void Changes::put_scene(const std::string& digest, std::string_view bytes) {
 void Changes::append_rows(JobId job, std::string_view entry) {
   add(ChangeKind::rows, job, {}, entry);
 }
-void Changes::drop_rows(JobId job) { add(ChangeKind::drop_rows, job); }
 void Changes::keep_rows(JobId job, std::uint64_t entries) {
   ByteWriter count;
   count.put(entries);
@@ -40,8 +39,6 @@ void Changes::keep_rows(JobId job, std::uint64_t entries) {
 void Changes::put_picture(JobId job, std::span<const std::string_view> pieces) {
   add(ChangeKind::picture, job, {}, pieces);
 }
-void Changes::drop_work(JobId job) { add(ChangeKind::drop_work, job); }
-void Changes::drop_job(JobId job) { add(ChangeKind::drop_job, job); }
 void Changes::put_note(const std::string& name, std::string_view text) {
   add(ChangeKind::note, 0, name, text);
 }

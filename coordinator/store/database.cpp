@@ -128,6 +128,4 @@ Transaction::~Transaction() {
   }
 }
 
-void Transaction::commit() { database_.run("COMMIT"); }
-
 }  // namespace parray::store

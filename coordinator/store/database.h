@@ -87,7 +87,7 @@ class Transaction {
   ~Transaction();
   Transaction& operator=(Transaction&&) = delete;
 
-  void commit();  ///< returns when the changes are on the disk
+  void commit() { database_.run("COMMIT"); }  ///< returns when the changes are on the disk
 
  private:
   Database& database_;

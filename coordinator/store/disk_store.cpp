@@ -138,8 +138,6 @@ void DiskStore::put_note(const std::string& name, const std::string& text) {
   new_notes_[name] = text;
 }
 
-void DiskStore::put_mark(const std::string& text) { new_mark_ = text; }
-
 void DiskStore::put_reached_mark(const std::string& text) {
   new_mark_ = "";
   new_reached_mark_ = text;
